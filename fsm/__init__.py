@@ -18,13 +18,14 @@ from importlib import import_module as _import_module
 
 TYPE_CHECKING = False  # the module typing takes longer to import than the rest of this one
 if TYPE_CHECKING:
+    from fsm.api.calibration import Calibrated, calibrate
     from fsm.api.case import Case, CaseCheck, load
     from fsm.api.model import Model
     from fsm.api.picture import Picture
-    from fsm.api.result import Curve, NotInResult, Result
+    from fsm.api.result import Curve, Result
     from fsm.api.result import open_result as open
     from fsm.api.series import Series
-    from fsm.errors import CannotWrite, CaseError, EnergyAbort, ExpectationFailed, Fault, FsmError, NotConverged
+    from fsm.errors import CannotWrite, CaseError, EnergyAbort, ExpectationFailed, Fault, FsmError, NotConverged, NotInResult
     from fsm.results.channel import Channel, ChannelInfo, Dim
     from fsm.results.solution import Layout, Record, Solution
     from fsm.results.store import read_solution
@@ -40,10 +41,11 @@ if TYPE_CHECKING:
     from fsm.scene.obstacle import Obstacle
     from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
     from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-    from fsm.scene.sheet import Sheet, SheetSupport
+    from fsm.scene.sheet import BarsOfSheet, Sheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
     from fsm.scene.solve import Save, Solve
     from fsm.scene.steps import Step
     from fsm.scene.table import TableCase, load_table
+    from fsm.scene.truss import SceneTruss
     from fsm.segments.compile import compile_scene
     from fsm.solve.simulate import simulate
     from fsm.table import run_table
@@ -51,12 +53,15 @@ if TYPE_CHECKING:
     __version__: str
 
 _MODULES = {
+    "fsm.api.calibration": ("Calibrated",),
     "fsm.api.case": ("Case", "CaseCheck", "load"),
     "fsm.api.model": ("Model",),
     "fsm.api.picture": ("Picture",),
-    "fsm.api.result": ("Curve", "NotInResult", "Result", "open"),
+    "fsm.api.result": ("Curve", "Result", "open"),
     "fsm.api.series": ("Series",),
-    "fsm.errors": ("CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged"),
+    "fsm.errors": (
+        "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "NotInResult",
+    ),
     "fsm.results.channel": ("Channel", "ChannelInfo", "Dim"),
     "fsm.results.solution": ("Layout", "Record", "Solution"),
     "fsm.results.store": ("read_solution",),
@@ -72,10 +77,11 @@ _MODULES = {
     "fsm.scene.obstacle": ("Obstacle",),
     "fsm.scene.scene": ("Body", "ContactPair", "ForceElement", "Plate", "PlateGroup", "Scene", "Surface"),
     "fsm.scene.scissor": ("BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"),
-    "fsm.scene.sheet": ("Sheet", "SheetSupport"),
+    "fsm.scene.sheet": ("BarsOfSheet", "Sheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"),
     "fsm.scene.solve": ("Save", "Solve"),
     "fsm.scene.steps": ("Step",),
     "fsm.scene.table": ("TableCase", "load_table"),
+    "fsm.scene.truss": ("SceneTruss",),
     "fsm.segments.compile": ("compile_scene",),
     "fsm.solve.simulate": ("simulate",),
     "fsm.table": ("run_table",),
@@ -85,13 +91,14 @@ _HOME = {name: module for module, names in _MODULES.items() for name in names}
 _RENAMED = {"open": "open_result"}
 
 __all__ = [
-    "BarSection", "Body", "CannotWrite", "Case", "CaseCheck", "CaseError", "Channel", "ChannelInfo", "Constant", "Contact",
-    "ContactPair", "Curve", "Cycle", "Dim", "Drive", "EnergyAbort", "Expect", "ExpectationFailed", "FamilyCrease", "Fault",
-    "ForceElement", "Friction", "FsmError", "HingeJoint", "Lattice", "Layout", "LinearCrease", "Load", "LoadedCase",
-    "Material", "Membrane", "Model", "NotConverged", "NotInResult", "Obstacle", "Picture", "Plate", "PlateGroup",
-    "PointForce", "PointSupport", "Ramp", "Record", "Release", "Result", "Save", "Scene", "SceneBeam", "SceneCable",
-    "SceneFilm", "SceneFrame", "SceneSeam", "Scissor", "Series", "Sheet", "SheetSupport", "Solution", "Solve",
-    "SplineCrease", "Step", "Stop", "Strip", "Surface", "Table", "TableCase", "Tension", "Vibration", "__version__",
+    "BarSection", "BarsOfSheet", "Body", "Calibrated", "CannotWrite", "Case", "CaseCheck", "CaseError", "Channel",
+    "ChannelInfo", "Constant", "Contact", "ContactPair", "Curve", "Cycle", "Dim", "Drive", "EnergyAbort", "Expect",
+    "ExpectationFailed", "FamilyCrease", "Fault", "ForceElement", "Friction", "FsmError", "HingeJoint", "Lattice",
+    "Layout", "LinearCrease", "Load", "LoadedCase", "Material", "Membrane", "Model", "NotConverged", "NotInResult",
+    "Obstacle", "Picture", "Plate", "PlateGroup", "PointForce", "PointSupport", "Ramp", "Record", "Release", "Result",
+    "Save", "Scene", "SceneBeam", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam", "SceneTruss", "Scissor",
+    "Series", "Sheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport", "Solution", "Solve", "SplineCrease", "Step",
+    "Stop", "Strip", "Surface", "Table", "TableCase", "Tension", "Vibration", "__version__", "calibrate",
     "compile_scene", "load", "load_case", "load_table", "open", "read_solution", "run_case", "run_table", "simulate",
 ]  # fmt: skip
 
@@ -99,6 +106,8 @@ __all__ = [
 def __getattr__(name: str) -> object:
     if name == "__version__":
         value: object = _import_module("fsm.version").fsm_version()
+    elif name == "calibrate":  # a package that is a function, too
+        value = _import_module("fsm.calibrate")
     elif name in _HOME:
         value = getattr(_import_module(_HOME[name]), _RENAMED.get(name, name))
     else:

@@ -1,14 +1,24 @@
-"""Square matrices of dense square blocks, one block for each pair of coupled nodes."""
+"""Square matrices of dense square blocks, one block for each pair of coupled nodes.
+
+SciPy is imported when a function needs it, because its import takes longer than many a run of small models.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
-__all__ = ["BlockMatrix", "BlockPattern", "Elimination"]
+if TYPE_CHECKING:
+    from scipy import sparse
+
+__all__ = ["FRONTS_FROM", "BlockMatrix", "BlockPattern", "Elimination"]
+
+FRONTS_FROM = 5e7
+"""Multiplications of a symmetric factorisation from which dense fronts are faster than single blocks: a film of 20 x 20
+cells, measured (`validation/benchmarks/README.md`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +101,8 @@ class BlockMatrix:
 
     def bsr(self) -> sparse.bsr_matrix:
         """Block matrix of SciPy that shares the data."""
+        from scipy import sparse
+
         return sparse.bsr_matrix((self.data, self.pattern.indices, self.pattern.indptr), shape=(self.order, self.order))
 
 
@@ -113,3 +125,13 @@ class Elimination:
     indices: np.ndarray
     diagonal: np.ndarray
     place: np.ndarray
+
+    @cached_property
+    def products(self) -> int:
+        """Products of two blocks in the factorisation of a symmetric matrix."""
+        later = self.indptr[1:] - self.diagonal - 1
+        return int(np.sum(later * (later + 1) // 2))
+
+    def large(self, size: int) -> bool:
+        """Whether symmetric matrices with blocks of this size are factorised by fronts."""
+        return self.products * size**3 >= FRONTS_FROM

@@ -11,7 +11,8 @@ from typing import Any, NoReturn
 
 import click
 
-from fsm.cli_options import Command, add_source, debug_option, debugging, out_folder, set_option
+from fsm.calibrate.kinds import CALIBRATIONS
+from fsm.cli_options import Command, add_source, debug_option, debugging, drawing_options, out_folder, set_option
 from fsm.commands.export import export
 from fsm.commands.help_key import help_key, schema
 from fsm.commands.init import init
@@ -121,6 +122,7 @@ def cli() -> None:
 @method_option
 @resume_option
 @click.option("--watch", is_flag=True, help="Serve a page on this computer that follows the run.")
+@drawing_options
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @debug_option
 def run(
@@ -162,6 +164,7 @@ def run(
 @click.argument("table", metavar="TABLE.csv")
 @click.option("--out", required=True, metavar="DIR", help="Folder for the results; it holds one folder for each row.")
 @set_option
+@drawing_options
 @click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes; default: one for each core.")
 @method_option
 @resume_option
@@ -215,7 +218,7 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 
 @cli.command()
 @click.argument("case", metavar="CASE.toml")
-@click.option("--out", required=True, metavar="FILE.gif", help="Animation to write; of a sheet a picture, FILE.png.")
+@click.option("--out", required=True, metavar="FILE.gif", help="Animation to write; of a sheet FILE.png, .svg or .pdf.")
 @set_option
 @debug_option
 def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
@@ -248,6 +251,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
     "--channel", "channels", multiple=True, metavar="PATTERN", help="Draw only these channels, into channels.png."
 )
 @click.option("--over-time", is_flag=True, help="Draw channels over the time also if there is a drive.")
+@drawing_options
 @debug_option
 def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: bool) -> None:
     """Draw the figures of a result again, or some of its channels."""
@@ -262,10 +266,12 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
     if channels:
         with imports_outside_gc(), plain_matplotlib():
             from fsm.plots.channels import plot_channels
+            from fsm.plots.drawing import file_format
 
         with add_source(result):
-            plot_channels(solution, channels, folder / "channels.png", over_time)
-        click.echo(str(folder / "channels.png"))
+            path = (folder / "channels").with_suffix(file_format())
+            plot_channels(solution, channels, path, over_time)
+        click.echo(str(path))
         return
 
     with imports_outside_gc(), plain_matplotlib():
@@ -307,15 +313,6 @@ def view(results: tuple[str, ...]) -> None:
     click.echo(str(page))
     if not webbrowser.open(page.resolve().as_uri()):
         click.echo("no browser was found; open the file above in a browser", err=True)
-
-
-CALIBRATIONS = {
-    "crease": "fsm.calibrate.crease:calibrate_crease",
-    "relaxation": "fsm.calibrate.relaxation:calibrate_relaxation",
-    "bending": "fsm.calibrate.bending:calibrate_bending",
-    "force": "fsm.calibrate.force:calibrate_force",
-}
-"""Kinds of `fsm calibrate`: module and function, (data file, options) -> Calibration."""
 
 
 @cli.command()

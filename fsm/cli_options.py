@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
 from fsm.errors import CaseError
+from fsm.plots.drawing import FORMATS, STYLES, drawing
 
-__all__ = ["add_source", "debug_option", "debugging", "out_folder", "set_option"]
+__all__ = ["add_source", "debug_option", "debugging", "drawing_options", "out_folder", "set_option"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -36,6 +38,24 @@ def set_option(command: Command) -> Command:
     """Add ``--set``."""
     text = 'Override a value, e.g. strip.fold_angle="75 deg"; the value none removes the key.'
     return click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help=text)(command)
+
+
+def drawing_options(command: Command) -> Command:
+    """Add ``--style`` and ``--format``, for all figures that the command draws."""
+
+    @wraps(command)
+    def drawn(*arguments: Any, style: str, file_format: str, **options: Any) -> Any:
+        with drawing(style, f".{file_format}"):
+            return command(*arguments, **options)
+
+    formats = [suffix.removeprefix(".") for suffix in FORMATS]
+    text = "File format of figures."
+    add_format = click.option(
+        "--format", "file_format", type=click.Choice(formats), default="png", show_default=True, help=text
+    )
+    text = "Figures for a printed page, or with larger letters and thicker lines for a projected slide."
+    add_style = click.option("--style", type=click.Choice(list(STYLES)), default="paper", show_default=True, help=text)
+    return add_style(add_format(drawn))  # type: ignore[return-value]
 
 
 @contextmanager

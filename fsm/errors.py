@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 __all__ = [
-    "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "is_interrupt",
-    "raised_by_signal",
+    "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "NotInResult",
+    "is_interrupt", "raised_by_signal",
 ]  # fmt: skip
 
 
@@ -106,6 +106,15 @@ def raised_by_signal(error: BaseException) -> BaseException:
     while isinstance(error, SystemError) and error.__cause__ is not None:
         error = error.__cause__
     return error
+
+
+class NotInResult(FsmError, KeyError):
+    """Error of a quantity that the result does not have."""
+
+    exit_code = 2
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class EnergyAbort(FsmError):

@@ -172,24 +172,42 @@ def _as_plate(film: SceneFilm) -> tuple[Body, Plate]:
 
 def _pierce(edged: list[tuple[Body, Plate]], faces: list[tuple[Body, Plate]]) -> bool:
     """Whether an edge of the first plates passes through a face of the second, beyond round-off at common edges."""
-    around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
-    corners = np.array(
-        [
-            np.array(body.position) + (around * [plate.length, plate.width]) @ axes_of(body)[:, :2].T
-            for body, plate in edged
-        ]
-    )
-    start, end = corners.reshape(-1, 3), np.roll(corners, -1, axis=1).reshape(-1, 3)
+    start, end = (np.concatenate(ends) for ends in zip(*(_sides(body, plate) for body, plate in edged), strict=True))
     for body, plate in faces:
-        half = 0.5 * np.array([plate.length, plate.width])
-        near = 1e-6 * float(half.max())
+        outline = _outline(plate)
+        near = 0.5e-6 * max(plate.length, plate.width)
         (a, b) = ((points - np.array(body.position)) @ axes_of(body) for points in (start, end))
         across = (np.minimum(a[:, 2], b[:, 2]) < -near) & (np.maximum(a[:, 2], b[:, 2]) > near)
         part = a[across, 2:] / (a[across, 2:] - b[across, 2:])
         at = a[across, :2] + part * (b[across, :2] - a[across, :2])
-        if np.any(np.all(np.abs(at) < half - near, axis=1)):
+        if np.any(_inside(outline, at, near)):
             return True
     return False
+
+
+def _outline(plate: Plate) -> Points:
+    """Corners (k, 2) of a plate in its body axes, m."""
+    if plate.outline is not None:
+        return np.array(plate.outline)
+    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2 * [plate.length, plate.width]
+
+
+def _sides(body: Body, plate: Plate) -> tuple[Points, Points]:
+    """Starts and ends (k, 3) of the sides of a plate, m."""
+    corners = np.array(body.position) + _outline(plate) @ axes_of(body)[:, :2].T
+    return corners, np.roll(corners, -1, axis=0)
+
+
+def _inside(outline: Points, points: Points, near: float) -> NDArray[np.bool_]:
+    """Whether points (m, 2) are inside of a polygon (k, 2), and farther than `near`, m, from its sides."""
+    one, two = outline[:, None], np.roll(outline, -1, axis=0)[:, None]
+    along, over = two - one, points[None] - one
+    part = np.clip((over * along).sum(axis=2) / (along**2).sum(axis=2), 0.0, 1.0)
+    clear = np.linalg.norm(over - part[..., None] * along, axis=2).min(axis=0) > near
+    crosses = (one[..., 1] > points[:, 1]) != (two[..., 1] > points[:, 1])
+    height = np.where(along[..., 1] == 0.0, 1.0, along[..., 1])
+    right = points[:, 0] < one[..., 0] + along[..., 0] * over[..., 1] / height
+    return np.asarray(clear & ((crosses & right).sum(axis=0) % 2 == 1))
 
 
 def near_boxes(low: Points, high: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.at_start import equilibrium_at_start
+from fsm.analyses.load_path import static_load_path
 from fsm.analyses.run_step import RunStep, States, StepResult
 from fsm.analyses.step_results import counted, step_modes, step_summaries, total_of
 from fsm.checkpoint import RestartPoint, check_point, read_point, write_point
@@ -153,7 +154,8 @@ class RecordedSolve:
             self.analysis.compare(solution, watch)
             statistics, energy_balance = total_of(self.done, self.points), self.energy_balance
             assert energy_balance is not None
-            summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off) | {
+            arcs = [number for number, result in enumerate(self.done, 1) if result.method == "arc-length"]
+            summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off, arcs) | {
                 "step": step_summaries(self.done, self.points, solution),
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
@@ -220,6 +222,11 @@ class RecordedSolve:
             end: AcceptedStep | None = self.latest
             if end is not None:
                 q, u = end.q, end.u
+            if step.method == "static" and isinstance(system, SegmentSystem) and isinstance(self.system, SegmentSystem):
+                writer.flush()
+                points = self.points[self.done[-1].n_points if self.done else 0 :]
+                records = read_solution(part_path(self.target))
+                result.path = static_load_path(system, self.system, records, self.number + 1, points)
         result.n_points = len(self.points)
         self.done.append(result)
         if step.record_times:
@@ -296,6 +303,12 @@ class RecordedSolve:
             writer.sample(saved.time, self.analysis.probes(saved.q))
             self.samples += 1
 
+    def _negative_pivots(self, saved: SavedState, t: float) -> int:
+        """Negative pivots of the stiffness at a saved state, by the solver or else by the analysis."""
+        if saved.negative_pivots is not None:
+            return saved.negative_pivots
+        return self.analysis.negative_pivots(self.current, t, saved.q)
+
     def _record(self, writer: ResultWriter, saved: SavedState) -> None:
         observed = saved.observation
         stored = observed.energy.potential
@@ -319,7 +332,7 @@ class RecordedSolve:
                 pair_friction_energy=saved.pair_energy[0],
                 pair_damping_energy=saved.pair_energy[1],
                 shape=self.current.shape(t, saved.q),
-                negative_pivots=self.analysis.negative_pivots(self.current, t, saved.q),
+                negative_pivots=self._negative_pivots(saved, t),
                 channels=(
                     self.channels.values(self.current, saved if t == saved.time else replace(saved, time=t))
                     if self.channels

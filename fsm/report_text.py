@@ -48,7 +48,9 @@ def degrees(angle: float) -> str:
 
 
 def stress_text(stress: float) -> str:
-    """Stress as text in GPa or MPa."""
+    """Stress as text in GPa, MPa or Pa."""
+    if abs(stress) < 1e4:
+        return f"{stress:.4g} Pa"
     return f"{1e-9 * stress:.4g} GPa" if stress >= 1e9 else f"{1e-6 * stress:.4g} MPa"
 
 

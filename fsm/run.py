@@ -62,7 +62,7 @@ def run_case(
         only the times in the summary cover the last part alone. If the case is already solved, only curves and plots are
         written. If the files belong to another case, the run starts from the beginning and reports it with the progress.
     figures : bool
-        Whether to draw figures.
+        Whether to draw figures, in the style and format of `fsm.plots.drawing`.
 
     Returns
     -------
@@ -221,5 +221,5 @@ def _write(solution: Solution, out: Path, figures: bool) -> None:
         else:  # of an earlier run in this folder
             (out / name).unlink(missing_ok=True)
     if figures:
-        draw(solution, out)
+        draw(solution, out, alone=True)
     write_summary(solution.summary, out / SUMMARY)

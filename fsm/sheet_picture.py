@@ -6,19 +6,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from fsm.atomic_write import atomic_write
 from fsm.errors import CaseError
+from fsm.facet_picture import draw_facets
+from fsm.plots.drawing import FORMATS
+from fsm.plots.legend import add_legend_across
+from fsm.plots.space import draw_axes
+from fsm.plots.style import WIDE, figure
 from fsm.scene.case import Case
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
-from fsm.scene.patterns.places import place_of
+from fsm.scene.patterns.places import Place, place_of
 from fsm.scene.sheet import Sheet
+from fsm.scene.step_items import loads_of
 
 __all__ = ["draw_sheet"]
 
@@ -38,74 +42,91 @@ def draw_sheet(case: Case, path: str | Path) -> None:
     ----------
     case : Case
         Case with `sheet`.
-    path : name of a PNG file
+    path : name of a PNG, SVG or PDF file
 
     Raises
     ------
     CaseError
-        The path does not name a PNG file, or the pattern is faulty.
+        The path does not name a picture, or the pattern is faulty.
     """
     path = Path(path)
-    if path.suffix.lower() != ".png":
-        raise CaseError(f"{path}: is not the name of a PNG; the preview of a sheet is a picture, give --out FILE.png")
+    if path.suffix.lower() not in FORMATS:
+        names = ", ".join(suffix.removeprefix(".").upper() for suffix in FORMATS)
+        raise CaseError(f"{path}: the preview of a sheet is a picture ({names}); give --out FILE.png")
     assert case.sheet is not None
+    if case.sheet.facets == "flexible":
+        draw_facets(case, path)
+        return
     pattern = pattern_of(case.sheet)
-    figure = Figure(figsize=(10.0, 5.2), dpi=150)
-    FigureCanvasAgg(figure)
-    if pattern.flat is not None:
-        _draw_flat(figure.add_subplot(1, 2, 1), pattern, pattern.flat * 1e3, _marks(case, case.sheet, pattern))
-    columns = 1 if pattern.flat is None else 2
-    _draw_space(figure.add_subplot(1, columns, columns, projection="3d"), pattern)
-    letters = [letter for letter in ASSIGNMENTS if letter in pattern.assignment]
-    styles = [(ASSIGNMENTS[letter], *_STYLES[letter]) for letter in letters]
-    handles = [Line2D([], [], color=colour, ls=dashes, lw=width, label=name) for name, colour, dashes, width in styles]
-    if pattern.flat is not None:
-        handles += [Line2D([], [], color="#000000", marker="^", ls="", label="support")] if case.sheet.support else []
-        handles += [Line2D([], [], color="#E69F00", marker="o", ls="", label="driven")] if case.drive else []
-    figure.legend(handles=handles, loc="lower center", ncols=len(handles), fontsize=8, frameon=False)
-    with atomic_write(path) as part:
-        figure.savefig(part, format="png")
+    with figure(path, (WIDE[0], 3.9 if pattern.flat is not None else 4.6)) as fig:
+        marks = _marks(case, case.sheet, pattern)
+        if pattern.flat is not None:
+            _draw_flat(fig.add_subplot(1, 2, 1), pattern, pattern.flat * 1e3, marks)
+        columns = 1 if pattern.flat is None else 2
+        _draw_space(fig.add_subplot(1, columns, columns, projection="3d"), pattern, marks)
+        letters = [letter for letter in ASSIGNMENTS if letter in pattern.assignment]
+        styles = [(ASSIGNMENTS[letter], *_STYLES[letter]) for letter in letters]
+        handles = [Line2D([], [], color=c, ls=dashes, lw=width, label=name) for name, c, dashes, width in styles]
+        roles = {"^": "support", "o": "driven", "s": "loaded"}
+        shown = dict.fromkeys((marker, colour) for _, marker, colour in marks)
+        handles += [Line2D([], [], color=c, marker=marker, ls="", label=roles[marker]) for marker, c in shown]
+        add_legend_across(fig, handles, "lower", columns=6)
 
 
-def _marks(case: Case, sheet: Sheet, pattern: Pattern) -> list[tuple[np.ndarray, str, str]]:
-    """Points (n, 2) of the flat pattern with marker and colour: supports and driven places, m."""
+Marks = list[tuple[Place, str, str]]
+"""Places with marker and colour."""
+
+
+def _marks(case: Case, sheet: Sheet, pattern: Pattern) -> Marks:
+    """Supports, driven and loaded places."""
     places = [(support.at, "^", "#000000") for support in sheet.support]
     for drive in case.drive:
         at = f"edge {drive.edge}" if drive.edge is not None else drive.at
         places += [(at, "o", "#E69F00")] if at is not None else []
-    assert pattern.flat is not None
+    places += [(load.at, "s", "#56B4E9") for _, load in loads_of(case) if load.at is not None and load.pressure is None]
     found = []
     for at, marker, colour in places:
         try:
-            place = place_of(pattern, at)
+            found.append((place_of(pattern, at), marker, colour))
         except ValueError:
             continue  # `fsm check` reports it
-        points = pattern.flat[list(place.vertices)]
-        if place.facet is not None:
-            points = pattern.flat[list(pattern.faces[place.facet])].mean(axis=0)[None]
-        found.append((points, marker, colour))
     return found
 
 
-def _draw_flat(ax: Any, pattern: Pattern, flat: np.ndarray, marks: list[tuple[np.ndarray, str, str]]) -> None:
+def _draw_marks(ax: Any, pattern: Pattern, points: np.ndarray, marks: Marks) -> None:
+    """Draw marks at places on a pattern whose vertices are at points, mm."""
+    for place, marker, colour in marks:
+        at = points[list(place.vertices)]
+        if place.facet is not None:
+            at = points[list(pattern.faces[place.facet])].mean(axis=0)[None]
+        ax.plot(*at.T, marker, color=colour, markersize=5)
+
+
+def _is_numbered(pattern: Pattern) -> bool:
+    """Whether the picture has the numbers of vertices and facets."""
+    return max(len(pattern.vertices), len(pattern.faces)) <= _NUMBERED
+
+
+def _draw_flat(ax: Any, pattern: Pattern, flat: np.ndarray, marks: Marks) -> None:
     for letter, (colour, dashes, width) in _STYLES.items():
         chosen = [k for k, own in enumerate(pattern.assignment) if own == letter]
         lines = list(flat[pattern.edges[chosen]])
         ax.add_collection(LineCollection(lines, colors=colour, linestyles=dashes, linewidths=width))
-    for points, marker, colour in marks:
-        ax.plot(*(1e3 * points.T), marker, color=colour, markersize=5)
-    if max(len(flat), len(pattern.faces)) <= _NUMBERED:
+    _draw_marks(ax, pattern, flat, marks)
+    if _is_numbered(pattern):
         for number, place in enumerate(flat, 1):
-            ax.annotate(str(number), place, xytext=(2, 2), textcoords="offset points", fontsize=6)
+            text = ax.annotate(str(number), place, xytext=(3, 3), textcoords="offset points", fontsize=7, zorder=5)
+            text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
         for number, face in enumerate(pattern.faces, 1):
-            ax.text(*flat[list(face)].mean(axis=0), str(number), fontsize=6, color="#666666", ha="center", va="center")
-    ax.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)", title="flat pattern; numbers of vertices, of facets in grey")
-    ax.title.set_fontsize(9)
+            ax.text(*flat[list(face)].mean(axis=0), str(number), fontsize=7, color="#666666", ha="center", va="center")
+    title = "flat pattern (grey: numbers of facets)" if _is_numbered(pattern) else "flat pattern"
+    ax.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)", title=title)
     ax.autoscale_view()
 
 
-def _draw_space(ax: Any, pattern: Pattern) -> None:
+def _draw_space(ax: Any, pattern: Pattern, marks: Marks) -> None:
     points = 1e3 * pattern.vertices
+    _draw_marks(ax, pattern, points, marks)
     ax.add_collection3d(Poly3DCollection([points[list(face)] for face in pattern.faces], facecolors="#F4F1E8", alpha=0.7))
     for letter, (colour, dashes, width) in _STYLES.items():
         chosen = [k for k, own in enumerate(pattern.assignment) if own == letter]
@@ -113,11 +134,5 @@ def _draw_space(ax: Any, pattern: Pattern) -> None:
             lines = list(points[pattern.edges[chosen]])
             ax.add_collection3d(Line3DCollection(lines, colors=colour, linestyles=dashes, linewidths=width))
     low, high = points.min(axis=0), points.max(axis=0)
-    sides = np.maximum(high - low, 0.05 * float((high - low).max()))
-    middle = 0.5 * (low + high)
-    for axis, centre, side in zip("xyz", middle, sides, strict=True):
-        getattr(ax, f"set_{axis}lim")(centre - 0.5 * side, centre + 0.5 * side)
-    ax.set_box_aspect(sides)
-    ax.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)", title="start")
-    ax.title.set_fontsize(9)
-    ax.tick_params(labelsize=6)
+    draw_axes(ax, np.maximum(high - low, 0.05 * float((high - low).max())), 0.5 * (low + high), "mm")
+    ax.set_title("start")

@@ -33,6 +33,7 @@ def summary_of(
     energy_balance: EnergyBalance,
     warnings: list[str],
     round_off: RoundOff,
+    arcs: Sequence[int] = (),
 ) -> dict[str, Any]:
     """Content of summary.json without run times: results of the analysis, counters, energy error and warnings.
 
@@ -43,8 +44,10 @@ def summary_of(
     statistics, energy_balance : counters and energy balance of the solve
     warnings : warnings before and during the solve
     round_off : round-off of the forces; its part is a lower bound of the energy error
+    arcs : numbers of the steps by arc length, from 1; they pass unstable equilibria without a snap
     """
-    events = sorted([*statistics.events, *unstable_passages(solution, statistics.events)], key=lambda event: event.time)
+    passages = unstable_passages(solution, statistics.events, arcs)
+    events = sorted([*statistics.events, *passages], key=lambda event: event.time)
     summary: dict[str, Any] = {**_PULL_DEFAULTS}
     summary |= analysis.summarise(solution, statistics)
     summary |= {
@@ -90,13 +93,13 @@ def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, A
     return vibration | pull | {"warnings": warnings, "deploy": deployment}
 
 
-def unstable_passages(solution: Solution, events: Sequence[Event]) -> list[Event]:
+def unstable_passages(solution: Solution, events: Sequence[Event], arcs: Sequence[int] = ()) -> list[Event]:
     """Events for unstable records that no event of the solve covers, one event for each run of successive records.
 
     An event lasts from the last stable record before to the first stable record after. The event is a "vibration" if the
-    drive stands still during it. The solver of a dynamic run reports no events.
+    drive stands still during it. The solver of a dynamic run reports no events. Steps `arcs` by arc length have none.
     """
-    time, unstable = solution.time, solution.negative_pivots > 0
+    time, unstable = solution.time, (solution.negative_pivots > 0) & ~np.isin(solution.step, arcs)
     for event in events:
         unstable &= ~((time >= event.time) & (time <= event.end_time))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], unstable, [False]]).astype(int)))

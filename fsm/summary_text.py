@@ -6,7 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from fsm.load_names import PRESSURE
+
 __all__ = ["summary_lines"]
+
+_LIMIT_POINTS = 6
+"""Largest number of limit points of a step in the lines."""
 
 
 def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
@@ -30,6 +35,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
             f"{100 * state['slack_fraction']:.3g} % slack"
         )
     lines += _step_lines(summary.get("step", ()))
+    lines += [text for step in summary.get("step", ()) for text in _limit_points(step)]
     turns = any(step.get("drive", "").endswith("(turn)") for step in summary.get("step", ()))
     unit, way = ("N m", "mrad of turn") if turns else ("N", "mm of travel")
     if summary.get("peak_force"):
@@ -63,10 +69,23 @@ def _step_lines(steps: Sequence[dict[str, Any]]) -> list[str]:
         if step.get("peak_force"):
             unit = "N m" if step["drive"].endswith("(turn)") else "N"
             text += f", peak force {step['peak_force']:.4g} {unit}"
-        for point in step.get("limit_points", ()):
-            found = [f"{load['size']:.4g} N at {1e3 * load['displacement']:.4g} mm" for load in point["loads"].values()]
-            text += f", limit point {', '.join(found)}"
         if "frequencies_hz" in step:
             text += f", {', '.join(f'{f:.4g}' for f in step['frequencies_hz'][:6])} Hz"
         lines.append(text)
+    return lines
+
+
+def _limit_points(step: dict[str, Any]) -> list[str]:
+    """One line for each of the first limit points of a path by arc length."""
+    points, lines = step.get("limit_points", ()), []
+    for point in points[:_LIMIT_POINTS]:
+        loads = [
+            f"{name} {load['size']:.4g} Pa at {load['displacement']:.4g} m^3"
+            if name.endswith(PRESSURE) else f"{name} {load['size']:.4g} N at {1e3 * load['displacement']:.4g} mm"
+            for name, load in point["loads"].items()
+        ]
+        text = ", ".join(loads) or f"program time {point['program_time']:.4g} s"
+        lines.append(f"limit point {text}; negative modes beyond it: {point['negative_modes']}")
+    if len(points) > _LIMIT_POINTS:
+        lines.append(f"            and {len(points) - _LIMIT_POINTS} more; see step.limit_points in summary.json")
     return lines

@@ -8,18 +8,15 @@ velocity u holds velocities in inertial axes and angular rates in body axes. Inc
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
-from scipy import sparse
 
-from fsm.blocks import BlockPattern, Elimination
+from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.system_records import (
     Depths,
     Energy,
     Linearised,
-    NewtonRules,
-    NewtonSolution,
     Observation,
     PreviousState,
     Ready,
@@ -27,7 +24,10 @@ from fsm.system_records import (
     StepRejection,
 )
 
-__all__ = ["ArrayRestSystem", "ArraySystem", "MixedSystem", "System"]
+if TYPE_CHECKING:
+    from scipy import sparse
+
+__all__ = ["ArrayRestSystem", "ArrayStaticSystem", "ArraySystem", "MixedSystem", "StaticArrays", "System"]
 
 
 class System(Protocol):
@@ -49,6 +49,9 @@ class System(Protocol):
     """Whether the pattern of K and D is constant, because no bodies can come into contact."""
     of_vectors: bool
     """Whether coordinates are slopes, not angles: a straight path between two states strains the elements."""
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.nq} coordinates, {self.dof} degrees of freedom)"
 
     @property
     def dof(self) -> int:
@@ -81,10 +84,14 @@ class System(Protocol):
 
     def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """d(q')/dq (nq, nq) and d(q')/du = T (nq, nu)."""
+        from scipy import sparse
+
         return sparse.csr_matrix((self.nq, self.nq)), sparse.eye_array(self.nu, format="csr")
 
     def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
         """Derivative dx/dq (nu, nq): increment in the tangent space for a change of q."""
+        from scipy import sparse
+
         return sparse.eye_array(self.nu, format="csr")
 
     def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
@@ -107,6 +114,10 @@ class System(Protocol):
     def mass(self, q: np.ndarray) -> sparse.csr_matrix:
         """Mass matrix (nu, nu)."""
         ...
+
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Momentum M(q) u, (nu,)."""
+        return np.asarray(self.mass(q) @ u)
 
     def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
         """Mass matrix as block data on the pattern of `linearise`."""
@@ -213,7 +224,7 @@ class System(Protocol):
         return None
 
     def shortest_step(self) -> float:
-        """Step (s) below which errors cut no step, because the mesh does not resolve faster waves; 0 for none."""
+        """Shortest step of error control, s, because the mesh does not resolve faster waves; 0 without a limit."""
         return 0.0
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
@@ -250,7 +261,10 @@ class ArrayRestSystem(Protocol):
     """System whose equilibria are found in kernels, if all its forces have arrays."""
 
     def arrays_at_rest(self, ready: Ready) -> Any:
-        """`fsm.stepping.equilibrium.RestModel` of this system, always the same; None if something has no arrays."""
+        """`fsm.stepping.equilibrium.RestModel` of this system, always the same.
+
+        None if something has no arrays, or if the equations are large: `Elimination.large`.
+        """
         ...
 
 
@@ -293,23 +307,39 @@ class MixedSystem(Protocol):
         """Depths after an increment, with forces to first order; other arguments as in `linearise_mixed`."""
         ...
 
-    def newton_pattern(self) -> BlockPattern | None:
-        """Pattern of the matrices if the system runs Newton's method in one call (see `newton_solve`); otherwise None."""
+
+@runtime_checkable
+class ArrayStaticSystem(Protocol):
+    """System whose quasi-static steps are solved in one kernel, if all its forces have arrays."""
+
+    def static_arrays(self, ready: Ready) -> StaticArrays | None:
+        """Arrays of this system, always the same, with the factors of `ready`; None if something has no arrays."""
         ...
 
-    def newton_solve(
-        self,
-        t: float,
-        q: np.ndarray,
-        before: PreviousState,
-        efforts: np.ndarray,
-        largest_reaction: float,
-        rules: NewtonRules,
-        elimination: Elimination,
-        factors: np.ndarray,
-    ) -> NewtonSolution | None:
-        """Equilibrium at time t by the iterations of `EquilibriumStep` in one call; None if this fast method fails.
 
-        `factors` receives the factors of the last matrix.
+class StaticArrays(Protocol):
+    """Arrays of an `ArrayStaticSystem`.
+
+    Attributes
+    ----------
+    model : Any
+        `fsm.stepping.quasi_static.StaticModel` of the arrays.
+    """
+
+    model: Any
+
+    @property
+    def lacks(self) -> bool:
+        """Whether Newton's method stopped because the arrays have to be larger; `begin` enlarges them."""
+        ...
+
+    def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray, most: float) -> None:
+        """Set the time, the last state, and the efforts to begin with; q is any configuration.
+
+        The law of a new contact is linearised where its force is `most` (N), if it is above.
         """
+        ...
+
+    def end(self) -> tuple[np.ndarray, BlockMatrix, bool]:
+        """Efforts at the end, the matrix of the last factorisation, and whether it is symmetric."""
         ...

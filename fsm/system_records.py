@@ -1,19 +1,19 @@
-"""Records that systems return to solvers: energies, contacts, scales, linearisations, results of Newton's method."""
+"""Records that systems return to solvers: energies, contacts, scales and linearisations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 
 __all__ = [
-    "Depths", "DriveState", "Energy", "Linearised", "NewtonRules", "NewtonSolution", "Observation", "PairState",
-    "PreviousState", "Ready", "Scales", "StepRejection",
+    "Depths", "DriveState", "Energy", "Linearised", "Observation", "PairState", "PreviousState", "Ready", "Scales",
+    "StepRejection",
 ]  # fmt: skip
 
 
@@ -204,60 +204,3 @@ Ready: TypeAlias = Callable[[BlockPattern], tuple[Elimination, np.ndarray]]
 
 Depths: TypeAlias = Any
 """Depths at which contacts are linearised; only the system interprets them."""
-
-
-class NewtonRules(NamedTuple):
-    """Convergence criteria of Newton's method for one quasi-static step.
-
-    Attributes
-    ----------
-    tolerance : -
-        Residual at an equilibrium, over the largest reaction.
-    round_off : -
-        Round-off of forces, over stiffness times size.
-    small_correction : -
-        Correction, over the span of the structure or in radians, below which the residual is checked before the tangent.
-    largest_correction : -
-        Largest correction, over the span of the structure or in radians.
-    overshoot : -
-        A correction overshoots if its work changes sign and exceeds this multiple of the work before.
-    large_residual, slow_reduction, patience : -, -, iterations
-        The iteration stops after `patience` iterations if the residual exceeds `large_residual` times the largest reaction,
-        and `slow_reduction` times the first residual.
-    max_iterations : largest number of iterations
-    """
-
-    tolerance: float
-    round_off: float
-    small_correction: float
-    largest_correction: float
-    overshoot: float
-    large_residual: float
-    slow_reduction: float
-    patience: float
-    max_iterations: int
-
-
-class NewtonSolution(NamedTuple):
-    """Equilibrium found by Newton's method: see `fsm.solve.equilibrium_step.Equilibrium`.
-
-    Attributes
-    ----------
-    q, efforts : configuration, and the forces and moments of the springs
-    residual : (nu,) array, N and N m
-    matrix : BlockMatrix
-        Matrix K + D/dt of the last factorisation.
-    symmetric : bool
-        Whether the matrix is symmetric.
-    iterations : int
-    round_off : N
-        Round-off floor of the residual.
-    """
-
-    q: np.ndarray
-    efforts: np.ndarray
-    residual: np.ndarray
-    matrix: BlockMatrix
-    symmetric: bool
-    iterations: int
-    round_off: float

@@ -17,6 +17,7 @@ from fsm.atomic_write import atomic_write, remove_partial_files
 from fsm.errors import CannotWrite, CaseError, Fault
 from fsm.folder_lock import locked_folder
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib
+from fsm.plots.drawing import FORMATS, drawing, file_format, selected
 from fsm.pool import JobOutcome, run_jobs
 from fsm.results.summary_file import SUMMARY, read_summary
 from fsm.scene.load_case import LoadedCase
@@ -39,6 +40,8 @@ class Job:
     loaded: LoadedCase
     out: Path
     resume: bool
+    style: tuple[str, str]
+    """Arguments of `fsm.plots.drawing.drawing`."""
 
 
 def run_table(
@@ -110,7 +113,7 @@ def _run_cases(
         if same and _is_solved(where):
             rows[index] = _row(case, where)
         else:
-            jobs[index] = Job(case.loaded, where, same)
+            jobs[index] = Job(case.loaded, where, same, selected())
     remove_partial_files(folder)
     try:
         _run_rows(cases, jobs, rows, kernels, workers, progress)
@@ -219,7 +222,8 @@ def run_row(job: Job) -> dict[str, Any]:
             (job.out / name).unlink(missing_ok=True)
         with atomic_write(job.out / RESOLVED) as part:
             part.write_text(job.loaded.text, encoding="utf-8")
-        return run_in_locked_folder(job.loaded, job.out, progress=False, resume=job.resume)
+        with drawing(*job.style):
+            return run_in_locked_folder(job.loaded, job.out, progress=False, resume=job.resume)
 
 
 def _same_case(folder: Path, loaded: LoadedCase) -> bool:
@@ -332,7 +336,7 @@ def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     from fsm.plots.force import plot_overlay
     from fsm.results.store import read_solution
 
-    plot_overlay([(name, read_solution(folder / name / RESULT)) for name in names], folder / OVERLAY)
+    plot_overlay([(name, read_solution(folder / name / RESULT)) for name in names], _figure(folder / OVERLAY))
 
 
 def _plot_study(
@@ -346,7 +350,15 @@ def _plot_study(
     if films:
         from fsm.plots.study import plot_study
 
-        plot_study(films, columns, reference, folder / STUDY)
+        plot_study(films, columns, reference, _figure(folder / STUDY))
+
+
+def _figure(path: Path) -> Path:
+    """Path of a figure in the selected format; its files in other formats, of an earlier run, are deleted."""
+    for suffix in FORMATS:
+        if suffix != file_format():
+            path.with_suffix(suffix).unlink(missing_ok=True)
+    return path.with_suffix(file_format())
 
 
 @contextmanager

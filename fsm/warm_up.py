@@ -71,9 +71,9 @@ def _round_tips() -> None:
     round_tips(numbers, none, numbers, none, none, np.zeros((0, 6)), none, none, none)
 
 
-def _springs(spatial: bool) -> None:
+def _springs(spatial: bool, curved: bool) -> None:
     """Solve the start of the equilibrium path of a small strip without contact."""
-    _, system = compile_case(warm_up_springs(spatial))
+    _, system = compile_case(warm_up_springs(spatial, curved))
     end = 1e-3 * (system.end_time() or 1.0)
     follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
 
@@ -112,7 +112,8 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
     **{f"many steps at once, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
-    **{f"springs alone, {space}": (partial(_springs, space == "spatial"),) for space in SPACES},
+    **{f"statics in one call, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
+    **{f"statics with tabulated creases, {space}": (partial(_springs, space == "spatial", True),) for space in SPACES},
     **{
         f"structured Radau, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial"), ("Radau-blocks",)),)
         for space in SPACES

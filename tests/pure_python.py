@@ -23,9 +23,9 @@ FILES = {
     "unit": (
         "ancf_elements ancf_reduced ancf_shape ancf_wrinkle beams box_pairs box_tree bristle chord_shortcuts "
         "compile contact_forces contact_surface coupling crease_hysteresis_law drive edge_edge end_taper even_dampers "
-        "friction_laws from_deployed groups increments keys latch laws ligament linear normal_laws obstacles one_pass "
-        "pair_state pattern plate_contacts point_shape pose pressed radau_structured scipy_ivp shape_distance "
-        "newton_springs start_overlap swing_twist time_function"
+        "facets friction_laws from_deployed groups increments keys latch laws ligament linear normal_laws obstacles "
+        "one_pass pair_state pattern plate_contacts point_shape pose pressed radau_structured scipy_ivp shape_distance "
+        "start_overlap swing_twist time_function"
     ),
     "physics": "tangents momentum",
 }

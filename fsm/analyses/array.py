@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -15,11 +16,13 @@ from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.ancf.scissor_system import ScissorSystem
+from fsm.kernels.pieces import Pieces, program_at
 from fsm.scene.builders.scissor import Array, array_at
 from fsm.scene.loads import TimeFunction
 from fsm.scene.materials import DAMPING, Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-from fsm.segments.time_function import breaks, curvature, factor, slope
+from fsm.segments.pieces_of import of_function, pieces_of
+from fsm.segments.time_function import breaks
 
 __all__ = ["compile_array"]
 
@@ -30,9 +33,15 @@ class _Factor:
 
     function: TimeFunction
 
+    @cached_property
+    def program(self) -> Pieces:
+        """See `fsm.ancf.time_functions.Piecewise`."""
+        return pieces_of([of_function(self.function)])
+
     def at(self, t: float) -> tuple[float, float, float]:
         """Value, slope and curvature."""
-        return factor(self.function, t), slope(self.function, t), curvature(self.function, t)
+        value, slope, curvature = program_at(self.program, 0, float(t))
+        return value, slope, curvature
 
     def breaks(self) -> tuple[float, ...]:
         """Times at which the function is not smooth, s."""
@@ -134,8 +143,7 @@ def _hinges(
             law[k, :5] = hinge.rest_turn, hinge.stiffness, hinge.damping, hinge.friction_moment, hinge.friction_speed
         if stop is not None and kind == "middle":
             law[k, 5:] = 2.0 * (scissor.initial_angle - stop.angle), stop.stiffness, stop.damping
-    latched = np.zeros(len(found), dtype=np.bool_)
-    group = HingeGroup(vectors, initial, _senses(scissor, mesh, points, vectors, initial), law, latched)
+    group = HingeGroup(vectors, initial, _senses(scissor, mesh, points, vectors, initial), law)
     return group, tuple(name for _, _, name in found)
 
 

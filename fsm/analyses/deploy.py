@@ -21,7 +21,7 @@ from fsm.results.quantities import bent_energy, summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.start import start_of
-from fsm.segments.arrays_of import has_arrays
+from fsm.segments.elements import CreaseGroup
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.plan import PlannedStep, plan_of
@@ -29,6 +29,7 @@ from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
 from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
+from fsm.sheet_motion import fold_warning, folded_parts
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
@@ -44,13 +45,13 @@ _NAMED = 3
 
 
 _STRETCHED = 0.01
-"""Opening of a joint relative to the length of a segment, above which a strip is pulled beyond its reach (sheets yield
-before)."""
+"""Opening of a joint relative to the length of a segment, above which a strip is pulled beyond its reach.
+Real sheets yield earlier."""
 
 _TORN = 1e-3
 """Opening of a crease relative to the length of a facet, above which the facets of a sheet cannot follow a motion."""
 _DEEP = 0.2
-"""Penetration of contacts over the largest thickness, above which it is too deep."""
+"""Ratio of the penetration of contacts to the largest thickness, above which there is a warning."""
 _COARSE = 0.05
 """Error of the peak force due to the segments, above which there is a warning."""
 
@@ -91,14 +92,20 @@ class Deployment(Analysis):
         if any(isinstance(group, HysteresisGroup) for group in self.system.groups):
             found.append(f"hysteresis, {space}")
         if method == "static":
-            if self.system.newton_pattern() is not None:
-                found.append(f"springs alone, {space}")
+            from fsm.segments.arrays_of import has_static_arrays  # imports the kernels of all steps
+
+            if has_static_arrays(self.system):
+                curved = any(isinstance(group, CreaseGroup) for group in self.system.groups)
+                found.append(f"statics {'with tabulated creases' if curved else 'in one call'}, {space}")
             return tuple(found)
         found.append(f"in time, {space}")
         if method == "Radau-blocks":
             found.append(f"structured Radau, {space}")
-        elif method in ("generalized-alpha", "newmark") and has_arrays(self.system):
-            found.append(f"many steps at once, {space}")
+        elif method in ("generalized-alpha", "newmark"):
+            from fsm.segments.arrays_of import has_arrays  # imports the kernels of all steps
+
+            if has_arrays(self.system):
+                found.append(f"many steps at once, {space}")
         return tuple(found)
 
     def method(self) -> tuple[str, str]:
@@ -114,7 +121,7 @@ class Deployment(Analysis):
         solve, end = step.solve, step.end
         max_step = solve.max_step or math.inf
         if step.method == "arc-length":
-            return ArcSettings(end, max_steps=solve.max_steps)
+            return ArcSettings(end, max_steps=solve.max_steps, side=solve.branch or 0.0)
         if step.method != "static":
             settings = Settings(
                 step.method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step,
@@ -249,9 +256,27 @@ class Deployment(Analysis):
         if self.case.sheet is not None:
             states = zip(solution.time, solution.q, strict=True)
             summary["joint_opening"] = max(self.system.max_joint_opening(float(t), q)[0] for t, q in states)
+            summary["folded"] = self._folded(solution)
+        if self.scene.facets is not None and self.scene.facets.probes:
+            from fsm.analyses.facet_results import probe_displacements  # imports all kinds of elements
+
+            summary["probe_displacement"] = probe_displacements(self.system, self.scene.facets, solution)
         if self._with_impacts:
             summary["motion_error"] = None if self._motion_error is None else self._motion_error.largest
         return summary
+
+    def _folded(self, solution: Solution) -> dict[str, Any]:
+        """Parts of the rest angles that creases have reached with `sheet.fold_to`."""
+        assert self.case.sheet is not None
+        if not self.case.sheet.fold_to or self.scene.facets is None:
+            return folded_parts(solution) if self.case.sheet.fold_to else {}
+        from fsm.analyses.fold_results import folds_of  # imports all kinds of elements
+
+        folds = folds_of(self.scene)
+        if folds is None:
+            return {}
+        angles = folds.over_time(self.system, solution)[-1].tolist()
+        return folded_parts(solution, dict(zip(folds.data.names, angles, strict=True)))
 
     def _mesh_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> dict[str, float | None]:
         """Errors of peak and final force due to the segments: over the peak, and over the larger of both forces."""
@@ -316,7 +341,7 @@ class Deployment(Analysis):
                 "raise contact.stiffness"
             )
         found += _crossed(unwatched_crossings(solution, self.scene), driven=solution.travel.shape[1] > 0)
-        found += self._stretched(solution) + self._torn(summary)
+        found += self._stretched(solution) + self._torn(summary) + fold_warning(solution, summary.get("folded", {}))
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)

@@ -152,7 +152,7 @@ def _turns(position: Floats, across: Floats, panel: np.ndarray) -> Floats:
 
 def _crease_line(place: float, turn: float, number: int, strip: Strip, crease: Crease) -> CreaseLine:
     """Stiffness of a crease at its present angle, and the rotation at zero moment."""
-    folded = 2.0 * strip.fold_angle if crease.rest_angle is None else crease.rest_angle
+    folded = strip.crease_angle if crease.rest_angle is None else crease.rest_angle
     side = -1.0 if number % 2 else 1.0  # panels 1, 3, 5 rise: the strip bends down at crease 1
     psi = side * turn
     if isinstance(crease, LinearCrease):

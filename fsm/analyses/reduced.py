@@ -33,12 +33,12 @@ _CHECKED = 40
 _USELESS = 1.0
 """Error above which the modes do not describe the motion."""
 _STRETCHED = 0.1
-"""Error of the restoring force above which more modes do not help."""
+"""Error of the force from stretching, above which more modes do not reduce the error."""
 _FOLLOWS = 8.0
 """Ratio of a frequency to the mean frequency of a motion, above which a mode responds quasi-statically (error 1/16 at
 twice this ratio)."""
 _ROUNDING = 1e-6
-"""Increase of the energy that counts as round-off, relative to the energy of the modes."""
+"""Largest increase of the energy that is attributed to round-off, relative to the energy of the modes."""
 _NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
 
 

@@ -104,7 +104,7 @@ def _tension(case: Case) -> Iterator[str]:
     yield {
         "plain": "plain film: it carries compression; if it is unstable to wrinkles, the run refuses the case",
         "tension-field": "tension field: the film carries no compression; stresses are averages over wrinkles",
-        "auto": "plain film if both principal stresses are tensile everywhere and it is stable, else a tension field (auto)",
+        "auto": "auto: plain film if it is stable and its principal stresses are tensile everywhere, else tension field",
         "wrinkles": "wrinkles: resolved by the mesh, starting from an initial imperfection",
     }[tension.film]
 

@@ -14,7 +14,6 @@ from fsm.results.curve import ForceCurve
 from fsm.results.quantities import peaks
 from fsm.results.solution import Solution
 from fsm.results.step_data import StepModes
-from fsm.solve.modal import modes
 from fsm.solve.run_io import CurvePoint, Statistics
 from fsm.solve.status import Event, Outcome
 from fsm.system import System
@@ -72,7 +71,7 @@ def step_summaries(done: Sequence[StepResult], points: list[CurvePoint], solutio
             one["peak_kind"] = "quasi-static" if curve.has_quasi_static else "dynamic"
             one["final_force"] = float(forces[-1, drive])
             one["final_travel"] = float(part[-1].drive.travel[drive])
-        if result.path:
+        if result.path and result.method == "arc-length":
             one["limit_points"] = limit_points(result.path)
         if result.frequencies:
             one["frequencies_hz"] = result.frequencies
@@ -81,22 +80,44 @@ def step_summaries(done: Sequence[StepResult], points: list[CurvePoint], solutio
 
 
 def limit_points(path: dict[str, Any]) -> list[dict[str, Any]]:
-    """Points of an arc-length path at which the loads have an extremum: program time, and size and displacement of the
-    loads.
+    """Points of an arc-length path at which the loads have an extremum.
+
+    Returns
+    -------
+    list of dict
+        Program time, negative modes beyond the point, and size and displacement of every load. Each point is the vertex of a
+        parabola through three points of the path.
     """
-    time = np.array(path["time"])
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(time))) != 0.0) + 1
-    return [
-        {
-            "program_time": float(time[k]),
-            "loads": {name: {"size": rows[k][0], "displacement": rows[k][1]} for name, rows in path["loads"].items()},
-        }
-        for k in turns
-    ]
+    time, length = np.array(path["time"]), np.array(path["length"])
+    found = []
+    for k in np.flatnonzero(np.diff(np.sign(np.diff(time))) != 0.0) + 1:
+        near = slice(k - 1, k + 2)
+        weights = _at_vertex(length[near], time[near])
+        found.append({
+            "program_time": float(weights @ time[near]),
+            "negative_modes": int(path["negative_modes"][k + 1]),
+            "loads": {
+                name: dict(zip(("size", "displacement"), (weights @ np.array(rows[near])).tolist(), strict=True))
+                for name, rows in path["loads"].items()
+            },
+        })  # fmt: skip
+    return found
+
+
+def _at_vertex(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Weights (3,) of three points for values at the vertex of the parabola y(x) through them."""
+    slopes = np.diff(y) / np.diff(x)
+    curvature = (slopes[1] - slopes[0]) / (x[2] - x[0])
+    at = min(max(0.5 * (x[0] + x[1]) - 0.5 * slopes[0] / curvature, x[0]), x[2]) if curvature else x[1]
+    return np.array([
+        np.prod([(at - x[j]) / (x[i] - x[j]) for j in range(3) if j != i]) for i in range(3)
+    ])  # fmt: skip
 
 
 def step_modes(analysis: Analysis, system: System, step: RunStep, number: int, q: np.ndarray) -> StepModes:
     """Natural modes about a state."""
+    from fsm.solve.modal import modes  # imports large parts of SciPy
+
     found = modes(system, step.start, q, step.modes)
     here = system.shape(step.start, q)
     size = float(system.scales().span.min(initial=1.0)) * _SMALL

@@ -18,6 +18,7 @@ from fsm.ancf.arrays import (
     HELD_STIFFNESS,
     MASS,
     MATRIX,
+    NOW,
     NUMBERS,
     RATE_DEPENDENT,
     START,
@@ -34,20 +35,16 @@ from fsm.ancf.arrays import (
     pattern_of,
 )
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
-from fsm.kernels.block_lu import MAX_ERROR, REFINE_ABOVE, SYMMETRY_TOLERANCE, is_symmetric
+from fsm.kernels.block_equations import set_factors, solution
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.stepping.vectors import copy_into
 
 __all__ = [
-    "FAILED", "SYMMETRIC", "TRUSTED", "factors_of", "force", "forces_of_coordinates", "place", "renewed_force",
-    "rows_times", "set_matrix", "solve", "sum_forces", "sum_tangents",
+    "factorise_matrix", "force", "forces_of_coordinates", "hold", "place", "renewed_force", "rows_times", "set_matrix",
+    "solve", "sum_forces", "sum_tangents",
 ]  # fmt: skip
-
-SYMMETRIC, TRUSTED, FAILED = 0, 1, 2
-"""Indices of `Coordinates.flags`: two on the last factorisation, and whether any factorisation or solution has failed."""
-
 
 @kernel
 def rows_times(rows: Rows, vector: np.ndarray) -> np.ndarray:
@@ -67,6 +64,7 @@ def place(table: np.ndarray, t: float, since: float, q: np.ndarray, u: np.ndarra
     here, rates, start = floats_1d(table, Q), floats_1d(table, U), floats_1d(table, START)
     copy_into(q, here)
     copy_into(u, rates)
+    floats_1d(table, NUMBERS)[NOW] = t
     moved = moved_of(table)
     for i in range(moved.coordinates.shape[0]):
         value, slope, _ = program_at(moved.programs, moved.motions[i], t)
@@ -145,8 +143,15 @@ def _hold(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
 
 
 @kernel
+def hold(table: np.ndarray) -> None:
+    """Set the rows and columns of held coordinates in K and D."""
+    _hold(table, floats_1d(table, NUMBERS)[HELD_STIFFNESS], floats_3d(table, STIFFNESS))
+    _hold(table, 0.0, floats_3d(table, DAMPING))
+
+
+@kernel
 def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
-    """Write the forces on all coordinates at the present state, K and D."""
+    """Write the forces on all coordinates at the present state, K and D, without an effect of supports; see `hold`."""
     table = model.table
     total, stiffness, damping = floats_1d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for i in range(total.shape[0]):
@@ -162,9 +167,6 @@ def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
         flat, mass = damping.reshape(-1), floats_3d(table, FULL_MASS).reshape(-1)
         for i in range(flat.shape[0]):
             flat[i] += numbers[DAMPED] * mass[i]
-    _hold(table, numbers[HELD_STIFFNESS], stiffness)
-    if numbers[RATE_DEPENDENT] > 0.0:
-        _hold(table, 0.0, damping)
 
 
 @kernel
@@ -172,6 +174,7 @@ def renewed_force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) ->
     """See `fsm.stepping.model`."""
     place(model.table, t, t, q, u)
     sum_tangents(model, t, 1.0)
+    hold(model.table)
     return forces_of_coordinates(model.table, q)
 
 
@@ -179,17 +182,12 @@ def renewed_force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) ->
 
 
 @kernel
-def factors_of(model: Coordinates) -> bool:
+def factorise_matrix(model: Coordinates) -> bool:
     """Factorise the matrix; false if it is singular."""
-    matrix, p, flags = floats_3d(model.table, MATRIX), pattern_of(model.table), model.flags
-    symmetric = is_symmetric(matrix, p.transposed, SYMMETRY_TOLERANCE)
-    flags[SYMMETRIC], flags[TRUSTED] = 1 if symmetric else 0, 0
-    failed = model.factorise(
-        matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, symmetric, floats_3d(model.table, FACTORS)
+    table = model.table
+    return set_factors(
+        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags
     )
-    if failed >= 0:
-        flags[FAILED] = 1
-    return failed < 0
 
 
 @kernel
@@ -204,12 +202,7 @@ def set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float) -> Non
 @kernel
 def solve(model: Coordinates, right: np.ndarray) -> np.ndarray:
     """See `fsm.stepping.model`."""
-    p, flags, table = pattern_of(model.table), model.flags, model.table
-    x, error, refined = model.solve(
-        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, FACTORS), p.rows, p.columns,
-        floats_3d(table, MATRIX), right, REFINE_ABOVE, flags[SYMMETRIC] == 1, flags[TRUSTED] == 1,
-    )  # fmt: skip
-    if not error <= MAX_ERROR:
-        flags[FAILED] = 1
-    flags[TRUSTED] = 0 if refined else 1
-    return x
+    table = model.table
+    return solution(
+        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags, right
+    )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.ancf.array_forces import (
-    FAILED,
-    factors_of,
+    factorise_matrix,
     force,
     forces_of_coordinates,
+    hold,
     place,
     renewed_force,
     rows_times,
@@ -23,6 +23,8 @@ from fsm.ancf.arrays import (
     FIXED,
     FORCE,
     FORCINGS,
+    KEPT_DAMPING,
+    KEPT_STIFFNESS,
     KINDS,
     LAST,
     LAST_TIME,
@@ -46,27 +48,28 @@ from fsm.ancf.arrays import (
     pattern_of,
 )
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.block_equations import FAILED
 from fsm.kernels.block_lu import REFINE_ABOVE, multiply_blocks
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.stepping.equilibrium import RestCalls
 from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, Calls
-from fsm.stepping.vectors import copy_into
+from fsm.stepping.vectors import copy_into, inner, kept
 
-__all__ = ["AT_REST", "KERNELS"]
+__all__ = ["AT_REST", "KERNELS", "accept_present", "energies", "keep_tangent", "present_powers"]
 
 
 @kernel
 def _factorise(model: Coordinates, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:
     set_matrix(model.table, by_rate, by_acceleration)
-    return factors_of(model)
+    return factorise_matrix(model)
 
 
 @kernel
 def _factorise_mass(model: Coordinates) -> bool:
     copy_into(floats_3d(model.table, MASS), floats_3d(model.table, MATRIX))
-    return factors_of(model)
+    return factorise_matrix(model)
 
 
 @kernel
@@ -104,6 +107,15 @@ def _unable(model: Coordinates) -> bool:
     return model.flags[FAILED] == 1
 
 
+@kernel
+def keep_tangent(model: Coordinates, by_stiffness: float, by_damping: float, first: bool) -> bool:
+    """See `fsm.stepping.model`."""
+    table = model.table
+    kept(floats_3d(table, STIFFNESS), by_stiffness, first, floats_3d(table, KEPT_STIFFNESS))
+    kept(floats_3d(table, DAMPING), by_damping, first, floats_3d(table, KEPT_DAMPING))
+    return True
+
+
 # contacts: none ---------------------------------------------------------------------------------------------------------
 
 
@@ -122,6 +134,21 @@ def _longest_step(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) ->
     return np.inf
 
 
+@kernel
+def accept_present(model: Coordinates, t: float) -> None:
+    """Accept the present state."""
+    for k in range(model.accepting.shape[0]):
+        call_at(model.accepting[k], model.table, model.accept_tables[k], t)
+
+
+@kernel
+def _accept(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> float:
+    if model.accepting.shape[0] > 0:
+        place(model.table, t, t, q, u)
+        accept_present(model, t)
+    return np.inf
+
+
 # at rest ----------------------------------------------------------------------------------------------------------------
 
 
@@ -136,13 +163,14 @@ def _force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.ndarray:
 def _renewed_force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.ndarray:
     place(model.table, t, t, q, q)
     sum_tangents(model, t, 0.0)
+    hold(model.table)
     return forces_of_coordinates(model.table, q)
 
 
 @kernel
 def _factorise_stiffness(model: Coordinates) -> bool:
     copy_into(floats_3d(model.table, STIFFNESS), floats_3d(model.table, MATRIX))
-    done = factors_of(model)
+    done = factorise_matrix(model)
     model.flags[FAILED] = 0  # of time steps
     return done
 
@@ -193,7 +221,7 @@ def _reactions(model: Coordinates, t: float) -> np.ndarray:
     free = np.empty(total.shape[0])
     for i in range(total.shape[0]):
         free[i] = 0.0 if fixed[i] == 1 else total[i]
-    acceleration, _, _ = model.solve(
+    acceleration, _, _ = model.equations.solve(
         p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, MASS_FACTORS), p.rows, p.columns,
         floats_3d(table, MASS), free, REFINE_ABOVE, True, False,
     )  # fmt: skip
@@ -229,9 +257,10 @@ def _powers(model: Coordinates, t: float, record: np.ndarray) -> float:
 
 
 @kernel
-def _energies(
+def energies(
     model: Coordinates, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray
 ) -> tuple[float, float, float, float, float]:
+    """See `fsm.stepping.model`."""
     table = model.table
     lost = _dissipated(model, t, q, step)
     place(table, t, t, q, u)
@@ -253,9 +282,37 @@ def _energies(
     return kinetic, stored, lost, _powers(model, t, record), 0.0
 
 
+@kernel
+def present_powers(model: Coordinates, t: float, drive_force: np.ndarray) -> tuple[float, float]:
+    """Powers at the present state, as `powers`."""
+    table = model.table
+    damped, lost = floats_1d(table, NUMBERS)[DAMPED], 0.0
+    if floats_1d(table, NUMBERS)[RATE_DEPENDENT] > 0.0:
+        for k in range(model.kernels.shape[0]):
+            lost += call_at(model.kernels[k, LOST_AT], table, model.tables[k], 1.0)
+    if damped > 0.0:
+        rates = floats_1d(table, U)
+        lost += damped * inner(rates, rows_times(full_mass_of(table), rates))
+    count = floats_1d(table, SIZES).shape[0]
+    record = np.zeros(DRIVES + 2 * count)
+    put_in = _powers(model, t, record)
+    for k in range(count):
+        drive_force[k] += record[DRIVES + count + k]
+    return put_in, lost
+
+
+@kernel
+def powers(
+    model: Coordinates, t: float, q: np.ndarray, u: np.ndarray, of_pairs: np.ndarray, drive_force: np.ndarray
+) -> tuple[float, float]:
+    """See `fsm.stepping.model`."""
+    place(model.table, t, t, q, u)
+    return present_powers(model, t, drive_force)
+
+
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, solve, _mapped, _retract, _mass_times, _stiffness_times,
-    _damping_times, _contacts_opened, _part_of_step, _longest_step, _longest_step, _unable, _energies,
+    _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies, keep_tangent, powers,
 )  # fmt: skip
 """Kernels of `Coordinates` that time steps call."""
 AT_REST = RestCalls(_force_at_rest, _renewed_force_at_rest, _factorise_stiffness, _solved, _retract)

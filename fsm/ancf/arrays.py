@@ -1,24 +1,27 @@
 """ANCF meshes as a model of arrays, for compiled steps and equilibria (see `fsm.stepping.model`).
 
-It covers cables with loads, moved and held coordinates, gravity and damping by mass. Meshes with other elements take the
-same steps in Python. A new kind of element needs its kernels (`fsm.ancf.array_cables`) and a line in `fsm.ancf.arrays_of`.
+It covers all elements of the package with loads, moved and held coordinates, gravity and damping by mass. A mesh with
+other elements takes the same steps in Python. A new kind of element needs its kernels (`fsm.ancf.array_cables`) and a line
+in `fsm.ancf.arrays_of`.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import Pieces
 
 __all__ = [
     "CLEARED", "DAMPED", "DAMPING", "DIAGONAL", "FACTORS", "FIXED", "FORCE", "FORCE_AT", "FORCINGS", "FULL_MASS",
-    "HELD_STIFFNESS", "KINDS", "LAST", "LAST_TIME", "LOST_AT", "MASS", "MASS_FACTORS", "MATRIX", "NUMBERS", "Q",
-    "RATE_DEPENDENT", "SIZES", "START", "STIFFNESS", "STORED_AT", "TANGENT_AT", "U", "WEIGHT", "Arrays", "Coordinates",
-    "Moved", "Pattern", "Rows", "forcing_programs", "full_mass_of", "mass_of", "moved_of", "pattern_of",
+    "HELD_STIFFNESS", "KEPT_DAMPING", "KEPT_STIFFNESS", "KINDS", "LAST", "LAST_TIME", "LOST_AT", "MASS",
+    "MASS_FACTORS", "MATRIX", "NOW", "NUMBERS", "Q", "RATE_DEPENDENT", "SIZES", "START", "STIFFNESS", "STORED_AT",
+    "TANGENT_AT", "U", "WEIGHT", "Arrays", "Coordinates", "Moved", "Rows", "forcing_programs",
+    "full_mass_of", "mass_of", "moved_of", "pattern_of",
 ]  # fmt: skip
 
 
@@ -39,19 +42,6 @@ class Moved(NamedTuple):
     programs: Pieces
 
 
-class Pattern(NamedTuple):
-    """A `BlockPattern` and its `Elimination`."""
-
-    rows: np.ndarray
-    columns: np.ndarray
-    transposed: np.ndarray
-    order: np.ndarray
-    filled_rows: np.ndarray
-    filled_columns: np.ndarray
-    filled_diagonal: np.ndarray
-    place: np.ndarray
-
-
 class Arrays(NamedTuple):
     """Arrays of a mesh with its loads; all are of the n coordinates unless stated otherwise.
 
@@ -65,8 +55,9 @@ class Arrays(NamedTuple):
     stiffness, damping, matrix, mass, full_mass : block data
         `mass` has the rows of held coordinates replaced, `full_mass` has not.
     factors, mass_factors : block data of the pattern with fill-in
-    numbers : (3,) array
-        Stiffness of the oscillators of held coordinates; damping by mass, 1/s; 1 if forces depend on rates, else 0.
+    numbers : (4,) array
+        Stiffness of the oscillators of held coordinates; damping by mass, 1/s; 1 if forces depend on rates, else 0; present
+        time, s.
     forcings : (n_loads, n) array
         Forces at the factor 1.
     sizes : (n_motions,) array
@@ -76,6 +67,7 @@ class Arrays(NamedTuple):
     cleared, diagonal : int arrays
         Places in the flat block data of the rows and columns of held coordinates, and of their diagonal.
     last, last_time : coordinates and (1,) time at the end of the last step
+    kept_stiffness, kept_damping : block data, see `fsm.stepping.model.keep_tangent`
     rows, full_rows : the same mass matrices by rows
     forcing_programs, moved, pattern : arrays of each
     """
@@ -101,6 +93,8 @@ class Arrays(NamedTuple):
     diagonal: np.ndarray
     last: np.ndarray
     last_time: np.ndarray
+    kept_stiffness: np.ndarray
+    kept_damping: np.ndarray
     rows: Rows
     full_rows: Rows
     forcing_programs: Pieces
@@ -118,17 +112,21 @@ class Coordinates(NamedTuple):
         Addresses of the kernels of each group of elements, in the order of `FORCE_AT` and so on.
     tables : (n_groups, m, 4) int array
         Table of the arrays of each group.
-    flags : (3,) int array
-        See `fsm.ancf.array_kernels`.
-    factorise, solve : pointers to kernels of `fsm.kernels.block_lu`
+    accepting : (k,) int array
+        Addresses of kernels that take note of each accepted state, at its time; arguments as of `kernels`.
+    accept_tables : (k, m, 4) int array
+        Table of the arrays of each of them.
+    flags : (3,) int array, see `fsm.kernels.block_equations`
+    equations : EquationKernels
     """
 
     table: np.ndarray
     kernels: np.ndarray
     tables: np.ndarray
+    accepting: np.ndarray
+    accept_tables: np.ndarray
     flags: np.ndarray
-    factorise: Any
-    solve: Any
+    equations: EquationKernels
 
 
 FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT = range(4)
@@ -138,14 +136,15 @@ They add forces; add forces and tangents; return the stored energy (J); and retu
 """
 (
     Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,
-    FORCINGS, SIZES, KINDS, CLEARED, DIAGONAL, LAST, LAST_TIME, _MASS_ROWS,
-) = range(22)  # fmt: skip
+    FORCINGS, SIZES, KINDS, CLEARED, DIAGONAL, LAST, LAST_TIME, KEPT_STIFFNESS, KEPT_DAMPING,
+    _MASS_ROWS,
+) = range(24)  # fmt: skip
 """Rows of `Coordinates.table`."""
 _FULL_ROWS = _MASS_ROWS + len(Rows._fields)
 _PROGRAMS = _FULL_ROWS + len(Rows._fields)
 _MOVED = _PROGRAMS + len(Pieces._fields)
 _PATTERN = _MOVED + 3 + len(Pieces._fields)
-HELD_STIFFNESS, DAMPED, RATE_DEPENDENT = range(3)
+HELD_STIFFNESS, DAMPED, RATE_DEPENDENT, NOW = range(4)
 """Indices of `Arrays.numbers`."""
 
 
@@ -187,8 +186,4 @@ def moved_of(t: np.ndarray) -> Moved:
 @kernel
 def pattern_of(t: np.ndarray) -> Pattern:
     """Pattern of the table."""
-    k = _PATTERN
-    return Pattern(
-        integers_1d(t, k), integers_1d(t, k + 1), integers_1d(t, k + 2), integers_1d(t, k + 3), integers_1d(t, k + 4),
-        integers_1d(t, k + 5), integers_1d(t, k + 6), integers_1d(t, k + 7),
-    )  # fmt: skip
+    return pattern_at(t, _PATTERN)

@@ -4,19 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 
+from fsm.ancf.array_bars import BARS, arrays_of_bars
+from fsm.ancf.array_beams import BEAMS, arrays_of_beams
 from fsm.ancf.array_cables import CABLES, arrays_of_cables
+from fsm.ancf.array_facets import FACETS, arrays_of_facets
+from fsm.ancf.array_films import FILMS, arrays_of_films
+from fsm.ancf.array_folds import FOLDS, arrays_of_folds
+from fsm.ancf.array_hinges import HINGES, arrays_of_hinges
 from fsm.ancf.array_kernels import AT_REST, KERNELS
-from fsm.ancf.arrays import Arrays, Coordinates, Moved, Pattern, Rows
+from fsm.ancf.arrays import Arrays, Coordinates, Moved, Rows
+from fsm.ancf.beam_group import BeamGroup
 from fsm.ancf.cable import CableGroup
-from fsm.ancf.matrices import clear_held
-from fsm.ancf.programs import programs_of
+from fsm.ancf.crease_line import CreaseLineGroup
+from fsm.ancf.facet_group import FacetGroup
+from fsm.ancf.film import MembraneGroup
+from fsm.ancf.folds import FoldGroup
+from fsm.ancf.hinge import HingeGroup
+from fsm.ancf.matrices import set_held
+from fsm.ancf.time_functions import programs_of
+from fsm.ancf.truss import BarGroup
+from fsm.blocks import BlockPattern, Elimination
 from fsm.kernels.addresses import address_table
-from fsm.kernels.block_lu import factorise, solve_refined
+from fsm.kernels.block_equations import equation_kernels, pattern_arrays
+from fsm.kernels.block_lu import factorise
 from fsm.kernels.pointers import Pointer
 from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
@@ -25,10 +40,17 @@ from fsm.system_records import Ready
 if TYPE_CHECKING:
     from fsm.ancf.system import AncfSystem
 
-__all__ = ["Compiled", "has_arrays"]
+__all__ = ["Compiled", "Matrices", "coordinates_of", "has_arrays"]
 
 _KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.ndarray]]]] = {
     CableGroup: (CABLES, arrays_of_cables),
+    MembraneGroup: (FILMS, arrays_of_films),
+    BeamGroup: (BEAMS, arrays_of_beams),
+    HingeGroup: (HINGES, arrays_of_hinges),
+    FoldGroup: (FOLDS, arrays_of_folds),
+    CreaseLineGroup: (FOLDS, arrays_of_folds),
+    BarGroup: (BARS, arrays_of_bars),
+    FacetGroup: (FACETS, arrays_of_facets),
 }
 """By kind of group: kernels in the order of the columns of `Coordinates.kernels`, and the arrays of a group."""
 _KINDS = {"panels": 1, "creases": 2}
@@ -40,14 +62,15 @@ def has_arrays(system: AncfSystem) -> bool:
         return False
     functions = [forcing.time for forcing in system.loading.forcings]
     functions += [motion.time for motion in system.loading.motions]
-    return all(type(group) in _KERNELS for group in system.mesh.groups) and programs_of(functions) is not None
+    known = all(type(group) in _KERNELS and getattr(group, "has_arrays", True) for group in system.mesh.groups)
+    return known and programs_of(functions) is not None
 
 
 class Compiled:
     """Models of arrays of a system for which `has_arrays` is true: in motion, and at rest. They share all arrays."""
 
     def __init__(self, system: AncfSystem, ready: Ready) -> None:
-        self._arrays, self._held = _arrays_of(system, ready)
+        self._arrays, self._held = coordinates_of(system, Matrices.of(system, ready))
         self._state = system.initial()
 
     @cached_property
@@ -61,47 +84,82 @@ class Compiled:
         return RestModel.of(AT_REST, self._arrays, self._state[0])
 
 
-def _arrays_of(system: AncfSystem, ready: Ready) -> tuple[Coordinates, list[np.ndarray]]:
-    """Arrays of a system, and all arrays to which their addresses refer."""
-    pattern, loading, n = system.pattern, system.loading, system.nu
-    known, factors = ready(pattern)
-    p = Pattern(
-        pattern.indptr, pattern.indices, pattern.transposed, known.order, known.indptr, known.indices, known.diagonal,
-        known.place,
-    )  # fmt: skip
-    mass, mass_factors = system.inertia(system.start, pattern), np.zeros(factors.shape)
-    factorise(mass, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, mass_factors)
+class Matrices(NamedTuple):
+    """Block matrices in which the coordinates of a mesh are.
+
+    Attributes
+    ----------
+    pattern : BlockPattern
+    known, factors : its elimination, and data for factors
+    fixed : (n_rows, size) array
+        Held and moved coordinates.
+    mass, full_mass : block data, see `Arrays`
+    slots : list of (m, v, v) arrays
+        See `ElementGroup.add_linearised`.
+    """
+
+    pattern: BlockPattern
+    known: Elimination
+    factors: np.ndarray
+    fixed: np.ndarray
+    mass: np.ndarray
+    full_mass: np.ndarray
+    slots: list[np.ndarray]
+
+    @classmethod
+    def of(cls, system: AncfSystem, ready: Ready) -> Matrices:
+        """Matrices of a mesh alone."""
+        pattern = system.pattern
+        fixed, mass = system.fixed.reshape(-1, pattern.size), system.inertia(system.start, pattern)
+        return cls(pattern, *ready(pattern), fixed, mass, system.full_mass, system.slots)
+
+
+def coordinates_of(system: AncfSystem, matrices: Matrices) -> tuple[Coordinates, list[np.ndarray]]:
+    """Model of the coordinates of a system, and all arrays to which their addresses refer."""
+    pattern, known, factors, fixed, mass, full_mass, all_slots = matrices
+    loading, n = system.loading, system.nu
+    p = pattern_arrays(pattern, known)
+    mass_factors = np.zeros(factors.shape)
+    if loading.motions:
+        factorise(mass, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, mass_factors)
     forcings = np.array([forcing.vector for forcing in loading.forcings], dtype=float).reshape(-1, n)
     arrays = Arrays(
-        np.zeros(n), np.zeros(n), np.zeros(n), system.start, system.fixed.astype(np.int64).reshape(-1, pattern.size),
-        system.weight, pattern.zeros(), pattern.zeros(), pattern.zeros(), mass, system.full_mass, np.zeros(factors.shape),
-        mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent)]), forcings,
+        np.zeros(n), np.zeros(n), np.zeros(n), system.start,
+        system.fixed.astype(np.int64).reshape(-1, system.pattern.size),
+        system.weight, pattern.zeros(), pattern.zeros(), pattern.zeros(), mass, full_mass, np.zeros(factors.shape),
+        mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent), 0.0]), forcings,
         np.array([float(np.linalg.norm(motion.displacement)) for motion in loading.motions]),
-        np.array([_KINDS.get(group.name, 0) for group in system.mesh.groups], dtype=np.int64), *_held(system), np.zeros(n),
-        np.zeros(1),
+        np.array([_KINDS.get(group.name, 0) for group in system.mesh.groups], dtype=np.int64), *_held(fixed, pattern),
+        np.zeros(n), np.zeros(1), pattern.zeros(), pattern.zeros(),
         _rows(system.mass(system.start)), _rows(system.full_mass_matrix), _programs(loading.forcings), _moved(system), p,
     )  # fmt: skip
     flat = list(_flat(arrays))
     table, flags = address_table(flat), np.zeros(3, dtype=np.int64)
     kernels, tables = np.zeros((len(system.mesh.groups), 4), dtype=np.int64), []
-    for row, group, slots in zip(kernels, system.mesh.groups, system.slots, strict=True):
+    for row, group, slots in zip(kernels, system.mesh.groups, all_slots, strict=True):
         own, arrays_of_group = _KERNELS[type(group)]
         held = arrays_of_group(group, slots)
         flat += held
         tables.append(address_table(held))
         row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in own]
-    padded = np.zeros((len(tables), max(map(len, tables), default=0), table.shape[1]), dtype=np.int64)
-    for place, one in zip(padded, tables, strict=True):
-        place[: len(one)] = one
+    accepting, accept_tables = [], []
+    for one, held in system.accepting():
+        flat += held
+        accept_tables.append(address_table(held))
+        accepting.append(Pointer(one, table, accept_tables[-1], 0.0).address)
     model = Coordinates(
-        table, kernels, padded, flags,
-        Pointer(factorise, mass, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, mass_factors),
-        Pointer(
-            solve_refined, p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, mass_factors, p.rows, p.columns,
-            mass, system.start, 0.0, True, True,
-        ),
+        table, kernels, _padded(tables), np.array(accepting, dtype=np.int64), _padded(accept_tables), flags,
+        equation_kernels(p, mass, mass_factors, system.start),
     )  # fmt: skip
     return model, flat
+
+
+def _padded(tables: list[np.ndarray]) -> np.ndarray:
+    """Tables (k, m, 4) with as many rows as the longest of them."""
+    out = np.zeros((len(tables), max(map(len, tables), default=0), 4), dtype=np.int64)
+    for place, table in zip(out, tables, strict=True):
+        place[: len(table)] = table
+    return out
 
 
 def _flat(arrays: Any) -> list[np.ndarray]:
@@ -112,10 +170,10 @@ def _rows(matrix: sparse.csr_matrix) -> Rows:
     return Rows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), np.ascontiguousarray(matrix.data))
 
 
-def _held(system: AncfSystem) -> tuple[np.ndarray, np.ndarray]:
+def _held(fixed: np.ndarray, pattern: BlockPattern) -> tuple[np.ndarray, np.ndarray]:
     """Places of the rows and columns of held coordinates in the flat block data, and of their diagonal."""
-    marked = np.ones_like(system.pattern.zeros())
-    clear_held(system.fixed, system.pattern, 2.0, marked)
+    marked = np.ones_like(pattern.zeros())
+    set_held(fixed, pattern.indptr, pattern.indices, 2.0, marked)
     return np.flatnonzero(marked == 0.0), np.flatnonzero(marked == 2.0)
 
 

@@ -41,22 +41,16 @@ def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
 
 
 @kernel
-def green_strains(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Strains (E11, E22, 2 E12) (m, g, 3) and their gradients (m, g, 3, 4) at the points of elements, from z (m, g, 4)."""
-    count, points = z.shape[0], z.shape[1]
-    strains, gradients = np.zeros((count, points, 3)), np.zeros((count, points, 3, 4))
-    for i in range(count):
-        for g in range(points):
+def green_strains(z: np.ndarray, strains: np.ndarray, gradients: np.ndarray) -> None:
+    """Compute (E11, E22, 2 E12) (m, g, 3) and gradients (m, g, 3, 4) from z (m, g, 4); constant zeros are not set."""
+    for i in range(z.shape[0]):
+        for g in range(z.shape[1]):
             _strains(z[i, g], strains[i, g], gradients[i, g])
-    return strains, gradients
 
 
 @kernel
-def green_hessians(z: np.ndarray) -> np.ndarray:
-    """Second derivatives (m, g, 3, 4, 4) of the strains."""
-    count, points = z.shape[0], z.shape[1]
-    hessians = np.zeros((count, points, 3, 4, 4))
-    for i in range(count):
-        for g in range(points):
+def green_hessians(z: np.ndarray, hessians: np.ndarray) -> None:
+    """Compute second derivatives (m, g, 3, 4, 4) of the strains; constant zeros are not set."""
+    for i in range(z.shape[0]):
+        for g in range(z.shape[1]):
             _hessians(z[i, g], hessians[i, g])
-    return hessians

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,14 +13,14 @@ from fsm.ancf.beam_strain import at_points, strain_energy, strain_force, strain_
 from fsm.ancf.group import MassPart
 from fsm.kernels.jit import kernel
 
-__all__ = ["BeamGroup"]
+__all__ = ["BeamArrays", "BeamGroup", "gathered", "scatter_forces", "scatter_matrices"]
 
 _NO_MASS = 1e-12
 """Mass, relative to the largest of an element, below which a mass is round-off."""
 
 
 @kernel
-def _gathered(vectors: np.ndarray, frames: np.ndarray, q: np.ndarray) -> np.ndarray:
+def gathered(vectors: np.ndarray, frames: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Coordinates of every element, (m, v, 2), each turned by the angle of its frame."""
     count, width = vectors.shape
     out = np.empty((count, width, 2))
@@ -33,7 +33,7 @@ def _gathered(vectors: np.ndarray, frames: np.ndarray, q: np.ndarray) -> np.ndar
 
 
 @kernel
-def _scatter_forces(vectors: np.ndarray, frames: np.ndarray, element: np.ndarray, force: np.ndarray) -> None:
+def scatter_forces(vectors: np.ndarray, frames: np.ndarray, element: np.ndarray, force: np.ndarray) -> None:
     """Add element forces (m, v, 2)."""
     for e in range(vectors.shape[0]):
         for i in range(vectors.shape[1]):
@@ -44,7 +44,7 @@ def _scatter_forces(vectors: np.ndarray, frames: np.ndarray, element: np.ndarray
 
 
 @kernel
-def _scatter_matrices(slots: np.ndarray, frames: np.ndarray, size: int, element: np.ndarray, flat: np.ndarray) -> None:
+def scatter_matrices(slots: np.ndarray, frames: np.ndarray, size: int, element: np.ndarray, flat: np.ndarray) -> None:
     """Add element matrices (m, 2 v, 2 v) to the flat block data."""
     for e in range(slots.shape[0]):
         for i in range(slots.shape[1]):
@@ -61,13 +61,36 @@ def _scatter_matrices(slots: np.ndarray, frames: np.ndarray, size: int, element:
                 flat[slot + size + 1] += four * d - three * t
 
 
+class BeamArrays(NamedTuple):
+    """Arrays of m beam elements for the kernels.
+
+    Attributes
+    ----------
+    vectors, frames, rows, stiffness, beta : see `BeamGroup`
+    z : (m, g, 2 p) array
+        Derivatives of r at all points, and so on: work space.
+    strain, gradient, hessian : (m, g, s), (m, g, s, 2 p), (m, g, s, 2 p, 2 p) arrays
+    """
+
+    vectors: np.ndarray
+    frames: np.ndarray
+    rows: np.ndarray
+    stiffness: np.ndarray
+    beta: np.ndarray
+    z: np.ndarray
+    strain: np.ndarray
+    gradient: np.ndarray
+    hessian: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class BeamGroup:
     """Group of m beam elements; `fsm.ancf.beam_strain` defines the array shapes.
 
     Attributes
     ----------
-    strains, hessians : kernels of the element, functions of `derivatives`
+    strains, hessians : kernels of the element
+        They compute arrays of `BeamArrays`: strains and gradients, and hessians, from z.
     vectors : (m, v) int array
         First coordinate of each vector of each element.
     frames : (m, v, 2) array
@@ -106,9 +129,24 @@ class BeamGroup:
             tensors += [turn, turn.transpose(0, 2, 1)]
         return MassPart(np.concatenate(vectors), np.concatenate(scalars), np.concatenate(tensors))
 
-    def derivatives(self, q: np.ndarray) -> np.ndarray:
-        """Derivatives of r at all points, (m, g, 2 p), on which the strains depend."""
-        return np.asarray(at_points(_gathered(self.vectors, self.frames, q), self.rows))
+    @cached_property
+    def arrays(self) -> BeamArrays:
+        """Arrays of the kernels."""
+        (count, points, derivatives, _), strains = self.rows.shape, self.stiffness.shape[2]
+        width = 2 * derivatives
+        return BeamArrays(
+            np.ascontiguousarray(self.vectors), np.ascontiguousarray(self.frames), np.ascontiguousarray(self.rows),
+            np.ascontiguousarray(self.stiffness), np.ascontiguousarray(self.beta), np.zeros((count, points, width)),
+            np.zeros((count, points, strains)), np.zeros((count, points, strains, width)),
+            np.zeros((count, points, strains, width, width)),
+        )  # fmt: skip
+
+    def strained(self, q: np.ndarray) -> BeamArrays:
+        """Arrays with the strains at q and their gradients."""
+        own = self.arrays
+        at_points(gathered(own.vectors, own.frames, q), own.rows, own.z)
+        self.strains(own.z, own.strain, own.gradient)
+        return own
 
     @cached_property
     def _zero_rates(self) -> np.ndarray:
@@ -118,13 +156,13 @@ class BeamGroup:
         """Rates of the coordinates of every element, (m, v, 2); zero without damping."""
         if u is None or not self.rate_dependent:
             return self._zero_rates
-        return np.asarray(_gathered(self.vectors, self.frames, u))
+        return np.asarray(gathered(self.vectors, self.frames, u))
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
-        strain, gradient = self.strains(self.derivatives(q))
-        element = strain_force(strain, gradient, self._rates(u), self.rows, self.stiffness, self.beta)
-        _scatter_forces(self.vectors, self.frames, element, force)
+        own = self.strained(q)
+        element = strain_force(own.strain, own.gradient, self._rates(u), own.rows, own.stiffness, own.beta)
+        scatter_forces(own.vectors, own.frames, element, force)
 
     def add_linearised(
         self,
@@ -136,17 +174,17 @@ class BeamGroup:
         damping: np.ndarray,
     ) -> None:
         """See `ElementGroup`."""
-        z = self.derivatives(q)
-        strain, gradient = self.strains(z)
-        law = self._rates(u), self.rows, self.stiffness, self.beta
-        _scatter_forces(self.vectors, self.frames, strain_force(strain, gradient, *law), force)
-        of_coordinates, of_rates = strain_tangent(strain, gradient, self.hessians(z), *law)
+        own = self.strained(q)
+        law = self._rates(u), own.rows, own.stiffness, own.beta
+        scatter_forces(own.vectors, own.frames, strain_force(own.strain, own.gradient, *law), force)
+        self.hessians(own.z, own.hessian)
+        of_coordinates, of_rates = strain_tangent(own.strain, own.gradient, own.hessian, *law)
         size = stiffness.shape[1]
-        _scatter_matrices(slots, self.frames, size, of_coordinates, stiffness.reshape(-1))
+        scatter_matrices(slots, own.frames, size, of_coordinates, stiffness.reshape(-1))
         if self.rate_dependent:
-            _scatter_matrices(slots, self.frames, size, of_rates, damping.reshape(-1))
+            scatter_matrices(slots, own.frames, size, of_rates, damping.reshape(-1))
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
-        strain, gradient = self.strains(self.derivatives(q))
-        return strain_energy(strain, gradient, self._rates(u), self.rows, self.stiffness, self.beta)
+        own = self.strained(q)
+        return strain_energy(own.strain, own.gradient, self._rates(u), own.rows, own.stiffness, own.beta)

@@ -71,22 +71,16 @@ def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
 
 
 @kernel
-def section_strains(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Strains (Gamma1, Gamma2, kappa, E22) (m, g, 4) at the points and their gradients (m, g, 4, 6), from z (m, g, 6)."""
-    count, points = z.shape[0], z.shape[1]
-    strains, gradients = np.zeros((count, points, 4)), np.zeros((count, points, 4, 6))
-    for i in range(count):
-        for g in range(points):
+def section_strains(z: np.ndarray, strains: np.ndarray, gradients: np.ndarray) -> None:
+    """Compute (Gamma1, Gamma2, kappa, E22) (m, g, 4) and their gradients (m, g, 4, 6) from z; constant zeros are not set."""
+    for i in range(z.shape[0]):
+        for g in range(z.shape[1]):
             _strains(z[i, g], strains[i, g], gradients[i, g])
-    return strains, gradients
 
 
 @kernel
-def section_hessians(z: np.ndarray) -> np.ndarray:
-    """Second derivatives (m, g, 4, 6, 6) of the strains."""
-    count, points = z.shape[0], z.shape[1]
-    hessians = np.zeros((count, points, 4, 6, 6))
-    for i in range(count):
-        for g in range(points):
+def section_hessians(z: np.ndarray, hessians: np.ndarray) -> None:
+    """Compute second derivatives (m, g, 4, 6, 6) of the strains; constant zeros are not set."""
+    for i in range(z.shape[0]):
+        for g in range(z.shape[1]):
             _hessians(z[i, g], hessians[i, g])
-    return hessians

@@ -1,14 +1,14 @@
 """Shape functions of the planar shear-deformable beam with 14 coordinates (Peng et al. 2019, eqs. 1, 2).
 
-Coordinates, seven vectors of the plane: e = (r1, r1x, r1y, r2, r2x, r2y, r1xy), node 1 at x = 0, node 2 at x = L, and
-with xi = x/L
+The coordinates are seven planar vectors, e = (r1, r1x, r1y, r2, r2x, r2y, r1xy). Node 1 is at x = 0, and node 2 at x = L.
+With xi = x/L, the shape functions are
 
     s = (1 - 3 xi^2 + 2 xi^3, L (xi - 2 xi^2 + xi^3), y (1 - xi^2),
-         3 xi^2 - 2 xi^3, L (xi^3 - xi^2), y xi^2, L y xi (1 - xi)),
+         3 xi^2 - 2 xi^3, L (xi^3 - xi^2), y xi^2, L y xi (1 - xi)).
 
-so that r(x, y) = s . e contains 1, x, x^2, x^3, y, xy and x^2 y. The section rotates and stretches with r_y, a quadratic
-function of x. The axis is a cubic function of x, so its slope is quadratic too. Shear can therefore vanish everywhere, and
-there is no locking.
+They span 1, x, x^2, x^3, y, xy and x^2 y, and the position is r(x, y) = s . e. The section rotates
+and stretches with r_y, a quadratic function of x. The axis is a cubic function of x, so its slope is quadratic too. Shear
+can therefore vanish everywhere, and there is no locking.
 """
 
 from __future__ import annotations

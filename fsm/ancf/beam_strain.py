@@ -33,14 +33,11 @@ def _at_point(rows: np.ndarray, coordinates: np.ndarray, z: np.ndarray) -> None:
 
 
 @kernel
-def at_points(coordinates: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """z at all points of all elements, (m, g, 2 p), from coordinates (m, v, 2) and rows (m, g, p, v)."""
-    count, points, derivatives = rows.shape[:3]
-    z = np.empty((count, points, 2 * derivatives))
-    for i in range(count):
-        for g in range(points):
+def at_points(coordinates: np.ndarray, rows: np.ndarray, z: np.ndarray) -> None:
+    """Compute z at all points of all elements, (m, g, 2 p), from coordinates (m, v, 2) and rows (m, g, p, v)."""
+    for i in range(rows.shape[0]):
+        for g in range(rows.shape[1]):
             _at_point(rows[i, g], coordinates[i], z[i, g])
-    return z
 
 
 @kernel(inline=True)

@@ -1,4 +1,4 @@
-"""Builder of meshes: rectangles of film with patches, cables, point masses, supports."""
+"""Builder of meshes: rectangles of film with patches, flexible facets, cables, point masses, supports."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.ancf.air import added_mass
 from fsm.ancf.cable import CableGroup
-from fsm.ancf.crease_line import CreaseLineGroup
+from fsm.ancf.facet_group import FacetGroup
 from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.group import ElementGroup, MassPart
 from fsm.ancf.mesh import Mesh, node_pattern
@@ -278,9 +278,46 @@ class MeshBuilder:
             )
         )  # fmt: skip
 
-    def crease_lines(self, lines: CreaseLineGroup) -> None:
-        """Add torsional springs between the slopes before and behind a fold."""
-        self._groups.append(lines)
+    def points(self, places: np.ndarray, name: str, faces: Sequence[Sequence[int]] = ()) -> np.ndarray:
+        """Add points (n, 3), m, without slopes, and drawn faces of three or four; returns their first coordinates."""
+        found = np.array([
+            self._node([*place, *(0.0,) * 6], 1, f"{name} point {number}") for number, place in enumerate(places)
+        ])  # fmt: skip
+        corners = [found[[*face, face[-1]][:4]] for face in faces]
+        self._quads.append(np.array(corners, dtype=np.int64).reshape(-1, 4))
+        return found
+
+    def add(self, group: ElementGroup) -> None:
+        """Add a group of elements, for example torsional springs between the slopes before and behind a fold."""
+        self._groups.append(group)
+
+    def facets(
+        self, start: np.ndarray, owner: np.ndarray, numbers: np.ndarray, plane: np.ndarray, angle: np.ndarray,
+        material: FilmMaterial, curved: bool = False, viscosity: float = 0.0,
+    ) -> int:  # fmt: skip
+        """Add flexible facets; returns the first coordinate of their vector 0.
+
+        Parameters
+        ----------
+        start : (s, 3, 3) array
+            Position and two slopes of each node at the start.
+        owner : (s,) int array
+            Node whose position each node uses.
+        numbers : (m, 9) int array
+            Numbers of the vectors r, r_1, r_2 at the corners of each triangle; node s has the vectors 3 s, 3 s + 1, 3 s + 2.
+        plane, angle, material, viscosity : see `FacetGroup`
+        curved : whether the start is without stress; otherwise the flat facets are
+        """
+        first = self.size * len(self._nodes)
+        for number, vectors in enumerate(start):
+            self._node(vectors.ravel().tolist(), 3, f"sheet node {number + 1}")
+            if owner[number] != number:
+                self._used[-1][:3] = False
+        vectors = first + 3 * numbers
+        rest = np.concatenate([np.zeros(first), start.ravel()]) if curved else None
+        self._groups.append(FacetGroup(vectors, plane, angle, material, rest, first, viscosity))
+        self._quads.append(vectors[:, [0, 3, 6, 6]])
+        return first
 
     def transform(
         self, first: int, rotation: np.ndarray, shift: np.ndarray, stretch: tuple[float, float] = (0.0, 0.0)

@@ -23,7 +23,7 @@ from fsm.ancf.tension_field import (
     mean_tension,
 )
 
-__all__ = ["FilmMaterial", "FilmStress", "MembraneGroup", "POINTS", "film_mass"]
+__all__ = ["FilmMaterial", "FilmStress", "LaminateMaterial", "MembraneGroup", "POINTS", "film_mass"]
 
 POINTS = (4, 3)
 """Gauss points along a side, for stretch and for bending.
@@ -70,6 +70,32 @@ class FilmMaterial:
     def areal_density(self) -> float:
         """rho t, kg/m^2."""
         return self.density * self.thickness
+
+    @property
+    def moduli(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness for exx, eyy, 2 exy (N/m), and for kxx, kyy, 2 kxy (N m), (3, 3)."""
+        nu = self.poisson
+        unit = np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
+        return self.stretch * unit, self.bending * unit
+
+
+@dataclass(frozen=True)
+class LaminateMaterial(FilmMaterial):
+    """Laminate without coupling of stretch and bending; the isotropic constants are those of its stiffest direction.
+
+    Attributes
+    ----------
+    membrane, plate : (3, 3) arrays, N/m and N m
+        Stiffness A for exx, eyy, 2 exy, and D for kxx, kyy, 2 kxy.
+    """
+
+    membrane: np.ndarray
+    plate: np.ndarray
+
+    @property
+    def moduli(self) -> tuple[np.ndarray, np.ndarray]:
+        """A and D."""
+        return self.membrane, self.plate
 
 
 @dataclass(frozen=True)
@@ -143,7 +169,7 @@ class MembraneGroup:
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
         viscosity = self.viscosity if u is not None else 0.0
-        add_force(self._arrays, q, q if u is None else u, viscosity, force)
+        add_force(self.arrays, q, q if u is None else u, viscosity, force)
 
     def add_linearised(
         self,
@@ -158,23 +184,23 @@ class MembraneGroup:
         self.add_force(q, u, force)
         moving = self.viscosity if u is not None else 0.0
         add_tangent(
-            self._arrays, q, q if u is None else u, moving, self.viscosity, slots,
+            self.arrays, q, q if u is None else u, moving, self.viscosity, slots,
             stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
         )  # fmt: skip
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """See `ElementGroup`."""
-        lost = 0.0 if u is None or not self.viscosity else float(dissipation(self._arrays, q, u, self.viscosity))
+        lost = 0.0 if u is None or not self.viscosity else float(dissipation(self.arrays, q, u, self.viscosity))
         return sum(self.energies(q)), lost
 
     def energies(self, q: np.ndarray) -> tuple[float, float]:
         """Energy of stretch and of bending, J."""
-        stretch, bend = stored_energy(self._arrays, q)
+        stretch, bend = stored_energy(self.arrays, q)
         return float(stretch), float(bend)
 
     def strains(self, q: np.ndarray) -> np.ndarray:
         """Green strains xx, yy, xy at the points of stretch, (m, s, 3)."""
-        return np.asarray(strains_at(self._arrays, q))
+        return np.asarray(strains_at(self.arrays, q))
 
     def stress(self, q: np.ndarray) -> FilmStress:
         """Principal stresses where the stretch is integrated."""
@@ -212,7 +238,7 @@ class MembraneGroup:
 
     def _resultants(self, strain: np.ndarray) -> np.ndarray:
         """Second Piola-Kirchhoff resultants xx, yy, xy, N/m."""
-        material, arrays = self.material, self._arrays
+        material, arrays = self.material, self.arrays
         remainder, width = (float(x) for x in arrays.remainder)
         return np.asarray(
             film_resultants(strain, material.stretch, material.poisson, remainder, width, arrays.release)
@@ -229,19 +255,20 @@ class MembraneGroup:
         if self.tension_field:
             strain, material = self.strains(q), self.material
             width = ROUNDED * mean_tension(strain) if remainder >= MOVING else 0.0
-            film_releases(strain, material.stretch, material.poisson, remainder, width, self._arrays.release)
-            self._arrays.remainder[:] = remainder, width
+            film_releases(strain, material.stretch, material.poisson, remainder, width, self.arrays.release)
+            self.arrays.remainder[:] = remainder, width
 
     @property
     def _scale(self) -> np.ndarray:
-        return self._arrays.scale
+        return self.arrays.scale
 
     @cached_property
     def _stretch_points(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
         return _square(self.points[0])
 
     @cached_property
-    def _arrays(self) -> MembraneArrays:
+    def arrays(self) -> MembraneArrays:
+        """Arrays of the kernels."""
         flat = self._flat_arrays
         if self.rest is None:
             return flat

@@ -94,7 +94,7 @@ def deployed_mesh(
     grid = builder.film(place, y, (strip.material,), viscosity=viscosity, folds=folds)
     before, behind = _slopes(strip, place, folds)
     if folds:
-        builder.crease_lines(_crease_lines(strip, grid, folds, before, behind, viscosity))
+        builder.add(_crease_lines(strip, grid, folds, before, behind, viscosity))
     mesh = builder.build()
     shape = mesh.coordinates.copy()
     middle = np.column_stack([np.interp(place, strip.place, strip.position[:, axis]) for axis in range(3)])

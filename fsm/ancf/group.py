@@ -7,11 +7,13 @@ share a position, a slope or neither. Only the indices of the vectors differ; th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-__all__ = ["ElementGroup", "MassPart"]
+from fsm.system_records import PreviousState
+
+__all__ = ["ElementGroup", "MassPart", "TimedGroup"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,4 +81,13 @@ class ElementGroup(Protocol):
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
+        ...
+
+
+@runtime_checkable
+class TimedGroup(Protocol):
+    """Protocol of a group whose forces depend on the time, or on the state at the other end of a step."""
+
+    def at(self, t: float, before: PreviousState | None) -> None:
+        """Set the time, and in a step of a path the state at its other end, for all later calls."""
         ...

@@ -15,13 +15,29 @@ directions, K |d|^1.5 (sgn d + h d') with d = turn - limit; the energy of the sp
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.ancf.group import MassPart
 from fsm.kernels.jit import kernel
 
-__all__ = ["HingeGroup"]
+__all__ = [
+    "HingeArrays", "HingeGroup", "add_force", "add_tangent", "dissipation", "latch", "set_law", "stored_energy",
+]  # fmt: skip
+
+
+class HingeArrays(NamedTuple):
+    """Arrays of all hinges for the kernels; see `HingeGroup`."""
+
+    vectors: np.ndarray
+    initial: np.ndarray
+    sign: np.ndarray
+    law: np.ndarray
+    times: np.ndarray
+    latched: np.ndarray
+
 
 _REST, _STIFFNESS, _DAMPING, _FRICTION, _SPEED, _LIMIT, _STOP, _RESTITUTION = range(8)
 
@@ -50,7 +66,7 @@ def _gradient(px: float, py: float, qx: float, qy: float, sign: float, gradient:
 
 
 @kernel(inline=True)
-def _moment(turn: float, rate: float, law: np.ndarray, latched: bool) -> tuple[float, float, float]:
+def _moment(turn: float, rate: float, law: np.ndarray, latched: int) -> tuple[float, float, float]:
     """Moment against the turn, and its derivatives by turn and rate."""
     moment = law[_STIFFNESS] * (turn - law[_REST]) + law[_DAMPING] * rate
     by_turn, by_rate = law[_STIFFNESS], law[_DAMPING]
@@ -61,7 +77,7 @@ def _moment(turn: float, rate: float, law: np.ndarray, latched: bool) -> tuple[f
     depth = turn - law[_LIMIT]
     side = 1.0 if depth > 0.0 else -1.0
     damped = 1.0 + side * law[_RESTITUTION] * rate
-    if latched or (depth > 0.0 and damped > 0.0):
+    if latched == 1 or (depth > 0.0 and damped > 0.0):
         root = np.sqrt(side * depth)
         spring = law[_STOP] * side * depth * root
         moment += side * spring * damped
@@ -79,41 +95,95 @@ def _turns(vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, q: np.nda
     return turns
 
 
+@kernel(inline=True)
+def _state(
+    hinges: HingeArrays, k: int, q: np.ndarray, u: np.ndarray, gradient: np.ndarray
+) -> tuple[float, float]:
+    """Turn of a hinge and its rate; the derivatives of the turn go to `gradient` (4,)."""
+    px, py, qx, qy = _slopes(hinges.vectors[k], q)
+    vx, vy, wx, wy = _slopes(hinges.vectors[k], u)
+    _gradient(px, py, qx, qy, hinges.sign[k], gradient)
+    rate = gradient[0] * vx + gradient[1] * vy + gradient[2] * wx + gradient[3] * wy
+    return _turn(px, py, qx, qy, hinges.initial[k], hinges.sign[k]), rate
+
+
 @kernel
-def _add_force(
-    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, latched: np.ndarray, q: np.ndarray,
-    u: np.ndarray, force: np.ndarray,
-) -> None:  # fmt: skip
+def set_law(hinges: HingeArrays, t: float) -> None:
+    """Set the law of the hinges at a time (s)."""
+    for k in range(hinges.times.shape[0]):
+        hinges.latched[k] = 1 if hinges.times[k] < t else 0
+
+
+@kernel
+def latch(hinges: HingeArrays, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Latch the hinges that are at their stops, or beyond them, and are pushed back."""
     gradient = np.empty(4)
-    for k in range(vectors.shape[0]):
-        px, py, qx, qy = _slopes(vectors[k], q)
-        vx, vy, wx, wy = _slopes(vectors[k], u)
-        _gradient(px, py, qx, qy, sign[k], gradient)
-        rate = gradient[0] * vx + gradient[1] * vy + gradient[2] * wx + gradient[3] * wy
-        moment, _, _ = _moment(_turn(px, py, qx, qy, initial[k], sign[k]), rate, law[k], latched[k])
+    for k in range(hinges.times.shape[0]):
+        turn, rate = _state(hinges, k, q, u, gradient)
+        pushed = turn >= hinges.law[k, _LIMIT] and 1.0 + hinges.law[k, _RESTITUTION] * rate >= 0.0
+        if pushed and hinges.times[k] == np.inf:
+            hinges.times[k] = t
+
+
+@kernel
+def stored_energy(hinges: HingeArrays, q: np.ndarray) -> float:
+    """Energy of springs and stops, J."""
+    total = 0.0
+    for k in range(hinges.vectors.shape[0]):
+        px, py, qx, qy = _slopes(hinges.vectors[k], q)
+        law, turn = hinges.law[k], _turn(px, py, qx, qy, hinges.initial[k], hinges.sign[k])
+        depth = turn - law[_LIMIT]
+        total += 0.5 * law[_STIFFNESS] * (turn - law[_REST]) ** 2
+        if hinges.latched[k] == 1 or depth > 0.0:
+            total += law[_STOP] * abs(depth) ** 2.5 / 2.5
+    return total
+
+
+@kernel
+def dissipation(hinges: HingeArrays, q: np.ndarray, u: np.ndarray) -> float:
+    """Dissipated power, W."""
+    gradient, power = np.empty(4), 0.0
+    for k in range(hinges.vectors.shape[0]):
+        turn, rate = _state(hinges, k, q, u, gradient)
+        law, depth = hinges.law[k], turn - hinges.law[k, _LIMIT]
+        moment = law[_DAMPING] * rate + law[_FRICTION] * np.tanh(rate / law[_SPEED])
+        if hinges.latched[k] == 1 or depth > 0.0:
+            # the stop dissipates its whole moment where it would pull; a latch pulls
+            damped = law[_RESTITUTION] * rate
+            moment += law[_STOP] * abs(depth) ** 1.5 * (damped if hinges.latched[k] == 1 else max(damped, -1.0))
+        power += moment * rate
+    return power
+
+
+@kernel
+def add_force(hinges: HingeArrays, q: np.ndarray, u: np.ndarray, force: np.ndarray) -> None:
+    """Add the forces of all hinges."""
+    gradient = np.empty(4)
+    for k in range(hinges.vectors.shape[0]):
+        turn, rate = _state(hinges, k, q, u, gradient)
+        moment, _, _ = _moment(turn, rate, hinges.law[k], hinges.latched[k])
         for i in range(2):
             for a in range(2):
-                force[vectors[k, i] + a] -= moment * gradient[2 * i + a]
+                force[hinges.vectors[k, i] + a] -= moment * gradient[2 * i + a]
 
 
 @kernel
-def _add_tangent(
-    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, latched: np.ndarray, q: np.ndarray,
-    u: np.ndarray, slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
+def add_tangent(
+    hinges: HingeArrays, q: np.ndarray, u: np.ndarray, slots: np.ndarray, size: int, into_stiffness: np.ndarray,
+    into_damping: np.ndarray,
 ) -> None:  # fmt: skip
+    """Add -dh/dq and -dh/du to the flat block data; `slots` (m, 2, 2) as in `ElementGroup.add_linearised`."""
     gradient, hessian, turned = np.empty(4), np.zeros((4, 4)), np.empty(4)
-    for k in range(vectors.shape[0]):
-        px, py, qx, qy = _slopes(vectors[k], q)
-        vx, vy, wx, wy = _slopes(vectors[k], u)
-        _gradient(px, py, qx, qy, sign[k], gradient)
-        p4, q4 = sign[k] / (px * px + py * py) ** 2, sign[k] / (qx * qx + qy * qy) ** 2
+    for k in range(hinges.vectors.shape[0]):
+        px, py, qx, qy = _slopes(hinges.vectors[k], q)
+        vx, vy, wx, wy = _slopes(hinges.vectors[k], u)
+        turn, rate = _state(hinges, k, q, u, gradient)
+        p4, q4 = hinges.sign[k] / (px * px + py * py) ** 2, hinges.sign[k] / (qx * qx + qy * qy) ** 2
         hessian[0, 0], hessian[0, 1] = -2.0 * px * py * p4, (px * px - py * py) * p4
         hessian[1, 0], hessian[1, 1] = hessian[0, 1], -hessian[0, 0]
         hessian[2, 2], hessian[2, 3] = 2.0 * qx * qy * q4, (qy * qy - qx * qx) * q4
         hessian[3, 2], hessian[3, 3] = hessian[2, 3], -hessian[2, 2]
-        rate = gradient[0] * vx + gradient[1] * vy + gradient[2] * wx + gradient[3] * wy
-        turn = _turn(px, py, qx, qy, initial[k], sign[k])
-        moment, by_turn, by_rate = _moment(turn, rate, law[k], latched[k])
+        moment, by_turn, by_rate = _moment(turn, rate, hinges.law[k], hinges.latched[k])
         for j in range(4):
             turned[j] = hessian[j, 0] * vx + hessian[j, 1] * vy + hessian[j, 2] * wx + hessian[j, 3] * wy
         for i in range(2):
@@ -139,16 +209,27 @@ class HingeGroup:
     initial, sign : (m,) arrays, rad, +-1
     law : (m, 8) array
         rest (rad), k (N m/rad), c (N m s/rad), M_f (N m), w_s (rad/s), limit (rad), K (N m/rad^1.5), h (s/rad).
-    latched : (m,) bool array
-        Hinges whose stops act in both directions; `fsm.ancf.latch` sets them.
     """
 
     vectors: np.ndarray
     initial: np.ndarray
     sign: np.ndarray
     law: np.ndarray
-    latched: np.ndarray
     name: str = "hinges"
+
+    @cached_property
+    def times(self) -> np.ndarray:
+        """Time after which the stop of each hinge acts in both directions, (m,), s; inf if the hinge has not latched."""
+        return np.full(len(self.vectors), np.inf)
+
+    @cached_property
+    def arrays(self) -> HingeArrays:
+        """Arrays of the kernels; `latched` is 1 for hinges whose stops act in both directions, see `set_law`."""
+        latched = np.zeros(len(self.vectors), dtype=np.int64)
+        return HingeArrays(
+            np.ascontiguousarray(self.vectors), np.ascontiguousarray(self.initial), np.ascontiguousarray(self.sign),
+            np.ascontiguousarray(self.law), self.times, latched,
+        )  # fmt: skip
 
     @property
     def rate_dependent(self) -> bool:
@@ -170,8 +251,7 @@ class HingeGroup:
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
-        rates = np.zeros_like(q) if u is None else u
-        _add_force(self.vectors, self.initial, self.sign, self.law, self.latched, q, rates, force)
+        add_force(self.arrays, q, np.zeros_like(q) if u is None else u, force)
 
     def add_linearised(
         self,
@@ -184,39 +264,9 @@ class HingeGroup:
     ) -> None:
         """See `ElementGroup`."""
         rates = np.zeros_like(q) if u is None else u
-        self.add_force(q, u, force)
-        _add_tangent(
-            self.vectors, self.initial, self.sign, self.law, self.latched, q, rates, slots, stiffness.shape[1],
-            stiffness.reshape(-1), damping.reshape(-1),
-        )  # fmt: skip
+        add_force(self.arrays, q, rates, force)
+        add_tangent(self.arrays, q, rates, slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1))
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
-        turn, law = self.turns(q), self.law
-        depth = self.depths(q)
-        depth = np.where(self.latched, np.abs(depth), np.maximum(depth, 0.0))
-        stored = 0.5 * law[:, _STIFFNESS] * (turn - law[:, _REST]) ** 2 + law[:, _STOP] * depth**2.5 / 2.5
-        if u is None:
-            return float(stored.sum()), 0.0
-        rate = self.rates(q, u)
-        dry = law[:, _FRICTION] * np.tanh(rate / law[:, _SPEED])
-        # dissipation of the stop: its whole moment while it would pull; a latch does pull
-        damped = law[:, _RESTITUTION] * rate
-        stop = law[:, _STOP] * depth**1.5 * np.where(self.latched, damped, np.maximum(damped, -1.0))
-        return float(stored.sum()), float(np.sum((law[:, _DAMPING] * rate + dry + stop) * rate))
-
-    def depths(self, q: np.ndarray) -> np.ndarray:
-        """Turn of every hinge beyond its stop, (m,), rad; -inf without a stop."""
-        return self.turns(q) - self.law[:, _LIMIT]
-
-    def pushed(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Hinges that their stops push back, (m,) bool."""
-        return (self.depths(q) >= 0.0) & (1.0 + self.law[:, _RESTITUTION] * self.rates(q, u) >= 0.0)
-
-    def rates(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Rate of turn of every hinge, (m,), rad/s."""
-        slopes = q[self.vectors[:, :, None] + np.arange(2)]
-        speeds = u[self.vectors[:, :, None] + np.arange(2)]
-        across = slopes[:, :, 0] * speeds[:, :, 1] - slopes[:, :, 1] * speeds[:, :, 0]
-        spin = across / np.sum(slopes**2, axis=2)
-        return np.asarray(self.sign * (spin[:, 1] - spin[:, 0]))
+        return stored_energy(self.arrays, q), 0.0 if u is None else dissipation(self.arrays, q, u)

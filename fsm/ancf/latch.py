@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from fsm.ancf.hinge import HingeGroup
+from fsm.ancf.hinge import HingeGroup, latch, set_law
 
 __all__ = ["Latches"]
 
@@ -25,7 +25,7 @@ class Latches:
     Parameters
     ----------
     hinges : HingeGroup
-        Hinges; their `latched` is updated.
+        Hinges; their `times` are updated.
     names : names of the hinges
 
     Attributes
@@ -35,16 +35,15 @@ class Latches:
     """
 
     def __init__(self, hinges: HingeGroup, names: tuple[str, ...]) -> None:
-        self.hinges, self.names = hinges, names
-        self.times = np.full(len(names), math.inf)
+        self.hinges, self.names, self.times = hinges, names, hinges.times
 
     def at(self, t: float) -> None:
         """Set the law of the hinges at a time (s)."""
-        np.less(self.times, t, out=self.hinges.latched)
+        set_law(self.hinges.arrays, t)
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
         """Latch the hinges that are at their stops after an accepted step."""
-        self.times[np.isinf(self.times) & self.hinges.pushed(q, u)] = t
+        latch(self.hinges.arrays, t, q, u)
 
     def restore(self, times: np.ndarray) -> None:
         """Restore the times of latching; an empty array means that no hinge has latched."""

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from fsm.ancf.array_beams import arrays_of_stress, note_stress
+from fsm.ancf.array_hinges import latch_hinges
+from fsm.ancf.bar_stress import bar_stresses
 from fsm.ancf.bars import BarMaterial, BarNodes
 from fsm.ancf.beam_group import BeamGroup
 from fsm.ancf.hinge import HingeGroup
@@ -22,9 +26,6 @@ _RESOLVED = 1e-10
 """Strain to which Newton's method resolves forces at any tolerance, so that accelerations are smooth."""
 _FOLLOWED = 0.1
 """Shortest step times omega of the shortest wave that the mesh resolves; the error of its amplitude is then 1e-4 a step."""
-
-_TO_ENDS = np.outer([5.0, 8.0, 5.0], [1.0, 1.0]) / 18.0 + np.outer([1.0, 0.0, -1.0], [1.0, -1.0]) / math.sqrt(2.4)
-"""Matrix (3, 2) from values at three Gauss points to the values of their linear fit at both ends."""
 
 
 class ScissorSystem(AncfSystem):
@@ -109,35 +110,22 @@ class ScissorSystem(AncfSystem):
         if self.latches is not None:
             self.latches.restore(memory[count:])
 
+    def accepting(self) -> list[tuple[Any, list[np.ndarray]]]:
+        """See `AncfSystem`: largest stresses, and latches."""
+        of_bars = arrays_of_stress(
+            self.beams, *self._beside, self.material.young, self.material.height, self.largest
+        )
+        of_hinges = [] if self.latches is None else [(latch_hinges, list(self.latches.hinges.arrays))]
+        return [(note_stress, of_bars), *of_hinges]
+
     def stress(self, q: np.ndarray) -> np.ndarray:
-        """Largest normal stress of each bar, at its surfaces and the ends of its elements, (n_bars,), Pa.
-
-        Moments are largest at hinges, where no Gauss points are. The strains at the Gauss points are therefore fitted by a
-        linear function along the element. At the ends the fit is too low by s'' L^2/12. The second derivative s'' of the
-        strain is taken from the slopes in the adjacent elements.
-        """
-        strains, _ = self.beams.strains(self.beams.derivatives(q))
-        if strains.shape[2] == 3:  # Green's strains at two points across, at 1/sqrt(3) of the surfaces' distance
-            lower, upper = strains[:, 0::2, 0], strains[:, 1::2, 0]
-            middle, bent = 0.5 * (lower + upper), 0.5 * math.sqrt(3.0) * (upper - lower)
-        else:
-            curvature = strains[..., 2] if strains.shape[2] == 4 else strains[..., 1]
-            middle, bent = strains[..., 0], 0.5 * self.material.height * curvature
-        ends = np.abs(self._at_ends(middle)) + np.abs(self._at_ends(bent))
-        largest = self.material.young * ends.max(axis=1)
-        return np.array([largest[bar.elements].max() for bar in self.bars])
-
-    def _at_ends(self, strain: np.ndarray) -> np.ndarray:
-        """Strain at both ends of the elements, (m, 2), from the strains at three Gauss points, (m, 3)."""
-        before, after = self._beside
-        ends = strain @ _TO_ENDS
-        rise = ends[:, 1] - ends[:, 0]
-        bend = (rise[after] - rise[before]) / np.maximum(1, after - before)
-        return np.asarray(ends + bend[:, None] / 12.0)
+        """Largest normal stress of each bar, (n_bars,), Pa; see `fsm.ancf.bar_stress`."""
+        strain = self.beams.strained(q).strain
+        return np.asarray(bar_stresses(strain, *self._beside, self.material.young, self.material.height))
 
     @cached_property
     def _beside(self) -> tuple[np.ndarray, np.ndarray]:
-        """Elements before and after each element in its half of the bar; the element itself if there is none."""
+        """Elements of each bar, and elements beside each element; see `fsm.ancf.bar_stress`."""
         before = np.arange(len(self.beams.vectors))
         after = before.copy()
         hinges = set(self.points.values())
@@ -145,7 +133,8 @@ class ScissorSystem(AncfSystem):
             for element, position in enumerate(bar.positions[1:-1], start=bar.elements.start):
                 if int(position) not in hinges:  # there forces jump
                     after[element], before[element + 1] = element + 1, element
-        return before, after
+        bars = np.array([(bar.elements.start, bar.elements.stop) for bar in self.bars], dtype=np.int64)
+        return bars, np.ascontiguousarray(np.column_stack([before, after]))
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: every element's axis, as wide as the bar is across the plane; y of the plane is z."""

@@ -16,10 +16,13 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from fsm.ancf.array_folds import commit_folds, fold_table
 from fsm.ancf.arrays_of import Compiled, has_arrays
 from fsm.ancf.assembly import slots_of
 from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import MembraneGroup
+from fsm.ancf.folds import FoldGroup
+from fsm.ancf.group import TimedGroup
 from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
@@ -62,6 +65,8 @@ class AncfSystem(System):
             self.fixed[motion.coordinates] = True
         self.rate[self.fixed] = 0.0
         self.rate_dependent = self.loading.mass_damping > 0.0 or any(group.rate_dependent for group in mesh.groups)
+        self._timed = [group for group in mesh.groups if isinstance(group, TimedGroup)]
+        self._folds = [group for group in mesh.groups if isinstance(group, FoldGroup)]
         self._compiled: Compiled | None = None
         self.slots = [
             slots_of(np.ascontiguousarray(group.vectors), mesh.size, self.pattern.indptr, self.pattern.indices)
@@ -122,15 +127,19 @@ class AncfSystem(System):
         return None if (known := self._known_arrays(ready)) is None else known.model
 
     def arrays_at_rest(self, ready: Ready) -> RestModel | None:
-        """See `ArrayRestSystem`."""
+        """See `ArrayRestSystem`; None for large meshes, whose equations `fsm.solve` solves faster."""
+        if self.pattern.order and ready(self.pattern)[0].large(self.pattern.size):
+            return None
         return None if (known := self._known_arrays(ready)) is None else known.at_rest
 
     def _known_arrays(self, ready: Ready) -> Compiled | None:
-        if type(self) is not AncfSystem:  # subclasses have memory
-            return None
         if self._compiled is None and has_arrays(self):
             self._compiled = Compiled(self, ready)
         return self._compiled
+
+    def accepting(self) -> list[tuple[Any, list[np.ndarray]]]:
+        """Kernels that take note of accepted states in compiled steps, as `commit`, and their arrays."""
+        return [(commit_folds, fold_table(group.arrays)) for group in self._folds]
 
     # protocol: mechanics --------------------------------------------------------------------------------------------
 
@@ -227,6 +236,31 @@ class AncfSystem(System):
         """See `System`."""
         return self.mesh.names[int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.mesh.size]
 
+    # protocol: internal variables -----------------------------------------------------------------------------------
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
+        """See `System`: fold angles, and sliders of creases."""
+        if self._folds:
+            here, _ = self.place(t, q, None)
+            for group in self._folds:
+                group.commit(t, here)
+
+    def memory(self) -> np.ndarray:
+        """See `System`."""
+        return np.concatenate([np.zeros(0), *(group.memory() for group in self._folds)])
+
+    @property
+    def remembered(self) -> int:
+        """Length of `memory`."""
+        return sum(group.remembered for group in self._folds)
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `System`."""
+        first = 0
+        for group in self._folds:
+            group.restore(memory[first : first + group.remembered])
+            first += group.remembered
+
     # more than the protocol -----------------------------------------------------------------------------------------
 
     def held(self, q: np.ndarray, coordinates: np.ndarray, loading: Loading | None = None) -> AncfSystem:
@@ -250,18 +284,17 @@ class AncfSystem(System):
 
     def energies(self, t: float, q: np.ndarray) -> dict[str, float]:
         """Potential energy by kind of element, J."""
-        here, _ = self.place(t, q, None)
-        potential: dict[str, float] = {}
-        for group in self.mesh.groups:
-            potential[group.name] = potential.get(group.name, 0.0) + group.energy(here, None)[0]
-        if np.any(self.weight):
-            potential["gravity"] = -float(self.weight @ here)
-        return potential
+        return self._potential(self.place(t, q, None)[0])
 
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Coordinates and rates, with moved coordinates at time t; the arguments themselves if none is moved."""
+        """Coordinates and rates, with moved coordinates at time t; the arguments themselves if none is moved.
+
+        Sets the time of the groups that depend on it.
+        """
+        for group in self._timed:
+            group.at(t, before)
         motions = self.loading.motions
         if not motions:
             return q, u
@@ -347,15 +380,27 @@ class AncfSystem(System):
         return DriveState(np.array(travel), np.array(along))
 
     def _energy(self, t: float, q: np.ndarray, u: np.ndarray | None, reactions: np.ndarray) -> Energy:
-        potential = self.energies(t, q)
+        folds = [group.powers(q, u) for group in self._folds]
+        potential = self._potential(q)
         if u is None:
             return Energy(0.0, potential, 0.0, 0.0)
         momentum = self.full_mass_matrix @ u
         dissipated = self.loading.mass_damping * float(u @ momentum)
-        dissipated += sum(group.energy(q, u)[1] for group in self.mesh.groups if group.rate_dependent)
+        others = (group for group in self.mesh.groups if group.rate_dependent and group not in self._folds)
+        dissipated += sum(group.energy(q, u)[1] for group in others) + sum(fold.dissipated for fold in folds)
         power = sum(forcing.time.at(t)[0] * float(forcing.vector @ u) for forcing in self.loading.forcings)
-        power += float(reactions @ u)
-        return Energy(0.5 * float(u @ momentum), potential, dissipated, power)
+        power += float(reactions @ u) + sum(fold.load for fold in folds)
+        sliding = sum(fold.sliding for fold in folds)
+        return Energy(0.5 * float(u @ momentum), potential, dissipated, power, sliding_power=sliding)
+
+    def _potential(self, q: np.ndarray) -> dict[str, float]:
+        """Potential energy by kind of element in coordinates with moved ones in their places, J."""
+        potential: dict[str, float] = {}
+        for group in self.mesh.groups:
+            potential[group.name] = potential.get(group.name, 0.0) + group.energy(q, None)[0]
+        if np.any(self.weight):
+            potential["gravity"] = -float(self.weight @ q)
+        return potential
 
     def _oscillators(self) -> tuple[float, float]:
         """Stiffness and mass of the oscillators of held coordinates, with the largest frequency of free coordinates."""

@@ -16,6 +16,7 @@ from fsm.scene.toml_file import is_too_deep, parse_toml, read_toml
 
 if TYPE_CHECKING:
     from fsm.api.result import Result
+    from fsm.scene.sheet import Sheet
 
 __all__ = ["Case", "CaseCheck", "load"]
 
@@ -24,11 +25,22 @@ _NAME = "case"
 _SECTIONS = {
     "strip": lambda part: f"strip of {part.panels} panels",
     "lattice": lambda part: f"lattice of {part.columns} x {part.rows} squares",
-    "sheet": lambda part: f"{part.kind} sheet",
+    "sheet": lambda part: _sheet_text(part),
     "membrane": lambda part: f"film of {part.length:g} m x {part.width:g} m",
     "scissor": lambda part: f"array of {part.units} scissor units",
 }
-_LISTS = {"bodies": "bodies", "films": "films", "cables": "cables", "beams": "beams", "elements": "force elements"}
+_LISTS = {
+    "bodies": ("body", "bodies"), "films": ("film", "films"), "cables": ("cable", "cables"), "beams": ("beam", "beams"),
+    "trusses": ("truss", "trusses"), "elements": ("force element", "force elements"),
+}  # fmt: skip
+"""Lists of a scene, with their words for one item and for several."""
+
+
+def _sheet_text(sheet: Sheet) -> str:
+    facets = {"rigid": "rigid facets", "flexible": "flexible facets"}.get(sheet.facets, sheet.facets)
+    if sheet.kind is not None:
+        return f"{sheet.kind} sheet with {facets}"
+    return f"sheet of {len(sheet.faces or ())} {facets}" if sheet.faces else f"sheet with {facets}"
 
 
 def load(case: str | Path | Mapping[str, Any], *, folder: str | Path | None = None) -> Case:
@@ -251,7 +263,8 @@ class Case:
         parts = [" and ".join(case.steps)]
         parts += [text(getattr(case, name)) for name, text in _SECTIONS.items() if getattr(case, name) is not None]
         if case.scene is not None:
-            parts += [f"{len(getattr(case.scene, key))} {word}" for key, word in _LISTS.items() if getattr(case.scene, key)]
+            counts = {key: len(getattr(case.scene, key)) for key in _LISTS}
+            parts += [f"{count} {_LISTS[key][count > 1]}" for key, count in counts.items() if count]
         for name in ("drive", "load", "step"):
             count = len(getattr(case, name))
             parts += [f"{count} {name}{'s' if count > 1 else ''}"] if count else []

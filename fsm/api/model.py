@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, Self
 
 from fsm.api.case import Case, load
 from fsm.errors import CaseError
+from fsm.scene.case import root
 from fsm.scene.model import Model as Section
 from fsm.scene.overrides import check_path
-from fsm.scene.schema import Place, root
+from fsm.scene.schema import Place
 
 if TYPE_CHECKING:
     from fsm.api.case import CaseCheck

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsm.api.result import NotInResult
+from fsm.errors import NotInResult
 from fsm.results.all_channels import all_channels
 from fsm.results.channel import select_channels
 from fsm.results.solution import Solution

@@ -14,7 +14,7 @@ import numpy as np
 
 from fsm.api.series import Series
 from fsm.api.tables import to_pandas, to_xarray
-from fsm.errors import FsmError
+from fsm.errors import NotInResult
 from fsm.results.all_channels import all_channels
 from fsm.results.channel import Channel, select_channels
 from fsm.results.solution import Solution
@@ -28,20 +28,11 @@ if TYPE_CHECKING:
     from fsm.api.case import Case
     from fsm.api.picture import Picture
 
-__all__ = ["Curve", "NotInResult", "Result", "open_result"]
+__all__ = ["Curve", "Result", "open_result"]
 
 _FILE = "result.h5"
 _STAGES = ("deploy", "vibrate")
 _WILD = set("*?[")
-
-
-class NotInResult(FsmError, KeyError):
-    """Error of a quantity that the result does not have."""
-
-    exit_code = 2
-
-    def __str__(self) -> str:
-        return str(self.args[0])
 
 
 class Curve(NamedTuple):
@@ -289,26 +280,31 @@ class Result:
         parts = [str(stage.path) for stage in self.stages.values()] or [str(self._file)]
         return write_report(parts, self.path / "report.html" if out is None else out, channels, title)
 
-    def export(self, to: str, out: str | Path | None = None) -> Path:
-        """Write the result for another program, as ``fsm export``; return the path.
+    def export(self, to: str, out: str | Path | None = None) -> Path | list[Path]:
+        """Write the result for another program, as ``fsm export``; return the path, or those of the stages of a run.
 
         Parameters
         ----------
         to : "vtkhdf", "glb", "csv", "parquet", "mp4", "gif" or "inp"
         out : str or Path, optional
-            File to write; absent: beside the result.
+            File to write; absent: beside the result. With stages, their names are added: strip-deploy.glb.
 
         Raises
         ------
         CaseError
             The format is unknown, the result has nothing to show, or a package is not installed.
         """
-        from fsm.exporters import export
+        from fsm.exporters import export, numbered
 
+        if self.stages:
+            targets = {name: None if out is None else numbered(Path(out), name, 2) for name in self.stages}
+            files = [stage.export(to, targets[name]) for name, stage in self.stages.items()]
+            return [file for file in files if isinstance(file, Path)]
         return export(self.solution, to, self.path / f"result.{to}" if out is None else Path(out), str(self.path))
 
     def __str__(self) -> str:
-        return "\n".join(summary_lines(self.summary, self.path))
+        *lines, folder = summary_lines(self.summary, self.path)
+        return "\n".join([*lines, *([] if self.stages else [f"solution    {self._records()}"]), folder])
 
     def __repr__(self) -> str:
         return f"Result({str(self.path)!r}: {', '.join(self._numbers())})"
@@ -317,12 +313,16 @@ class Result:
         rows = "".join(f"<tr><td style='text-align:left'>{escape(text)}</td></tr>" for text in self._numbers())
         return f"<table><tr><th style='text-align:left'>{escape(str(self.path))}</th></tr>{rows}</table>"
 
+    def _records(self) -> str:
+        solution = self.solution
+        return f"{len(solution)} records to {solution.time[-1]:.4g} s" if len(solution) else "no record"
+
     def _numbers(self) -> Sequence[str]:
         """Main numbers of the summary, in words."""
         if self.stages:
             return [f"stage {name}: {', '.join(stage._numbers())}" for name, stage in self.stages.items()]
         summary, solution = self.summary, self.solution
-        parts = [f"{len(solution)} records to {solution.time[-1]:.4g} s"] if len(solution) else ["no record"]
+        parts = [self._records()]
         if summary.get("peak_force"):
             units = ("N m", "mrad") if solution.layout.turns() else ("N", "mm")
             parts.append(f"peak {summary['peak_force']:.4g} {units[0]} at {1e3 * summary['peak_travel']:.4g} {units[1]}")

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fsm.ancf.build import BeamMaterial, CableMaterial, FilmGrid, MeshBuilder
-from fsm.ancf.film import FilmMaterial
+from fsm.ancf.film import FilmMaterial, LaminateMaterial
+from fsm.ancf.folds import BETWEEN_POINTS, FoldGroup
 from fsm.ancf.loading import Loading
 from fsm.ancf.mesh import Mesh
+from fsm.ancf.pressure import PressedFaces
 from fsm.ancf.shape import cable_shape, membrane_shape
 from fsm.ancf.system import AncfSystem
+from fsm.ancf.truss import BarGroup
 from fsm.assembly.drawn_lines import DrawnLines
+from fsm.assembly.fold_laws_of import fold_laws_of
 from fsm.assembly.frames import FramePoint, Frames
 from fsm.assembly.system import JoinedSystem
 from fsm.errors import CaseError
 from fsm.scene.contact_points import contact_points
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
+from fsm.scene.patterns.facet_mesh import MeshPoint, facet_vectors
+from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
+from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.scene import Scene
+from fsm.scene.truss import SceneTruss
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile import SceneCompiler, compile_scene
 from fsm.segments.system import SegmentSystem
@@ -64,20 +72,25 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     )
     elements = AncfSystem(parts.mesh, Loading(gravity=scene.gravity))
     compiler = SceneCompiler(scene, True)
-    return compiler.switched(JoinedSystem(*compiler.parts(), elements, frames, parts.drawn()))
+    pressures = tuple(load for load in scene.loads if load.pressure is not None)
+    joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), parts.pressed(scene), pressures)
+    return compiler.switched(joined)
 
 
 @dataclass(frozen=True)
 class _Parts:
-    """Mesh of all films, cables and beams of a scene, and where each of them is in it."""
+    """Mesh of all films, cables, beams and trusses of a scene, and where each of them is in it."""
 
     mesh: Mesh
     films: dict[str, tuple[SceneFilm, FilmGrid]]
     cables: dict[str, tuple[SceneCable | SceneBeam, np.ndarray]]
+    trusses: dict[str, tuple[SceneTruss, np.ndarray]]
+    facets: dict[str, MeshPoint]
+    first: int
 
     @classmethod
     def of(cls, scene: Scene) -> _Parts:
-        builder = MeshBuilder(size=9 if scene.films else 6)
+        builder = MeshBuilder(size=9 if scene.films or scene.facets is not None else 6 if scene.lines else 3)
         films, cables = {}, {}
         for film in scene.films:
             first = builder.count
@@ -102,7 +115,25 @@ class _Parts:
             for end in cable.held:
                 builder.hold(nodes[0 if end == "start" else -1, 0])
             cables[cable.name] = cable, nodes
-        return cls(builder.build(), films, cables)
+        trusses = {truss.name: (truss, _add_truss(builder, truss, scene.folds)) for truss in scene.trusses}
+        facets, first, points = scene.facets, 0, dict[str, MeshPoint]()
+        if facets is not None:
+            material = FilmMaterial(facets.young, facets.poisson, facets.density, facets.thickness)
+            if (plies := facets.laminate) is not None:
+                thickness = facets.thickness
+                stiffest = float(plies.stretch.diagonal()[:2].max()) / thickness
+                constants = stiffest, 0.0, plies.areal_density / thickness, thickness
+                material = LaminateMaterial(*constants, plies.stretch, plies.bending)
+            mesh, points = facets.mesh, facets.points
+            start = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1)
+            numbers = facet_vectors(mesh)
+            shape = start, mesh.owner, numbers, mesh.plane, mesh.angle
+            first = builder.facets(*shape, material, mesh.curved, facets.viscosity)
+            if facets.folds is not None:
+                builder.add(_facet_creases(facets, facets.folds, first))
+            for vector, components in facets.held.items():
+                builder.hold(first + 3 * vector, tuple(sorted(components)))
+        return cls(builder.build(), films, cables, trusses, points, first)
 
     def drawn(self) -> DrawnLines:
         """Lines of cables and beams as they are drawn: three pieces of each element."""
@@ -115,14 +146,80 @@ class _Parts:
             width = cable.width if isinstance(cable, SceneBeam) else 0.0
             halves.append(np.full(_PIECES * cable.elements, 0.5 * width))
         names = tuple(name for name, (line, _) in self.cables.items() for _ in range(_PIECES * line.elements))
-        films = tuple(name for name, (film, _) in self.films.items() for _ in range(film.mesh[0] * film.mesh[1]))
-        return DrawnLines(np.concatenate(vectors), np.concatenate(weights), np.concatenate(halves), names, films)
+        faces = [name for name, (film, _) in self.films.items() for _ in range(film.mesh[0] * film.mesh[1])]
+        panels = np.full(len(self.mesh.quads), -1, dtype=np.int64)
+        panels[len(faces) :] = 0
+        faces += [f"facet {number}" for truss, _ in self.trusses.values() for number in range(1, len(truss.faces) + 1)]
+        faces += [SHEET] * (len(panels) - len(faces))
+        flat = np.concatenate(vectors), np.concatenate(weights), np.concatenate(halves)
+        return DrawnLines(*flat, names, tuple(faces), panels)
+
+    def pressed(self, scene: Scene) -> PressedFaces | None:
+        """Triangles of the sheet that can carry a pressure."""
+        if scene.facets is not None:
+            mesh = scene.facets.mesh
+            vectors = self.first + 3 * facet_vectors(mesh)
+            return PressedFaces(vectors, mesh.facet[mesh.triangles[:, 0]], mesh.plane, mesh.angle)
+        for truss, places in self.trusses.values():
+            if truss.faces and all(len(face) == 3 for face in truss.faces):
+                vectors = places[np.array(truss.faces, dtype=np.int64)]
+                return PressedFaces(vectors, np.arange(len(vectors)), np.zeros((0, 3, 2)), np.zeros((0, 3)))
+        return None
 
     def point(self, frame: SceneFrame) -> FramePoint:
         """Frame as sums of nodal vectors."""
+        if frame.name in self.facets:
+            point = self.facets[frame.name]
+            return FramePoint(self.first + 3 * point.vectors, point.weights, point.along, point.across, np.zeros(3))
         if frame.on in self.films:
             return _film_point(*self.films[frame.on], frame)
+        if frame.on in self.trusses:
+            assert frame.point is not None
+            vectors, none = self.trusses[frame.on][1][[frame.point]], np.zeros(1)
+            return FramePoint(vectors, np.ones(1), none, none, np.zeros(3))
         return _cable_point(*self.cables[frame.on], frame)
+
+
+def _add_truss(builder: MeshBuilder, truss: SceneTruss, data: FoldData | None) -> np.ndarray:
+    """Add the points, bars and springs (or these folds) of a truss; returns the first coordinates of its points."""
+    places = builder.points(np.array(truss.points), truss.name, truss.faces)
+    for place, mass in zip(places.tolist(), truss.mass, strict=True):
+        builder.point_mass(place, mass)
+    for point, axes in truss.held:
+        builder.hold(places[point], tuple("xyz".index(axis) for axis in axes))
+    at, bars = np.array(truss.points), np.array(truss.bars)
+    length = np.linalg.norm(at[bars[:, 1]] - at[bars[:, 0]], axis=1)
+    stiffness = np.array(truss.stiffness)
+    builder.add(BarGroup(places[bars], length, stiffness, truss.law, truss.exponents, truss.viscosity))
+    count = len(truss.folds) - truss.bend_lines
+    data = _folds_of(truss) if data is None else data
+    for name, part in (("creases", slice(count)), ("panels", slice(count, None))):
+        folds = np.array(truss.folds[part], dtype=np.int64).reshape(-1, 4)
+        if len(folds):
+            weights = np.broadcast_to(BETWEEN_POINTS, (len(folds), 3, 4))
+            builder.add(FoldGroup(places[folds], weights, fold_laws_of(data.part(part)), name))
+    return places
+
+
+def _folds_of(truss: SceneTruss) -> FoldData:
+    """Linear springs of a truss. A closed fold may turn to either side of 180 degrees."""
+    rest, stiffness = np.array(truss.fold_rest), np.array(truss.fold_stiffness)
+    near = np.where(np.abs(rest) > 0.75 * np.pi, 0.5 * rest, 0.0)
+    linear = FoldData.linear(stiffness, rest, near, truss.linear_to)
+    return replace(linear, damping=truss.viscosity * stiffness)
+
+
+def _facet_creases(facets: FlexibleFacets, folds: FoldData, first: int) -> FoldGroup:
+    """Creases of flexible facets, whose vector 0 has the first coordinate `first`."""
+    sectors = np.concatenate([crease.sectors for crease in facets.mesh.creases])
+    along = np.concatenate([crease.along for crease in facets.mesh.creases])
+    weights = np.zeros((len(sectors), 3, 4))
+    for side in (0, 1):  # across on the left (a), across on the right (b), mean slope along the crease (c)
+        x, y = along[:, side].T
+        weights[:, side, 2 * side], weights[:, side, 2 * side + 1] = -y, x
+        weights[:, 2, 2 * side], weights[:, 2, 2 * side + 1] = 0.5 * x, 0.5 * y
+    vectors = first + 3 * (3 * sectors[:, :, None] + np.array([1, 2])).reshape(-1, 4)
+    return FoldGroup(vectors, weights, fold_laws_of(folds))
 
 
 def _line_material(line: SceneCable | SceneBeam) -> CableMaterial | BeamMaterial:

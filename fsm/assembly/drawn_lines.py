@@ -21,11 +21,14 @@ class DrawnLines(NamedTuple):
     half : (n,) array, m
         Half the width along y, of beams; 0 for cables.
     names : (n,) names of the cables and beams
-    films : names of the films, one for each face of the mesh
+    faces : names of the parts of the faces of the mesh
+    panels : (m,) int array
+        Number of the panel of each face (`fsm.results.solution`): -1 for a film, 0 for a face of a truss.
     """
 
     vectors: np.ndarray
     weights: np.ndarray
     half: np.ndarray
     names: tuple[str, ...]
-    films: tuple[str, ...]
+    faces: tuple[str, ...]
+    panels: np.ndarray

@@ -1,1 +1,23 @@
-"""Calibration: parameters with intervals from test data, and predictions with uncertainty bands."""
+"""Calibration: parameters with intervals from test data, and predictions with uncertainty bands.
+
+In Python this package is a function, too: ``found = fsm.calibrate("crease", "creases.csv")``, see
+`fsm.api.calibration.calibrate`.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+
+class _Calibrate(ModuleType):
+    """Package that can be called: its name is also that of the function."""
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        """See `fsm.api.calibration.calibrate`."""
+        return import_module("fsm.api.calibration").calibrate(*arguments, **options)
+
+
+sys.modules[__name__].__class__ = _Calibrate

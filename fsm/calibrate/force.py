@@ -110,7 +110,7 @@ def read_tests(study: Study, path: Path) -> tuple[list[ForceTest], list[Paramete
 def _test_plot(test: ForceTest, band: Band, added: np.ndarray, level: float) -> TestPlot:
     half_band = test.deviation * norm.ppf(0.5 + 0.5 * level) if test.known else None
     low, high = band.low + added, band.high + added
-    return TestPlot(test.name, band.travel, band.force + added, low, high, test.force, half_band)
+    return TestPlot(test.name, band.travel, band.force + added, low, high, test.force, half_band, level)
 
 
 def _tests(study: Study, path: Path) -> list[ForceTest]:
@@ -288,7 +288,7 @@ def _predict(
     )
     result.lines.append(f"{request.name}: peak {value:.4g} N, {100 * options.level:g} % interval {low:.4g} to {high:.4g} N")
     result.plots.append(("prediction.png", partial(plot_tests, [
-        TestPlot(request.name, band.travel, band.force, band.low, band.high, None, None)])))  # fmt: skip
+        TestPlot(request.name, band.travel, band.force, band.low, band.high, None, None, options.level)])))  # fmt: skip
     result.files.append(("prediction.csv", partial(_write_prediction, band)))
 
 

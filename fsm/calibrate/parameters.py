@@ -8,8 +8,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.case import Case
-from fsm.scene.schema import Place, root
+from fsm.scene.case import Case, root
+from fsm.scene.schema import Place
 
 __all__ = ["unit_of", "value_at", "with_values"]
 

@@ -35,7 +35,7 @@ MIN_REPEATS = 3
 _MAX_BINS = 2000
 """Largest number of points in a fit; more points are averaged in bins."""
 _STARTS = 25
-"""Values of tau on the grid for the start of the fit."""
+"""Number of values of tau that are tried as the start of the fit."""
 _DRAWS = 200
 """Bootstrap samples."""
 _REPORTED_TIMES = (60.0, 600.0, 3600.0, 86400.0, 604800.0)

@@ -28,7 +28,7 @@ __all__ = ["PeakResponse", "Response", "force_response", "peak_of", "peak_respon
 _FIRST_LOOK_BACK = 10
 """Number of states before the peak at which rate-dependent derivatives begin; doubled until the start error is small."""
 _START_ERROR = 1e-10
-"""Largest relative effect of the derivatives of the first state on those at the peak."""
+"""Bound of the relative error at the peak that is due to the derivatives of the first state."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -229,6 +229,9 @@ def _start(case: Case, system: SegmentSystem) -> tuple[float, np.ndarray, np.nda
 
 def _system(case: Case, parameters: Sequence[str]) -> tuple[Scene, SegmentSystem]:
     scene = build_scene(case)
+    if scene.flexible:
+        text = "has films, cables, beams or bars; a calibration follows rigid bodies and their springs only"
+        raise CaseError(Fault("scene" if case.sheet is None else "sheet.facets", text))
     system = compile_scene(scene, case.solve.spatial)
     if not system.motions:
         raise CaseError(Fault("drive", "the case has no drive, so there is no force to compare; give a [[drive]]"))

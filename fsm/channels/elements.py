@@ -137,9 +137,7 @@ def _crease_moments(state: State) -> tuple[Values, Values]:
         damped[name] = elastic[name] + damping * speeds[name][_twist(speeds[name])]
     for group in _groups(state, CreaseGroup):
         angle = group.measure(poses, rates, group.bodies, *group.geometry)[0]
-        table = group.curve, group.table.bounds, group.table.knots, group.table.coefficients, group.table.energies
-        zero = np.zeros(len(angle))
-        moment, _ = crease_moment(angle, zero, group.rest, group.side, zero, *table)
+        moment, _ = crease_moment(angle, np.zeros(len(angle)), group.law)
         for name, value, damping in zip(group.names, np.ravel(moment).tolist(), group.damping, strict=True):
             elastic[name] = value
             damped[name] = value + damping * speeds[name][_twist(speeds[name])]

@@ -83,7 +83,7 @@ class State(ShortRepr):
         return self.saved.before
 
     def once(self, function: Callable[[State], Any]) -> Any:
-        """Result of a function of the state that several channels share; it is called once."""
+        """Result of a function of the state. The function is called once for all channels that use it."""
         if function not in self._kept:
             self._kept[function] = function(self)
         return self._kept[function]

@@ -7,10 +7,10 @@ from pathlib import Path
 import click
 
 from fsm.cli_options import debug_option
-from fsm.errors import CaseError
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib
 
 __all__ = ["export"]
+
 
 class _WithFormats(click.Command):
     """Command whose help lists all formats."""
@@ -29,27 +29,29 @@ class _WithFormats(click.Command):
 @click.option("--out", metavar="FILE", help="File to write; default: beside the result, result.FORMAT.")
 @debug_option
 def export(result: str, to: str, out: str | None) -> None:
-    """Write a result for another program; RESULT is a folder of a run or its result.h5."""
+    """Write a result for another program; RESULT is a folder of a run or its result.h5.
+
+    A run of two stages and a table have several results. Each has its own file; with --out its name is added, for example
+    FILE-deploy.
+    """
+    from fsm.results.find import find_results
     from fsm.results.store import read_solution
 
     with imports_outside_gc(), plain_matplotlib():
         from fsm.exporters import export as write
-        from fsm.exporters import exporter_of
+        from fsm.exporters import exporter_of, numbered
 
     exporter_of(to)
-    path = Path(result)
-    if path.is_dir():
-        stages = [str(path / name / "result.h5") for name in ("deploy", "vibrate") if (path / name / "result.h5").is_file()]
-        if stages:
-            raise CaseError(f"is a run of two stages; give {' or '.join(stages)}", result)
-        path = path / "result.h5"
-    target = _target(path, to, out)
-    click.echo(str(write(read_solution(path), to, target, result)))
+    found = find_results([result])
+    target = _target(out)
+    for name, path in found.items():
+        file = path.with_name(f"{path.stem}.{to}") if target is None else numbered(target, name, len(found))
+        click.echo(str(write(read_solution(path), to, file, str(path) if len(found) > 1 else result)))
 
 
-def _target(path: Path, to: str, out: str | None) -> Path:
+def _target(out: str | None) -> Path | None:
     if out is None:
-        return path.with_name(f"{path.stem}.{to}")
+        return None
     if not out.strip():
         raise click.BadParameter(f'"{out}" is not the name of a file', param_hint="--out")
     if Path(out).is_dir():

@@ -24,14 +24,24 @@ def help_key(key: str) -> None:
 
 @click.command()
 @click.option("--out", metavar="FILE", help="File to write; default: standard output.")
+@click.option("--extension", "extensions", multiple=True, metavar="FILE.py", help="Include the sections of an extension.")
 @debug_option
-def schema(out: str | None) -> None:
-    """Print the JSON Schema of case files, with which editors complete and check keys."""
+def schema(out: str | None, extensions: tuple[str, ...]) -> None:
+    """Print the JSON Schema of case files, with which editors complete and check keys.
+
+    The files of --extension are executed.
+    """
     import json
 
+    from fsm.errors import CaseError
+    from fsm.registry import BUILDERS, load_extensions
     from fsm.scene.json_schema import case_schema
 
-    text = json.dumps(case_schema(), indent=2, ensure_ascii=False)
+    faults = load_extensions(extensions, Path())[1]
+    if faults:
+        raise CaseError(faults, "--extension")
+    added = {name: builder.section for name, builder in BUILDERS.items()} if extensions else {}
+    text = json.dumps(case_schema(added), indent=2, ensure_ascii=False)
     if out is None:
         click.echo(text)
         return

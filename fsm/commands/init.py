@@ -12,8 +12,11 @@ from fsm.errors import CannotWrite, CaseError
 __all__ = ["init", "kinds"]
 
 _TEMPLATES = Path(__file__).with_name("templates")
-_ALSO = {"membrane": "film", "scissor": "array"}
-"""Names of sections for the kinds that are built from them."""
+_ALSO = {
+    "membrane": "film", "scissor": "array", "miura": "sheet", "rigid": "sheet", "bars": "kresling", "bend-lines": "pattern",
+    "fold": "pattern",
+}  # fmt: skip
+"""Other names of kinds: of sections, of patterns, and of facets."""
 
 
 def kinds() -> dict[str, str]:

@@ -12,7 +12,7 @@ from fsm.exporters.registry import EXPORTERS, Exporter
 from fsm.results.solution import Solution
 from fsm.scene.units import did_you_mean
 
-__all__ = ["EXPORTERS", "export", "exporter_of"]
+__all__ = ["EXPORTERS", "export", "exporter_of", "numbered"]
 
 for _module in pkgutil.iter_modules(__path__):
     importlib.import_module(f"{__name__}.{_module.name}")
@@ -30,6 +30,11 @@ def exporter_of(to: str) -> Exporter:
         known = ", ".join(sorted(EXPORTERS))
         raise CaseError(f'unknown format "{to[:40]}"{did_you_mean(to, EXPORTERS)}; the formats are {known}', "export")
     return EXPORTERS[to]
+
+
+def numbered(out: Path, name: str, count: int) -> Path:
+    """File of one of several results: the name of the result follows that of the file."""
+    return out if count == 1 else out.with_name(f"{out.stem}-{name}{out.suffix}")
 
 
 def export(solution: Solution, to: str, out: Path, source: str = "export") -> Path:

@@ -171,7 +171,8 @@ def mesh_of(solution: Solution, join_films: bool = True) -> Mesh:
     try:
         names = _names(solution, panel)
     except (LookupError, TypeError, ValueError, AttributeError) as error:
-        raise CaseError(f"the case in this result is damaged: its parts have no names ({error!r})", "export") from error
+        text = f"the case in this result is damaged: its parts cannot be named ({error!r}); run the case again"
+        raise CaseError(text, "export") from error
     labels = tuple(dict.fromkeys(names))
     label = np.array([labels.index(name) for name in names], dtype=np.int64)
     return Mesh(solution.time, points, cells, corners, panel, labels, label, solution)

@@ -207,9 +207,9 @@ def linearise_pose_planar(
         l31, l33 = ct * h31 - st * h11, ct * h33 - st * h13
         add_quarters_planar(
             stiffness_flat, slots[i],
-            l11 * ct + l13 * st, l13 * ct - l11 * st, l31 * ct + l33 * st, l33 * ct - l31 * st,
-            ct * h1a + st * h3a, ct * h3a - st * h1a, ct * h1b + st * h3b, ct * h3b - st * h1b,
-            av1 * ct + av3 * st, av3 * ct - av1 * st, bv1 * ct + bv3 * st, bv3 * ct - bv1 * st,
+            (l11 * ct + l13 * st, l13 * ct - l11 * st, l31 * ct + l33 * st, l33 * ct - l31 * st),
+            (ct * h1a + st * h3a, ct * h3a - st * h1a), (ct * h1b + st * h3b, ct * h3b - st * h1b),
+            (av1 * ct + av3 * st, av3 * ct - av1 * st), (bv1 * ct + bv3 * st, bv3 * ct - bv1 * st),
             aa, ab, ba, bb,
         )  # fmt: skip
 
@@ -221,7 +221,7 @@ def linearise_pose_planar(
         dab = a3 * d1b - a1 * d3b - cp
         add_quarters_planar(
             damping_flat, slots[i],
-            dxx, dxz, dxz, dzz, dxa, dza, dxb, dzb, dxa, dza, dxb, dzb,
+            (dxx, dxz, dxz, dzz), (dxa, dza), (dxb, dzb), (dxa, dza), (dxb, dzb),
             a3 * d1a - a1 * d3a + cp, dab, dab, z1 * d3b - z3 * d1b + cp,
         )  # fmt: skip
 

@@ -284,9 +284,10 @@ def force_pose_spatial(
 def _add_turn(
     k: int, value: float, slopes: Slopes, q: Quaternion, wa: Vector, wb: Vector,
     row: np.ndarray, before: np.ndarray, per_second: float, efforts: np.ndarray,
-    moment: Vector, bent: Vector, curvature: Slopes, material: Matrix, damped: Matrix,
+    sums: tuple[Vector, Vector, Slopes, Matrix, Matrix],
 ) -> tuple[Vector, Vector, Slopes, Matrix, Matrix]:  # fmt: skip
     """Sums over the measures: m g; the same and m times the slopes for given efforts; g (k g + c N)^T and c g g^T."""
+    moment, bent, curvature, material, damped = sums
     g = turn_gradient(slopes, q)
     m = _moment(k, value, g, wa, wb, row, before, per_second)
     moment = (moment[0] + m * g[0], moment[1] + m * g[1], moment[2] + m * g[2])
@@ -373,15 +374,16 @@ def linearise_pose_spatial(
         if _acts(row, 4) and not even:
             psi, slopes = twist_slopes(q)
             g, bent, curvature, turn, turn_damped = _add_turn(
-                4, psi + row[_OFFSET], slopes, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
-            )
+                4, psi + row[_OFFSET], slopes, q, wa, wb, row, past, per_second, given,
+                (g, bent, curvature, turn, turn_damped),
+            )  # fmt: skip
         if (_acts(row, 3) or _acts(row, 5)) and not even:
             s1, s3, slopes_1, slopes_3 = swing_slopes(q, row[_HALF_WAY] != 0.0)
             g, bent, curvature, turn, turn_damped = _add_turn(
-                3, s1, slopes_1, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
+                3, s1, slopes_1, q, wa, wb, row, past, per_second, given, (g, bent, curvature, turn, turn_damped)
             )
             g, bent, curvature, turn, turn_damped = _add_turn(
-                5, s3, slopes_3, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
+                5, s3, slopes_3, q, wa, wb, row, past, per_second, given, (g, bent, curvature, turn, turn_damped)
             )
         _scatter(from_world, from_a, from_b, arm, z, f, g, a, b, force)
         if given.shape[0] > 0:

@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_turn_planar
-from fsm.kernels.spline import evaluate_curve
+from fsm.laws.crease import CreaseLaws, moment_and_slope
 
 __all__ = ["force_crease_planar", "linearise_crease_planar"]
 
@@ -21,14 +21,7 @@ def force_crease_planar(
     rates: np.ndarray,
     bodies: np.ndarray,
     angle_offset: np.ndarray,
-    rest: np.ndarray,
-    side: np.ndarray,
-    damping: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
+    law: CreaseLaws,
     before: np.ndarray,
     per_second: float,
     force: np.ndarray,
@@ -41,7 +34,7 @@ def force_crease_planar(
     bodies : (m, 2) int array
         Inner and outer body.
     angle_offset : (m,) array, rad
-    rest, side, damping, curve, bounds, knots, coefficients, energies : as in `fsm.laws.crease.crease_moment`
+    law : CreaseLaws
     before : (m,) array
         Angles at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
@@ -52,10 +45,8 @@ def force_crease_planar(
         a, b = bodies[i, 0], bodies[i, 1]
         angle = poses[a, 2] - poses[b, 2] + angle_offset[i]
         rate = rates[a, 2] - rates[b, 2] if per_second == 0.0 else (angle - before[i]) * per_second
-        _, moment, _ = evaluate_curve(
-            rest[i] - side[i] * angle, bounds[curve[i]], bounds[curve[i] + 1], knots, coefficients, energies
-        )
-        effort = -side[i] * moment + damping[i] * rate
+        moment, _ = moment_and_slope(law, i, angle)
+        effort = -law.side[i] * moment + law.damping[i] * rate
         force[a, 2] -= effort
         force[b, 2] += effort
 
@@ -66,14 +57,7 @@ def linearise_crease_planar(
     rates: np.ndarray,
     bodies: np.ndarray,
     angle_offset: np.ndarray,
-    rest: np.ndarray,
-    side: np.ndarray,
-    damping: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
+    law: CreaseLaws,
     before: np.ndarray,
     per_second: float,
     slots: np.ndarray,
@@ -94,12 +78,10 @@ def linearise_crease_planar(
         a, b = bodies[i, 0], bodies[i, 1]
         angle = poses[a, 2] - poses[b, 2] + angle_offset[i]
         rate = rates[a, 2] - rates[b, 2] if per_second == 0.0 else (angle - before[i]) * per_second
-        _, moment, slope = evaluate_curve(
-            rest[i] - side[i] * angle, bounds[curve[i]], bounds[curve[i] + 1], knots, coefficients, energies
-        )
-        effort = -side[i] * moment + damping[i] * rate
+        moment, slope = moment_and_slope(law, i, angle)
+        effort = -law.side[i] * moment + law.damping[i] * rate
         force[a, 2] -= effort
         force[b, 2] += effort
         add_turn_planar(stiffness_flat, slots[i], slope)
-        if damping[i] != 0.0:
-            add_turn_planar(damping_flat, slots[i], damping[i])
+        if law.damping[i] != 0.0:
+            add_turn_planar(damping_flat, slots[i], law.damping[i])

@@ -13,7 +13,6 @@ import numpy as np
 from fsm.interactions.swing_twist import curvature_matrix, turn_curvature, turn_gradient, twist_slopes
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_turns_spatial
-from fsm.kernels.spline import evaluate_curve
 from fsm.kernels.tensor import (
     Matrix,
     Quaternion,
@@ -27,6 +26,7 @@ from fsm.kernels.tensor import (
     transposed_times_vector,
     with_product,
 )
+from fsm.laws.crease import CreaseLaws, moment_and_slope
 
 __all__ = ["force_crease_spatial", "linearise_crease_spatial"]
 
@@ -53,14 +53,7 @@ def force_crease_spatial(
     axes_inner: np.ndarray,
     axes_outer: np.ndarray,
     angle_offset: np.ndarray,
-    rest: np.ndarray,
-    side: np.ndarray,
-    damping: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
+    law: CreaseLaws,
     before: np.ndarray,
     per_second: float,
     force: np.ndarray,
@@ -74,7 +67,7 @@ def force_crease_spatial(
     bodies : (m, 2) int array
         Inner and outer body.
     axes_inner, axes_outer, angle_offset : as in `measure_hinge_spatial`
-    rest, side, damping, curve, bounds, knots, coefficients, energies : as in `fsm.laws.crease.crease_moment`
+    law : CreaseLaws
     before : (m,) array
         Angles at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
@@ -94,10 +87,8 @@ def force_crease_spatial(
             rate = g[0] * w[0] + g[1] * w[1] + g[2] * w[2]
         else:
             rate = (angle - before[i]) * per_second
-        _, moment, _ = evaluate_curve(
-            rest[i] - side[i] * angle, bounds[curve[i]], bounds[curve[i] + 1], knots, coefficients, energies
-        )
-        effort = -side[i] * moment + damping[i] * rate
+        moment, _ = moment_and_slope(law, i, angle)
+        effort = -law.side[i] * moment + law.damping[i] * rate
         moment_a = transposed_times_vector(from_a, g)
         moment_b = transposed_times_vector(from_b, g)
         for j in range(3):
@@ -113,14 +104,7 @@ def linearise_crease_spatial(
     axes_inner: np.ndarray,
     axes_outer: np.ndarray,
     angle_offset: np.ndarray,
-    rest: np.ndarray,
-    side: np.ndarray,
-    damping: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
+    law: CreaseLaws,
     before: np.ndarray,
     per_second: float,
     slots: np.ndarray,
@@ -152,17 +136,15 @@ def linearise_crease_spatial(
         else:
             wa = wb = w = (0.0, 0.0, 0.0)
             rate = (angle - before[i]) * per_second
-        _, moment, slope = evaluate_curve(
-            rest[i] - side[i] * angle, bounds[curve[i]], bounds[curve[i] + 1], knots, coefficients, energies
-        )
-        effort = -side[i] * moment + damping[i] * rate
+        moment, slope = moment_and_slope(law, i, angle)
+        effort = -law.side[i] * moment + law.damping[i] * rate
         moment_a = transposed_times_vector(from_a, g)
         moment_b = transposed_times_vector(from_b, g)
         for j in range(3):
             force[a, 3 + j] -= effort * moment_a[j]
             force[b, 3 + j] += effort * moment_b[j]
 
-        c = damping[i]
+        c = law.damping[i]
         n = turn_curvature(slopes, q, w)
         swept = crossed(g, (wa[0] + wb[0], wa[1] + wb[1], wa[2] + wb[2]))
         hx = slope * g[0] + c * (n[0] - 0.5 * swept[0])

@@ -35,7 +35,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["find_edges", "measure_edges", "tangent_edges"]
+__all__ = ["find_edges", "measure_edges", "tangent_edges", "write_edges"]
 
 # rows of the table of vectors of a state
 _ARM_1, _ARM_2, _T_1, _T_2, _ACROSS, _APART, _NORMAL = 0, 1, 2, 3, 4, 5, 6
@@ -205,9 +205,19 @@ def measure_edges(
     count = slots.shape[0]
     bodies = np.empty((count, 2), dtype=np.int64)
     rate, gradient = np.empty((count, 4)), np.empty((count, 4, 12))
+    write_edges(poses, rates, slots, pairs, edges, bodies, rate, gradient)
+    return bodies, rate, gradient
+
+
+@kernel
+def write_edges(
+    poses: np.ndarray, rates: np.ndarray, slots: np.ndarray, pairs: EdgePairs, edges: Edges, bodies: np.ndarray,
+    rate: np.ndarray, gradient: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the result of `measure_edges` to arrays."""
     frames, vectors, motion = np.empty((2, 3, 3)), np.empty((7, 3)), np.empty((12, 3))
     cosine = np.empty(12)
-    for i in range(count):
+    for i in range(slots.shape[0]):
         pair = pairs.edges[slots[i]]
         bodies[i, 0], bodies[i, 1] = edges.body[pair[0]], edges.body[pair[1]]
         distance, square, _, _ = _state(poses, pair, edges, frames, vectors)
@@ -224,7 +234,6 @@ def measure_edges(
         for m in range(12):
             gradient[i, 0, m] = weight * gradient[i, 0, m] + gap * slope * cosine[m]
             rate[i, 0] += gradient[i, 0, m] * rates[bodies[i, m // 6], m % 6]
-    return bodies, rate, gradient
 
 
 @kernel(inline=True)

@@ -113,29 +113,27 @@ def _reduced_force(out_u: float, out_v: float, height: float, rounding: float) -
 @kernel
 def pair_weights(
     kinds: tuple[int, int],
-    size_a: np.ndarray,
-    size_b: np.ndarray,
+    sizes: tuple[np.ndarray, np.ndarray],
     rounding: float,
     turn: np.ndarray,
     shift: np.ndarray,
-    places_a: np.ndarray,
-    weights_a: np.ndarray,
-    places_b: np.ndarray,
-    weights_b: np.ndarray,
-    axis_b: np.ndarray,
-    whole_a: float,
-    whole_b: float,
+    points_a: tuple[np.ndarray, np.ndarray],
+    points_b: tuple[np.ndarray, np.ndarray, np.ndarray],
+    whole: tuple[float, float],
     spatial: bool,
     base: np.ndarray,
     out: np.ndarray,
-    polygon: np.ndarray,
-    other: np.ndarray,
+    scratch: tuple[np.ndarray, np.ndarray],
 ) -> None:
     """Factors (5,) of the weights of points and edges of one pair.
 
-    For the arguments see `fsm.interactions.face_weights.weigh_units`; `turn` and `shift` are the axes and the centre of the
-    first shape in the axes of the second.
+    For the arguments see `fsm.interactions.face_weights.weigh_units`. `turn` and `shift` are the axes and the centre of the
+    first shape in the axes of the second. Points have positions, weights, and for the second shape whether they are on its
+    axis. `scratch` is work space, (48, 2) arrays.
     """
+    size_a, size_b = sizes
+    (places_a, weights_a), (places_b, weights_b, axis_b) = points_a, points_b
+    (whole_a, whole_b), (polygon, other) = whole, scratch
     for c in range(COLUMNS):
         out[c] = base[c]
     kind_a, kind_b = kinds

@@ -12,14 +12,17 @@ there and takes over the new slopes only. The weights jump when the impact is ov
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fsm.interactions.face_overlap import COLUMNS, LEAST, pair_weights
-from fsm.interactions.shape_distance import CYLINDER, HALF_SPACE, RECTANGLE, SPHERE
+from fsm.interactions.shape_distance import CYLINDER, HALF_SPACE, POLYGON, RECTANGLE, SPHERE
+from fsm.interactions.shapes import Shapes
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 
-__all__ = ["ROW", "SHARE", "changed_weights", "weigh_units"]
+__all__ = ["ROW", "SHARE", "ShapePoints", "UnitTable", "changed_weights", "weigh_units"]
 
 SHARE, _SLOPE, ROW = 12, 12 + COLUMNS, 12 + 7 * COLUMNS
 """First columns of the weights and of their slopes in the row of a unit, and the length of the row; before them are the axes
@@ -119,48 +122,69 @@ def _constant(one: int, two: int) -> bool:
     """Whether the weights of a pair of shapes are the same in all poses."""
     if two == HALF_SPACE:
         return one != CYLINDER
-    return one != RECTANGLE or two == SPHERE
+    return one != RECTANGLE or two in (SPHERE, POLYGON)
+
+
+class ShapePoints(NamedTuple):
+    """Points of shapes.
+
+    Attributes
+    ----------
+    start : (s + 1,) int array
+        First point of every shape.
+    place, weight : (p, 3), (p,) arrays
+        Positions in the shapes' axes, m.
+    on_axis : (p,) bool array
+        Whether a point lies on the axis of a cylinder.
+    """
+
+    start: np.ndarray
+    place: np.ndarray
+    weight: np.ndarray
+    on_axis: np.ndarray
+
+
+class UnitTable(NamedTuple):
+    """Units: pairs of shapes.
+
+    Attributes
+    ----------
+    shapes : (u, 2) int array
+    whole : (u, 2) array, m^2
+        Areas of the complete faces to which plates belong.
+    base : (u, 5) array
+        Weights for tilted faces.
+    """
+
+    shapes: np.ndarray
+    whole: np.ndarray
+    base: np.ndarray
 
 
 @kernel
 def weigh_units(
     poses: np.ndarray,
-    units: np.ndarray,
+    rows: np.ndarray,
     held: np.ndarray,
-    shapes: np.ndarray,
-    body: np.ndarray,
-    kind: np.ndarray,
-    size: np.ndarray,
-    radius: np.ndarray,
-    offset: np.ndarray,
-    axes: np.ndarray,
-    start: np.ndarray,
-    place: np.ndarray,
-    weight: np.ndarray,
-    on_axis: np.ndarray,
-    whole: np.ndarray,
-    base: np.ndarray,
+    units: UnitTable,
+    solids: Shapes,
+    points: ShapePoints,
     known: np.ndarray,
     state: np.ndarray,
 ) -> int:
-    """Update the weights of units (pairs of shapes) that have moved relative to each other or have no weights yet.
+    """Update the weights of units that have moved relative to each other or have no weights yet.
 
     Parameters
     ----------
     poses : (n_bodies, 3 or 7) array
-    units : (m,) int array
-        Rows of the units to test.
+    rows : (m,) int array
+        Units to test.
     held : (m,) bool array
         Units whose weights must not jump.
-    shapes : (u, 2) int array
-    body, kind, size, radius, offset, axes : tables of shapes
-        (s,), (s,), (s, 3), (s,), (s, 3), (s, 3, 3); three-dimensional also in a plane motion.
-    start, place, weight, on_axis : (s + 1,), (p, 3), (p,), (p,) arrays
-        Points of shapes in the shapes' axes, m, and whether each point lies on the axis of a cylinder.
-    whole : (u, 2) array, m^2
-        Areas of the complete faces to which plates belong.
-    base : (u, 5) array
-        Weights for tilted faces.
+    units : UnitTable
+    solids : Shapes
+        In three dimensions also in a plane motion.
+    points : ShapePoints
     known, state : (u,) bool, (u, ROW) arrays, changed in place
         Whether weights exist; relative pose at which they were computed, weights, and slopes by displacement (1/m) and
         rotation (1/rad) of the first shape, in the axes of the second.
@@ -169,12 +193,15 @@ def weigh_units(
     -------
     int : number of changed units
     """
+    shapes, whole, base = units
+    body, kind, size, offset, axes, radius = solids
+    start, place, weight, on_axis = points
     changed, spatial = 0, poses.shape[1] == 7
     frames, arms, turn, shift = np.empty((4, 3, 3)), np.empty((2, 3)), np.empty((3, 3)), np.empty(3)
     other_turn, other_shift, sides = np.empty((3, 3)), np.empty(3), np.empty((2, COLUMNS))
     polygon, scratch, way, line = np.empty((48, 2)), np.empty((48, 2)), np.empty(6), np.empty(COLUMNS)
-    for number in range(len(units)):
-        unit = units[number]
+    for number in range(len(rows)):
+        unit = rows[number]
         one, two = shapes[unit]
         if _constant(kind[one], kind[two]):
             if not known[unit]:
@@ -208,9 +235,11 @@ def weigh_units(
             _displacement(turn, shift, state[unit], way)
             for c in range(COLUMNS):
                 line[c] = max(LEAST, shares[c]) * max(_LEAST_PART, _part(state[unit], c, way))
+        sizes, of_faces = (size[one], size[two]), (whole[unit, 0], whole[unit, 1])
+        points_one, points_two = (place[of_one], weight[of_one]), (place[of_two], weight[of_two], on_axis[of_two])
         pair_weights(
-            kinds, size[one], size[two], rounding, turn, shift, place[of_one], weight[of_one], place[of_two],
-            weight[of_two], on_axis[of_two], whole[unit, 0], whole[unit, 1], spatial, base[unit], shares, polygon, scratch,
+            kinds, sizes, rounding, turn, shift, points_one, points_two, of_faces, spatial, base[unit], shares,
+            (polygon, scratch),
         )  # fmt: skip
         old_turn[:], old_shift[:] = turn, shift
         slopes[:] = 0.0
@@ -227,9 +256,8 @@ def weigh_units(
                 else:
                     _turned(turn, axis, sign * step, other_turn)
                 pair_weights(
-                    kinds, size[one], size[two], rounding, other_turn, other_shift, place[of_one], weight[of_one],
-                    place[of_two], weight[of_two], on_axis[of_two], whole[unit, 0], whole[unit, 1], spatial, base[unit],
-                    sides[side], polygon, scratch,
+                    kinds, sizes, rounding, other_turn, other_shift, points_one, points_two, of_faces, spatial, base[unit],
+                    sides[side], (polygon, scratch),
                 )  # fmt: skip
             for c in range(COLUMNS):
                 after, before = (sides[0, c] - shares[c]) / step, (shares[c] - sides[1, c]) / step
@@ -260,7 +288,10 @@ def changed_weights(
 
     Parameters
     ----------
-    poses, units, shapes, body, offset, axes, state : see `weigh_units`
+    poses, state : see `weigh_units`
+    units : (m,) int array of units
+    shapes : (u, 2) int array
+    body, offset, axes : of all shapes, see `weigh_units`
 
     Returns
     -------

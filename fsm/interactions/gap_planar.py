@@ -26,7 +26,7 @@ from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-__all__ = ["measure_gap_planar", "tangent_gap_planar"]
+__all__ = ["measure_gap_planar", "tangent_gap_planar", "write_gap_planar"]
 
 
 @kernel(inline=True)
@@ -111,15 +111,28 @@ def measure_gap_planar(
     gradient : (count, 2, 9) array
         dg/dx, and the slip gradient V: V.u is the slip velocity at the rates u.
     """
-    found_probe, found_piece, found_side, found_s = found
-    count = found_probe.shape[0]
+    count = found[0].shape[0]
     bodies = np.empty((count, 3), dtype=np.int64)
     rate = np.empty((count, 2))
-    gradient = np.zeros((count, 2, 9))
+    gradient = np.empty((count, 2, 9))
+    write_gap_planar(
+        poses, rates, found, probe_body, probe_x, straight, clearance, inset, owners, stations, bodies, rate, gradient
+    )
+    return bodies, rate, gradient
+
+
+@kernel
+def write_gap_planar(
+    poses: np.ndarray, rates: np.ndarray, found: FoundPoints, probe_body: np.ndarray, probe_x: np.ndarray,
+    straight: np.ndarray, clearance: np.ndarray, inset: np.ndarray, owners: np.ndarray, stations: np.ndarray,
+    bodies: np.ndarray, rate: np.ndarray, gradient: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the result of `measure_gap_planar` to arrays."""
+    found_probe, found_piece, found_side, found_s = found
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
     vectors = np.empty((5, 9))
-    for i in range(count):
+    for i in range(found_probe.shape[0]):
         probe, piece = found_probe[i], found_piece[i]
         bodies[i, 0] = probe_body[probe]
         bodies[i, 1] = owners[piece, 0]
@@ -144,7 +157,6 @@ def measure_gap_planar(
                 for c in range(3):
                     total += gradient[i, k, 3 * b + c] * rates[bodies[i, b], c]
             rate[i, k] = total
-    return bodies, rate, gradient
 
 
 @kernel

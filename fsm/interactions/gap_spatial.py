@@ -24,7 +24,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["measure_gap_spatial", "variations"]
+__all__ = ["measure_gap_spatial", "variations", "write_gap_spatial"]
 
 
 @kernel
@@ -151,16 +151,29 @@ def measure_gap_spatial(
         Rate of the gap, and the slip velocity in inertial axes.
     gradient : (count, 4, 18) array
     """
-    found_probe, found_piece, found_side, found_at = found
-    count = found_probe.shape[0]
+    count = found[0].shape[0]
     bodies = np.empty((count, 3), dtype=np.int64)
     rate = np.empty((count, 4))
-    gradient = np.zeros((count, 4, 18))
+    gradient = np.empty((count, 4, 18))
+    write_gap_spatial(
+        poses, rates, found, probe_body, place, straight, clearance, inset, owners, stations, bodies, rate, gradient
+    )
+    return bodies, rate, gradient
+
+
+@kernel
+def write_gap_spatial(
+    poses: np.ndarray, rates: np.ndarray, found: FoundPoints, probe_body: np.ndarray, place: np.ndarray,
+    straight: np.ndarray, clearance: np.ndarray, inset: np.ndarray, owners: np.ndarray, stations: np.ndarray,
+    bodies: np.ndarray, rate: np.ndarray, gradient: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the result of `measure_gap_spatial` to arrays."""
+    found_probe, found_piece, found_side, found_at = found
     weights, shift, local = np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3))
     frames, surface = np.empty((3, 3, 3)), np.empty((5, 3))
     normal, dual, change = np.empty(3), np.empty((2, 3)), np.empty((5, 18, 3))
     turned = np.empty(3)
-    for i in range(count):
+    for i in range(found_probe.shape[0]):
         probe, piece = found_probe[i], found_piece[i]
         bodies[i, 0] = probe_body[probe]
         bodies[i, 1] = owners[piece, 0]
@@ -195,4 +208,3 @@ def measure_gap_spatial(
                 for c in range(6):
                     total += gradient[i, k, 6 * b + c] * rates[bodies[i, b], c]
             rate[i, k] = total
-    return bodies, rate, gradient

@@ -60,8 +60,17 @@ def find_points_planar(
     below: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the probes whose gap is below a bound; see `find_points_spatial`."""
-    local = local_points_planar(poses, slots, points, shapes)
     slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
+    count = write_found_planar(poses, slots, points, shapes, below, slot, gap)
+    return slot[:count].copy(), gap[:count].copy()
+
+
+@kernel
+def write_found_planar(
+    poses: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, below: float, slot: np.ndarray, gap: np.ndarray
+) -> int:
+    """Write the result of `find_points_planar` to the first rows of arrays, and return the number of rows."""
+    local = local_points_planar(poses, slots, points, shapes)
     count = 0
     for i in range(slots.shape[0]):
         shape = points.shape[slots[i]]
@@ -71,7 +80,7 @@ def find_points_planar(
             slot[count] = slots[i]
             gap[count] = value
             count += 1
-    return slot[:count].copy(), gap[:count].copy()
+    return count
 
 
 @kernel
@@ -134,14 +143,25 @@ def measure_points_planar(
     """
     count = slots.shape[0]
     bodies = np.empty((count, 2), dtype=np.int64)
-    rate, gradient = np.zeros((count, 2)), np.empty((count, 2, 6))
+    rate, gradient = np.empty((count, 2)), np.empty((count, 2, 6))
+    write_points_planar(poses, rates, slots, points, shapes, bodies, rate, gradient)
+    return bodies, rate, gradient
+
+
+@kernel
+def write_points_planar(
+    poses: np.ndarray, rates: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, bodies: np.ndarray,
+    rate: np.ndarray, gradient: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the result of `measure_points_planar` to arrays."""
     local = local_points_planar(poses, slots, points, shapes)
     slope, bend, turned = np.empty(3), np.empty((3, 3)), np.empty((2, 2))
     arms, motion = np.empty((2, 2)), np.empty((6, 2))
-    for i in range(count):
+    for i in range(slots.shape[0]):
         probe = slots[i]
         shape = points.shape[probe]
         bodies[i, 0], bodies[i, 1] = points.body[probe], shapes.body[shape]
+        rate[i, 0] = rate[i, 1] = 0.0
         nx, nz = _state(
             poses, bodies[i], points.place[probe], shapes.kind[shape], shapes.size[shape], shapes.frame[shape],
             local[i], slope, bend, turned, arms,
@@ -152,7 +172,6 @@ def measure_points_planar(
             gradient[i, 1, m] = nz * motion[m, 0] - nx * motion[m, 1]
             rate[i, 0] += gradient[i, 0, m] * rates[bodies[i, m // 3], m % 3]
             rate[i, 1] += gradient[i, 1, m] * rates[bodies[i, m // 3], m % 3]
-    return bodies, rate, gradient
 
 
 @kernel

@@ -21,7 +21,10 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, rotate
 
-__all__ = ["find_points_spatial", "local_points_spatial", "measure_points_spatial", "tangent_points_spatial"]
+__all__ = [
+    "find_points_spatial", "local_points_spatial", "measure_points_spatial", "tangent_points_spatial",
+    "write_found_spatial", "write_points_spatial",
+]  # fmt: skip
 
 
 @kernel
@@ -90,8 +93,17 @@ def find_points_spatial(
     slot : (count,) int array
     gap : (count,) array, m
     """
-    local = local_points_spatial(poses, slots, points, shapes)
     slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
+    count = write_found_spatial(poses, slots, points, shapes, below, slot, gap)
+    return slot[:count].copy(), gap[:count].copy()
+
+
+@kernel
+def write_found_spatial(
+    poses: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, below: float, slot: np.ndarray, gap: np.ndarray
+) -> int:
+    """Write the result of `find_points_spatial` to the first rows of arrays, and return the number of rows."""
+    local = local_points_spatial(poses, slots, points, shapes)
     count = 0
     for i in range(slots.shape[0]):
         shape = points.shape[slots[i]]
@@ -101,7 +113,7 @@ def find_points_spatial(
             slot[count] = slots[i]
             gap[count] = value
             count += 1
-    return slot[:count].copy(), gap[:count].copy()
+    return count
 
 
 @kernel
@@ -163,16 +175,25 @@ def measure_points_spatial(
     count = slots.shape[0]
     bodies = np.empty((count, 2), dtype=np.int64)
     rate, gradient = np.empty((count, 4)), np.empty((count, 4, 12))
+    write_points_spatial(poses, rates, slots, points, shapes, bodies, rate, gradient)
+    return bodies, rate, gradient
+
+
+@kernel
+def write_points_spatial(
+    poses: np.ndarray, rates: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, bodies: np.ndarray,
+    rate: np.ndarray, gradient: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the result of `measure_points_spatial` to arrays."""
     frames, world, arms = np.empty((2, 3, 3)), np.empty((3, 3)), np.empty((4, 3))
     local, slope, bend, normal = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty(3)
     motion = np.empty((12, 3))
-    for i in range(count):
+    for i in range(slots.shape[0]):
         probe = slots[i]
         bodies[i, 0], bodies[i, 1] = points.body[probe], shapes.body[points.shape[probe]]
         _state(poses, probe, points, shapes, frames, world, local, slope, bend, normal, arms)
         relative_motion(frames, arms[2:], motion)
         contact_gradient(rates, bodies[i], normal, motion, rate[i], gradient[i])
-    return bodies, rate, gradient
 
 
 @kernel

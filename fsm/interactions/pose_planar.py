@@ -8,12 +8,15 @@ Coordinates of an element: (x, z, phi) of the inner body a, then of the outer bo
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from fsm.interactions.shapes import BlockIndex
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-__all__ = ["measure_pose_planar", "tangent_pose_planar"]
+__all__ = ["MeasureTangents", "measure_pose_planar", "tangent_pose_planar"]
 
 
 @kernel
@@ -80,6 +83,15 @@ def measure_pose_planar(
     return value, rate, gradient
 
 
+class MeasureTangents(NamedTuple):
+    """Gradients (m, k, n), efforts, and their slopes by the measures and by their rates, (m, k) each."""
+
+    gradient: np.ndarray
+    effort: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+
 @kernel
 def tangent_pose_planar(
     poses: np.ndarray,
@@ -89,13 +101,8 @@ def tangent_pose_planar(
     point_outer: np.ndarray,
     axes_angle: np.ndarray,
     angle_offset: np.ndarray,
-    gradient: np.ndarray,
-    effort: np.ndarray,
-    stiffness: np.ndarray,
-    damping: np.ndarray,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    measured: MeasureTangents,
+    index: BlockIndex,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
@@ -104,6 +111,8 @@ def tangent_pose_planar(
     K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k,  D = sum_k c_k g_k g_k^T, with H_k the second derivative of Z_k. H_k
     gives the geometric stiffness, and the change of the damper's rate as the bodies turn.
     """
+    gradient, effort, stiffness, damping = measured
+    dof, indptr, indices = index
     second = np.zeros((6, 6))
     block_k = np.zeros((6, 6))
     block_d = np.zeros((6, 6))

@@ -13,6 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.hinge_spatial import rotation_derivatives
+from fsm.interactions.pose_planar import MeasureTangents
+from fsm.interactions.shapes import BlockIndex
 from fsm.interactions.swing_twist import increments, relative_quaternion, swing_measures, twist_measure
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
@@ -204,17 +206,14 @@ def tangent_pose_spatial(
     axes_outer: np.ndarray,
     angle_offset: np.ndarray,
     half_way: np.ndarray,
-    gradient: np.ndarray,
-    effort: np.ndarray,
-    stiffness: np.ndarray,
-    damping: np.ndarray,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    measured: MeasureTangents,
+    index: BlockIndex,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
     """Add K = -dh/dx and D = -dh/du of all force elements; terms as in `tangent_pose_planar`."""
+    gradient, effort, stiffness, damping = measured
+    dof, indptr, indices = index
     rot_a, rot_b = np.empty((3, 3)), np.empty((3, 3))
     place, axis, world, in_a = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     unit, turned, moved = np.empty(3), np.empty(3), np.empty(3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.shape_distance import HALF_SPACE
+from fsm.interactions.shape_distance import HALF_SPACE, POLYGON
 from fsm.interactions.shapes import Shapes
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
@@ -41,6 +41,9 @@ def shape_boxes_spatial(poses: np.ndarray, shapes: Shapes) -> tuple[np.ndarray, 
         if kind[i] == HALF_SPACE:
             continue
         fill_rotation(poses[body[i], 3:], frame)
+        if kind[i] == POLYGON:
+            _polygon_box(poses[body[i]], frame, size[i], radius[i], low[i], high[i])
+            continue
         for c in range(3):
             centre, half = poses[body[i], c], radius[i]
             for j in range(3):
@@ -51,3 +54,15 @@ def shape_boxes_spatial(poses: np.ndarray, shapes: Shapes) -> tuple[np.ndarray, 
                 half += abs(along) * size[i, j]
             low[i, c], high[i, c] = centre - half, centre + half
     return low, high
+
+
+@kernel
+def _polygon_box(
+    pose: np.ndarray, frame: np.ndarray, size: np.ndarray, radius: float, low: np.ndarray, high: np.ndarray
+) -> None:
+    """Write the corners (3,) of the box around a polygon, whose axes are those of its body."""
+    for c in range(3):
+        low[c], high[c] = np.inf, -np.inf
+        for k in range(int(size[0])):
+            at = pose[c] + frame[c, 0] * size[1 + 2 * k] + frame[c, 1] * size[2 + 2 * k]
+            low[c], high[c] = min(low[c], at - radius), max(high[c], at + radius)

@@ -5,13 +5,14 @@
     cylinder     radius R about y, half length h:                                 sizes (R, h, R)
     sphere       radius R:                                                        sizes (R, R, R)
     rectangle    half sizes (a, b, 0): a box without height; phi is unsigned, a plate's thickness is a radius around it
+    polygon      convex; sizes as in `fsm.interactions.polygon_distance`; unsigned like a rectangle
 
 Outside the shape phi is the exact distance. It is C1 there; its Hessian jumps where the closest feature changes from a face
 to an edge or a corner. Inside the shape phi is minus the distance to the nearest face, side or cap.
 
 All kinks are inside the shape or on its surface. A box and a cylinder have kinks where two faces are equally near. The axis
-of a cylinder, the centre of a sphere and the rectangle itself (phi = |z|) are kinks. A rounded point of radius r does not
-reach a kink if its depth is less than r.
+of a cylinder, the centre of a sphere, and rectangle and polygon themselves (phi = |z|) are kinks. A rounded point of radius
+r does not reach a kink if its depth is less than r.
 
 A half size may be infinite; the shape is then unlimited in that direction, as across the plane in a plane motion.
 """
@@ -20,11 +21,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.polygon_distance import polygon_derivatives, polygon_distance
 from fsm.kernels.jit import kernel
 
-__all__ = ["BOX", "CYLINDER", "HALF_SPACE", "RECTANGLE", "SPHERE", "shape_derivatives", "shape_distance"]
+__all__ = ["BOX", "CYLINDER", "HALF_SPACE", "RECTANGLE", "SPHERE", "POLYGON", "shape_derivatives", "shape_distance"]
 
-HALF_SPACE, BOX, CYLINDER, SPHERE, RECTANGLE = 0, 1, 2, 3, 4
+HALF_SPACE, BOX, CYLINDER, SPHERE, RECTANGLE, POLYGON = 0, 1, 2, 3, 4, 5
 
 
 @kernel
@@ -33,8 +35,8 @@ def shape_distance(kind: int, size: np.ndarray, point: np.ndarray) -> float:
 
     Parameters
     ----------
-    kind : HALF_SPACE, BOX, CYLINDER, SPHERE or RECTANGLE
-    size : (3,) array, m
+    kind : HALF_SPACE, BOX, CYLINDER, SPHERE, RECTANGLE or POLYGON
+    size : (3,) array, m; longer with polygons
         Sizes as in the module docstring; not read for a half-space.
     point : (3,) array, m, axes of the shape
     """
@@ -42,6 +44,8 @@ def shape_distance(kind: int, size: np.ndarray, point: np.ndarray) -> float:
         return float(point[2])
     if kind == SPHERE:
         return float(np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2) - size[0])
+    if kind == POLYGON:
+        return polygon_distance(size, point)
     over_y = abs(point[1]) - size[1]
     if kind == CYLINDER:
         over_x, over_z = np.sqrt(point[0] ** 2 + point[2] ** 2) - size[0], -np.inf
@@ -77,6 +81,8 @@ def shape_derivatives(
         _radial(point, 1.0, gradient, hessian)
     elif kind == CYLINDER:
         _cylinder(size, point, gradient, hessian)
+    elif kind == POLYGON:
+        polygon_derivatives(size, point, gradient, hessian)
     else:
         _box(size, point, gradient, hessian)
     return shape_distance(kind, size, point)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.shape_distance import RECTANGLE, shape_distance
+from fsm.interactions.polygon_distance import polygon_passed
+from fsm.interactions.shape_distance import POLYGON, RECTANGLE, shape_distance
 from fsm.interactions.shapes import Edges
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
@@ -84,7 +85,7 @@ def points_pass(
     Parameters
     ----------
     kind, size : (m,) int and (m, 3) arrays
-        As in `fsm.interactions.shape_distance`. A rectangle is passed if the height over it changes sign inside it.
+        As in `fsm.interactions.shape_distance`. A flat shape is passed if the height over it changes sign inside it.
     limit : (m,) array, m
         Depth of the path above which a solid shape counts as passed.
     start, end : (m, 3) arrays, m
@@ -96,6 +97,9 @@ def points_pass(
     out = np.zeros(kind.shape[0], dtype=np.bool_)
     at = np.empty(3)
     for i in range(kind.shape[0]):
+        if kind[i] == POLYGON:
+            out[i] = polygon_passed(size[i], start[i], end[i], INSIDE)
+            continue
         step = end[i] - start[i]
         if kind[i] == RECTANGLE:
             if (start[i, 2] >= 0.0) == (end[i, 2] >= 0.0):

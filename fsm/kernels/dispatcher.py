@@ -30,7 +30,9 @@ from numba.core.compiler import CompileResult, Flags, compile_extra
 from numba.core.registry import CPUDispatcher
 from numba.core.runtime import rtsys
 from numba.core.types import containers
+from numba.core.types.misc import unliteral
 
+from fsm.gc_startup import keep_garbage
 from fsm.kernels.cache_folder import (
     OPTIONS,
     cache_folder,
@@ -78,6 +80,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         try:
             return super().compile(sig)
         finally:
+            keep_garbage()
             if collects:
                 gc.enable()
 
@@ -85,9 +88,10 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         """Do nothing before a call: extensions of numba are needed for a compilation only, which loads them itself."""
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return the types of a call by another kernel, for numba; compile the function for it."""
-        signature, kinds = self._compiler.fold_argument_types(args, kws)
-        self._compile_linked(tuple(kinds))
+        """Return the types of a call by another kernel, for numba; compile the function for it, not for each constant."""
+        signature, given = self._compiler.fold_argument_types(args, kws)
+        kinds = tuple(unliteral(kind) for kind in given)
+        self._compile_linked(kinds)
         name = self.py_func.__name__
         found = [result.signature for result in self._linked.values()]
         return typing.make_concrete_template(f"CallTemplate({name})", key=name, signatures=found), signature, kinds, {}
@@ -99,6 +103,10 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
     def _compile_linked(self, kinds: tuple[Any, ...]) -> None:
         """Compile the function for calls by other kernels, as far as they need it."""
         if kinds in self._linked:
+            return
+        called = self.overloads.get(kinds)
+        if called is not None and _is_linkable(called.library):
+            self._linked[kinds] = called
             return
         with self._compiling_counter, event.trigger_event(
             "numba:compile", data={"dispatcher": self, "args": kinds, "return_type": None}
@@ -113,6 +121,11 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
             result = result._replace(entry_point=object())
             self.targetctx.insert_user_function(result.entry_point, result.fndesc, [library])
             self._linked[kinds] = result
+
+
+def _is_linkable(library: Any) -> bool:
+    """Whether a library has the code that another library links. One from the cache has machine code only."""
+    return any(not function.is_declaration for function in library._final_module.functions)
 
 
 class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]

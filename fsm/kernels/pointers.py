@@ -111,7 +111,7 @@ def typed_by(kind: type) -> None:
 if numba.config.DISABLE_JIT:
 
     def call_at(address: int, first: Any, second: Any, number: float) -> float:
-        """See below; without the compiler there are no addresses."""
+        """Never called: without the compiler there are no addresses, and `has_arrays` of `fsm.ancf` is false."""
         raise NotImplementedError
 
     def borrowed(value: T) -> T:

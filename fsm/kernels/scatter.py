@@ -132,9 +132,8 @@ def _add_planar(
 @kernel(inline=True)
 def add_quarters_planar(
     flat: np.ndarray, slots: np.ndarray,
-    xx: float, xz: float, zx: float, zz: float,
-    xa: float, za: float, xb: float, zb: float,
-    ax: float, az: float, bx: float, bz: float,
+    vv: tuple[float, float, float, float],
+    va: tuple[float, float], vb: tuple[float, float], av: tuple[float, float], bv: tuple[float, float],
     aa: float, ab: float, ba: float, bb: float,
 ) -> None:  # fmt: skip
     """Add the matrix of a plane element between bodies a and b to the block data.
@@ -146,14 +145,19 @@ def add_quarters_planar(
     flat : (9 n_blocks,) array, changed in place
         Flattened block data.
     slots : (4,) int array, a row of `pair_slots`
-    xx, ... bb : floats
-        Entries by row and column: relative displacement x, z, and rotations of the bodies a and b. Entries of the
-        displacement of body b have the opposite sign.
+    vv : tuple
+        Entries xx, xz, zx, zz of the relative displacement.
+    va, vb, av, bv : tuples
+        Entries of the displacement (x, z) and the rotation of a body, by row and column. Entries of the displacement of
+        body b have the opposite sign.
+    aa, ab, ba, bb : floats
+        Entries of the rotations.
     """
-    _add_planar(flat, slots[0], 1.0, 1.0, xx, xz, zx, zz, xa, za, ax, az, aa)
-    _add_planar(flat, slots[1], 1.0, -1.0, xx, xz, zx, zz, xb, zb, ax, az, ab)
-    _add_planar(flat, slots[2], -1.0, 1.0, xx, xz, zx, zz, xa, za, bx, bz, ba)
-    _add_planar(flat, slots[3], -1.0, -1.0, xx, xz, zx, zz, xb, zb, bx, bz, bb)
+    xx, xz, zx, zz = vv
+    _add_planar(flat, slots[0], 1.0, 1.0, xx, xz, zx, zz, va[0], va[1], av[0], av[1], aa)
+    _add_planar(flat, slots[1], 1.0, -1.0, xx, xz, zx, zz, vb[0], vb[1], av[0], av[1], ab)
+    _add_planar(flat, slots[2], -1.0, 1.0, xx, xz, zx, zz, va[0], va[1], bv[0], bv[1], ba)
+    _add_planar(flat, slots[3], -1.0, -1.0, xx, xz, zx, zz, vb[0], vb[1], bv[0], bv[1], bb)
 
 
 @kernel(inline=True)

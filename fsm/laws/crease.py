@@ -7,6 +7,7 @@ the side to which the crease is folded. The table includes the series flexibilit
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 
 __all__ = [
-    "CurveTable", "MomentCurve", "add_flexibility", "crease_energy", "crease_moment", "curve_from_cubic",
-    "curve_from_data", "join_curves",
+    "CreaseLaws", "CurveTable", "MomentCurve", "add_flexibility", "crease_energy", "crease_moment", "curve_from_cubic",
+    "curve_from_data", "join_curves", "moment_and_slope",
 ]  # fmt: skip
 
 
@@ -125,31 +126,47 @@ def join_curves(curves: list[MomentCurve]) -> CurveTable:
     )
 
 
+class CreaseLaws(NamedTuple):
+    """Laws of (m,) creases, as argument of kernels.
+
+    Attributes
+    ----------
+    rest, side : (m,) arrays
+        Opening o = rest - side psi; side is +1 or -1.
+    damping : (m,) array, N m s/rad
+    curve : (m,) int array
+        Number of each crease's curve in the table.
+    bounds, knots, coefficients, energies : arrays of the `CurveTable`
+    """
+
+    rest: np.ndarray
+    side: np.ndarray
+    damping: np.ndarray
+    curve: np.ndarray
+    bounds: np.ndarray
+    knots: np.ndarray
+    coefficients: np.ndarray
+    energies: np.ndarray
+
+
+@kernel(inline=True)
+def moment_and_slope(law: CreaseLaws, i: int, angle: float) -> tuple[float, float]:
+    """Moment M(o) of crease i at a hinge angle, N m, and its slope, N m/rad."""
+    first, last = law.bounds[law.curve[i]], law.bounds[law.curve[i] + 1]
+    opening = law.rest[i] - law.side[i] * angle
+    _, moment, slope = evaluate_curve(opening, first, last, law.knots, law.coefficients, law.energies)
+    return moment, slope
+
+
 @kernel
-def crease_moment(
-    angle: np.ndarray,
-    rate: np.ndarray,
-    rest: np.ndarray,
-    side: np.ndarray,
-    damping: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+def crease_moment(angle: np.ndarray, rate: np.ndarray, law: CreaseLaws) -> tuple[np.ndarray, np.ndarray]:
     """Moment dU/dpsi + c psi' of every crease and its stiffness d2U/dpsi2.
 
     Parameters
     ----------
     angle, rate : (m,) arrays
         Hinge angle psi, rad, and its rate, rad/s.
-    rest, side : (m,) arrays
-        o = rest - side psi; side is +1 or -1.
-    damping : (m,) array, N m s/rad
-    curve : (m,) int array
-        Number of each crease's curve in the table.
-    bounds, knots, coefficients, energies : arrays of the `CurveTable`
+    law : CreaseLaws
 
     Returns
     -------
@@ -158,31 +175,17 @@ def crease_moment(
     effort = np.empty((angle.shape[0], 1))
     stiffness = np.empty((angle.shape[0], 1))
     for i in range(angle.shape[0]):
-        opening = rest[i] - side[i] * angle[i]
-        _, moment, slope = evaluate_curve(
-            opening, bounds[curve[i]], bounds[curve[i] + 1], knots, coefficients, energies
-        )
-        effort[i, 0] = -side[i] * moment + damping[i] * rate[i]
-        stiffness[i, 0] = slope
+        moment, stiffness[i, 0] = moment_and_slope(law, i, angle[i])
+        effort[i, 0] = -law.side[i] * moment + law.damping[i] * rate[i]
     return effort, stiffness
 
 
 @kernel
-def crease_energy(
-    angle: np.ndarray,
-    rest: np.ndarray,
-    side: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
-) -> np.ndarray:
+def crease_energy(angle: np.ndarray, law: CreaseLaws) -> np.ndarray:
     """Potential energy of every crease, (m,), J; arguments as in `crease_moment`."""
     energy = np.empty(angle.shape[0])
     for i in range(angle.shape[0]):
-        opening = rest[i] - side[i] * angle[i]
-        energy[i] = evaluate_curve(
-            opening, bounds[curve[i]], bounds[curve[i] + 1], knots, coefficients, energies
-        )[0]
+        opening = law.rest[i] - law.side[i] * angle[i]
+        first, last = law.bounds[law.curve[i]], law.bounds[law.curve[i] + 1]
+        energy[i] = evaluate_curve(opening, first, last, law.knots, law.coefficients, law.energies)[0]
     return energy

@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from fsm.atomic_write import atomic_write
+from fsm.plots.parts import colours_of_parts
 from fsm.plots.plane import vertical_axis
-from fsm.plots.style import COLOURS, STYLE, rounded
+from fsm.plots.style import rounded, styled
 from fsm.results.solution import Solution
 
 __all__ = ["animate"]
@@ -40,11 +41,11 @@ def animate(solution: Solution, path: str | Path) -> None:
     ratio = float((high - low)[1] + 2.0 * margin) / float((high - low)[0] + 2.0 * margin)
     chosen = np.unique(np.linspace(0, len(solution) - 1, min(_FRAMES, len(solution))).round().astype(int))
     frames = []
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(styled()):
         fig = Figure(figsize=(_WIDTH, min(max(_WIDTH * ratio + 0.6, 1.8), 8.0)), dpi=_DPI, layout="constrained")
         canvas = FigureCanvasAgg(fig)
         ax = fig.subplots()
-        plates = LineCollection(list(ends[0]), colors=COLOURS[0], linewidths=2.2, capstyle="round")
+        plates = LineCollection(list(ends[0]), colors=colours_of_parts(solution), linewidths=2.2, capstyle="round")
         ax.add_collection(plates)
         ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
         ax.set(xlabel="x (mm)", ylabel=f"{vertical_axis(solution)} (mm)")

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fsm.plots.drawing import line_width, points
 from fsm.plots.style import COLOURS, GREY, SINGLE, figure, label_decades
 from fsm.results.solution import Floats
 
@@ -74,7 +75,7 @@ def plot_curves(curves: Sequence[CurvePlot], path: str | Path) -> None:
             _draw_branch(ax, curve.loading, factor, colour, "-", curve.label)
             if curve.unloading is not None:
                 _draw_branch(ax, curve.unloading, factor, colour, "--", None)
-        title = f"band: {100 * curves[0].level:g} % interval of the curve"
+        title = f"points: measured; band: {100 * curves[0].level:g} % interval of the curve"
         title += "; dashed: unloading" if any(curve.unloading is not None for curve in curves) else ""
         _legend(fig, title)
 
@@ -90,9 +91,9 @@ def plot_residuals(curves: Sequence[CurvePlot], path: str | Path) -> None:
                 angle, moment = _decimated(branch[0], branch[1])
                 inside = (angle >= branch[2][0]) & (angle <= branch[2][-1])
                 residual = moment[inside] - np.interp(angle[inside], branch[2], branch[3])
-                style = {"markersize": 3, "markeredgecolor": colour, "markerfacecolor": face, "label": label}
+                style = {"markersize": points(3), "markeredgecolor": colour, "markerfacecolor": face, "label": label}
                 ax.plot(np.degrees(angle[inside]), residual * factor, "o", linestyle="none", **style)
-            ax.axhline(0.0, color=GREY, linewidth=0.7)
+            ax.axhline(0.0, color=GREY, linewidth=line_width(0.7))
         unloaded = any(curve.unloading is not None for curve in curves)
         _legend(fig, "filled: loading; open: unloading" if unloaded else None)
 
@@ -108,9 +109,10 @@ def plot_loops(curves: Sequence[CurvePlot], path: str | Path) -> None:
             low, high = (gap - curve.gap_half_width) * factor, (gap + curve.gap_half_width) * factor
             ax.fill_between(np.degrees(angle), low, high, color=colour, alpha=0.2, linewidth=0)
             area = float(np.trapezoid(gap, angle))
-            ax.plot(np.degrees(angle), gap * factor, color=colour, label=f"{curve.label}: {1e3 * area:.3g} mJ")
-            ax.axhline(0.0, color=GREY, linewidth=0.7)
-            ax.legend(loc="best", title="dissipated in a cycle", title_fontsize=8)
+            label = f"{curve.label}: {1e3 * area:.3g} mJ".removeprefix(": ")
+            ax.plot(np.degrees(angle), gap * factor, color=colour, label=label)
+            ax.axhline(0.0, color=GREY, linewidth=line_width(0.7))
+            ax.legend(loc="best", title="dissipated in a cycle", title_fontsize=points(8))
 
 
 def plot_fit(fit: FitPlot, path: str | Path) -> None:
@@ -118,19 +120,20 @@ def plot_fit(fit: FitPlot, path: str | Path) -> None:
     with figure(path, (SINGLE[0], 1.25 * SINGLE[1])) as fig:
         top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         x, y = _decimated(fit.x, fit.y)
-        top.plot(x, y, "o", color=GREY, markersize=3, label="measured")
+        top.plot(x, y, "o", color=GREY, markersize=points(3), label="measured")
         for k, (label, at, values, low, high) in enumerate(fit.curves):
             top.plot(at, values, color=COLOURS[k], label=label, linestyle="-" if k == 0 else "--")
             if low is not None and high is not None:
                 top.fill_between(at, low, high, color=COLOURS[k], alpha=0.2, linewidth=0)
         _, at, values, _, _ = fit.curves[0]
-        bottom.plot(x, y - np.interp(x, at, values), "o", color=GREY, markersize=3)
-        bottom.axhline(0.0, color=COLOURS[0], linewidth=0.9)
+        bottom.plot(x, y - np.interp(x, at, values), "o", color=GREY, markersize=points(3))
+        bottom.axhline(0.0, color=COLOURS[0], linewidth=line_width(0.9))
         if fit.logarithmic:
             bottom.set_xscale("log")
             label_decades(bottom.xaxis)
         top.set_ylabel(fit.y_label)
-        bottom.set_ylabel("residual")
+        unit = fit.y_label[fit.y_label.rfind("(") :] if fit.y_label.endswith(")") else ""
+        bottom.set_ylabel(f"residual {unit}".rstrip())
         bottom.set_xlabel(fit.x_label)
         top.legend(loc="best")
 
@@ -172,7 +175,7 @@ def _legend(fig: Figure, title: str | None) -> None:
     if handles or title:
         fig.legend(
             handles=list(handles.values()), loc="outside upper center", ncols=min(len(handles), 4) or 1, title=title,
-            title_fontsize=8,
+            title_fontsize=points(8),
         )  # fmt: skip
 
 
@@ -180,7 +183,7 @@ def _draw_branch(
     ax: Axes, branch: tuple[Floats, ...], factor: float, colour: str, dashes: str, label: str | None
 ) -> None:
     angle, moment = _decimated(branch[0], branch[1])
-    ax.plot(np.degrees(angle), moment * factor, ".", color=colour, markersize=3, alpha=0.5)
+    ax.plot(np.degrees(angle), moment * factor, ".", color=colour, markersize=points(3), alpha=0.5)
     at = np.degrees(branch[2])
     ax.fill_between(at, branch[4] * factor, branch[5] * factor, color=colour, alpha=0.2, linewidth=0)
     ax.plot(at, branch[3] * factor, dashes, color=colour, label=label)

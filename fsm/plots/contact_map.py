@@ -14,6 +14,7 @@ from matplotlib.colors import PowerNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded, shortened
@@ -65,7 +66,7 @@ def _name_rows(ax: Axes, names: Sequence[str]) -> None:
     ax.set_ylim(max(len(names), 1) - 0.5, -0.5)
     ax.tick_params(axis="y", length=0)
     for row in range(len(names)):
-        ax.axhline(row, color=GREY, linewidth=0.3, alpha=0.5, zorder=1)
+        ax.axhline(row, color=GREY, linewidth=line_width(0.3), alpha=0.5, zorder=1)
 
 
 def _draw_bands(ax: Axes, x: Floats, force: Floats, area: Floats) -> PolyCollection:
@@ -81,7 +82,7 @@ def _draw_bands(ax: Axes, x: Floats, force: Floats, area: Floats) -> PolyCollect
     corners = np.stack([left, low, right, low, right, high, left, high], axis=1).reshape(-1, 4, 2)
     bands = PolyCollection(list(corners), zorder=2)
     bands.set(array=force[record, row], cmap=COLOUR_MAP, norm=PowerNorm(0.5, 0.0, float(force.max())))
-    bands.set(edgecolor="face", linewidth=0.2)  # closes gaps between neighbouring rectangles
+    bands.set(edgecolor="face", linewidth=line_width(0.2))  # closes gaps between neighbouring rectangles
     ax.add_collection(bands, autolim=False)
     return bands
 
@@ -91,7 +92,7 @@ def _area_note(area: Floats) -> list[Patch]:
     largest = float(np.nanmax(area, initial=0.0))
     if not largest > 0.0:
         return []
-    return [Patch(facecolor=GREY, label=f"full height: contact area {rounded(largest * 1e6)} mm²")]
+    return [Patch(facecolor="black", label=f"full height: contact area {rounded(largest * 1e6)} mm²")]
 
 
 def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
@@ -101,9 +102,9 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
         if event["kind"] not in EVENTS:
             continue
         marker, label = EVENTS[event["kind"]]
-        style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": 5, "linestyle": "none"}
+        style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": points(5), "linestyle": "none"}
         at = 1e3 * event["travel"]
-        ax.axvline(at, color=COLOURS[3], linestyle=":", linewidth=1.0, zorder=3)
+        ax.axvline(at, color=COLOURS[3], linestyle=":", linewidth=line_width(1.0), zorder=3)
         ax.plot([at], [1.0], transform=ax.get_xaxis_transform(), zorder=5, clip_on=False, **style)
         handles.setdefault(label, Line2D([], [], label=label, **style))
     return list(handles.values())

@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 from fsm.plots.contact_map import plot_contact_map
+from fsm.plots.drawing import FORMATS, file_format
 from fsm.plots.energy import plot_energy
 from fsm.plots.force import plot_force
 from fsm.plots.motion import plot_motion
@@ -19,7 +20,7 @@ Plot = Callable[[Solution, Path], None]
 
 
 def _later(module: str, name: str) -> Plot:
-    """Figure of films and arrays, whose module is imported when one is drawn."""
+    """Figure of films, arrays and paths of loads, whose module is imported when one is drawn."""
 
     def plot(solution: Solution, path: Path) -> None:
         getattr(import_module(f"fsm.plots.{module}"), name)(solution, path)
@@ -29,6 +30,7 @@ def _later(module: str, name: str) -> Plot:
 
 _ALL: dict[str, Plot] = {
     "force.png": plot_force,
+    "load.png": _later("load", "plot_load"),
     "motion.png": plot_motion,
     "energy.png": plot_energy,
     "contact.png": plot_contact_map,
@@ -51,6 +53,7 @@ def figures_of(solution: Solution) -> dict[str, Plot]:
     moves = len(solution) > 1
     applies = {
         "force.png": bool(solution.travel.shape[1]),
+        "load.png": solution.load_path is not None and bool(solution.load_path.names),
         "motion.png": not film,
         "energy.png": moves,
         "contact.png": bool(touching_pairs(solution.pair_force)),
@@ -67,18 +70,27 @@ def figures_of(solution: Solution) -> dict[str, Plot]:
     return {name: _ALL[name] for name, drawn in applies.items() if drawn}
 
 
-def draw(solution: Solution, folder: Path) -> list[Path]:
-    """Draw all figures of a result into a folder, and delete other figures of an earlier run.
+def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
+    """Draw all figures of a result into a folder, in the style and format of `fsm.plots.drawing`.
+
+    Figures that the result does not have are deleted; with `alone`, also figures in other formats of an earlier run.
 
     Returns
     -------
     list of Path
         Paths of the figures.
     """
-    figures = figures_of(solution)
+    figures = {_named(name, file_format()): plot for name, plot in figures_of(solution).items()}
     for name in _ALL:
-        if name not in figures:
-            (folder / name).unlink(missing_ok=True)
+        absent = not figures.keys() & {_named(name, suffix) for suffix in FORMATS}
+        for suffix in FORMATS:
+            if _named(name, suffix) not in figures and (absent or alone):
+                (folder / _named(name, suffix)).unlink(missing_ok=True)
     for name, plot in figures.items():
         plot(solution, folder / name)
     return [folder / name for name in figures]
+
+
+def _named(name: str, suffix: str) -> str:
+    """Name of a figure in another format; an animation has one format only."""
+    return Path(name).stem + suffix if name.endswith(".png") else name

@@ -11,15 +11,15 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend, add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
-from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, abscissa, figure, rounded, shortened
+from fsm.plots.style import COLOURS, DASHES, GREY, SINGLE, WIDE, abscissa, figure, rounded, shortened
 from fsm.results.curve import ForceCurve
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["plot_force", "plot_overlay"]
 
-DASHES = ("-", "--", "-.", ":")
 _DYNAMIC_RANGE = 1.5
 """Largest range of the force axis relative to the range of the quasi-static forces; larger dynamic forces are cut off."""
 
@@ -69,7 +69,7 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
             label = f"{name}: {rounded(force)} N at {rounded(travel * 1e3)} mm"
             curve = run.force_curve
             _draw_curve(ax, curve, 0, dynamic_colour=colour, clip=True, color=colour, linestyle=dashes, label=label)
-            ax.plot(travel * 1e3, force, "o", color=colour, markersize=4.5, markeredgecolor="white", zorder=4)
+            ax.plot(travel * 1e3, force, "o", color=colour, markersize=points(4.5), markeredgecolor="white", zorder=4)
         ax.set_xlabel("travel (mm)")
         ax.set_ylabel("force (N)")
         ax.margins(x=0)
@@ -109,7 +109,7 @@ def _draw_curve(
         between = np.where(moving, curve.force[:, drive], np.nan)
         if clip:
             between = np.clip(between, *_range(curve))
-        ax.plot(travel, between, color=dynamic_colour, linewidth=0.6, zorder=1.9)
+        ax.plot(travel, between, color=dynamic_colour, linewidth=line_width(0.6), zorder=1.9)
 
 
 def _limit(ax: Axes, curve: ForceCurve) -> None:
@@ -147,11 +147,11 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
         if not at:
             continue
         travel, force = [1e3 * event["travel"] for event in at], [event["force"] for event in at]
-        style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": 5, "linestyle": "none"}
+        style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": points(5), "linestyle": "none"}
         ax.plot(travel, force, zorder=5, clip_on=False, **style)
         for event in at:
             ends = [1e3 * event["travel"], 1e3 * event["end_travel"]], [event["force"], event["end_force"]]
-            ax.plot(*ends, ":", color=COLOURS[3], linewidth=1.0)
+            ax.plot(*ends, ":", color=COLOURS[3], linewidth=line_width(1.0))
         handles.append(Line2D([], [], label=label, **style))
     return handles
 
@@ -159,7 +159,7 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
 def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float) -> list[Line2D]:
     """Mark the quasi-static peak with its value, and the dynamic peak; return the legend entry of the dynamic peak."""
     force, at = summary["peak_force"], 1e3 * summary["peak_travel"]
-    ax.plot(at, force, "o", color=COLOURS[1], markersize=5, zorder=4, clip_on=False)
+    ax.plot(at, force, "o", color=COLOURS[1], markersize=points(5), zorder=4, clip_on=False)
     bottom, top = ax.get_ylim()
     ax.set_ylim(bottom, max(top, force) + 0.08 * (top - bottom))
     right = at > 0.6 * last
@@ -170,7 +170,7 @@ def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float) -> list[Line2D]:
     if summary.get("dynamic_peak_force") is None or summary.get("peak_kind") == "dynamic":
         return []
     dynamic, where = summary["dynamic_peak_force"], 1e3 * summary["dynamic_peak_travel"]
-    style: dict[str, Any] = {"color": GREY, "marker": "o", "markersize": 4, "linestyle": "none", "fillstyle": "none"}
+    style: dict[str, Any] = {"color": GREY, "marker": "o", "markersize": points(4), "linestyle": "none", "fillstyle": "none"}
     bottom, top = ax.get_ylim()
     if bottom <= dynamic <= top:
         ax.plot(where, dynamic, zorder=4, **style)

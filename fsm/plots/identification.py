@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.plots.drawing import line_width, points
 from fsm.plots.style import COLOURS, GREY, SINGLE, figure
 from fsm.results.solution import Floats
 
@@ -25,6 +26,8 @@ class TestPlot(NamedTuple):
         Measured forces at the same travels.
     half_band : (n,) array or None, N
         Half width of the band of the measured forces.
+    level : -
+        Confidence level of the bands.
     """
 
     title: str
@@ -34,6 +37,7 @@ class TestPlot(NamedTuple):
     high: Floats
     measured: Floats | None
     half_band: Floats | None
+    level: float
 
 
 def plot_tests(tests: Sequence[TestPlot], path: str | Path) -> None:
@@ -45,13 +49,15 @@ def plot_tests(tests: Sequence[TestPlot], path: str | Path) -> None:
         for column, test in zip(grid.T, tests, strict=True):
             x, top = 1e3 * np.asarray(test.travel), column[0]
             top.plot(x, test.force, color=COLOURS[0], label="model")
-            top.fill_between(x, test.low, test.high, color=COLOURS[0], alpha=0.25, linewidth=0)
+            band = f"{100 * test.level:g} % band of the model"
+            top.fill_between(x, test.low, test.high, color=COLOURS[0], alpha=0.25, linewidth=0, label=band)
             if test.measured is not None:
                 measured = np.asarray(test.measured)
-                style = {"fmt": "o", "color": GREY, "markersize": 3, "linewidth": 0.8}
-                top.errorbar(x, measured, test.half_band, label="test", **style)
+                style = {"fmt": "o", "color": GREY, "markersize": points(3), "linewidth": line_width(0.8)}
+                name = "test" if test.half_band is None else f"test with its {100 * test.level:g} % band"
+                top.errorbar(x, measured, test.half_band, label=name, **style)
                 column[1].errorbar(x, measured - test.force, test.half_band, **style)
-                column[1].axhline(0.0, color=COLOURS[0], linewidth=0.9)
+                column[1].axhline(0.0, color=COLOURS[0], linewidth=line_width(0.9))
                 column[1].set_ylabel("residual (N)")
             top.set_title(test.title)
             top.set_ylabel("force (N)")

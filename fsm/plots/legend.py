@@ -12,14 +12,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
-__all__ = ["add_legend", "add_legend_across"]
+from fsm.plots.drawing import points
 
-_HANDLE_WIDTH = 4.8
+__all__ = ["HANDLE_WIDTH", "ROW_HEIGHT", "add_legend", "add_legend_across", "name_width"]
+
+HANDLE_WIDTH = 4.8
 """Width of the line sample and the gaps of a legend entry, in font sizes."""
-_ROW_HEIGHT = 1.6
+ROW_HEIGHT = 1.6
 """Height of a text line in a legend entry, in font sizes."""
 _AXIS_WIDTH = 70.0
-"""Width of the axis, its label and the margins, points."""
+"""Width of the axis with its label and the margins, in points."""
 
 
 def add_legend(fig: Figure, ax: Axes) -> None:
@@ -28,10 +30,10 @@ def add_legend(fig: Figure, ax: Axes) -> None:
     A legend below the axes increases the height of the figure. Long names are wrapped.
     """
     size = matplotlib.rcParams["legend.fontsize"]
-    room = 72.0 * fig.get_figwidth() - _AXIS_WIDTH
+    room = 72.0 * fig.get_figwidth() - points(_AXIS_WIDTH)
     handles, names = ax.get_legend_handles_labels()
-    names = [_wrapped(name, size, room - _HANDLE_WIDTH * size) for name in names]
-    column = _HANDLE_WIDTH * size + max(_width(name, size) for name in names)
+    names = [_wrapped(name, size, room - HANDLE_WIDTH * size) for name in names]
+    column = HANDLE_WIDTH * size + max(name_width(name, size) for name in names)
     inside, beside = min(2, len(names)), 1 + (len(names) - 1) // 20
     if len(names) <= 8 and inside * column <= room:
         ax.set_ylim(top=ax.get_ylim()[1] + 0.04 * (len(names) + 1) * (ax.get_ylim()[1] - ax.get_ylim()[0]))
@@ -41,7 +43,7 @@ def add_legend(fig: Figure, ax: Axes) -> None:
     else:
         columns = min(len(names), max(1, int(room / column)))
         lines = sum(name.count("\n") + 1 for name in names)
-        fig.set_figheight(fig.get_figheight() + _ROW_HEIGHT * size * -(-lines // columns) / 72.0)
+        fig.set_figheight(fig.get_figheight() + ROW_HEIGHT * size * -(-lines // columns) / 72.0)
         fig.legend(handles, names, loc="outside lower left", ncols=columns)
 
 
@@ -64,12 +66,12 @@ def _wrapped(name: str, size: float, width: float) -> str:
     """Wrap a name into lines of at most `width` points."""
     letters = len(name)
     lines = [name]
-    while letters > 1 and max(_width(line, size) for line in lines) > width:
-        letters = min(letters - 1, int(letters * width / max(_width(line, size) for line in lines)))
+    while letters > 1 and max(name_width(line, size) for line in lines) > width:
+        letters = min(letters - 1, int(letters * width / max(name_width(line, size) for line in lines)))
         lines = textwrap.wrap(name, max(1, letters))
     return "\n".join(lines)
 
 
-def _width(name: str, size: float) -> float:
+def name_width(name: str, size: float) -> float:
     """Width of the widest line of a name, points."""
     return max(float(TextPath((0.0, 0.0), line, size=size).get_extents().width) for line in name.split("\n"))

@@ -8,11 +8,12 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from fsm.plots.style import STAGE_COLOURS, rounded
+from fsm.plots.drawing import line_width
+from fsm.plots.style import rounded
 from fsm.results.quantities import STAGES, bent_energy, summarise
 from fsm.results.solution import Solution
 
-__all__ = ["EVENTS", "shade_stages", "stage_colour", "stage_name", "summary_with_stages"]
+__all__ = ["EVENTS", "shade_stages", "stage_name", "stage_shade", "summary_with_stages"]
 
 EVENTS = {
     **dict.fromkeys(("snap", "damped snap", "motion", "unstable"), ("v", "snap")),
@@ -20,6 +21,10 @@ EVENTS = {
     "bifurcation": ("D", "bifurcation"),
 }
 """Marker and name of every kind of event that figures mark; a "vibration" is not marked."""
+
+_GREY = "#7F7F7F"
+_SHADES = (0.05, 0.42, 0.2)
+"""Opacities of the stages, in the order of `STAGES`."""
 
 
 def summary_with_stages(solution: Solution) -> dict[str, Any]:
@@ -34,18 +39,20 @@ def stage_name(stage: dict[str, Any], first: bool = False) -> str:
     return str(stage["name"]) if first else f"{stage['name']} from {rounded(1e3 * stage['travel'])} mm"
 
 
-def stage_colour(stage: dict[str, Any]) -> str:
-    """Colour of a stage."""
-    return STAGE_COLOURS[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
+def stage_shade(stage: dict[str, Any]) -> tuple[str, float]:
+    """Grey and opacity of a stage; neighbouring stages differ, and no curve has these greys."""
+    return _GREY, _SHADES[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
 
 
 def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float) -> list[Patch]:
-    """Shade the travels of the stages up to `last` (mm) in the background; return the legend entries."""
+    """Shade the travels of several stages up to `last` (mm) in the background; return the legend entries."""
+    if len(stages) < 2:
+        return []
     begins = [1e3 * stage["travel"] for stage in stages]
     patches: list[Patch] = []
     for stage, begin, end in zip(stages, begins, [*begins[1:], last], strict=True):
-        colour = stage_colour(stage)
-        ax.axvspan(begin, max(begin, end), color=colour, alpha=0.2, linewidth=0)
+        colour, alpha = stage_shade(stage)
+        ax.axvspan(begin, max(begin, end), color=colour, alpha=alpha, linewidth=0)
         name = stage_name(stage, first=not patches)
-        patches.append(Patch(facecolor=colour, alpha=0.35, label=name))
+        patches.append(Patch(facecolor=(colour, alpha), edgecolor=colour, linewidth=line_width(0.4), label=name))
     return patches

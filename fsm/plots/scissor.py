@@ -6,16 +6,18 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
+from fsm.plots.drawing import line_width
 from fsm.plots.legend import add_legend
-from fsm.plots.style import COLOURS, GREY, WIDE, figure
+from fsm.plots.style import COLOURS, DASHES, GREY, WIDE, figure
 from fsm.results.array import ArrayMotion, Floats, asynchronism
 from fsm.results.solution import Solution
 
 __all__ = ["plot_points", "plot_rigid", "plot_stress", "plot_synchronism"]
 
-_DASHES = ("-", "--", ":", "-.")
-"""Line styles for curves of the same colour."""
+_CUT = 8.0
+"""Range of a flexible curve over that of the rigid one, above which the flexible curve is cut off."""
 _MOTIONS = (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²"))
 
 
@@ -28,9 +30,10 @@ def plot_points(solution: Solution, path: str | Path) -> None:
             values = getattr(motion.points, name)[..., 1]
             for k, point in enumerate(motion.upper):
                 history, colour = values[:, motion.point_index(point)], COLOURS[k % len(COLOURS)]
-                ax.plot(solution.time, history, color=colour, label=point, lw=1.0)
+                ax.plot(solution.time, history, color=colour, label=point, lw=line_width(1.0))
             ax.set_ylabel(f"{name} along y ({unit})")
-        axes[0].legend(ncols=min(len(motion.upper), 6))
+            ax.margins(x=0)
+        fig.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(motion.upper), 8))
         axes[-1].set_xlabel("time (s)")
 
 
@@ -39,20 +42,27 @@ def plot_rigid(solution: Solution, path: str | Path) -> None:
     motion = _motion(solution)
     first, last = motion.upper[0], motion.upper[-1]
     shown = ((first, 1, "y"), (last, 0, "x"))
+    cut = False
     with figure(path, (WIDE[0], 6.4)) as fig:
         axes = fig.subplots(3, 2, sharex=True)
         for row, (name, unit) in zip(axes, _MOTIONS, strict=True):
-            for ax, (point, axis, along) in zip(row, shown, strict=True):
+            for ax, (point, axis, _) in zip(row, shown, strict=True):
                 k = motion.point_index(point)
-                ax.plot(solution.time, getattr(motion.points, name)[:, k, axis], label="flexible", lw=1.0)
+                flexible = getattr(motion.points, name)[:, k, axis]
+                ax.plot(solution.time, flexible, label="flexible bars", lw=line_width(1.0))
                 if motion.rigid is not None:
                     rigid = getattr(motion.rigid, name)[:, k, axis]
-                    ax.plot(solution.time, rigid, "--", color=COLOURS[1], label="rigid", lw=1.0)
-                    _set_limits(ax, rigid, getattr(motion.points, name)[:, k, axis])
-                ax.set_ylabel(f"{name} of {point} along {along} ({unit})")
-        axes[0, 0].legend()
+                    ax.plot(solution.time, rigid, "--", color=COLOURS[1], label="rigid bars", lw=line_width(1.2))
+                    cut |= _set_limits(ax, rigid, flexible)
+                ax.margins(x=0)
+            row[0].set_ylabel(f"{name} ({unit})")
+        for ax, (point, _, along) in zip(axes[0], shown, strict=True):
+            ax.set_title(f"point {point}, along {along}")
         for ax in axes[-1]:
             ax.set_xlabel("time (s)")
+        handles = axes[0, 0].get_legend_handles_labels()[0]
+        handles += [Line2D([], [], linestyle="none", label="vibration beyond the axes is cut off")] if cut else []
+        fig.legend(handles=handles, loc="outside upper center", ncols=3)
 
 
 def plot_synchronism(solution: Solution, path: str | Path) -> None:
@@ -61,8 +71,9 @@ def plot_synchronism(solution: Solution, path: str | Path) -> None:
     with figure(path) as fig:
         ax = fig.subplots()
         for name, difference in asynchronism(motion).items():
-            ax.plot(solution.time, 1e3 * difference, label=name.replace("-", " \N{MINUS SIGN} "), lw=1.0)
-        ax.axhline(0.0, color=GREY, lw=0.5)
+            ax.plot(solution.time, 1e3 * difference, label=name.replace("-", " \N{MINUS SIGN} "), lw=line_width(1.0))
+        ax.axhline(0.0, color=GREY, lw=line_width(0.5))
+        ax.margins(x=0)
         ax.set_xlabel("time (s)")
         ax.set_ylabel("difference across the units (mm)")
         if ax.lines[:-1]:
@@ -75,8 +86,10 @@ def plot_stress(solution: Solution, path: str | Path) -> None:
     with figure(path) as fig:
         ax = fig.subplots()
         for k, name in enumerate(motion.bar_names):
-            style = _DASHES[k // len(COLOURS) % len(_DASHES)]
-            ax.plot(solution.time, 1e-6 * motion.stress[:, k], style, label=name, lw=0.8, color=COLOURS[k % len(COLOURS)])
+            style = DASHES[k // len(COLOURS) % len(DASHES)]
+            colour = COLOURS[k % len(COLOURS)]
+            ax.plot(solution.time, 1e-6 * motion.stress[:, k], style, label=name, lw=line_width(0.8), color=colour)
+        ax.margins(x=0)
         ax.set_xlabel("time (s)")
         ax.set_ylabel("largest normal stress (MPa)")
         if motion.bar_names:
@@ -89,9 +102,17 @@ def _motion(solution: Solution) -> ArrayMotion:
     return solution.array
 
 
-def _set_limits(ax: Axes, rigid: Floats, flexible: Floats) -> None:
-    """Set limits that show the rigid curve well, even if vibrations of flexible bars are many times larger."""
-    shown = np.concatenate([rigid, np.percentile(flexible, [2.0, 98.0])])
-    low, high = float(shown.min()), float(shown.max())
-    margin = 0.08 * (high - low or 1.0)
-    ax.set_ylim(low - margin, high + margin)
+def _set_limits(ax: Axes, rigid: Floats, flexible: Floats) -> bool:
+    """Set limits that show the rigid curve well; return whether they cut off vibrations of flexible bars.
+
+    Vibrations are cut off if they are more than `_CUT` times as large as the range of the rigid curve.
+    """
+    low, high = float(rigid.min()), float(rigid.max())
+    lowest, highest = min(low, float(flexible.min())), max(high, float(flexible.max()))
+    cut = highest - lowest > _CUT * (high - low or np.inf)
+    if cut:
+        shown = np.concatenate([rigid, np.percentile(flexible, [2.0, 98.0])])
+        lowest, highest = float(shown.min()), float(shown.max())
+    margin = 0.05 * (highest - lowest or 1.0)
+    ax.set_ylim(lowest - margin, highest + margin)
+    return cut

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from fsm.plots.drawing import line_width, points
 from fsm.plots.style import COLOURS, GREY, WIDE, figure
 
 __all__ = ["STUDY_RESULTS", "plot_study", "relative_changes", "varied_column"]
@@ -93,10 +94,10 @@ def _draw_values(ax: Axes, rows: Sequence[Mapping[str, Any]], x: Sequence[float 
     """Draw the rows with a value of the varied quantity as a curve, and the others as horizontal lines."""
     placed = [(a, b) for a, b in zip(x, values, strict=True) if a is not None]
     if placed:
-        ax.plot(*zip(*sorted(placed), strict=True), "o-", color=COLOURS[0], markersize=4)
+        ax.plot(*zip(*sorted(placed), strict=True), "o-", color=COLOURS[0], markersize=points(4))
     for row, a, b in zip(rows, x, values, strict=True):
         if a is None:
-            ax.axhline(b, color=GREY, linestyle="--", linewidth=0.9)
+            ax.axhline(b, color=GREY, linestyle="--", linewidth=line_width(0.9))
             ax.annotate(row["case"], (1.0, b), xycoords=("axes fraction", "data"), ha="right", va="bottom", color=GREY)
     ax.margins(y=0.12)
 
@@ -110,18 +111,18 @@ def _draw_changes(
     """Draw the computed changes, and the reference changes with their band."""
     places = [a for a in x if a is not None]
     right = max(places, default=1.0) + 0.15 * (float(np.ptp(places)) if places else 1.0)
-    points = [(right if a is None else a, *one) for a, one in zip(x, found, strict=True) if one is not None]
-    ax.axhline(0, color=GREY, linewidth=0.6)
-    if not points:
+    placed = [(right if a is None else a, *one) for a, one in zip(x, found, strict=True) if one is not None]
+    ax.axhline(0, color=GREY, linewidth=line_width(0.6))
+    if not placed:
         ax.text(0.5, 0.5, "no reference", transform=ax.transAxes, ha="center", va="center", color=GREY)
         return
-    at, computed, expected, band = (np.array(part) for part in zip(*points, strict=True))
+    at, computed, expected, band = (np.array(part) for part in zip(*placed, strict=True))
     half_width = band * (1.0 + 0.01 * expected)
-    style = {"fmt": "s", "color": COLOURS[1], "markersize": 4, "capsize": 3}
+    style = {"fmt": "s", "color": COLOURS[1], "markersize": points(4), "capsize": 3}
     ax.errorbar(at, expected, yerr=half_width, **style, label="reference, with its band")
-    ax.plot(at, computed, "o", color=COLOURS[0], markersize=4, label="this run")
+    ax.plot(at, computed, "o", color=COLOURS[0], markersize=points(4), label="this run")
     for a, one, row in zip(x, found, rows, strict=True):
         if a is None and one is not None:
             offset = {"xytext": (0, -9), "textcoords": "offset points"}
-            ax.annotate(row["case"], (right, min(one[:2])), **offset, ha="center", va="top", color=GREY, fontsize=7)
+            ax.annotate(row["case"], (right, min(one[:2])), **offset, ha="center", va="top", color=GREY, fontsize=points(7))
     ax.margins(x=0.12, y=0.2)

@@ -3,17 +3,34 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import cast
 
+import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection, TriMesh
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.tri import Triangulation
 
+from fsm.plots.drawing import line_width, points
+from fsm.plots.legend import add_legend_across
 from fsm.plots.style import COLOURS, GREY, WIDE, figure, label_decades, rounded
 from fsm.results.film import STATES, Film
-from fsm.results.solution import Floats, Solution
+from fsm.results.solution import Floats, Integers, Solution
 from fsm.results.spectrum import spectrum
 
 __all__ = ["plot_history", "plot_modes", "plot_spectrum", "plot_tension"]
+
+
+_LONG = 0.35
+"""Height over width below which a film is long."""
+_HATCHES = {1: "///", 2: "xxx"}
+"""Hatching of wrinkled and slack elements, by `film.state`."""
+_LIGHT = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.35, 1.0, 256)))
+"""Bright colours, on which black lines are visible."""
 
 
 def _film(solution: Solution) -> Film:
@@ -32,13 +49,12 @@ def plot_history(solution: Solution, path: str | Path) -> None:
     with figure(path, (WIDE[0], 0.6 + 1.5 * len(names))) as fig:
         axes = fig.subplots(len(names), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
         for k, (ax, name) in enumerate(zip(axes, names, strict=True)):
-            ax.axhline(0, color=GREY, linewidth=0.6)
-            ax.plot(time, moved[:, k], color=COLOURS[k % len(COLOURS)], linewidth=0.9)
-            ax.set_ylabel(f"{name} (mm)")
-            ax.margins(x=0)
-            if moved.size:
-                top = float(np.abs(moved[:, k]).max())
-                ax.text(0.99, 0.95, f"largest {rounded(top)} mm", transform=ax.transAxes, ha="right", va="top")
+            ax.axhline(0, color=GREY, linewidth=line_width(0.6))
+            ax.plot(time, moved[:, k], color=COLOURS[k % len(COLOURS)], linewidth=line_width(0.9))
+            ax.set_ylabel("displacement (mm)" if len(names) < 3 else "(mm)")
+            ax.margins(x=0, y=0.12)
+            top = f": normal displacement, largest {rounded(float(np.abs(moved[:, k]).max()))} mm" if moved.size else ""
+            ax.text(0.99, 0.99, f"{name}{top}", transform=ax.transAxes, ha="right", va="top")
         axes[0].set_title(_frequency_title(solution))
         axes[-1].set_xlabel("time (s)")
 
@@ -64,14 +80,15 @@ def plot_spectrum(solution: Solution, path: str | Path) -> None:
         if len(time) >= 8:
             for k, name in enumerate(film.probe_names):
                 lines = spectrum(time, solution.samples.displacement[begin, k, 2] * 1e3)
-                ax.semilogy(lines.frequency[1:], np.maximum(lines.amplitude[1:], 1e-30), label=name, linewidth=1.0)
+                amplitude = np.maximum(lines.amplitude[1:], 1e-30)
+                ax.semilogy(lines.frequency[1:], amplitude, label=name, linewidth=line_width(1.0))
             largest = max(float(line.get_ydata().max()) for line in ax.lines)
             ax.set_ylim(1e-5 * largest, 3.0 * largest)
             label_decades(ax.yaxis)
             highest = min(1.2 * highest, float(lines.frequency[-1]))
         for frequency in film.frequency:
-            ax.axvline(frequency, ymin=0.0, ymax=0.04, color=GREY, linewidth=0.8)
-        ax.plot([], [], color=GREY, linewidth=0.8, label="natural frequencies")
+            ax.axvline(frequency, ymin=0.0, ymax=0.04, color=GREY, linewidth=line_width(0.8))
+        ax.plot([], [], color=GREY, linewidth=line_width(0.8), label="natural frequencies")
         ax.set_xlim(0.0, highest)
         ax.set_xlabel("frequency (Hz)")
         ax.set_ylabel("amplitude (mm)")
@@ -80,21 +97,38 @@ def plot_spectrum(solution: Solution, path: str | Path) -> None:
 
 
 def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
-    """Draw the normal motion of the first natural modes, seen from above and scaled to a largest value of 1."""
+    """Draw the normal motion of the first natural modes, seen from above and scaled to a largest value of 1.
+
+    Of elements above each other the one that moves most is visible.
+    """
     film = _film(solution)
-    chosen = range(min(count, len(film.frequency)))
-    columns = 3
-    rows = max(1, -(-len(chosen) // columns))
     corners = solution.shape[0][..., :2] * 1e3
-    with figure(path, (WIDE[0], 0.3 + rows * (0.3 + 2.1 * _ratio(corners)))) as fig:
-        for k in chosen:
-            ax = fig.add_subplot(rows, columns, k + 1)
+    beside = _ratio(corners) > _LONG
+    chosen = range(min(count if beside else count - 1, len(film.frequency)))
+    columns = min(3 if beside else 2, max(len(chosen), 1))
+    rows = max(1, -(-len(chosen) // columns))
+    width = (WIDE[0] - 1.4) / columns
+    with figure(path, (WIDE[0], points(0.55) + rows * (points(0.3) + width * _ratio(corners)))) as fig:
+        axes = fig.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for ax in axes.ravel()[len(chosen) :]:
+            ax.remove()
+        drawn = None
+        for k, ax in zip(chosen, axes.ravel(), strict=False):
             shape = film.mode_shape[k]
             normal = float(np.abs(shape[..., 2]).max()) > 0.1
-            values = shape[..., 2].mean(axis=1) if normal else np.linalg.norm(shape, axis=-1).mean(axis=1)
+            values = shape[..., 2] if normal else np.linalg.norm(shape, axis=-1)
             size = float(np.abs(values).max()) or 1.0
-            _map(ax, corners, values / size, "RdBu_r", (-1.0, 1.0), solution)
+            order = np.argsort(np.abs(values).max(axis=1), kind="stable")
+            drawn = _draw_smooth(ax, corners[order], values[order] / size)
+            _frame(ax, corners, solution.layout.panel > 0)
             ax.set_title(f"{k + 1}: {film.frequency[k]:.4g} Hz" + ("" if normal else " (in plane)"))
+            ax.tick_params(labelbottom=k + columns >= len(chosen))
+        fig.supxlabel("x (mm)", fontsize=points(9.0))
+        fig.supylabel("y (mm)", fontsize=points(9.0))
+        if drawn is not None:
+            between = "\n" if rows * _ratio(corners) < 1.0 else " "
+            label = f"normal displacement{between}over the largest one (-)"
+            fig.colorbar(drawn, ax=list(fig.axes), label=label, pad=0.02, aspect=30)
 
 
 def plot_tension(solution: Solution, path: str | Path) -> None:
@@ -103,56 +137,100 @@ def plot_tension(solution: Solution, path: str | Path) -> None:
     Wrinkled and slack elements are hatched.
     """
     film = _film(solution)
-    corners = solution.shape[0][..., :2] * 1e3
-    of_film = solution.layout.panel == 0
-    with figure(path, (WIDE[0], 1.2 + 2.5 * _ratio(corners))) as fig:
-        axes = fig.subplots(1, 2)
+    order = _upwards(solution)
+    corners = solution.shape[0][order, :, :2] * 1e3
+    panel, stress, state = solution.layout.panel[order], film.stress[order] * 1e-6, film.state[order]
+    of_film = panel == 0
+    beside = _ratio(corners) > _LONG
+    height = WIDE[0] * (0.36 * _ratio(corners) if beside else 1.6 * _ratio(corners))
+    with figure(path, (WIDE[0], points(1.3 if beside else 1.9) + height)) as fig:
+        axes = fig.subplots(*((1, 2) if beside else (2, 1)), sharex=True, sharey=True)
         for column, (ax, name) in enumerate(zip(axes, ("larger", "smaller"), strict=True)):
-            values = film.stress[:, column] * 1e-6
+            values = stress[:, column]
             inner = values[of_film] if of_film.any() else values
             low, high = (float(x) for x in np.percentile(inner, [2, 98]))
             if column == 1:
                 low = min(low, 0.0)
-            drawn = _map(ax, corners, values, "viridis", (low, max(high, low + 1e-9)), solution)
+            high = max(high, low + 1e-9)
+            drawn = _draw_elements(ax, corners, values, (low, high))
             if column == 0:
-                _directions(ax, corners, film.direction)
-            for number, hatch in ((1, "//"), (2, "xx")):
-                here = film.state == number
+                _directions(ax, corners, film.direction[order])
+            for number, hatch in _HATCHES.items():
+                here = state == number
                 if here.any():
-                    ax.add_collection(
-                        PolyCollection(corners[here], facecolors="none", edgecolors="white", linewidths=0, hatch=hatch)
-                    )
-            fig.colorbar(drawn, ax=ax, label="MPa", shrink=0.85)
-            ax.set_title(f"{name} principal stress")
-        share = [float(np.mean(film.state[of_film] == number)) for number in (1, 2)] if of_film.any() else [0.0, 0.0]
-        hatched = [f"{100 * part:.0f} % {STATES[number]}" for number, part in zip((1, 2), share, strict=True) if part]
-        fig.suptitle("hatched: " + ", ".join(hatched) + " (of the elements)" if hatched else "taut everywhere", fontsize=9)
+                    style = {"facecolors": "none", "edgecolors": "black", "linewidths": 0, "hatch": hatch}
+                    ax.add_collection(PolyCollection(corners[here], **style))
+            _frame(ax, corners, panel > 0)
+            below, above = bool(values.min() < low), bool(values.max() > high)
+            extend = "both" if below and above else "min" if below else "max" if above else "neither"
+            location = "bottom" if beside else "right"
+            label = f"{name} principal stress (MPa)" if beside else "stress (MPa)"
+            if not beside:
+                ax.set_title(f"{name} principal stress")
+            fig.colorbar(drawn, ax=ax, label=label, location=location, extend=extend, aspect=25 if beside else 12)
+            if beside or column == 1:
+                ax.set_xlabel("x (mm)")
+            if not beside or column == 0:
+                ax.set_ylabel("y (mm)")
+        handles = _tension_handles(solution, film)
+        add_legend_across(fig, handles, "upper", columns=2)
+
+
+def _tension_handles(solution: Solution, film: Film) -> list[Artist]:
+    """Entries of the legend: direction, share of wrinkled and of slack elements, patches."""
+    of_film = solution.layout.panel == 0
+    handles: list[Artist] = [
+        Line2D([], [], color="black", linewidth=line_width(0.7), label="direction of the larger stress")
+    ]
+    for number, hatch in _HATCHES.items():
+        part = float(np.mean(film.state[of_film] == number)) if of_film.any() else 0.0
+        if part:
+            label = f"{STATES[number]}: {100 * part:.0f} % of the elements"
+            handles.append(Patch(facecolor="none", edgecolor="black", linewidth=0, hatch=hatch, label=label))
+    if len(handles) == 1:
+        handles.append(Line2D([], [], linestyle="none", label="taut everywhere"))
+    if (solution.layout.panel > 0).any():
+        handles.append(Patch(facecolor="none", edgecolor="black", linewidth=line_width(0.9), label="patch"))
+    return handles
 
 
 def _ratio(corners: Floats) -> float:
-    """Height over width of the corner points, limited to 0.25 to 1.5."""
+    """Height over width of the corner points, limited to 0.1 to 1.5."""
     width, height = np.ptp(corners.reshape(-1, 2), axis=0)
-    return float(np.clip(height / width, 0.25, 1.5)) if width > 0.0 else 1.0
+    return float(np.clip(height / width, 0.1, 1.5)) if width > 0.0 else 1.0
 
 
-def _map(
-    ax: Axes, corners: Floats, values: Floats, colours: str, limits: tuple[float, float], solution: Solution
-) -> PolyCollection:
-    """Draw elements from above, coloured by their value, with the outlines of patches in black."""
-    drawn = PolyCollection(corners, array=values, cmap=colours, edgecolors="face", linewidths=0.2, antialiased=False)
+def _draw_elements(ax: Axes, corners: Floats, values: Floats, limits: tuple[float, float]) -> PolyCollection:
+    """Draw elements from above in the colour of their value."""
+    drawn = PolyCollection(corners, array=values, cmap=_LIGHT, edgecolors="face", linewidths=0.2, antialiased=False)
     drawn.set_clim(*limits)
     ax.add_collection(drawn)
-    patch = solution.layout.panel > 0
-    if patch.any():
-        ax.add_collection(PolyCollection(corners[patch], facecolors="none", edgecolors="black", linewidths=0.7))
-    points = corners.reshape(-1, 2)
-    margin = 0.03 * float(np.ptp(points, axis=0).max())
-    ax.set_xlim(points[:, 0].min() - margin, points[:, 0].max() + margin)
-    ax.set_ylim(points[:, 1].min() - margin, points[:, 1].max() + margin)
-    ax.set_aspect("equal")
-    ax.set_xticks([])
-    ax.set_yticks([])
     return drawn
+
+
+def _draw_smooth(ax: Axes, corners: Floats, values: Floats) -> TriMesh:
+    """Draw elements from above; the colour between the values (n, 4) of their corners is interpolated."""
+    triangles = (4 * np.arange(len(corners))[:, None] + [0, 1, 2, 0, 2, 3]).reshape(-1, 3)
+    mesh = Triangulation(corners[..., 0].ravel(), corners[..., 1].ravel(), triangles)
+    drawn = ax.tripcolor(mesh, values.ravel(), shading="gouraud", cmap="RdBu_r", vmin=-1.0, vmax=1.0, rasterized=True)
+    return cast(TriMesh, drawn)
+
+
+def _upwards(solution: Solution) -> Integers:
+    """Numbers of the elements from the lowest to the highest one: seen from above, higher ones hide lower ones."""
+    return np.argsort(solution.shape[0][..., 2].mean(axis=1), kind="stable")
+
+
+def _frame(ax: Axes, corners: Floats, patch: np.ndarray) -> None:
+    """Draw the outlines of patches, and set the limits of the axes."""
+    if patch.any():
+        ax.add_collection(PolyCollection(corners[patch], facecolors="none", edgecolors="black", linewidths=line_width(0.9)))
+    points_of_film = corners.reshape(-1, 2)
+    margin = 0.02 * float(np.ptp(points_of_film, axis=0).max())
+    ax.set_xlim(points_of_film[:, 0].min() - margin, points_of_film[:, 0].max() + margin)
+    ax.set_ylim(points_of_film[:, 1].min() - margin, points_of_film[:, 1].max() + margin)
+    ax.set_aspect("equal")
+    ax.locator_params(nbins=4)
 
 
 def _directions(ax: Axes, corners: Floats, direction: Floats) -> None:
@@ -160,8 +238,7 @@ def _directions(ax: Axes, corners: Floats, direction: Floats) -> None:
     middle = corners.mean(axis=1)
     size = 0.35 * np.sqrt(np.abs(_area(corners)))[:, None]
     ends = np.stack([middle - size * direction[:, :2], middle + size * direction[:, :2]], axis=1)
-    for line in ends:
-        ax.plot(line[:, 0], line[:, 1], color="white", linewidth=0.5)
+    ax.add_collection(LineCollection(list(ends), colors="black", linewidths=line_width(0.5)))
 
 
 def _area(corners: Floats) -> Floats:

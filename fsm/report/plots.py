@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fsm.plots.energy import STACK
-from fsm.plots.marks import EVENTS, stage_colour, summary_with_stages
+from fsm.plots.marks import EVENTS, stage_shade, summary_with_stages
 from fsm.plots.style import COLOURS, energy_unit, rounded, shortened
 from fsm.report.packing import pack_doubles, pack_floats
 from fsm.results.array import asynchronism
@@ -118,8 +118,9 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
     begins = [factor * float(stage["travel"]) for stage in summary["stages"]]
     ends = [*begins[1:], factor * float(curve.travel[:, 0].max())]
     stages = [
-        {"name": str(stage["name"]), "from": begin, "to": end, "colour": stage_colour(stage)}
+        {"name": str(stage["name"]), "from": begin, "to": end, "colour": colour, "opacity": opacity}
         for stage, begin, end in zip(summary["stages"], begins, ends, strict=True)
+        for colour, opacity in [stage_shade(stage)]
     ]
     at = f"{rounded(factor * summary['peak_travel'])} {label.partition('(')[2].rstrip(')')}"
     drives = "the drive" if len(layout.drive_names) == 1 else f"{len(layout.drive_names)} drives"
@@ -147,7 +148,7 @@ def _line(name: str, values: Floats, number: int) -> dict[str, Any]:
 
 
 def _load_path(solution: Solution) -> Iterator[dict[str, Any]]:
-    """Loads over their displacements on paths by arc length."""
+    """Loads over their displacements on paths by arc length and of static steps."""
     path = solution.load_path
     if path is None:
         return
@@ -155,10 +156,19 @@ def _load_path(solution: Solution) -> Iterator[dict[str, Any]]:
         {"name": name, "x": pack_floats(1e3 * path.way[:, k]), "y": pack_floats(path.size[:, k]), "colour": k}
         for k, name in enumerate(path.names)
     ]
+    unstable = path.negative_modes > 0
+    if unstable.any():
+        for k, name in enumerate(path.names):
+            size = pack_floats(np.where(unstable, path.size[:, k], np.nan))
+            lines.append({"name": f"{name}, unstable", "x": lines[k]["x"], "y": size, "css": "#D55E00"})
+    at_records = len(path.time) == len(solution) and len(path.names) == 1
+    cursor = {"time": pack_doubles(solution.time), "x": lines[0]["x"]} if at_records else None
     yield {
-        "key": "load", "title": "Load over displacement (arc length)", "ylabel": "load (N or N m)", "lines": lines,
+        "key": "load", "title": "Load over displacement", "ylabel": "load (N or N m)", "lines": lines,
         "xlabel": "displacement along the load (mm), or rotation (mrad)",
-        "alt": f"Load-displacement path of {len(path.names)} load(s) with {len(path.time)} points.",
+        "alt": f"Load-displacement path of {len(path.names)} load(s) with {len(path.time)} points, "
+        f"of which {int(unstable.sum())} are unstable.",
+        **({"cursor": cursor} if cursor else {}),
     }  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -74,7 +74,7 @@ def all_channels(solution: Solution, creases: Sequence[Crease]) -> dict[str, Cha
         angles = fold_angles(solution, creases)
         for crease, values in zip(creases, angles.T, strict=True):
             name = f"{crease.name}.angle"
-            text = "angle between both panels at the crease: 0 flat; from the saved shapes"
+            text = "angle between both sides of the crease: 0 flat; from the saved shapes"
             found.setdefault(name, Channel(ChannelInfo(name, "rad", (), text), values))
     for k, pair in enumerate(solution.layout.pair_names):
         if not (solution.pair_force[:, k] > 0.0).any():
@@ -136,13 +136,14 @@ def _entry(channel: Channel, data: dict[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def owners_of_part(name: str, kind: str, owners: Sequence[str]) -> Iterator[str]:
-    """Prefixes of the channels of a part: of its panel, of its bodies, and of its supports."""
-    if kind == "panel":
-        yield f"panel.{name.removeprefix('panel ')}"
+def owners_of_parts(parts: Iterable[tuple[str, str]], owners: Iterable[str]) -> Iterator[list[str]]:
+    """Prefixes of the channels of each part (name, kind): of its panel, of its bodies, and of its supports."""
+    of: dict[str, list[str]] = {}
     for owner in owners:
         first, _, rest = owner.partition(".")
-        if first in ("body", "support", "bar") and (rest == name or rest.startswith(f"{name} segment ")):
-            yield owner
-    if kind in ("film", "cable"):
-        yield kind
+        if first in ("body", "support", "bar"):
+            for name in {rest, rest.partition(" segment ")[0]}:
+                of.setdefault(name, []).append(owner)
+    for name, kind in parts:
+        panel = [f"panel.{name.removeprefix('panel ')}"] if kind == "panel" else []
+        yield [*panel, *of.get(name, ()), *([kind] if kind in ("film", "cable") else [])]

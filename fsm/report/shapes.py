@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,12 +14,20 @@ from fsm.plots.plane import lattice_squares
 from fsm.report.packing import pack_floats, pack_integers, pack_levels
 from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
 
+if TYPE_CHECKING:
+    from fsm.scene.builders.sheet_joints import SheetJoint
+    from fsm.scene.patterns.facet_mesh import FacetMesh
+
 __all__ = ["Crease", "Parts", "Shown", "creases_of", "parts_of", "shown_shapes"]
 
 MOST_FRAMES = 400
 """Largest number of shapes of a result in the page; the player interpolates between them."""
 _SAME = 2e-6
 """Distance of corners that count as one vertex, relative to the size of the structure."""
+_OPEN = 1e-3
+"""Largest distance of the corners of facets at one vertex, relative to the size of the structure."""
+_MOST_CREASES = 10_000
+"""Number of creases above which a sheet has none in the page: their lines would slow down the picture."""
 _MODES = 24
 _KINDS = {FILM: "film", LINE: "cable", BEAM: "beam"}
 
@@ -47,6 +56,8 @@ def parts_of(solution: Solution) -> Parts:
     layout, count = solution.layout, solution.shape.shape[1]
     panel = np.asarray(layout.panel) if len(layout.panel) == count else np.zeros(count, dtype=np.int64)
     film, array = layout.film is not None, solution.array is not None
+    mesh = _flexible_mesh_of(solution) if "sheet" in layout.case_text else None
+    facet = [] if mesh is None else mesh.facet[mesh.triangles[:, 0]].tolist()
     numbers: dict[tuple[str, str], int] = {}
     of_quad = np.zeros(count, dtype=np.int64)
     for quad, value in enumerate(panel.tolist()):
@@ -55,7 +66,7 @@ def parts_of(solution: Solution) -> Parts:
             kind = "patch" if value > 0 else "film"
         name = f"{kind} {value}" if value > 0 else "film" if film else f"{kind}s"
         if value <= 0 and len(layout.quad_names) == count:
-            name = layout.quad_names[quad]
+            name = f"facet {facet[quad] + 1}" if facet else layout.quad_names[quad]
         of_quad[quad] = numbers.setdefault((kind, name), len(numbers))
     return Parts([name for _, name in numbers], [kind for kind, _ in numbers], of_quad)
 
@@ -67,18 +78,20 @@ class Crease:
     Attributes
     ----------
     name : text as in the names of channels, for example "crease.3"
-    corners : numbers of the two corners of the line
-    first, second : facets on both sides
+    corners : numbers of the two corners of the line, or of each piece of a line between flexible facets
+    first, second : facets on both sides, in the middle of the line
     """
 
     name: str
-    corners: tuple[int, int]
+    corners: tuple[int, ...]
     first: int
     second: int
 
 
 def creases_of(solution: Solution) -> list[Crease]:
-    """Creases between consecutive panels of a strip; empty for other structures."""
+    """Creases between consecutive panels of a strip, or between facets of a sheet; empty for other structures."""
+    if "sheet" in solution.layout.case:
+        return _creases_of_sheet(solution)
     if "strip" not in solution.layout.case or solution.layout.film is not None:
         return []
     panel = np.asarray(solution.layout.panel)
@@ -89,6 +102,98 @@ def creases_of(solution: Solution) -> list[Crease]:
             last, first = int(before[-1]), int(after[0])
             found.append(Crease(f"crease.{number}", (4 * last + 1, 4 * last + 2), last, first))
     return found
+
+
+def _creases_of_sheet(solution: Solution) -> list[Crease]:
+    """Creases along the edges of the pattern of a sheet, with the numbers of their channels."""
+    from fsm.scene.builders.sheet_joints import sheet_joints
+    from fsm.scene.case import Case
+    from fsm.scene.patterns.of_sheet import pattern_of
+
+    try:
+        case = Case.model_validate(solution.layout.case)
+        if case.sheet is None or case.sheet.kind == "plate":
+            return []
+        pattern = pattern_of(case.sheet)
+        joints = [joint for joint in sheet_joints(case, pattern) if joint.kind == "crease"]
+        mesh = _flexible_mesh_of(solution)
+    except (CaseError, ValueError, TypeError, OSError):  # a case of another version
+        return []
+    if case.sheet.facets == "flexible":
+        return [] if mesh is None or len(joints) > _MOST_CREASES else _creases_of_mesh(mesh, joints)
+    vertices, facet = _corners_of_faces(pattern.faces, case.sheet.facets == "bars")
+    if len(facet) != solution.shape.shape[1] or len(joints) > _MOST_CREASES:
+        return []
+    start = solution.shape[0].reshape(-1, 3)
+    size = float(np.max(np.ptp(start, axis=0)))
+    found = []
+    flat = vertices.ravel()
+    order = np.argsort(flat, kind="stable")
+    corners = np.split(order, np.searchsorted(flat[order], np.arange(1, len(pattern.vertices))))
+    for joint in joints:
+        ends = [corners[vertex] for vertex in pattern.edges[joint.edge]]
+        sides = sorted(set(facet[ends[0] // 4]) & set(facet[ends[1] // 4]))
+        if len(sides) != 2 or any(np.ptp(start[end], axis=0).max() > _OPEN * size for end in ends):
+            continue  # the corners of the facets are not at one place
+        one, two = (int(end[np.flatnonzero(facet[end // 4] == sides[0])[0]]) for end in ends)
+        first, second = (int(np.flatnonzero(facet == side)[0]) for side in sides)
+        found.append(Crease(f"crease.{joint.name.removeprefix('crease ')}", (one, two), first, second))
+    return found
+
+
+def _flexible_mesh_of(solution: Solution) -> FacetMesh | None:
+    """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles."""
+    from fsm.scene.case import Case
+    from fsm.scene.patterns.flexible_mesh import flexible_mesh
+
+    sheet = solution.layout.case.get("sheet")
+    if not isinstance(sheet, dict) or sheet.get("facets") != "flexible" or sheet.get("kind") == "plate":
+        return None
+    try:
+        case = Case.model_validate(solution.layout.case)
+        mesh = flexible_mesh(case.sheet) if case.sheet is not None else None
+    except (CaseError, ValueError, TypeError, OSError):
+        return None
+    return mesh if mesh is not None and len(mesh.triangles) == solution.shape.shape[1] else None
+
+
+def _creases_of_mesh(mesh: FacetMesh, joints: Sequence[SheetJoint]) -> list[Crease]:
+    """Creases between flexible facets: a piece of line for each pair of neighbouring nodes."""
+    names = {joint.edge: f"crease.{joint.name.removeprefix('crease ')}" for joint in joints}
+    at: dict[tuple[int, int], tuple[int, int, int]] = {}  # sectors of an edge: triangle, and its corners there
+    for number, triangle in enumerate(mesh.triangles.tolist()):
+        for k in range(3):
+            one, two = triangle[k], triangle[(k + 1) % 3]
+            at[one, two] = number, k, (k + 1) % 3
+            at[two, one] = number, (k + 1) % 3, k
+    found = []
+    for crease in mesh.creases:
+        if crease.edge not in names:
+            continue
+        pieces = [
+            tuple(at.get((int(a), int(b))) for a, b in zip(start, end, strict=True))
+            for start, end in zip(crease.sectors[:-1], crease.sectors[1:], strict=True)
+        ]
+        if not pieces or any(None in piece for piece in pieces):
+            continue
+        corners = [4 * left[0] + corner for left, _ in pieces if left is not None for corner in left[1:]]
+        first, second = pieces[len(pieces) // 2]
+        if first is not None and second is not None:
+            found.append(Crease(names[crease.edge], tuple(corners), first[0], second[0]))
+    return found
+
+
+def _corners_of_faces(faces: Sequence[Sequence[int]], bars: bool = False) -> tuple[Integers, Integers]:
+    """Vertices (n_quads, 4) of the quadrilaterals that make up faces, as `shape` has them, and their faces (n_quads,).
+
+    Triangles have their first vertex twice; with facets of bars, their last one.
+    """
+    vertices, facet = [], []
+    for number, face in enumerate(faces):
+        fans = [face] if len(face) <= 4 else [(face[0], *face[k : k + 3]) for k in range(1, len(face) - 1, 2)]
+        vertices += [tuple(fan) if len(fan) == 4 else (*fan, fan[2 if bars else 0]) for fan in fans]
+        facet += [number] * len(fans)
+    return np.array(vertices, dtype=np.int64).reshape(-1, 4), np.array(facet, dtype=np.int64)
 
 
 @dataclass(frozen=True)

@@ -23,54 +23,21 @@ from fsm.report.fields import arrows_of, colours_of, contact_marks, joints_of
 from fsm.report.libraries import library
 from fsm.report.packing import compressed, pack_doubles, pack_floats, pack_integers, safe_json
 from fsm.report.plots import curves_of, travel_scale
-from fsm.report.quantities import all_channels, channel_data, owners_of_part
+from fsm.report.quantities import all_channels, channel_data, owners_of_parts
 from fsm.report.shapes import creases_of, parts_of, shown_shapes
 from fsm.report.tables import sections_of
+from fsm.results.find import find_results
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.version import fsm_version
 
-__all__ = ["SHAPES", "CHANNELS", "find_results", "live_page", "report_page", "write_report"]
+__all__ = ["SHAPES", "CHANNELS", "live_page", "report_page", "write_report"]
 
 SHAPES, CHANNELS = 3_500_000, 1_500_000
 """Bytes of a page for the shapes and for the channels of all results together."""
 MOST_PLAYED = 40
 """Largest number of results with shapes; further results are in the comparison only."""
-_SCRIPTS = ("unpack.js", "player.js", "camera.js", "curves.js", "tables.js", "report.js", "live.js", "start.js")
-
-
-def find_results(given: Sequence[str]) -> dict[str, Path]:
-    """Result files by a short name: files, folders of runs, and folders of tables with one folder for each case.
-
-    Raises
-    ------
-    CaseError
-        A folder contains no result.
-    """
-    paths: list[Path] = []
-    for text in given:
-        path = Path(text)
-        if not path.is_dir():
-            paths.append(path)
-            continue
-        inside = [path / "result.h5"] if (path / "result.h5").is_file() else sorted(path.glob("*/result.h5"))
-        if not inside:
-            raise CaseError("is a folder without result.h5; give a results file, or the folder of a run or a table", text)
-        paths += inside
-    paths = list(dict.fromkeys(paths))
-    return dict(zip(_short_names(paths), paths, strict=True))
-
-
-def _short_names(paths: Sequence[Path]) -> list[str]:
-    """Name of the folder of each result, or of the file if it is not called result.h5; equal names get a number."""
-    names = [path.resolve().parent.name or "result" if path.name == "result.h5" else path.stem for path in paths]
-    found: list[str] = []
-    for name in names:
-        number, one = 2, name
-        while one in found:
-            one, number = f"{name} ({number})", number + 1
-        found.append(one)
-    return found
+_SCRIPTS = ("unpack.js", "rods.js", "player.js", "camera.js", "curves.js", "tables.js", "report.js", "live.js", "start.js")
 
 
 def write_report(given: Sequence[str], out: str | Path, wanted: Sequence[str] = (), title: str = "") -> Path:
@@ -165,13 +132,14 @@ def result_data(name: str, solution: Solution, shapes: int, channels: int, wante
         solution = solution if squares is None else replace(solution, shape=squares)
         parts = parts_of(solution)
         shown = shown_shapes(solution, int(0.6 * shapes))
+        named = zip(parts.names, parts.kinds, strict=True)
         owners = list(dict.fromkeys(entry["owner"] for entry in listed))
         notes += [shown.thinned] if shown.thinned else []
         data["player"] = shown.data | {
             "view": "iso" if squares is None else "front",
             "parts": [
-                {"name": n, "kind": k, "owners": list(owners_of_part(n, k, owners))}
-                for n, k in zip(parts.names, parts.kinds, strict=True)
+                {"name": n, "kind": k, "owners": of}
+                for n, k, of in zip(parts.names, parts.kinds, owners_of_parts(named, owners), strict=True)
             ],
             "of_quad": pack_integers(parts.of_quad),
             "creases": [{"name": c.name, "corners": list(c.corners)} for c in creases],

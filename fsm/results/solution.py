@@ -43,6 +43,9 @@ ENERGIES: dict[str, str] = {
 }
 """Energies of a record, J, with their descriptions."""
 
+_MOST_NAMED = 3
+"""Largest number of drives and of channels that the text of a solution names."""
+
 PAIRS: dict[str, tuple[str, str]] = {
     "pair_force": ("N", "sum of the normal forces of the pair"),
     "pair_gap": ("m", "smallest gap of the pair, negative where the faces penetrate"),
@@ -228,6 +231,36 @@ class Solution(ShortRepr):
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def __repr__(self) -> str:
+        return f"Solution({self._span()}; {self._parts()})"
+
+    def __str__(self) -> str:
+        lines = [f"solution    {self._span()}", f"structure   {self.layout.dimension}, {self._parts()}"]
+        for number, name in enumerate(self.layout.drive_names[:_MOST_NAMED]):
+            unit = "N m" if self.layout.turns(number) else "N"
+            low, high = (bound(self.force[:, number], initial=0.0) for bound in (np.min, np.max))
+            lines.append(f"drive       {name}: {low:.4g} to {high:.4g} {unit}")
+        if self.channels:
+            named = ", ".join(list(self.channels)[:_MOST_NAMED]) + (", ..." if len(self.channels) > _MOST_NAMED else "")
+            lines.append(f"channels    {len(self.channels)}: {named}")
+        return "\n".join(lines)
+
+    def _span(self) -> str:
+        return f"{len(self)} records from {self.time[0]:.4g} to {self.time[-1]:.4g} s" if len(self) else "no record"
+
+    def _parts(self) -> str:
+        """Numbers of the parts, in words."""
+        counts = {
+            "drawn facet": self.shape.shape[1] if self.shape.ndim > 1 else 0,
+            "velocity component": self.u.shape[1] if self.u.ndim > 1 else 0,
+            "drive": len(self.layout.drive_names),
+            "contact pair": len(self.layout.pair_names),
+            "channel": len(self.channels),
+            "natural mode": 0 if self.modes is None else len(self.modes.frequency),
+            "load path point": 0 if self.load_path is None else len(self.load_path.time),
+        }
+        return ", ".join(f"{count} {word}{'s' if count > 1 else ''}" for word, count in counts.items() if count)
 
     @property
     def force_curve(self) -> ForceCurve:

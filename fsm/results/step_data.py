@@ -12,6 +12,7 @@ import numpy as np
 
 from fsm.atomic_write import atomic_write
 from fsm.hdf5_checked import names_in, numbers_in
+from fsm.load_names import PRESSURE
 from fsm.results.datasets import add_scale, set_description
 from fsm.short_repr import ShortRepr
 
@@ -94,21 +95,27 @@ class LoadPath(ShortRepr):
     step : number of the step of each point, from 1, (n,)
     time : (n,) array, s
         Time at which loads and drives are taken.
-    stable : (n,) array
-        1 for a stable equilibrium, 0 for an unstable one.
+    negative_modes : (n,) array
+        Number of directions in which the energy decreases; 0 for a stable equilibrium.
     names : names of the loads
-    size : (n, n_loads) array, N or N m
+    size : (n, n_loads) array, N or N m; Pa for a pressure
         NaN in a step without this load.
-    way : (n, n_loads) array, m or rad
-        Displacement of the point of the load along its force, or rotation about its moment, since the start of the step.
+    way : (n, n_loads) array, m or rad; m^3 for a pressure
+        Displacement of the point of the load along its force, or rotation about its moment, since the start of the step;
+        volume that a pressure has swept.
     """
 
     step: np.ndarray
     time: np.ndarray
-    stable: np.ndarray
+    negative_modes: np.ndarray
     names: tuple[str, ...]
     size: np.ndarray
     way: np.ndarray
+
+    @property
+    def stable(self) -> np.ndarray:
+        """1 for a stable equilibrium, 0 for an unstable one, (n,)."""
+        return (self.negative_modes == 0).astype(float)
 
     @classmethod
     def of(cls, paths: Sequence[dict[str, Any]]) -> LoadPath | None:
@@ -127,16 +134,17 @@ class LoadPath(ShortRepr):
         values = np.concatenate(rows)
         step = np.concatenate([np.full(len(path["time"]), number) for number, path in found])
         time = np.concatenate([path["time"] for _, path in found])
-        stable = np.concatenate([path["stable"] for _, path in found]).astype(float)
-        return cls(step, time, stable, names, values[:, :, 0], values[:, :, 1])
+        negative = np.concatenate([path["negative_modes"] for _, path in found]).astype(float)
+        return cls(step, time, negative, names, values[:, :, 0], values[:, :, 1])
 
 
 _LOADS = {
     "step": ((), "1", "number of the step, from 1"),
     "time": ((), "s", "argument of the functions of time of loads and drives"),
     "stable": ((), "1", "1 for a stable equilibrium"),
-    "size": (("load_path/load",), "N, N m", "force, or moment of a load without force"),
-    "way": (("load_path/load",), "m, rad", "displacement along the force, or rotation about the moment"),
+    "negative_modes": ((), "1", "number of directions in which the energy decreases"),
+    "size": (("load_path/load",), "N, N m, Pa", "force, moment of a load without force, or pressure"),
+    "way": (("load_path/load",), "m, rad, m^3", "displacement along the force, rotation about the moment, or swept volume"),
 }
 
 
@@ -163,16 +171,22 @@ def read_load_path(file: Any) -> LoadPath | None:
     found: dict[str, Any] = {}
     for name, (dims, _, _) in _LOADS.items():
         shape = (count, *(sizes[dim] for dim in dims))
+        if f"load_path/{name}" not in file:
+            continue  # an older result has no number of negative modes
         found[name] = np.zeros(shape) if 0 in shape else numbers_in(file, f"load_path/{name}", shape, False)
+    stable = found.pop("stable")
+    found.setdefault("negative_modes", 1.0 - stable)
     return LoadPath(names=names, **{**found, "step": found["step"].astype(np.int64)})
 
 
 def write_load_path_csv(path: LoadPath, target: Path) -> None:
     """Write the load-displacement curve with 12 significant digits."""
     columns = {"step": path.step, "program time (s)": path.time, "stable": path.stable}
+    columns["negative modes"] = path.negative_modes
     for k, name in enumerate(path.names):
-        columns[f"{name} (N, N m)"] = path.size[:, k]
-        columns[f"displacement of {name} (m, rad)"] = path.way[:, k]
+        pressure = name.endswith(PRESSURE)
+        columns[f"{name} ({'Pa' if pressure else 'N, N m'})"] = path.size[:, k]
+        columns[f"{'volume' if pressure else 'displacement'} of {name} ({'m^3' if pressure else 'm, rad'})"] = path.way[:, k]
     with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)

@@ -16,6 +16,7 @@ from fsm.scene.membrane import Air, Cable, Damping, Deployed, Impact, Membrane, 
 from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Scene
+from fsm.scene.schema import Place
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.scene.sheet import Sheet
 from fsm.scene.solve import Save, Solve
@@ -23,7 +24,7 @@ from fsm.scene.steps import Step
 from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
 
 __all__ = [
-    "Analysis", "Case", "Expect", "Release", "Save", "Solve", "Start", "Strip", "contact_of_strip", "contact_scale",
+    "Analysis", "Case", "Expect", "Release", "Save", "Solve", "Start", "Strip", "contact_of_strip", "contact_scale", "root",
 ]  # fmt: skip
 
 
@@ -59,6 +60,11 @@ class Strip(Model):
     grading: Annotated[Number, Field(ge=0.1, le=10)] = 1.0
     half_cell: bool = True
     held: tuple[Count, ...] | None = None
+
+    @property
+    def crease_angle(self) -> float:
+        """Angle of the folded creases from the flat sheet, rad."""
+        return 2.0 * self.fold_angle
 
     def crease_point(self, number: int) -> tuple[float, float]:
         """Position (x, z) of a crease in the folded strip, m; the numbers 0 and `panels` are the ends of the strip."""
@@ -202,6 +208,12 @@ class Case(Model):
         if sum(given) != 1 and given != [True, False, False, True]:
             raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] with a [scene] that adds to it")
         for name, part in (("strip", self.strip), ("sheet", self.sheet)):
-            if part is not None and (self.material is None or self.crease is None):
-                raise ValueError(f"[{name}] needs [material] and [crease]")
+            plate = self.sheet is not None and self.sheet.kind == "plate"
+            if part is not None and (self.material is None or (self.crease is None and not plate)):
+                raise ValueError(f"[{name}] needs [material]" + ("" if plate else " and [crease]"))
         return self
+
+
+def root(data: Mapping[str, Any]) -> Place:
+    """Place of a whole case."""
+    return Place(Case, data, {})

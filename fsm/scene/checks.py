@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import get_args
 
 from fsm.errors import Fault
 from fsm.scene.case import Analysis, Strip
@@ -10,6 +11,7 @@ from fsm.scene.check_drive_path import drives_through_held_panels
 from fsm.scene.check_scissor import check_scissor
 from fsm.scene.check_steps import check_steps
 from fsm.scene.check_vibration import check_vibration
+from fsm.scene.lattice import Edge
 from fsm.scene.loads import Drive
 from fsm.scene.sections import Sections, method_faults, static_faults, static_keys
 
@@ -92,11 +94,15 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
         for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
             yield Fault(name, f"the squares of a lattice are rigid without contact; remove section [{name}]")
     if given == ["sheet"]:
+        facets = "rigid" if sections.sheet is None else sections.sheet.facets
         for name in sorted({"contact", "friction", "obstacle"} & sections.written):
-            yield Fault(name, f"contact between facets of a sheet is not available; remove section [{name}]")
+            if facets in ("bars", "flexible"):
+                text = f'contact is not available with facets = "{facets}"; remove section [{name}], or use rigid facets'
+                yield Fault(name, text)
     for part in ("strip", "sheet"):
         for name in ("material", "crease") if part in sections.written else ():
-            if name not in sections.written:
+            plate = part == "sheet" and (sections.sheet is None or sections.sheet.kind == "plate")
+            if name not in sections.written and not (plate and name == "crease"):
                 yield Fault(name, f"section [{name}] is missing; a {part} needs it")
 
 
@@ -205,6 +211,8 @@ def _lattice_drives(sections: Sections) -> Iterable[Fault]:
         if drive.crease is not None and {"lattice", "sheet"} & sections.written:
             yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `edge` in a [lattice] or [sheet]")
         lattice = sections.lattice
+        if "lattice" in sections.written and drive.edge is not None and drive.edge not in get_args(Edge):
+            yield Fault(f"{path}.edge", f'must be "bottom", "top", "left" or "right" in a [lattice]; it is "{drive.edge}"')
         if lattice is not None and drive.edge in lattice.held_edges:
             text = f'edge "{drive.edge}" is held by `lattice.held`, so it cannot move; choose another edge'
             yield Fault(f"{path}.edge", text)
@@ -282,7 +290,7 @@ def _end(sections: Sections) -> Iterable[Fault]:
 
 
 def _release(sections: Sections) -> Iterable[Fault]:
-    """Hold together with a drive, or a hold until the end of the run."""
+    """Faults of `release`: a drive is given too, or nothing moves before the end of the run."""
     if sections.release is None:
         return
     if "drive" in sections.written or (sections.scene is not None and sections.scene.drives):

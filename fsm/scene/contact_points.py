@@ -17,7 +17,7 @@ from fsm.scene.scene import Scene
 __all__ = ["ContactPoint", "point_spacing", "contact_points", "points_along", "penetration_between"]
 
 MOST = 5
-"""Points along a side of an element, at most."""
+"""Largest number of points along a side of an element."""
 _SUNK = 0.02
 """Ratio of the depth between two points to the radius of a round obstacle, above which more points are used."""
 

@@ -17,10 +17,12 @@ class ContactSide(NamedTuple):
     ----------
     kind : "surface", "plate", "group", "obstacle" or "film", also for a cable
     bodies : names of its bodies, in order along a surface; names of the points of a film
+    face : area with the whole contact stiffness, m^2; None: each plate
     """
 
     kind: Literal["surface", "plate", "group", "obstacle", "film"]
     bodies: tuple[str, ...]
+    face: float | None = None
 
 
 def contact_sides(scene: Scene) -> dict[str, ContactSide]:
@@ -32,5 +34,5 @@ def contact_sides(scene: Scene) -> dict[str, ContactSide]:
     known |= {body.name: ContactSide("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
     for name, points in contact_points(scene).items():
         known[name] = ContactSide("film", tuple(point.frame.name for point in points))
-    known |= {group.name: ContactSide("group", group.bodies) for group in scene.groups}
+    known |= {group.name: ContactSide("group", group.bodies, group.face) for group in scene.groups}
     return known | {surface.name: ContactSide("surface", surface.bodies) for surface in scene.surfaces}

@@ -11,7 +11,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from fsm.errors import Fault
-from fsm.scene.case import Case
 from fsm.scene.schema import Place, locate, tags
 from fsm.scene.units import SYSTEMS, did_you_mean, parse_unit, unit_in, with_unit
 
@@ -31,7 +30,7 @@ def dotted(path: Sequence[str | int]) -> str:
 
 
 def faults_of(
-    error: ValidationError, data: Mapping[str, Any], prefix: Sequence[str | int], system: str, whole: Any = Case
+    error: ValidationError, data: Mapping[str, Any], prefix: Sequence[str | int], system: str, whole: Any
 ) -> list[Fault]:
     """Translate the errors of one section.
 

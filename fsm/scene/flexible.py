@@ -129,14 +129,16 @@ class SceneBeam(_Line):
 
 
 class SceneFrame(Model):
-    """Frame on a film, a cable or a beam. Force elements and loads act on it by its name, as on a body.
+    """Frame on a film, a cable, a beam or a truss. Force elements and loads act on it by its name, as on a body.
 
     Attributes
     ----------
-    on : name of a film, a cable or a beam
+    on : name of a film, a cable, a beam or a truss
     at : m
         Material point without stress: (x, y) from the centre of a film, or the distance from the start of a cable or
         beam.
+    point : number of a point of a truss, from 0, instead of `at`
+        The frame has no axes: it carries forces and no moments.
     normal : (3,) vector
         Cables only: the y axis of the frame is normal to the cable and to this vector at the start. The frame follows the
         bending of the cable about any axis, but the cable does not resist a moment about itself. On a beam y stays y.
@@ -144,7 +146,8 @@ class SceneFrame(Model):
 
     name: Name
     on: str
-    at: tuple[Length, ...]
+    at: tuple[Length, ...] = ()
+    point: Annotated[Count, Field(ge=0)] | None = None
     normal: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
 
 

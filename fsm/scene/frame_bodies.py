@@ -1,4 +1,4 @@
-"""Frames of a scene as bodies without mass, and the faults of films, cables, beams and frames."""
+"""Frames of a scene as bodies without mass, and the faults of films, cables, beams, trusses and frames."""
 
 from __future__ import annotations
 
@@ -76,11 +76,8 @@ def with_frames(scene: Scene) -> Scene:
     touching = [point.frame for points in contact_points(scene).values() for point in points]
     frames += [frame for frame in touching if frame.name not in present]
     scene = scene.model_copy(update={"frames": tuple(frames), "elements": tuple(elements)})
-    films = {film.name: film for film in scene.films}
-    cables = scene.lines
     known = {body.name for body in scene.bodies}
-    new = [frame for frame in scene.frames if frame.name not in known]
-    bodies = [_on_film(frame, films[frame.on]) if frame.on in films else _on_cable(frame, cables[frame.on]) for frame in new]
+    bodies = [_frame_body(frame, scene) for frame in scene.frames if frame.name not in known]
     if not bodies:
         return scene
     of_frames = {frame.name for frame in scene.frames}
@@ -104,16 +101,18 @@ def _as_assembled(element: ForceElement, turned: dict[str, Quaternion]) -> Force
 
 
 def frame_faults(scene: Scene) -> Iterator[Fault]:
-    """All faults of the films, cables and frames of a scene."""
+    """All faults of the flexible parts and frames of a scene."""
     films = {film.name: film for film in scene.films}
     cables = scene.lines
     frames = {frame.name for frame in scene.frames}
     names = [name for body in scene.bodies if (name := body.name) not in frames or not _is_frame(body)]
     names += [film.name for film in scene.films] + [cable.name for cable in scene.cables]
     names += [beam.name for beam in scene.beams]
+    trusses = {truss.name: truss for truss in scene.trusses}
+    names += list(trusses)
     names += [frame.name for frame in scene.frames]
     for name, count in Counter(names).items():
-        if count > 1 and name in {*films, *cables, *frames}:
+        if count > 1 and name in {*films, *cables, *trusses, *frames}:
             yield Fault("scene", f"the name {name!r} is used {count} times; names must differ")
     for i, film in enumerate(scene.films):
         yield from norm_faults(f"scene.films.{i}.orientation", film.orientation)
@@ -129,13 +128,23 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
             yield Fault(f"scene.seams.{i}.bodies", "there are none; give at least one body")
     for i, frame in enumerate(scene.frames):
         path = f"scene.frames.{i}"
-        if frame.on in films:
+        if (frame.point is not None) != (frame.on in trusses):
+            text = "`point` is the number of a point of a truss; a film, a cable or a beam has `at`"
+            yield Fault(f"{path}.point", text)
+        elif frame.on in trusses:
+            count = len(trusses[frame.on].points)
+            if frame.point is not None and frame.point >= count:
+                text = f"there is no point {frame.point}; {frame.on!r} has the points 0 to {count - 1}"
+                yield Fault(f"{path}.point", text)
+        elif frame.on in films:
             yield from _film_faults(frame, films[frame.on], path)
         elif frame.on in cables:
             yield from _cable_faults(frame, cables[frame.on], path)
+        elif scene.facets is not None and frame.name in scene.facets.points:
+            continue
         else:
-            known = [*films, *cables]
-            yield Fault(f"{path}.on", f"no film, cable or beam is called {frame.on!r}{nearest_name(frame.on, known)}")
+            known = [*films, *cables, *trusses]
+            yield Fault(f"{path}.on", f"no film, cable, beam or truss is called {frame.on!r}{nearest_name(frame.on, known)}")
 
 
 def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, float]]:
@@ -208,6 +217,17 @@ def _cable_faults(frame: SceneFrame, cable: SceneCable | SceneBeam, path: str) -
     direction = np.subtract(cable.end, cable.start)
     if not np.linalg.norm(np.cross(direction, frame.normal)) > 1e-6 * np.linalg.norm(direction):
         yield Fault(f"{path}.normal", f"{frame.normal} is parallel to the cable; give a vector across it")
+
+
+def _frame_body(frame: SceneFrame, scene: Scene) -> Body:
+    """Body without mass at the place of a frame at the start."""
+    film = next((film for film in scene.films if film.name == frame.on), None)
+    if film is not None:
+        return _on_film(frame, film)
+    truss = next((truss for truss in scene.trusses if truss.name == frame.on), None)
+    if truss is not None and frame.point is not None:
+        return _body(frame.name, np.array(truss.points[frame.point]), (1.0, 0.0, 0.0, 0.0))
+    return _on_cable(frame, scene.lines[frame.on])
 
 
 def _on_film(frame: SceneFrame, film: SceneFilm) -> Body:

@@ -6,15 +6,16 @@ Plain numbers with a unit may be in either unit system, so only bounds at zero a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BaseModel, BeforeValidator
 
-from fsm.scene.case import Case
+from fsm.scene.case import Case, root
 from fsm.scene.key_meanings import key_row
-from fsm.scene.schema import Place, metadata_of, root
+from fsm.scene.schema import Place, metadata_of
 from fsm.scene.units import Unit
 
 __all__ = ["case_schema"]
@@ -26,10 +27,18 @@ _COMPLETED = {"Contact": {"stiffness"}, "LinearCrease": {"stiffness"}, "FamilyCr
 _LIMITS = {Gt: ("gt", "exclusiveMinimum"), Ge: ("ge", "minimum"), Lt: ("lt", "exclusiveMaximum"), Le: ("le", "maximum")}
 
 
-def case_schema() -> dict[str, Any]:
-    """JSON Schema (draft 7) of a case file."""
+def case_schema(added: Mapping[str, type[BaseModel]] | None = None) -> dict[str, Any]:
+    """JSON Schema (draft 7) of a case file.
+
+    Parameters
+    ----------
+    added : models of the sections of builders that extensions add, by the names of the sections
+    """
     definitions: dict[str, Any] = {}
     schema = _section(root({}), Case, "", definitions)
+    for name, model in (added or {}).items():
+        definitions[f"extension {name}"] = _section(root({}), model, name, definitions)
+        schema["properties"][name] = {"$ref": f"#/definitions/extension {name}"}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "fsm case",

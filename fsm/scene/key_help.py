@@ -12,8 +12,9 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 
 from fsm.errors import CaseError
+from fsm.scene.case import root
 from fsm.scene.key_meanings import KeyRow, key_row
-from fsm.scene.schema import Place, metadata_of, root, tags
+from fsm.scene.schema import Place, metadata_of, tags
 from fsm.scene.units import did_you_mean
 
 __all__ = ["all_keys", "bounds_text", "help_lines", "type_text", "unit_of"]

@@ -27,6 +27,7 @@ from fsm.scene.sections import Sections
 from fsm.scene.toml_file import read_toml
 from fsm.scene.toml_text import case_text
 from fsm.scene.units import SYSTEMS
+from fsm.short_repr import ShortRepr
 
 __all__ = ["LoadedCase", "first_faults", "load_case", "load_tables", "read_case"]
 
@@ -36,8 +37,8 @@ _MOST_FAULTS = 50
 """Largest number of messages about a case."""
 
 
-@dataclass(frozen=True)
-class LoadedCase:
+@dataclass(frozen=True, repr=False)
+class LoadedCase(ShortRepr):
     """Case with its source.
 
     Attributes
@@ -244,7 +245,7 @@ def _validate(
     try:
         return adapter.validate_python(raw, context={"units": system}), []
     except ValidationError as error:
-        return None, faults_of(error, data, path, system)
+        return None, faults_of(error, data, path, system, Case)
 
 
 def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:

@@ -3,34 +3,48 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.scene.lattice import Edge
 from fsm.scene.model import Model, Name
 from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, normalised, steepest
-from fsm.scene.units import Angle, AngularSpeed, Count, Force, Length, Moment, Number, Speed
+from fsm.scene.units import Angle, AngularSpeed, Count, Force, ForceOfLine, Length, Moment, Number, Speed, Stress
 
 __all__ = ["Constant", "Cycle", "Drive", "Load", "Ramp", "Table", "TimeFunction", "Vector"]
 
 Vector = tuple[float, float, float]
+Box = tuple[tuple[Length, Length, Length], tuple[Length, Length, Length]]
+"""Two opposite corners of a box."""
+DrivenEdge = Literal["bottom", "top", "left", "right", "inner", "outer", "slit-start", "slit-end"]
+"""Edges of a lattice (the first four), and of sheets."""
+
+
+PART = ", vertex "
+"""Text between the name of a load and the number of the vertex on which a part of it acts."""
 
 
 class Load(Model):
-    """Wrench on a body: a force at a point and a couple, times a function of time.
+    """Wrench on a body or on a place of flexible facets: a force at a point and a couple, times a function of time.
 
     `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body axes
     if `follower` is true. If the table of `time` has a column `force` or `moment`, the vector gives the direction only.
     `step` is the step in which the load begins; absent: the first. A later step changes or releases the load by its `name`;
-    absent: "load on" and the name of its body.
+    absent: "load on" and the name of its body or place. `at` is a place of a sheet in place of `body`, as in `Drive`; its
+    vertices share the force in equal parts. On an edge of flexible facets, `force_per_length` and `moment_per_length` act.
+    `pressure` acts on facets of a sheet instead: "all", "facet 3" or "facets 1, 2". It is normal to the deformed facets, and
+    a positive one acts along their normals.
     """
 
     name: Name | None = None
-    body: str
+    body: str | None = None
+    at: Name | Box | None = None
     point: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
+    force_per_length: tuple[ForceOfLine, ForceOfLine, ForceOfLine] = (0.0, 0.0, 0.0)
+    moment_per_length: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    pressure: Stress | None = None
     follower: bool = False
     time: TimeFunction | None = None
     step: str | None = None
@@ -38,7 +52,34 @@ class Load(Model):
     @property
     def called(self) -> str:
         """Name of the load."""
-        return self.name or f"load on {self.body}"
+        return self.name or f"load on {self.target}"
+
+    @property
+    def target(self) -> str:
+        """Name of the body or place."""
+        return str(self.at if self.body is None else self.body)
+
+    @model_validator(mode="after")
+    def _one_target(self) -> Self:
+        if (self.body is None) == (self.at is None):
+            both = "both are given; remove one of them" if self.at is not None else "both are missing"
+            raise ValueError(f"give `body` (its name), or `at` (a place of a sheet); {both}")
+        if self.at is None and (any(self.force_per_length) or any(self.moment_per_length)):
+            raise ValueError("`force_per_length` and `moment_per_length` need `at`, an edge of flexible facets")
+        return self
+
+    @model_validator(mode="after")
+    def _pressure_alone(self) -> Self:
+        if self.pressure is None and not (isinstance(self.time, Table) and self.time.amount == "pressure"):
+            return self
+        if not isinstance(self.at, str):
+            raise ValueError('`pressure` acts on facets of a sheet; give `at`, for example "all" or "facets 1, 2"')
+        others = ("point", "force", "moment", "force_per_length", "moment_per_length")
+        given = [f"`{name}`" for name in others if any(getattr(self, name))]
+        if given or self.follower:
+            text = ", ".join([*given, *(["`follower`"] if self.follower else [])])
+            raise ValueError(f"`pressure` is a load of its own, normal to the facets; remove {text}, or give two loads")
+        return self
 
     @model_validator(mode="after")
     def _with_factors(self) -> Self:
@@ -46,8 +87,15 @@ class Load(Model):
         if not isinstance(table, Table) or table.amount is None:
             return self
         name = table.amount
-        if name not in ("force", "moment"):
-            raise ValueError(f"the table of a load has the column `force` or `moment`, not `{name}`")
+        if name not in ("force", "moment", "pressure"):
+            raise ValueError(f"the table of a load has the column `force`, `moment` or `pressure`, not `{name}`")
+        if name == "pressure":
+            if self.pressure is not None:
+                raise ValueError("`pressure` is given here and in the table; remove one of them")
+            time, largest = normalised(table, "linear")
+            object.__setattr__(self, "time", time)
+            object.__setattr__(self, name, largest)
+            return self
         vector: Vector = getattr(self, name)
         size = math.hypot(*vector)
         if size == 0.0:
@@ -76,8 +124,9 @@ class Drive(Model):
         Name of a body, which translates without rotation, or turns about a fixed axis.
     bodies : tuple of str
         Names of bodies that move together; the drive force is the sum over these bodies.
-    edge : "bottom", "top", "left" or "right"
-        Edge of a lattice, whose squares translate together without rotation, or of a sheet.
+    edge : str
+        Edge of a lattice ("bottom", "top", "left", "right"), whose squares translate together without rotation, or of a
+        sheet, which may also have the edges "inner", "outer", "slit-start", "slit-end".
     at : str, or two opposite corners of a box in m
         Place of a sheet: "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7", or all vertices in a box at the start.
     direction : -
@@ -101,8 +150,8 @@ class Drive(Model):
     crease: Count | None = None
     body: str | None = None
     bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    edge: Edge | None = None
-    at: Name | tuple[tuple[Length, Length, Length], tuple[Length, Length, Length]] | None = None
+    edge: DrivenEdge | None = None
+    at: Name | Box | None = None
     direction: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
     speed: Annotated[Speed, Field(gt=0)] | None = None
     travel: Annotated[Length, Field(gt=0)] | None = None
@@ -201,7 +250,7 @@ class Drive(Model):
             raise ValueError("`turn` has a `rate` (rad/s) and no `speed` or `run_up`; remove `speed` and `run_up`")
 
     def _read_table(self) -> None:
-        """Factors, and the travel or turn of the factor 1, from a table with a unit."""
+        """Read the factors of a table with a unit, and the travel or turn at which the factor is 1."""
         table = self.time
         if not isinstance(table, Table):
             return

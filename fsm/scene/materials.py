@@ -84,6 +84,11 @@ class LinearCrease(Model):
             raise ValueError("give `stiffness` (of a strip) or `stiffness_per_length` (of a sheet), not both")
         return self
 
+    @property
+    def mean_stiffness(self) -> float:
+        """Stiffness of the whole width, N m/rad."""
+        return self.stiffness
+
 
 def _angle_unit(text: str) -> str:
     to_si(f"1 {text}", "rad")
@@ -146,6 +151,13 @@ class SplineCrease(Model):
             raise ValueError("`angle_unit` and `moment_unit` are used with `data` only; give units in the lists instead")
         return self
 
+    @property
+    def mean_stiffness(self) -> float:
+        """Magnitude of the slope between the ends of the curve, N m/rad; 0 before the file is read."""
+        if self.angle is None or self.moment is None:
+            return 0.0
+        return abs(self.moment[-1] - self.moment[0]) / (self.angle[-1] - self.angle[0]) * self.scale
+
     @model_validator(mode="after")
     def _two_ways(self) -> Self:
         if self.unloading is None:
@@ -195,6 +207,11 @@ class FamilyCrease(Model):
         if self.since_release is not None and self.rest_angle is not None:
             raise ValueError("give `since_release` or `rest_angle`, not both")
         return self
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Zero: the stiffness is known when the file is read."""
+        return 0.0
 
 
 UNREAD = "is read with a case file only; in Python, get the curve with `fsm.scene.crease_family`"

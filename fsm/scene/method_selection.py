@@ -8,17 +8,18 @@ first contact reaches twice the peak (validation/benchmarks).
 from __future__ import annotations
 
 import math
-
-import numpy as np
+from collections.abc import Iterator
 
 from fsm.scene.loads import Constant
-from fsm.scene.materials import LinearCrease, SplineCrease
 from fsm.scene.scene import ForceElement, Scene
 
 __all__ = ["MAX_STATIC_PACE", "automatic_method", "dynamic_method", "pace"]
 
 MAX_STATIC_PACE = 1e-5
 """Largest pace for statics, which neglects inertia."""
+_MAX_PACE_OF_SHEETS = 1e-2
+"""Largest pace for statics of trusses and of flexible facets without contact. No impact raises the force, and these parts
+have no dampers, so vibrations of a motion would not decay."""
 
 
 def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, str]:
@@ -43,7 +44,10 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
         return dynamics, "loads depend on time"
     if comes_to_rest:
         return "static", "the strip is at rest before it vibrates, so inertia of the deployment has no effect"
-    number, limit = pace(scene), MAX_STATIC_PACE
+    sheet = scene.contact is None and (bool(scene.trusses) or scene.facets is not None)
+    number, limit = pace(scene), _MAX_PACE_OF_SHEETS if sheet else MAX_STATIC_PACE
+    if math.isinf(number):
+        return dynamics, "no hinge or plate has a stiffness against bending, which would bring moving bodies to rest"
     if number > limit:
         return dynamics, f"the drive is fast: kinetic over elastic energy is {number:.1g}, above {limit:g}"
     return "static", f"the drive is slow: kinetic over elastic energy is {number:.1g}, below {limit:g}"
@@ -55,24 +59,30 @@ def dynamic_method(scene: Scene) -> str:
 
 
 def pace(scene: Scene) -> float:
-    """Ratio of the kinetic energy of all free bodies at drive speed to the energy of the softest hinge turned by 1 rad.
+    """Ratio of the kinetic energy of all free parts at drive speed to the energy of the softest hinge turned by 1 rad.
 
-    The ratio is infinite if no hinge has a stiffness.
+    Hinges are force elements, the folds of trusses, and the creases of flexible facets. Facets without creases count as a
+    square plate bent by 1 rad. The ratio is infinite if nothing of these has a stiffness.
     """
-    reach = max((math.dist(body.position, (0.0, 0.0, 0.0)) for body in scene.bodies), default=0.0)
+    reach = max((math.dist(place, (0.0, 0.0, 0.0)) for place in _places(scene)), default=0.0)
     speed = max((drive.fastest * (1.0 if drive.turn is None else reach) for drive in scene.drives), default=0.0)
-    mass = sum(body.mass for body in scene.bodies if not body.held)
+    mass = sum(body.mass for body in scene.bodies if not body.held) + sum(sum(truss.mass) for truss in scene.trusses)
     hinges = [k for element in scene.elements if (k := _hinge_stiffness(element)) > 0.0]
+    hinges += [k for truss in scene.trusses for k in truss.fold_stiffness if k > 0.0]
+    if scene.facets is not None:
+        mass += scene.facets.mass
+        hinges += scene.facets.hinge_stiffness
     return mass * speed * speed / min(hinges) if hinges else float("inf")
+
+
+def _places(scene: Scene) -> Iterator[tuple[float, ...]]:
+    """Positions of bodies, of the points of trusses, and of the nodes of flexible facets, m."""
+    yield from (body.position for body in scene.bodies)
+    yield from (point for truss in scene.trusses for point in truss.points)
+    if scene.facets is not None:
+        yield from (tuple(place) for place in scene.facets.mesh.positions.tolist())
 
 
 def _hinge_stiffness(element: ForceElement) -> float:
     """Stiffness about the crease axis, N m/rad; for a tabulated crease the slope between the ends of its curve."""
-    crease = element.crease
-    if crease is None:
-        return element.twist_stiffness
-    if isinstance(crease, LinearCrease):
-        return crease.stiffness
-    if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:
-        return 0.0
-    return crease.scale * abs(float(np.ptp(crease.moment) / np.ptp(crease.angle)))
+    return element.twist_stiffness if element.crease is None else element.crease.mean_stiffness

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from fsm.errors import CaseError
+from fsm.scene.faults import faults_of
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -30,6 +31,18 @@ class _Items(int):
         return f"<{int(self)} items>"
 
 
+class _Number(float):
+    def __repr__(self) -> str:
+        return format(self, ".12g") if self % 1 else super().__repr__()
+
+
+def _rounded(value: Any) -> Any:
+    """Numbers without the digits of round-off, as in 0.30000000000000004."""
+    if isinstance(value, tuple):
+        return tuple(map(_rounded, value))
+    return _Number(value) if isinstance(value, float) else value
+
+
 def _is_long(value: Any) -> bool:
     """Whether a value is a list with many items or with sections."""
     if not isinstance(value, tuple | dict):
@@ -44,8 +57,6 @@ class _Readable(ModelMetaclass):
         try:
             return super().__call__(*args, **keys)
         except ValidationError as error:
-            from fsm.scene.faults import faults_of  # imports all sections
-
             raise CaseError(faults_of(error, keys, (), "SI", cls), cls.__name__) from None
 
 
@@ -67,7 +78,7 @@ class Model(BaseModel, metaclass=_Readable):
         for name, spec in type(self).model_fields.items():
             value = getattr(self, name)
             if spec.is_required() or value != spec.get_default(call_default_factory=True):
-                yield name, _Items(len(value)) if _is_long(value) else value
+                yield name, _Items(len(value)) if _is_long(value) else _rounded(value)
 
     @model_validator(mode="before")
     @classmethod

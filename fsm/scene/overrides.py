@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from fsm.errors import Fault
+from fsm.scene.case import root
 from fsm.scene.faults import unknown_key
-from fsm.scene.schema import root
 
 __all__ = ["REMOVE", "Given", "apply_overrides", "check_path", "parse_value", "split_override"]
 

@@ -6,7 +6,7 @@ A header names the columns, with units if they differ from the units of the case
     0, 0
     1, 12
 
-The second column is `value` (factors), `travel`, `turn`, `force` or `moment`.
+The second column is `value` (factors), `travel`, `turn`, `force`, `moment` or `pressure`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from fsm.scene.units import did_you_mean, to_si
 
 __all__ = ["read_program", "with_program"]
 
-_SI = {"time": "s", "value": "", "travel": "m", "turn": "rad", "force": "N", "moment": "N m"}
+_SI = {"time": "s", "value": "", "travel": "m", "turn": "rad", "force": "N", "moment": "N m", "pressure": "Pa"}
 _NEEDED = f"the file needs a header with `time` and one of value, {', '.join(AMOUNTS)}, for example: time (s), travel (mm)"
 MOST_ROWS = 100_000
 

@@ -8,9 +8,9 @@ direction), z normal to it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
 from fsm.registry import ELEMENT_LAWS
 from fsm.scene.added_laws import check_element_law, check_parameters, with_parameters
@@ -21,12 +21,14 @@ from fsm.scene.materials import Crease
 from fsm.scene.model import Model, Name
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.time_program import TimeFunction
+from fsm.scene.truss import SceneTruss
 from fsm.scene.units import (
     Acceleration,
     Angle,
     AngularDamping,
     AngularSpeed,
     AngularStiffness,
+    Area,
     Damping,
     Inertia,
     Length,
@@ -35,6 +37,10 @@ from fsm.scene.units import (
     Speed,
     Stiffness,
 )
+
+if TYPE_CHECKING:
+    from fsm.scene.patterns.flexible_facets import FlexibleFacets
+    from fsm.scene.patterns.fold_data import FoldData
 
 __all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "PlateGroup", "Plate", "Scene", "Surface"]
 
@@ -188,10 +194,18 @@ class Surface(Model):
 
 
 class PlateGroup(Model):
-    """Group of bodies with plates for contact pairs, for example a pile."""
+    """Group of bodies with plates for contact pairs, for example a pile or the facets of a sheet.
+
+    Attributes
+    ----------
+    face : m^2
+        Area with the whole contact stiffness, so that the stiffness of an area is the same for plates of all sizes. Absent:
+        each plate has the whole stiffness.
+    """
 
     name: Name
     bodies: tuple[str, ...]
+    face: Annotated[Area, Field(gt=0)] | None = None
 
 
 class ContactPair(Model):
@@ -220,6 +234,7 @@ class Scene(Model):
     films: tuple[SceneFilm, ...] = ()
     cables: tuple[SceneCable, ...] = ()
     beams: tuple[SceneBeam, ...] = ()
+    trusses: tuple[SceneTruss, ...] = ()
     frames: tuple[SceneFrame, ...] = ()
     seams: tuple[SceneSeam, ...] = ()
     elements: tuple[ForceElement, ...] = ()
@@ -232,6 +247,8 @@ class Scene(Model):
     loads: tuple[Load, ...] = ()
     drives: tuple[Drive, ...] = ()
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
+    _facets: FlexibleFacets | None = PrivateAttr(default=None)
+    _folds: FoldData | None = PrivateAttr(default=None)
 
     @property
     def lines(self) -> dict[str, SceneCable | SceneBeam]:
@@ -240,5 +257,27 @@ class Scene(Model):
 
     @property
     def flexible(self) -> bool:
-        """Whether there are parts of ANCF elements."""
-        return bool(self.films or self.cables or self.beams)
+        """Whether there are parts with nodes: films, cables, beams, trusses or flexible facets."""
+        return bool(self.films or self.cables or self.beams or self.trusses) or self._facets is not None
+
+    @property
+    def facets(self) -> FlexibleFacets | None:
+        """Flexible facets of a sheet; only the builder of a sheet gives them."""
+        return self._facets
+
+    def with_facets(self, facets: FlexibleFacets) -> Scene:
+        """Copy of the scene with flexible facets."""
+        scene = self.model_copy()
+        scene._facets = facets
+        return scene
+
+    @property
+    def folds(self) -> FoldData | None:
+        """Folds of the truss of a sheet of bars, instead of its linear springs; only the builder of a sheet gives them."""
+        return self._folds
+
+    def with_folds(self, folds: FoldData) -> Scene:
+        """Copy of the scene with the folds of its truss."""
+        scene = self.model_copy()
+        scene._folds = folds
+        return scene

@@ -10,11 +10,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from fsm.scene.case import Case
-from fsm.scene.model import Model
 from fsm.scene.units import Unit
 
-__all__ = ["Place", "locate", "metadata_of", "root", "tags"]
+__all__ = ["Place", "locate", "metadata_of", "tags"]
 
 
 @dataclass(frozen=True)
@@ -81,13 +79,8 @@ class Place:
         return None
 
 
-def root(data: Mapping[str, Any]) -> Place:
-    """Place of a whole case."""
-    return Place(Case, data, {})
-
-
 def locate(
-    data: Mapping[str, Any], location: Sequence[str | int], whole: Any = Case
+    data: Mapping[str, Any], location: Sequence[str | int], whole: Any
 ) -> tuple[Place | None, list[str | int]]:
     """Convert the location of a pydantic error to a place in a case.
 
@@ -97,7 +90,7 @@ def locate(
         Case as read from its file.
     location : sequence
         Keys and indices, with the tag of the variant after each section with variants.
-    whole : model of the data
+    whole : model of the data, for example `fsm.scene.case.Case`
 
     Returns
     -------
@@ -182,4 +175,5 @@ def _fields(model: type[BaseModel], value: Any) -> dict[str, Any]:
     }
     if not isinstance(value, Mapping):
         return defaults
-    return {**defaults, **(model.completed(value) if issubclass(model, Model) else value)}
+    completed = getattr(model, "completed", dict)
+    return {**defaults, **completed(value)}

@@ -9,16 +9,19 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.scene.model import Model, Name
-from fsm.scene.units import Angle, Count, Length, Number, StiffnessOfLine
+from fsm.scene.truss import AxialLaw
+from fsm.scene.units import Angle, Area, Count, Density, Length, Number, StiffnessOfLine, Stress
 
-__all__ = ["MOST_FACETS", "Box", "Sheet", "SheetSupport"]
+__all__ = ["MOST_FACETS", "BarsOfSheet", "Box", "Sheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"]
 
 MOST_FACETS = 20_000
 """Largest number of facets of a sheet."""
 
 Box = tuple[tuple[Length, Length, Length], tuple[Length, Length, Length]]
 Axis = Literal["x", "y", "z"]
-Kind = Literal["miura", "zigzag", "waterbomb", "kresling", "yoshimura"]
+Cells = Annotated[Count, Field(ge=1, le=1000)]
+Grading = Annotated[Number, Field(ge=0, le=1)]
+Kind = Literal["miura", "zigzag", "waterbomb", "kresling", "yoshimura", "cone", "flasher", "tube", "plate"]
 
 _KEYS: dict[str, tuple[str, ...]] = {
     "miura": ("columns", "rows", "a", "b", "sector_angle", "fold_angle"),
@@ -26,8 +29,16 @@ _KEYS: dict[str, tuple[str, ...]] = {
     "waterbomb": ("columns", "rows", "a"),
     "kresling": ("sides", "rows", "radius", "height", "twist"),
     "yoshimura": ("sides", "rows", "radius", "height"),
+    "cone": ("sides", "inner_radius", "outer_radius"),
+    "flasher": ("sides", "outer_radius", "height"),
+    "tube": ("rows", "radius", "height"),
+    "plate": ("length", "width"),
 }
 """Required keys of each kind."""
+_ANNULUS = ("inner_radius", "outer_radius")
+"""Required keys of a plate that is an annulus."""
+_OPTIONAL = {"plate": ("radius",), "annulus": ("slit",)}
+"""Keys that a plate may have besides."""
 _OF_FILE = ("vertices", "edges", "assignment", "angles", "faces")
 """Keys of a pattern that is written in the case."""
 
@@ -41,10 +52,125 @@ class SheetSupport(Model):
         Place: "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7", or all vertices in a box at the start.
     fixed : axes along which the vertices cannot move
         A facet must have all three; it is then a fixed body.
+
+    clamped : bool
+        Whether the slopes of flexible facets cannot turn out of their surface either.
+    mirror : axis
+        Edge of flexible facets in a plane of symmetry normal to this axis, instead of `fixed`: it stays in the plane, and
+        the sheet crosses the plane at a right angle.
     """
 
     at: Name | Box
     fixed: Annotated[tuple[Axis, ...], Field(min_length=1)] = ("x", "y", "z")
+    clamped: bool = False
+    mirror: Axis | None = None
+
+    @model_validator(mode="after")
+    def _either(self) -> Self:
+        if self.mirror is not None and (self.clamped or "fixed" in self.model_fields_set):
+            raise ValueError("`mirror` gives all that is held; remove `fixed` and `clamped`")
+        return self
+
+
+class SheetPly(Model):
+    """Ply of a laminate, from the lowest to the highest along the normal of a plate.
+
+    Attributes
+    ----------
+    thickness : m
+    angle : rad
+        Direction of the fibres, from x towards y.
+    young, young_across : Pa
+        Along and across the fibres.
+    shear : Pa
+        Shear modulus in the plane.
+    poisson : -
+        Contraction across the fibres under a stress along them.
+    density : kg/m^3
+        Absent: `material.density`.
+
+    Examples
+    --------
+    >>> stiffness = {"young": "140 GPa", "young_across": "10 GPa", "shear": "5 GPa", "poisson": 0.3}
+    >>> ply = SheetPly(thickness="0.1 mm", angle="45 deg", **stiffness)
+    >>> round(ply.angle, 4)
+    0.7854
+    """
+
+    thickness: Annotated[Length, Field(gt=0)]
+    angle: Angle = 0.0
+    young: Annotated[Stress, Field(gt=0)]
+    young_across: Annotated[Stress, Field(gt=0)]
+    shear: Annotated[Stress, Field(gt=0)]
+    poisson: Number
+    density: Annotated[Density, Field(gt=0)] | None = None
+
+    @model_validator(mode="after")
+    def _stable(self) -> Self:
+        most = math.sqrt(self.young / self.young_across)
+        if abs(self.poisson) >= most:
+            text = f"poisson = {self.poisson:g} must be below sqrt(young/young_across) = {most:.4g} in magnitude"
+            raise ValueError(f"{text}; otherwise the ply has no positive stiffness")
+        return self
+
+
+class SheetProbe(Model):
+    """Point of flexible facets whose displacement is in the summary: a vertex of the pattern, for example "vertex 3"."""
+
+    name: Name
+    at: Name | Box
+
+
+class SheetCrease(Model):
+    """Own stiffness or rest angle of some creases of a sheet.
+
+    Attributes
+    ----------
+    of : str
+        "mountain", "valley", "unassigned", "flat", "bend line", or names: "crease 3", "creases 3, 4", "bend line 2".
+        Flat edges thereby become creases.
+    stiffness_per_length : N m/rad per m
+    rest_angle : rad
+        Fold angle without moment, on the side of the assignment.
+    """
+
+    of: Name
+    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = None
+    rest_angle: Annotated[Angle, Field(ge=0, le=math.pi)] | None = None
+
+    @model_validator(mode="after")
+    def _some(self) -> Self:
+        if self.stiffness_per_length is None and self.rest_angle is None:
+            raise ValueError("give `stiffness_per_length` or `rest_angle`; both are missing")
+        return self
+
+
+class BarsOfSheet(Model):
+    """Bars of a sheet with facets = "bars"; see `fsm.scene.truss.SceneTruss` for the laws.
+
+    Attributes
+    ----------
+    young : Pa
+        Absent: `material.young`.
+    area : m^2
+        Cross-section of every bar; absent: a preset (`fsm.scene.builders.sheet_bars.bar_areas`).
+    law : "linear", "green" or "ogden"
+    exponents : exponents of "ogden"
+    linear_to : rad
+        Fold angle beyond which the moments of creases and bend lines rise, to infinity at 180 degrees.
+    """
+
+    young: Annotated[Stress, Field(gt=0)] | None = None
+    area: Annotated[Area, Field(gt=0)] | None = None
+    law: AxialLaw = "linear"
+    exponents: tuple[Number, Number] = (5.0, 1.0)
+    linear_to: Annotated[Angle, Field(gt=0, le=math.pi)] = math.pi
+
+    @model_validator(mode="after")
+    def _of_law(self) -> Self:
+        if self.exponents[0] == self.exponents[1]:
+            raise ValueError(f"both `exponents` are {self.exponents[0]:g}; they must differ")
+        return self
 
 
 class Sheet(Model):
@@ -53,7 +179,9 @@ class Sheet(Model):
     Attributes
     ----------
     kind : str
-        "miura", "zigzag", "waterbomb" (sheets), "kresling", "yoshimura" (tubes).
+        "miura", "zigzag", "waterbomb" (sheets), "kresling", "yoshimura" (tubes), "cone" (pleated), "flasher" (wraps
+        around a hub), "tube" (Z-folded),
+        "plate" (a single flexible facet).
     columns, rows : numbers of panels or cells along x and y; storeys of a tube for `rows`
     a, b : sides of a panel, m
         Miura: a along y, b along x. Zigzag: a is the length of a panel along x, b its width. Waterbomb: a is the side of a
@@ -62,10 +190,15 @@ class Sheet(Model):
     fold_angle : angle of the panels with the mean plane at the start, rad
     sides : number of sides of a tube
     radius, height, twist : m, m, rad
-        Circumradius of a tube, height of a storey, rotation of each ring relative to the ring below.
+        Circumradius of a tube, height of a storey, rotation of each ring relative to the ring below. Plate: `radius` bends
+        it to a cylinder without stress.
+    length, width : sides of a rectangular plate along x and y, m
+    inner_radius, outer_radius : radii of an annular plate, m; a disc has `outer_radius` only
+    slit : whether the annulus is cut along the positive x axis
     pattern : path of a FOLD or SVG file, relative to the case file
     scale : m
         Length of one unit of the file. Absent: `frame_unit` of a FOLD file.
+    frame : number of the frame of a FOLD file, from 0; absent: the first folded one, else the first
     vertices, edges, assignment, angles, faces : pattern of the file, as in the FOLD format
         Positions in m, numbers of vertices from 0, letters, fold angles in rad, numbers of vertices from 0.
     fold : -
@@ -73,12 +206,23 @@ class Sheet(Model):
     fold_to : -
         Part of each fold angle to which the rest angles of the creases move until `solve.end_time`.
     facets : str
-        "rigid"; "bend-lines": facets of four and more sides also bend along diagonals.
+        "rigid"; "bend-lines": facets of four and more sides also bend along diagonals; "bars": a bar along each edge and
+        bend line, and a rotational spring about it; "flexible": thin plates.
+    bars : bars of facets = "bars"
     mesh_size, mesh : m, -
-        Size of the elements, and their numbers, of flexible facets.
+        Largest size of the cells of flexible facets, or the numbers of cells of a plate along length and width, or along
+        radius and circumference. A cell has two triangles.
+    mesh_shift : -
+        Random displacement of the nodes inside of a plate over the size of a cell, to see the effect of the mesh.
+    mesh_grading : -
+        Grading of the cells of a plate towards both ends of its length and of its width, or of radius and circumference;
+        0: uniform, 1: strongest.
+    probe : points whose displacements are in the summary
+    ply : plies of a laminate, from the lowest to the highest along the normal
     thickness : m
     bend_stiffness_per_length : N m/rad per m
         Stiffness of bend lines over their length; absent: fit of Liu and Paulino, 2017, to plates (a preset).
+    crease : stiffness and rest angles of some creases; later items replace earlier ones
     support : supports
     """
 
@@ -93,8 +237,14 @@ class Sheet(Model):
     radius: Annotated[Length, Field(gt=0)] | None = None
     height: Annotated[Length, Field(gt=0)] | None = None
     twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = None
+    length: Annotated[Length, Field(gt=0)] | None = None
+    width: Annotated[Length, Field(gt=0)] | None = None
+    inner_radius: Annotated[Length, Field(gt=0)] | None = None
+    outer_radius: Annotated[Length, Field(gt=0)] | None = None
+    slit: bool | None = None
     pattern: Path | None = None
     scale: Annotated[Length, Field(gt=0)] | None = None
+    frame: Annotated[Count, Field(ge=0)] | None = None
     vertices: tuple[tuple[Length, Length, Length], ...] | None = None
     edges: tuple[tuple[Count, Count], ...] | None = None
     assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = None
@@ -102,12 +252,30 @@ class Sheet(Model):
     faces: tuple[tuple[Count, ...], ...] | None = None
     fold: Annotated[Number, Field(ge=0, lt=1)] = 0.0
     fold_to: Annotated[Number, Field(ge=0, le=1)] | None = None
-    facets: Literal["rigid", "bend-lines"] = "rigid"
+    facets: Literal["rigid", "bend-lines", "bars", "flexible"] = "rigid"
+    bars: BarsOfSheet | None = None
     mesh_size: Annotated[Length, Field(gt=0)] | None = None
-    mesh: tuple[Count, Count] | None = None
+    mesh: tuple[Cells, Cells] | None = None
+    mesh_shift: Annotated[Number, Field(ge=0, le=0.4)] = 0.0
+    mesh_grading: tuple[Grading, Grading] = (0.0, 0.0)
     thickness: Annotated[Length, Field(gt=0)]
     bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = None
+    crease: tuple[SheetCrease, ...] = ()
     support: tuple[SheetSupport, ...] = ()
+    probe: tuple[SheetProbe, ...] = ()
+    ply: tuple[SheetPly, ...] = ()
+
+    @model_validator(mode="after")
+    def _laminate(self) -> Self:
+        if not self.ply:
+            return self
+        if self.kind != "plate":
+            raise ValueError('`ply` is for kind = "plate", whose x axis is the origin of `angle`; remove `ply`')
+        whole = sum(ply.thickness for ply in self.ply)
+        if abs(whole - self.thickness) > 1e-6 * whole:
+            text = f"the plies are {whole:g} m thick together, but thickness = {self.thickness:g} m; make them equal"
+            raise ValueError(text)
+        return self
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -115,19 +283,44 @@ class Sheet(Model):
         if len(given) != 1:
             both = f"{' and '.join(given)} are given" if given else "none is given"
             raise ValueError(f"give either `kind`, or `pattern` (a FOLD or SVG file), or `vertices` with `edges`; {both}")
-        needed = _KEYS[self.kind] if self.kind is not None else ("edges", "assignment", "angles", "faces")
+        needed = self._needed
         if self.pattern is None:
             missing = [f"`{name}`" for name in needed if getattr(self, name) is None]
             if missing:
                 raise ValueError(f"{self._source} needs {', '.join(missing)}")
-        own = {name for names in _KEYS.values() for name in names} | set(_OF_FILE)
-        allowed = {*needed, "vertices"} if self.pattern is None else set()
+        own = {name for names in _KEYS.values() for name in names} | {*_OF_FILE, *_ANNULUS, "slit"}
+        allowed = {*needed, *self._optional, "vertices"} if self.pattern is None else set()
         for name in sorted(own - allowed):
             if getattr(self, name) is not None:
                 raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
-        if self.kind is not None and self.scale is not None:
-            raise ValueError(f"`scale` is not used by {self._source}; remove `scale`")
+        for name in ("scale", "frame"):
+            if self.pattern is None and getattr(self, name) is not None:
+                raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
         return self
+
+    @property
+    def is_annulus(self) -> bool:
+        """Whether the sheet is an annular plate."""
+        return self.kind == "plate" and (self.inner_radius is not None or self.outer_radius is not None)
+
+    @property
+    def is_disc(self) -> bool:
+        """Whether the sheet is a plate without a hole and with a circular edge."""
+        return self.is_annulus and self.inner_radius is None
+
+    @property
+    def _needed(self) -> tuple[str, ...]:
+        if self.kind is None:
+            return "edges", "assignment", "angles", "faces"
+        if self.is_disc:
+            return ("outer_radius",)
+        return _ANNULUS if self.is_annulus else _KEYS[self.kind]
+
+    @property
+    def _optional(self) -> tuple[str, ...]:
+        if self.is_disc:
+            return ()
+        return _OPTIONAL.get("annulus" if self.is_annulus else self.kind or "", ())
 
     @property
     def _source(self) -> str:
@@ -135,17 +328,58 @@ class Sheet(Model):
 
     @model_validator(mode="after")
     def _sized(self) -> Self:
-        count = {"miura": 1, "waterbomb": 6, "kresling": 2, "yoshimura": 2}.get(self.kind or "", 0)
+        count = {"miura": 1, "zigzag": 1, "waterbomb": 6, "plate": 0}.get(self.kind or "plate", 2)  # of each panel or side
         count *= (self.columns or self.sides or 1) * (self.rows or 1)
+        inner, outer = self.inner_radius or 0.0, self.outer_radius or 0.0
+        if self.kind == "cone" and inner >= outer:
+            raise ValueError(f"inner_radius = {inner:g} m must be less than outer_radius = {outer:g} m")
         if count > MOST_FACETS:
             raise ValueError(f"the sheet has {count:,} facets; at most {MOST_FACETS:,} are allowed")
         return self
 
     @model_validator(mode="after")
+    def _plate(self) -> Self:
+        if self.kind != "plate":
+            if self.mesh is not None or self.mesh_shift or any(self.mesh_grading):
+                text = '`mesh`, `mesh_shift` and `mesh_grading` are for kind = "plate"; give `mesh_size` for other sheets'
+                raise ValueError(text)
+            return self
+        if self.facets != "flexible":
+            raise ValueError('kind = "plate" is one facet; give facets = "flexible"')
+        if (self.mesh is None) == (self.mesh_size is None):
+            raise ValueError("give either `mesh` (numbers of cells) or `mesh_size` (size of a cell)")
+        if self.is_disc and (self.mesh is not None or self.mesh_shift):
+            text = "a disc (`outer_radius` without `inner_radius`) has `mesh_size` only; remove `mesh` and `mesh_shift`"
+            raise ValueError(text)
+        if self.is_annulus and self.inner_radius is not None and self.outer_radius is not None:
+            if self.inner_radius >= self.outer_radius:
+                raise ValueError(
+                    f"inner_radius = {self.inner_radius:g} m must be less than outer_radius = {self.outer_radius:g} m"
+                )
+            if self.mesh is not None and self.mesh[1] < 4:
+                raise ValueError(f"an annulus needs at least 4 cells around, not mesh = {list(self.mesh)}")
+        return self
+
+    @model_validator(mode="after")
     def _used(self) -> Self:
+        if self.bars is not None and self.facets != "bars":
+            raise ValueError(f'`bars` is used by facets = "bars" only, not by "{self.facets}"; remove this section')
+        if self.facets == "flexible":
+            return self._flexible_only()
+        if self.probe:
+            raise ValueError(f'`probe` is for flexible facets only, not for facets = "{self.facets}"; remove `probe`')
+        if any(support.clamped or support.mirror for support in self.support):
+            raise ValueError(f'`clamped` and `mirror` are for flexible facets only, not for facets = "{self.facets}"')
         for name in ("mesh_size", "mesh"):
             if getattr(self, name) is not None:
                 raise ValueError(f'`{name}` is for flexible facets only, not for facets = "{self.facets}"; remove `{name}`')
-        if self.bend_stiffness_per_length is not None and self.facets != "bend-lines":
-            raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" only; remove this key')
+        if self.bend_stiffness_per_length is not None and self.facets == "rigid":
+            raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" and "bars" only; remove this key')
+        return self
+
+    def _flexible_only(self) -> Self:
+        if self.kind != "plate" and self.mesh_size is None:
+            raise ValueError('facets = "flexible" needs `mesh_size`, the size of the cells')
+        if self.bend_stiffness_per_length is not None:
+            raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" and "bars" only; remove this key')
         return self

@@ -30,6 +30,8 @@ class Solve(Model):
         that the error of the predictor is sqrt(rtol) times the size of the structure (rotations: rad).
     increment : m
         First increment of the travel, statics only; absent: 1/200 of the travel.
+    branch : 1 or -1
+        Side to which a path by arc length leaves its first bifurcation, along the critical mode; absent: none.
     imperfection : -
         Branch that statics follows after a bifurcation. Positive: along the critical mode, scaled so that its largest
         component is positive; negative: against it; 0: the branch of lower energy.
@@ -58,6 +60,7 @@ class Solve(Model):
     energy_abort: Annotated[Number, Field(gt=0)] = 0.05
     increment: Annotated[Length, Field(gt=0)] | None = None
     imperfection: Annotated[Number, Field(ge=-1, le=1)] = 0.0
+    branch: Literal[-1, 1] | None = None
     rho_inf: Annotated[Number, Field(ge=0, le=1)] | None = None
     step: Annotated[Time, Field(gt=0)] | None = None
 

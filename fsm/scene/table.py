@@ -28,6 +28,7 @@ from fsm.scene.load_case import LoadedCase, first_faults, read_case
 from fsm.scene.overrides import apply_overrides, check_path, split_override
 from fsm.scene.toml_file import read_text, read_toml
 from fsm.scene.toml_text import case_text
+from fsm.short_repr import ShortRepr
 
 __all__ = ["COLLECTED", "OVERLAY", "STUDY", "TableCase", "load_reference", "load_table"]
 
@@ -41,8 +42,8 @@ _LONGEST = 200
 """Largest length of a row's name, bytes; file systems allow 255, and temporary files have longer names."""
 
 
-@dataclass(frozen=True)
-class TableCase:
+@dataclass(frozen=True, repr=False)
+class TableCase(ShortRepr):
     """Row of a table.
 
     Attributes

@@ -9,11 +9,11 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.scene.model import Model
-from fsm.scene.units import Angle, Force, Length, Moment, Number, Time
+from fsm.scene.units import Angle, Force, Length, Moment, Number, Stress, Time
 
 __all__ = ["AMOUNTS", "Constant", "Cycle", "Ramp", "Table", "TimeFunction", "end_of", "normalised", "shifted", "steepest"]
 
-AMOUNTS = ("travel", "turn", "force", "moment")
+AMOUNTS = ("travel", "turn", "force", "moment", "pressure")
 """Columns of a table that have a unit."""
 
 
@@ -55,9 +55,9 @@ class Table(Model):
     ----------
     time : s
     value : -
-        Factor of each row. Give this or one of the next four keys.
-    travel, turn, force, moment : m, rad, N, N m
-        Travel or turn of a drive, force or moment of a load, instead of factors.
+        Factor of each row. Give this or one of the next five keys.
+    travel, turn, force, moment, pressure : m, rad, N, N m, Pa
+        Travel or turn of a drive, force, moment or pressure of a load, instead of factors.
     file : str
         CSV file with a column `time` and one of the other columns, relative to the case file.
     interpolation : str
@@ -72,6 +72,7 @@ class Table(Model):
     turn: tuple[Angle, ...] | None = None
     force: tuple[Force, ...] | None = None
     moment: tuple[Moment, ...] | None = None
+    pressure: tuple[Stress, ...] | None = None
     file: str | None = None
     interpolation: Literal["linear", "smooth"] | None = None
 

@@ -12,7 +12,7 @@ import numpy as np
 from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
 from fsm.interactions.hinge_spatial import measure_hinge_spatial
 from fsm.kernels.scatter import pair_slots
-from fsm.laws.crease import MomentCurve, join_curves
+from fsm.laws.crease import CreaseLaws, MomentCurve, join_curves
 from fsm.scene.time_program import TimeFunction
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
@@ -48,23 +48,22 @@ class ActuatorGroup(Group):
     time: TimeFunction
 
     @cached_property
-    def _unit(self) -> tuple[np.ndarray, ...]:
-        """Arguments of the kernels for the factor 1: the opening is minus the angle, whose moment is a constant."""
+    def _unit(self) -> CreaseLaws:
+        """Laws for the factor 1: the opening is minus the angle, whose moment is a constant."""
         values, which = np.unique(self.moment, return_inverse=True)
         knots = np.array([-_ANGLE, _ANGLE])
         curves = [MomentCurve(knots, np.array([[0.0, 0.0, 0.0, m]] * 2), np.zeros(2)) for m in values]
         table = join_curves(curves)
         count = len(self.moment)
-        return (
+        return CreaseLaws(
             np.zeros(count), np.ones(count), np.zeros(count), np.asarray(which, dtype=np.int64).ravel(), table.bounds,
             table.knots, table.coefficients, table.energies,
         )  # fmt: skip
 
     def _arguments(self, t: float) -> tuple[Any, ...]:
         """Arguments of the kernels after poses and rates, at a time (s), without dampers."""
-        *same, coefficients, energies = self._unit
-        scaled = factor(self.time, t) * coefficients
-        return (self.bodies, *self.axes, *same, scaled, energies, self._still, 0.0)
+        law = self._unit._replace(coefficients=factor(self.time, t) * self._unit.coefficients)
+        return (self.bodies, *self.axes, law, self._still, 0.0)
 
     @cached_property
     def _still(self) -> np.ndarray:

@@ -1,7 +1,4 @@
-"""Kernels of creases and ligaments of a model of arrays, called by their addresses; see `fsm.segments.arrays`.
-
-Kernels with `no` in their names are for models without these elements.
-"""
+"""Kernels of creases and ligaments of a model of arrays, called by their addresses; see `fsm.segments.arrays`."""
 
 from __future__ import annotations
 
@@ -17,11 +14,12 @@ from fsm.interactions.ligament_planar import (
     measure_ligament_planar,
     stored_ligament_planar,
 )
-from fsm.kernels.addresses import floats_2d, floats_3d
+from fsm.kernels.addresses import floats_2d, floats_3d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.laws.crease import crease_energy, crease_moment
 from fsm.segments.arrays import (
     DAMPING,
+    DOF,
     FORCE,
     POSES,
     RATES,
@@ -34,52 +32,42 @@ from fsm.segments.arrays import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["LIGAMENTS", "NO_ELEMENTS", "PLANAR_CREASES", "SPATIAL_CREASES"]
+__all__ = ["LIGAMENTS", "PLANAR_CREASES", "SPATIAL_CREASES"]
 
 
 # creases ----------------------------------------------------------------------------------------------------------------
 
 
 @kernel
-def _crease_force_planar(table: np.ndarray) -> None:
+def _crease_force_planar(table: np.ndarray, per_second: float) -> None:
     poses, rates, force, c = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE), creases_of(table)
-    force_crease_planar(
-        poses, rates, c.bodies, c.angle_offset, c.rest, c.side, c.damping, c.curve, c.bounds, c.knots, c.coefficients,
-        c.energies, c.last, 0.0, force,
-    )  # fmt: skip
+    force_crease_planar(poses, rates, c.bodies, c.angle_offset, c.law, c.last, per_second, force)
 
 
 @kernel
-def _crease_force_spatial(table: np.ndarray) -> None:
+def _crease_force_spatial(table: np.ndarray, per_second: float) -> None:
     poses, rates, force, c = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE), creases_of(table)
     force_crease_spatial(
-        poses, rates, c.bodies, c.axes_inner, c.axes_outer, c.angle_offset, c.rest, c.side, c.damping, c.curve, c.bounds,
-        c.knots, c.coefficients, c.energies, c.last, 0.0, force,
+        poses, rates, c.bodies, c.axes_inner, c.axes_outer, c.angle_offset, c.law, c.last, per_second, force,
     )  # fmt: skip
 
 
 @kernel
-def _no_force(table: np.ndarray) -> None:
-    return
-
-
-@kernel
-def _crease_tangent_planar(table: np.ndarray) -> None:
+def _crease_tangent_planar(table: np.ndarray, per_second: float) -> None:
     poses, rates, c = floats_2d(table, POSES), floats_2d(table, RATES), creases_of(table)
     force, stiffness, damping = floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     linearise_crease_planar(
-        poses, rates, c.bodies, c.angle_offset, c.rest, c.side, c.damping, c.curve, c.bounds, c.knots, c.coefficients,
-        c.energies, c.last, 0.0, c.slots, force, stiffness, damping,
-    )  # fmt: skip
+        poses, rates, c.bodies, c.angle_offset, c.law, c.last, per_second, c.slots, force, stiffness, damping
+    )
 
 
 @kernel
-def _crease_tangent_spatial(table: np.ndarray) -> None:
+def _crease_tangent_spatial(table: np.ndarray, per_second: float) -> None:
     poses, rates, c = floats_2d(table, POSES), floats_2d(table, RATES), creases_of(table)
     force, stiffness, damping = floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     linearise_crease_spatial(
-        poses, rates, c.bodies, c.axes_inner, c.axes_outer, c.angle_offset, c.rest, c.side, c.damping, c.curve, c.bounds,
-        c.knots, c.coefficients, c.energies, c.last, 0.0, c.slots, force, stiffness, damping,
+        poses, rates, c.bodies, c.axes_inner, c.axes_outer, c.angle_offset, c.law, c.last, per_second, c.slots, force,
+        stiffness, damping,
     )  # fmt: skip
 
 
@@ -88,16 +76,14 @@ def _crease_energies(
     angle: np.ndarray, rate: np.ndarray, creases: Creases, per_second: float
 ) -> tuple[float, float, float]:
     c = creases
-    energy = crease_energy(angle, c.rest, c.side, c.curve, c.bounds, c.knots, c.coefficients, c.energies)
-    moment, _ = crease_moment(
-        angle, np.zeros(angle.shape[0]), c.rest, c.side, c.damping, c.curve, c.bounds, c.knots, c.coefficients, c.energies
-    )
+    energy = crease_energy(angle, c.law)
+    moment, _ = crease_moment(angle, np.zeros(angle.shape[0]), c.law)
     half_cells = stored = power = 0.0
     for i in range(angle.shape[0]):
         stored += energy[i]
         half_cells += 0.5 * c.flexibility[i] * moment[i, 0] ** 2
         speed = rate[i] if per_second == 0.0 else (angle[i] - c.last[i]) * per_second
-        power += c.damping[i] * speed**2
+        power += c.law.damping[i] * speed**2
     copy_into(angle, c.last)
     return half_cells, stored - half_cells, power
 
@@ -116,32 +102,26 @@ def _crease_stored_spatial(table: np.ndarray, per_second: float) -> tuple[float,
     return _crease_energies(angle, rate, c, per_second)
 
 
-@kernel
-def _none_stored(table: np.ndarray, per_second: float) -> tuple[float, float, float]:
-    return 0.0, 0.0, 0.0
-
-
 PLANAR_CREASES = ElementKernels(_crease_force_planar, _crease_tangent_planar, _crease_stored_planar)
 SPATIAL_CREASES = ElementKernels(_crease_force_spatial, _crease_tangent_spatial, _crease_stored_spatial)
-NO_ELEMENTS = ElementKernels(_no_force, _no_force, _none_stored)
 
 
 # ligaments --------------------------------------------------------------------------------------------------------------
 
 
 @kernel
-def _ligament_force(table: np.ndarray) -> None:
+def _ligament_force(table: np.ndarray, per_second: float) -> None:
     poses, rates, ligaments = floats_2d(table, POSES), floats_2d(table, RATES), ligaments_of(table)
     bodies, constants = ligaments.bodies, ligaments.constants
-    force_ligament_planar(poses, rates, bodies, constants, ligaments.last, 0.0, floats_2d(table, FORCE))
+    force_ligament_planar(poses, rates, bodies, constants, ligaments.last, per_second, floats_2d(table, FORCE))
 
 
 @kernel
-def _ligament_tangent(table: np.ndarray) -> None:
+def _ligament_tangent(table: np.ndarray, per_second: float) -> None:
     ligaments, pattern = ligaments_of(table), pattern_of(table)
     linearise_ligament_planar(
-        floats_2d(table, POSES), floats_2d(table, RATES), ligaments.bodies, ligaments.constants, ligaments.last, 0.0,
-        pattern.dof, pattern.rows, pattern.columns, floats_2d(table, FORCE), floats_3d(table, STIFFNESS),
+        floats_2d(table, POSES), floats_2d(table, RATES), ligaments.bodies, ligaments.constants, ligaments.last, per_second,
+        integers_1d(table, DOF), pattern.rows, pattern.columns, floats_2d(table, FORCE), floats_3d(table, STIFFNESS),
         floats_3d(table, DAMPING),
     )  # fmt: skip
 

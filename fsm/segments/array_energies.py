@@ -17,6 +17,7 @@ from fsm.segments.arrays import (
     FORCE_SCALE,
     FREE,
     INERTIA,
+    LAST_Q,
     MATRIX,
     PAIR_ENERGY,
     POSES,
@@ -25,6 +26,8 @@ from fsm.segments.arrays import (
     WEIGHT,
     Segments,
     driven_of,
+    has_creases,
+    has_ligaments,
     loads_of,
     pattern_of,
     springs_of,
@@ -32,7 +35,7 @@ from fsm.segments.arrays import (
 from fsm.stepping.model import CREASES, DRIVES, INERTIAL, KINETIC, PANELS, STEADY
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["energies"]
+__all__ = ["energies", "input_powers", "powers", "present_energies", "present_powers"]
 
 
 @kernel
@@ -40,29 +43,80 @@ def energies(
     model: Segments, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray
 ) -> tuple[float, float, float, float, float]:
     """See `fsm.stepping.model`."""
+    place(model.table, t, q, u)
+    kinetic, stored, lost, power, driven = present_energies(model, t, step, record)
+    if driven_of(model.table).bodies.shape[0] > 0:
+        record[STEADY] = 1.0 if _nearly_at_rest(model, t, record) else 0.0
+    return kinetic, stored, lost, power, driven
+
+
+@kernel
+def present_energies(
+    model: Segments, t: float, step: float, record: np.ndarray
+) -> tuple[float, float, float, float, float]:
+    """Energies and powers of the present poses and rates, as `energies`."""
     table = model.table
-    place(table, t, q, u)
     per_second = 1.0 / step if step > 0.0 else 0.0
     poses, rates, s = floats_2d(table, POSES), floats_2d(table, RATES), springs_of(table)
     springs, by_springs = model.by_springs.stored(
         poses, rates, s.bodies, s.constants, s.last, per_second, s.category, s.in_panels.shape[0]
     )
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
-    half_cells, creases, by_creases = model.by_creases.stored(table, per_second)
-    _, ligaments, by_ligaments = model.by_ligaments.stored(table, per_second)
-    panels = half_cells
-    creases += ligaments
+    panels = creases = contacts = lost = 0.0
+    if has_creases(table):
+        panels, creases, lost = model.by_creases.stored(table, per_second)
+    if has_ligaments(table):
+        _, ligaments, by_ligaments = model.by_ligaments.stored(table, per_second)
+        creases += ligaments
+        lost += by_ligaments
     for i in range(springs.shape[0]):
         panels += s.in_panels[i] * springs[i]
         creases += (1.0 - s.in_panels[i]) * springs[i]
     kinetic, height = _motion(table)
     drives, pairs = driven_of(table).directions.shape[0], floats_2d(table, PAIR_ENERGY).shape[1]
     pair_force = record[DRIVES + 2 * drives : DRIVES + 2 * drives + pairs]
-    contacts, by_contacts = model.by_contacts.stored(table, model.groups, model.contact_parts, t, step, pair_force)
-    power, kinetic_driven = _powers(model, t, record)
+    if model.groups.shape[0] > 0:
+        contacts, by_contacts = model.by_contacts.stored(table, model.groups, model.contact_parts, t, step, pair_force)
+        lost += by_contacts
+    power, kinetic_driven = input_powers(model, t, record)
     record[KINETIC], record[PANELS], record[CREASES] = kinetic, panels, creases
     stored = panels + creases + height + contacts
-    return kinetic, stored, by_springs + by_creases + by_ligaments + by_contacts, power, kinetic_driven
+    return kinetic, stored, by_springs + lost, power, kinetic_driven
+
+
+@kernel
+def powers(
+    model: Segments, t: float, q: np.ndarray, u: np.ndarray, of_pairs: np.ndarray, drive_force: np.ndarray
+) -> tuple[float, float]:
+    """See `fsm.stepping.model`."""
+    place(model.table, t, q, u)
+    return present_powers(model, t, of_pairs, drive_force)
+
+
+@kernel
+def present_powers(
+    model: Segments, t: float, of_pairs: np.ndarray, drive_force: np.ndarray
+) -> tuple[float, float]:
+    """Powers at the present poses and rates, as `powers`."""
+    table = model.table
+    poses, rates, s = floats_2d(table, POSES), floats_2d(table, RATES), springs_of(table)
+    _, lost = model.by_springs.stored(
+        poses, rates, s.bodies, s.constants, s.last, 0.0, s.category, s.in_panels.shape[0]
+    )
+    if has_creases(table):
+        _, _, by_creases = model.by_creases.stored(table, 0.0)
+        lost += by_creases
+    if has_ligaments(table):
+        _, _, by_ligaments = model.by_ligaments.stored(table, 0.0)
+        lost += by_ligaments
+    if model.groups.shape[0] > 0:
+        lost += model.by_contacts.losses(table, model.groups, model.contact_parts, t, of_pairs)
+    count = drive_force.shape[0]
+    record = np.zeros(DRIVES + 2 * count)
+    put_in, _ = input_powers(model, t, record)
+    for k in range(count):
+        drive_force[k] += record[DRIVES + count + k]
+    return put_in, lost
 
 
 @kernel
@@ -80,7 +134,7 @@ def _motion(table: np.ndarray) -> tuple[float, float]:
 
 
 @kernel
-def _powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, float]:
+def input_powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, float]:
     """Input power, W, and kinetic energy of driven bodies, J; travels and forces of the drives are recorded."""
     table, power, kinetic = model.table, 0.0, 0.0
     rates, loads, driven = floats_2d(table, RATES), loads_of(table), driven_of(table)
@@ -90,20 +144,27 @@ def _powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, float
             factors_of(loads, t),
         )  # fmt: skip
     if driven.bodies.shape[0] > 0:
-        sum_forces(model, t)
+        sum_forces(model, t, 0.0)
         force, inertia = floats_2d(table, FORCE), floats_2d(table, INERTIA)
         of_drives, kinetic = driven_power(driven, inertia, rates, force)
         power += of_drives
-        inertial = fill_reactions(driven, t, inertia, force, record[DRIVES:])
-        free, force_scale = gather_free(integers_1d(table, FREE), force), floats_1d(table, FORCE_SCALE)
-        for i in range(free.shape[0]):
-            inertial += abs(free[i] / force_scale[i])
-        largest, count = 0.0, driven.directions.shape[0]
-        for k in range(count):
-            largest = max(largest, abs(record[DRIVES + count + k]))
-        steady = inertial <= INERTIAL * largest and _stable_at_rest(model, t)
-        record[STEADY] = 1.0 if steady else 0.0
+        fill_reactions(driven, t, inertia, force, record[DRIVES:])
     return power, kinetic
+
+
+@kernel
+def _nearly_at_rest(model: Segments, t: float, record: np.ndarray) -> bool:
+    """Whether the present state, whose forces and drives are known, is near a stable equilibrium."""
+    table, driven = model.table, driven_of(model.table)
+    force, inertia = floats_2d(table, FORCE), floats_2d(table, INERTIA)
+    inertial = fill_reactions(driven, t, inertia, force, record[DRIVES:])
+    free, force_scale = gather_free(integers_1d(table, FREE), force), floats_1d(table, FORCE_SCALE)
+    for i in range(free.shape[0]):
+        inertial += abs(free[i] / force_scale[i])
+    largest, count = 0.0, driven.directions.shape[0]
+    for k in range(count):
+        largest = max(largest, abs(record[DRIVES + count + k]))
+    return inertial <= INERTIAL * largest and _stable_at_rest(model, t)
 
 
 @kernel
@@ -114,7 +175,8 @@ def _stable_at_rest(model: Segments, t: float) -> bool:
         table, table, model.flags, model.groups, model.by_springs, model.by_creases, model.by_ligaments,
         model.by_contacts, model.contact_parts, model.equations,
     )  # fmt: skip
-    sum_tangents(others, t)
+    no = t != t  # a variable, because a constant would compile the kernel again
+    sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], no)
     matrix, stiffness, factors = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, FACTORS)
     p = pattern_of(table)
     for k in range(matrix.shape[0]):

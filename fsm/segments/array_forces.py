@@ -7,12 +7,14 @@ import numpy as np
 from fsm.interactions.applied import add_applied, add_applied_stiffness
 from fsm.interactions.driven import place_driven
 from fsm.kernels.addresses import floats_2d, floats_3d, integers_1d
-from fsm.kernels.body_poses import gather_free, retract_poses, scatter_free
+from fsm.kernels.block_sum import multiply_block_diagonal
+from fsm.kernels.body_poses import gather_free, increment_blocks, retract_poses, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import add_gyroscopic, gyroscopic_damping
 from fsm.kernels.pieces import program_at
 from fsm.segments.arrays import (
     DAMPING,
+    DOF,
     FORCE,
     FREE,
     INERTIA,
@@ -23,6 +25,8 @@ from fsm.segments.arrays import (
     Loads,
     Segments,
     driven_of,
+    has_creases,
+    has_ligaments,
     loads_of,
     pattern_of,
     springs_of,
@@ -64,7 +68,7 @@ def factors_of(loads: Loads, t: float) -> np.ndarray:
 
 @kernel
 def _set_simple_forces(table: np.ndarray, t: float) -> None:
-    """Write weights, loads and gyroscopic moments to the forces."""
+    """Write weights and loads to the forces."""
     total, weight, poses = floats_2d(table, FORCE), floats_2d(table, WEIGHT), floats_2d(table, POSES)
     for i in range(total.shape[0]):
         for k in range(total.shape[1]):
@@ -73,28 +77,31 @@ def _set_simple_forces(table: np.ndarray, t: float) -> None:
     if loads.bodies.shape[0] > 0:
         factors = factors_of(loads, t)
         add_applied(poses, loads.bodies, loads.points, loads.forces, loads.moments, loads.follower, factors, total)
-    if poses.shape[1] == 7:
-        add_gyroscopic(floats_2d(table, RATES), floats_2d(table, INERTIA), total)
 
 
 @kernel
-def sum_forces(model: Segments, t: float) -> None:
-    """Write the forces on all bodies at the present poses."""
+def sum_forces(model: Segments, t: float, per_second: float) -> None:
+    """Write the forces on all bodies at the present poses; `per_second` as for `ElementKernels`."""
     table = model.table
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     _set_simple_forces(table, t)
     springs = springs_of(table)
-    model.by_springs.force(poses, rates, springs.bodies, springs.constants, springs.last, 0.0, total)
-    model.by_creases.force(table)
-    model.by_ligaments.force(table)
-    model.by_contacts.force(table, model.groups, model.contact_parts, t)
+    model.by_springs.force(poses, rates, springs.bodies, springs.constants, springs.last, per_second, total)
+    if has_creases(table):
+        model.by_creases.force(table, per_second)
+    if has_ligaments(table):
+        model.by_ligaments.force(table, per_second)
+    if model.groups.shape[0] > 0:
+        model.by_contacts.force(table, model.groups, model.contact_parts, t, per_second)
+    if poses.shape[1] == 7:
+        add_gyroscopic(rates, floats_2d(table, INERTIA), total)
 
 
 @kernel
 def force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """See `fsm.stepping.model`."""
     place(model.table, t, q, u)
-    sum_forces(model, t)
+    sum_forces(model, t, 0.0)
     return gather_free(integers_1d(model.table, FREE), floats_2d(model.table, FORCE))
 
 
@@ -112,29 +119,54 @@ def _set_simple_tangents(table: np.ndarray, t: float) -> None:
         )  # fmt: skip
     if poses.shape[1] == 7:
         p = pattern_of(table)
-        gyroscopic_damping(floats_2d(table, RATES), floats_2d(table, INERTIA), p.dof, p.rows, p.columns, damping)
+        dof = integers_1d(table, DOF)
+        gyroscopic_damping(floats_2d(table, RATES), floats_2d(table, INERTIA), dof, p.rows, p.columns, damping)
 
 
 @kernel
-def sum_tangents(model: Segments, t: float) -> None:
-    """Write the forces on all bodies at the present poses, K and D."""
+def sum_tangents(
+    model: Segments, t: float, per_second: float, efforts: np.ndarray, since: np.ndarray, pressed: bool
+) -> None:
+    """Write the forces on all bodies at the present poses, K and D.
+
+    Parameters
+    ----------
+    t, per_second : s, and as for `ElementKernels`
+    efforts : (m, 3 or 6) array, or (0, 3 or 6)
+        Efforts of springs for their geometric stiffness; empty: those at the poses.
+    since : (nu,) array, or (0,)
+        Increments from the last state, if rates are such increments over the time. Rates of bodies then change with further
+        increments by their derivative, which multiplies D.
+    pressed : bool
+        Whether contacts are linearised at the depths of Newton's method in statics.
+    """
     table = model.table
+    poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
+    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     _set_simple_forces(table, t)
     _set_simple_tangents(table, t)
+    if poses.shape[1] == 7:
+        add_gyroscopic(rates, floats_2d(table, INERTIA), total)
+    if model.groups.shape[0] > 0:
+        model.by_contacts.tangent(table, model.groups, model.contact_parts, t, per_second, pressed)
+    if poses.shape[1] == 7 and since.shape[0] > 0:
+        multiply_block_diagonal(damping, increment_blocks(since), pattern_of(table).columns)
     springs = springs_of(table)
     model.by_springs.tangent(
-        floats_2d(table, POSES), floats_2d(table, RATES), springs.bodies, springs.constants, springs.last, 0.0,
-        springs.last[:0], springs.slots, floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
+        poses, rates, springs.bodies, springs.constants, springs.last, per_second, efforts, springs.slots, total, stiffness,
+        damping,
     )  # fmt: skip
-    model.by_creases.tangent(table)
-    model.by_ligaments.tangent(table)
-    model.by_contacts.tangent(table, model.groups, model.contact_parts, t)
+    if has_creases(table):
+        model.by_creases.tangent(table, per_second)
+    if has_ligaments(table):
+        model.by_ligaments.tangent(table, per_second)
 
 
 @kernel
 def renewed_force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """See `fsm.stepping.model`."""
     place(model.table, t, q, u)
-    sum_tangents(model, t)
+    no = u.shape[0] < 0  # a variable, because a constant would compile the kernel again
+    sum_tangents(model, t, 0.0, springs_of(model.table).last[:0], q[:0], no)
     keep_loaded(model.groups)
     return gather_free(integers_1d(model.table, FREE), floats_2d(model.table, FORCE))

@@ -5,43 +5,40 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_3d
-from fsm.kernels.block_lu import (
-    MAX_ERROR,
-    REFINE_ABOVE,
-    SYMMETRY_TOLERANCE,
-    is_symmetric,
-    multiply_blocks,
-)
+from fsm.kernels.block_equations import FAILED, set_factors, solution
+from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
-from fsm.segments.array_energies import energies
+from fsm.segments.array_energies import energies, powers
 from fsm.segments.array_forces import force, place, renewed_force, retract
-from fsm.segments.arrays import DAMPING, FACTORS, MASS, MATRIX, STIFFNESS, TURNED, Segments, pattern_of
+from fsm.segments.arrays import (
+    DAMPING,
+    FACTORS,
+    KEPT_DAMPING,
+    KEPT_STIFFNESS,
+    MASS,
+    MATRIX,
+    STIFFNESS,
+    TURNED,
+    Segments,
+    pattern_of,
+)
 from fsm.segments.contact_arrays import have_opened, lack_pairs
 from fsm.stepping.model import Calls
-from fsm.stepping.vectors import copy_into, scaled
+from fsm.stepping.vectors import copy_into, kept, scaled
 
 __all__ = ["KERNELS"]
-
-_SYMMETRIC, _TRUSTED, _FAILED = 0, 1, 2
-"""Indices of `Segments.flags`: two on the last factorisation, and whether any factorisation or solution has failed."""
-
 
 # equations --------------------------------------------------------------------------------------------------------------
 
 
 @kernel
 def _factors_of(model: Segments) -> bool:
-    matrix, p, flags = floats_3d(model.table, MATRIX), pattern_of(model.table), model.flags
-    symmetric = is_symmetric(matrix, p.transposed, SYMMETRY_TOLERANCE)
-    flags[_SYMMETRIC], flags[_TRUSTED] = 1 if symmetric else 0, 0
-    failed = model.equations.factorise(
-        matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, symmetric, floats_3d(model.table, FACTORS)
+    table = model.table
+    return set_factors(
+        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags
     )
-    if failed >= 0:
-        flags[_FAILED] = 1
-    return failed < 0
 
 
 @kernel
@@ -86,15 +83,10 @@ def _factorise_mass(model: Segments) -> bool:
 
 @kernel
 def _solve(model: Segments, right: np.ndarray) -> np.ndarray:
-    p, flags, table = pattern_of(model.table), model.flags, model.table
-    x, error, refined = model.equations.solve(
-        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, FACTORS), p.rows, p.columns,
-        floats_3d(table, MATRIX), right, REFINE_ABOVE, flags[_SYMMETRIC] == 1, flags[_TRUSTED] == 1,
-    )  # fmt: skip
-    if not error <= MAX_ERROR:
-        flags[_FAILED] = 1
-    flags[_TRUSTED] = 0 if refined else 1
-    return x
+    table = model.table
+    return solution(
+        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags, right
+    )
 
 
 @kernel
@@ -134,7 +126,15 @@ def _damping_times(model: Segments, vector: np.ndarray) -> np.ndarray:
 
 @kernel
 def _unable(model: Segments) -> bool:
-    return model.flags[_FAILED] == 1 or lack_pairs(model.groups)
+    return model.flags[FAILED] == 1 or lack_pairs(model.groups)
+
+
+@kernel
+def _keep_tangent(model: Segments, by_stiffness: float, by_damping: float, first: bool) -> bool:
+    table = model.table
+    kept(floats_3d(table, STIFFNESS), by_stiffness, first, floats_3d(table, KEPT_STIFFNESS))
+    kept(floats_3d(table, DAMPING), by_damping, first, floats_3d(table, KEPT_DAMPING))
+    return True
 
 
 # contacts ---------------------------------------------------------------------------------------------------------------
@@ -176,5 +176,6 @@ def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies,
+    _keep_tangent, powers,
 )  # fmt: skip
 """Kernels of `Segments` that time steps call."""

@@ -11,18 +11,21 @@ from fsm.interactions.chord import chord_boxes, chords_planar, chords_spatial
 from fsm.interactions.closest_planar import find_contacts_planar, heights_planar, probe_points_planar
 from fsm.interactions.closest_spatial import find_contacts_spatial, heights_spatial, probe_points_spatial
 from fsm.interactions.contact_body_pairs import coupled_bodies
-from fsm.interactions.displacement_bound import furthest_motion, moved_beyond
+from fsm.interactions.displacement_bound import furthest_motion
 from fsm.interactions.end_taper import tapered_planar, tapered_spatial
-from fsm.interactions.gap_planar import measure_gap_planar, tangent_gap_planar
-from fsm.interactions.gap_spatial import measure_gap_spatial
+from fsm.interactions.gap_planar import tangent_gap_planar, write_gap_planar
+from fsm.interactions.gap_spatial import write_gap_spatial
 from fsm.interactions.gap_spatial_tangent import tangent_gap_spatial
 from fsm.interactions.probe_sides import over_ends, passed_through, probe_sides, round_tips, turned_sides
-from fsm.interactions.shapes import ContactForces
-from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 from fsm.segments.contact_arrays import (
+    BODIES,
     COMMITTED,
+    FOUND,
+    GAP,
+    GRADIENT,
     LACKS,
     MARGIN,
     MOVING,
@@ -30,19 +33,21 @@ from fsm.segments.contact_arrays import (
     OWN,
     OWN_STATE,
     RADII,
+    RATE,
     REFERENCE,
     REFERRED,
+    RENEWAL,
+    SLOT,
     STARTED,
     STATE,
     GeometryKernels,
+    forces_of,
     index_of,
+    must_renew,
 )
 from fsm.stepping.vectors import copy_into
 
 __all__ = ["PLANAR_SURFACES", "SPATIAL_SURFACES", "TAPERS", "SurfaceArrays"]
-
-_RENEWAL = 0.4
-"""Displacement relative to the margin after which the contact search is renewed."""
 
 
 class SurfaceArrays(NamedTuple):
@@ -54,7 +59,7 @@ class SurfaceArrays(NamedTuple):
         Present sides.
     no_share, tips, reach : (n,), (n_pieces,), (n,) arrays, see `SurfaceContacts`
     nearest, nearest_of_all, window : (n,), (n,), (n, 2) int arrays
-    found, found_piece, found_side, found_at, found_gap : arrays of the last search
+    found_piece, found_side, found_at : pieces, sides and places on them of the contacts of the last search
     """
 
     body: np.ndarray
@@ -80,31 +85,21 @@ class SurfaceArrays(NamedTuple):
     nearest: np.ndarray
     nearest_of_all: np.ndarray
     window: np.ndarray
-    found: np.ndarray
     found_piece: np.ndarray
     found_side: np.ndarray
     found_at: np.ndarray
-    found_gap: np.ndarray
 
 
 (
     _BODY, _PLACE, _STRAIGHT, _INSET, _CLEARANCE, _LIMIT, _CELL, _FIRST, _LAST, _SIDE, _OWNERS, _STATIONS, _HALF_WIDTH,
-    _NO_SHARE, _TIPS, _REACH, _TWIN, _ACROSS, _INSIDE, _INSIDE_ACROSS, _NEAREST, _NEAREST_OF_ALL, _WINDOW, _FOUND,
-    _FOUND_PIECE, _FOUND_SIDE, _FOUND_AT, _FOUND_GAP,
-) = range(OWN, OWN + 28)  # fmt: skip
+    _NO_SHARE, _TIPS, _REACH, _TWIN, _ACROSS, _INSIDE, _INSIDE_ACROSS, _NEAREST, _NEAREST_OF_ALL, _WINDOW, _FOUND_PIECE,
+    _FOUND_SIDE, _FOUND_AT,
+) = range(OWN, OWN + 26)  # fmt: skip
 TAPERS = OWN_STATE
 """Index of `ContactArrays.state`: 1 if shares are tapered."""
 
 
 # broad phase ------------------------------------------------------------------------------------------------------------
-
-
-@kernel
-def _must_renew(g: np.ndarray, poses: np.ndarray) -> bool:
-    bound = _RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
-    if integers_1d(g, STATE)[REFERRED] == 0:
-        return True
-    return bool(moved_beyond(poses, floats_2d(g, REFERENCE), integers_1d(g, MOVING), floats_1d(g, RADII), bound))
 
 
 @kernel
@@ -115,7 +110,7 @@ def _set_windows(g: np.ndarray, poses: np.ndarray, points: np.ndarray, chords: n
         bulge = max(bulge, chords[j, 2 * dimension + 1] - tips[j] / np.sqrt(chords[j, 2 * dimension]))
     low, high = chord_boxes(chords)
     window, body, owners = integers_2d(g, _WINDOW), integers_1d(g, _BODY), integers_2d(g, _OWNERS)
-    apart = 2.0 * _RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
+    apart = 2.0 * RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
     window_pieces(
         points, integers_1d(g, _FIRST), integers_1d(g, _LAST), chords, fit_tree(low, high), reach + bulge,
         2.0 * (apart + bulge), integers_1d(g, _NEAREST), window,
@@ -132,7 +127,7 @@ def _set_windows(g: np.ndarray, poses: np.ndarray, points: np.ndarray, chords: n
 
 @kernel
 def _renew_planar(g: np.ndarray, poses: np.ndarray) -> int:
-    if not _must_renew(g, poses):
+    if not must_renew(g, poses):
         return 0
     points = probe_points_planar(poses, integers_1d(g, _BODY), floats_1d(g, _PLACE))
     _set_windows(g, poses, points, chords_planar(poses, integers_2d(g, _OWNERS), floats_2d(g, _STATIONS)), 2)
@@ -141,7 +136,7 @@ def _renew_planar(g: np.ndarray, poses: np.ndarray) -> int:
 
 @kernel
 def _renew_spatial(g: np.ndarray, poses: np.ndarray) -> int:
-    if not _must_renew(g, poses):
+    if not must_renew(g, poses):
         return 0
     points = probe_points_spatial(poses, integers_1d(g, _BODY), floats_2d(g, _PLACE))
     chords = chords_spatial(poses, integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), floats_1d(g, _HALF_WIDTH))
@@ -153,100 +148,114 @@ def _renew_spatial(g: np.ndarray, poses: np.ndarray) -> int:
 
 
 @kernel
-def _find_planar(g: np.ndarray, poses: np.ndarray, below: float) -> tuple[np.ndarray, np.ndarray]:
-    found, gap = integers_1d(g, _FOUND), floats_1d(g, _FOUND_GAP)
-    count = find_contacts_planar(
+def _find_planar(g: np.ndarray, poses: np.ndarray, below: float) -> int:
+    return int(find_contacts_planar(
         poses, integers_1d(g, _BODY), floats_1d(g, _PLACE), floats_1d(g, _SIDE), floats_1d(g, _STRAIGHT),
         floats_1d(g, _CLEARANCE), floats_1d(g, _LIMIT), floats_1d(g, _NO_SHARE), integers_2d(g, _WINDOW),
         integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), below,
-        (found, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT), gap),
-    )  # fmt: skip
-    return found[:count].copy(), gap[:count].copy()
+        (integers_1d(g, SLOT), integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT),
+         floats_1d(g, GAP)),
+    ))  # fmt: skip
 
 
 @kernel
-def _find_spatial(g: np.ndarray, poses: np.ndarray, below: float) -> tuple[np.ndarray, np.ndarray]:
-    found, gap = integers_1d(g, _FOUND), floats_1d(g, _FOUND_GAP)
-    count = find_contacts_spatial(
+def _find_spatial(g: np.ndarray, poses: np.ndarray, below: float) -> int:
+    return int(find_contacts_spatial(
         poses, integers_1d(g, _BODY), floats_2d(g, _PLACE), floats_1d(g, _SIDE), floats_1d(g, _STRAIGHT),
         floats_1d(g, _CLEARANCE), floats_1d(g, _LIMIT), floats_1d(g, _NO_SHARE), integers_2d(g, _WINDOW),
         integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), floats_1d(g, _HALF_WIDTH), below,
-        (found, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT), gap),
-    )  # fmt: skip
-    return found[:count].copy(), gap[:count].copy()
+        (integers_1d(g, SLOT), integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT),
+         floats_1d(g, GAP)),
+    ))  # fmt: skip
 
 
 @kernel
-def _measure_planar(
-    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, slot: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    measured: tuple[np.ndarray, np.ndarray, np.ndarray] = measure_gap_planar(
-        poses, rates, (slot, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT)),
+def _narrow_planar(g: np.ndarray, rows: np.ndarray) -> None:
+    piece, side, at = integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT)
+    for k in range(rows.shape[0]):
+        piece[k], side[k] = piece[rows[k]], side[rows[k]]
+        at[k] = at[rows[k]]
+
+
+@kernel
+def _narrow_spatial(g: np.ndarray, rows: np.ndarray) -> None:
+    piece, side, at = integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT)
+    for k in range(rows.shape[0]):
+        piece[k], side[k] = piece[rows[k]], side[rows[k]]
+        at[k, 0], at[k, 1] = at[rows[k], 0], at[rows[k], 1]
+
+
+@kernel
+def _measure_planar(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    write_gap_planar(
+        poses, rates,
+        (integers_1d(g, SLOT)[:count], integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT)),
         integers_1d(g, _BODY), floats_1d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE),
-        floats_1d(g, _INSET), integers_2d(g, _OWNERS), floats_2d(g, _STATIONS),
+        floats_1d(g, _INSET), integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), integers_2d(g, BODIES), floats_2d(g, RATE),
+        floats_3d(g, GRADIENT),
     )  # fmt: skip
-    return measured
 
 
 @kernel
-def _measure_spatial(
-    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, slot: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    measured: tuple[np.ndarray, np.ndarray, np.ndarray] = measure_gap_spatial(
-        poses, rates, (slot, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT)),
+def _measure_spatial(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    write_gap_spatial(
+        poses, rates,
+        (integers_1d(g, SLOT)[:count], integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT)),
         integers_1d(g, _BODY), floats_2d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE),
-        floats_1d(g, _INSET), integers_2d(g, _OWNERS), floats_2d(g, _STATIONS),
+        floats_1d(g, _INSET), integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), integers_2d(g, BODIES), floats_2d(g, RATE),
+        floats_3d(g, GRADIENT),
     )  # fmt: skip
-    return measured
 
 
 @kernel
 def _tapered_planar(
-    g: np.ndarray, poses: np.ndarray, slot: np.ndarray, bodies: np.ndarray
+    g: np.ndarray, poses: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    count = slot.shape[0] if integers_1d(g, STATE)[TAPERS] == 1 else 0
+    slot = integers_1d(g, SLOT)
+    if integers_1d(g, STATE)[TAPERS] == 0:  # views of other arrays, because new ones cost time
+        return slot[:0], floats_1d(g, _SIDE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = tapered_planar(
-        poses, bodies, count, slot, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_AT), floats_1d(g, _PLACE),
-        floats_2d(g, _CELL), floats_2d(g, _STATIONS),
+        poses, integers_2d(g, BODIES), count, slot, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_AT),
+        floats_1d(g, _PLACE), floats_2d(g, _CELL), floats_2d(g, _STATIONS),
     )  # fmt: skip
     return found
 
 
 @kernel
 def _tapered_spatial(
-    g: np.ndarray, poses: np.ndarray, slot: np.ndarray, bodies: np.ndarray
+    g: np.ndarray, poses: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    count = slot.shape[0] if integers_1d(g, STATE)[TAPERS] == 1 else 0
+    slot = integers_1d(g, SLOT)
+    if integers_1d(g, STATE)[TAPERS] == 0:  # views of other arrays, because new ones cost time
+        return slot[:0], floats_1d(g, _SIDE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = tapered_spatial(
-        poses, bodies, count, slot, integers_1d(g, _FOUND_PIECE), floats_2d(g, _FOUND_AT), floats_2d(g, _PLACE),
-        floats_2d(g, _CELL), floats_2d(g, _STATIONS),
+        poses, integers_2d(g, BODIES), count, slot, integers_1d(g, _FOUND_PIECE), floats_2d(g, _FOUND_AT),
+        floats_2d(g, _PLACE), floats_2d(g, _CELL), floats_2d(g, _STATIONS),
     )  # fmt: skip
     return found
 
 
 @kernel
 def _tangent_planar(
-    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, slot: np.ndarray, bodies: np.ndarray, gradient: np.ndarray,
-    forces: ContactForces, stiffness: np.ndarray, damping: np.ndarray,
-) -> None:  # fmt: skip
+    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+) -> None:
     tangent_gap_planar(
-        poses, rates, bodies, gradient,
-        (slot, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT)),
+        poses, rates, integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count],
+        (integers_1d(g, SLOT)[:count], integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT)),
         floats_1d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE), floats_1d(g, _INSET),
-        floats_2d(g, _STATIONS), forces, index_of(g), stiffness, damping,
+        floats_2d(g, _STATIONS), forces_of(g, 0, count), index_of(g), stiffness, damping,
     )  # fmt: skip
 
 
 @kernel
 def _tangent_spatial(
-    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, slot: np.ndarray, bodies: np.ndarray, gradient: np.ndarray,
-    forces: ContactForces, stiffness: np.ndarray, damping: np.ndarray,
-) -> None:  # fmt: skip
+    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+) -> None:
     tangent_gap_spatial(
-        poses, rates, bodies, gradient,
-        (slot, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT)),
+        poses, rates, integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count],
+        (integers_1d(g, SLOT)[:count], integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT)),
         floats_2d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE), floats_1d(g, _INSET),
-        floats_2d(g, _STATIONS), forces, index_of(g), stiffness, damping,
+        floats_2d(g, _STATIONS), forces_of(g, 0, count), index_of(g), stiffness, damping,
     )  # fmt: skip
 
 
@@ -303,7 +312,7 @@ def _behind(g: np.ndarray, height: np.ndarray, near: np.ndarray) -> np.ndarray:
 
 @kernel
 def _ends(g: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Ends of the surfaces at which probes are: 0 the start, 1 the end."""
+    """End of the surface at which each probe is: 0 for the start, 1 for the end."""
     nearest, last, out = integers_1d(g, _NEAREST_OF_ALL), integers_1d(g, _LAST), np.zeros(near.shape[0], dtype=np.int64)
     for k in range(near.shape[0]):
         if nearest[near[k]] == last[near[k]] - 1:
@@ -320,7 +329,11 @@ def _turn(g: np.ndarray, height: np.ndarray, near: np.ndarray, behind: np.ndarra
         if round_it[behind[k]]:
             side[behind[k]] = -own[behind[k]]
     corners = integers_1d(g, _TWIN), integers_2d(g, _ACROSS), floats_2d(g, _INSIDE), floats_2d(g, _INSIDE_ACROSS)
-    copy_into(turned_sides(corners, own, side, height, limit, near, _ends(g, near)), own)
+    turned = turned_sides(corners, own, side, height, limit, near, _ends(g, near))
+    for k in range(own.shape[0]):
+        if own[k] != turned[k]:  # contacts with the old sides do not hold
+            integers_1d(g, STATE)[FOUND] = -1
+        own[k] = turned[k]
 
 
 @kernel
@@ -333,7 +346,8 @@ def _near_ends(g: np.ndarray, height: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _rounded(g: np.ndarray, slot: np.ndarray, gap: np.ndarray, place: np.ndarray, height: np.ndarray) -> np.ndarray:
+def _rounded(g: np.ndarray, count: int, place: np.ndarray, height: np.ndarray) -> np.ndarray:
+    slot, gap = integers_1d(g, SLOT)[:count], floats_1d(g, GAP)[:count]
     found: np.ndarray = round_tips(
         slot, gap, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), place, floats_2d(g, _STATIONS),
         floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE), height,
@@ -349,8 +363,9 @@ def _settle_planar(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: boo
     near = _near_ends(g, height)
     behind, round_it = _behind(g, height, near), np.zeros(0, dtype=np.bool_)
     if behind.shape[0] > 0:
-        slot, gap = _find_planar(g, poses, floats_1d(g, NUMBERS)[MARGIN])
-        round_it = _rounded(g, slot, gap, floats_1d(g, _FOUND_AT), height)
+        count = _find_planar(g, poses, floats_1d(g, NUMBERS)[MARGIN])
+        integers_1d(g, STATE)[FOUND] = -1
+        round_it = _rounded(g, count, floats_1d(g, _FOUND_AT), height)
     _turn(g, height, near, behind, round_it)
 
 
@@ -362,11 +377,12 @@ def _settle_spatial(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bo
     near = _near_ends(g, height)
     behind, round_it = _behind(g, height, near), np.zeros(0, dtype=np.bool_)
     if behind.shape[0] > 0:
-        slot, gap = _find_spatial(g, poses, floats_1d(g, NUMBERS)[MARGIN])
-        place, at = np.empty(slot.shape[0]), floats_2d(g, _FOUND_AT)
-        for k in range(slot.shape[0]):
+        count = _find_spatial(g, poses, floats_1d(g, NUMBERS)[MARGIN])
+        integers_1d(g, STATE)[FOUND] = -1
+        place, at = np.empty(count), floats_2d(g, _FOUND_AT)
+        for k in range(count):
             place[k] = at[k, 0]
-        round_it = _rounded(g, slot, gap, place, height)
+        round_it = _rounded(g, count, place, height)
     _turn(g, height, near, behind, round_it)
 
 
@@ -378,7 +394,7 @@ def _motion(g: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
     margin = floats_1d(g, NUMBERS)[MARGIN]
     motion = furthest_motion(floats_2d(g, COMMITTED), poses, integers_1d(g, MOVING), floats_1d(g, RADII))
     deepest = 2.0 * motion + 0.5 * margin  # heights are accurate to a part of a segment
-    return (0.0 if motion <= _RENEWAL * margin else motion), deepest  # probes with a side are within reach
+    return (0.0 if motion <= RENEWAL * margin else motion), deepest  # probes with a side are within reach
 
 
 @kernel
@@ -402,8 +418,10 @@ def _passed_spatial(g: np.ndarray, poses: np.ndarray) -> bool:
 
 
 PLANAR_SURFACES = GeometryKernels(
-    _renew_planar, _find_planar, _measure_planar, _tapered_planar, _tangent_planar, _passed_planar, _settle_planar
+    _renew_planar, _find_planar, _narrow_planar, _measure_planar, _tapered_planar, _tangent_planar, _passed_planar,
+    _settle_planar,
 )
 SPATIAL_SURFACES = GeometryKernels(
-    _renew_spatial, _find_spatial, _measure_spatial, _tapered_spatial, _tangent_spatial, _passed_spatial, _settle_spatial
+    _renew_spatial, _find_spatial, _narrow_spatial, _measure_spatial, _tapered_spatial, _tangent_spatial, _passed_spatial,
+    _settle_spatial,
 )

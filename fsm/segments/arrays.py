@@ -1,4 +1,4 @@
-"""Segments as a model of arrays, for compiled time steps (see `fsm.stepping.model`).
+"""Segments as a model of arrays, for compiled time steps and quasi-static steps (see `fsm.stepping`).
 
 It covers free, held and driven bodies with springs, dampers, creases, ligaments, loads, gravity and contacts. Hysteresis,
 laws added by users, and friction that depends on the direction have no arrays yet; such systems take the same steps
@@ -14,31 +14,38 @@ import numpy as np
 
 from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
+from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import Pieces
+from fsm.laws.crease import CreaseLaws
 from fsm.segments.contact_arrays import ContactKernels, ContactParts
 
 __all__ = [
-    "BEFORE", "DAMPING", "FACTORS", "FORCE", "FORCE_SCALE", "FREE", "INERTIA", "MASS", "MATRIX", "PAIR_ENERGY",
-    "POSES", "RATES", "STIFFNESS", "TURNED", "WEIGHT", "Arrays", "Creases", "ElementKernels", "EquationKernels",
-    "Ligaments", "Loads", "Pattern", "Segments", "SpringKernels", "Springs", "creases_of", "driven_of", "flat_arrays",
-    "ligaments_of", "loads_of", "pattern_of", "springs_of",
+    "BEFORE", "DAMPING", "DOF", "FACTORS", "FORCE", "FORCE_SCALE", "FREE", "INERTIA", "INTERVAL", "KEPT_DAMPING",
+    "KEPT_STIFFNESS", "LAST_Q", "MASS", "MATRIX", "PAIR_ENERGY", "POSES", "RATES", "STIFFNESS", "TURNED", "WEIGHT", "Arrays",
+    "Creases", "ElementKernels", "Ligaments", "Loads", "Segments", "SpringKernels", "Springs", "creases_of", "driven_of",
+    "flat_arrays", "has_creases", "has_ligaments", "ligaments_of", "loads_of", "pattern_of", "springs_of",
 ]  # fmt: skip
 
 
 class SpringKernels(NamedTuple):
-    """Kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`."""
+    """Kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`.
+
+    Only time steps use `stored` and `deformations`, only statics uses `advance`.
+    """
 
     force: Any
     tangent: Any
     stored: Any
     deformations: Any
+    advance: Any
 
 
 class ElementKernels(NamedTuple):
     """Kernels of `fsm.segments.array_elements`: forces; forces and tangents; energies and power.
 
-    `stored` returns the energy in panels and in creases (J), and the power of dampers (W).
+    Their arguments are the table and the inverse of the time since the last state (1/s); with zero, dampers use the rates of
+    the bodies. `stored` returns the energy in panels and in creases (J), and the power of dampers (W).
     """
 
     force: Any
@@ -46,17 +53,11 @@ class ElementKernels(NamedTuple):
     stored: Any
 
 
-class EquationKernels(NamedTuple):
-    """`factorise` and `solve_refined` of `fsm.kernels.block_lu`."""
-
-    factorise: Any
-    solve: Any
-
-
 class Springs(NamedTuple):
     """Arrays of a `BushingGroup`.
 
-    `category` and `in_panels` as in the group. `last` (m, 3 or 6) holds the deformations at the end of the last step.
+    `category` and `in_panels` as in the group. `last` (m, 3 or 6) holds the deformations at the end of the last step, and
+    `efforts` (m, 3 or 6) the efforts that Newton's method of statics advances.
     """
 
     bodies: np.ndarray
@@ -65,6 +66,7 @@ class Springs(NamedTuple):
     category: np.ndarray
     in_panels: np.ndarray
     last: np.ndarray
+    efforts: np.ndarray
 
 
 class Creases(NamedTuple):
@@ -74,14 +76,7 @@ class Creases(NamedTuple):
     axes_inner: np.ndarray
     axes_outer: np.ndarray
     angle_offset: np.ndarray
-    rest: np.ndarray
-    side: np.ndarray
-    damping: np.ndarray
-    curve: np.ndarray
-    bounds: np.ndarray
-    knots: np.ndarray
-    coefficients: np.ndarray
-    energies: np.ndarray
+    law: CreaseLaws
     flexibility: np.ndarray
     slots: np.ndarray
     last: np.ndarray
@@ -107,21 +102,6 @@ class Loads(NamedTuple):
     programs: Pieces
 
 
-class Pattern(NamedTuple):
-    """A `BodyPattern` and its `Elimination`."""
-
-    dof: np.ndarray
-    rows: np.ndarray
-    columns: np.ndarray
-    transposed: np.ndarray
-    diagonal: np.ndarray
-    order: np.ndarray
-    filled_rows: np.ndarray
-    filled_columns: np.ndarray
-    filled_diagonal: np.ndarray
-    place: np.ndarray
-
-
 class Arrays(NamedTuple):
     """Arrays of a system; matrices and sums are changed in place. Kinds of elements that it lacks are empty.
 
@@ -142,6 +122,12 @@ class Arrays(NamedTuple):
         Energy that friction and damping of contact pairs have dissipated.
     before : (n_bodies, 3 or 7) array
         Poses at the end of the last step.
+    kept_stiffness, kept_damping : block data, see `fsm.stepping.model.keep_tangent`
+    last_q : (nq,) array
+        Configuration of the last state in statics.
+    interval : (2,) array, s
+        Time in statics, and the time since the last state; zero if no force depends on rates.
+    dof : (n_bodies,) int array, see `BodyPattern`
     pattern, springs, creases, ligaments, loads, driven : arrays of each
     """
 
@@ -160,6 +146,11 @@ class Arrays(NamedTuple):
     force_scale: np.ndarray
     pair_energy: np.ndarray
     before: np.ndarray
+    kept_stiffness: np.ndarray
+    kept_damping: np.ndarray
+    last_q: np.ndarray
+    interval: np.ndarray
+    dof: np.ndarray
     pattern: Pattern
     springs: Springs
     creases: Creases
@@ -189,11 +180,11 @@ class Segments(NamedTuple):
     ----------
     table : table of `fsm.kernels.addresses`
     at_rest : table with other rates, forces and matrices, for tangents at rest
-    flags : (3,) int array
+    flags : (3,) int array, see `fsm.kernels.block_equations`
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.segments.contact_arrays`.
     by_springs, by_creases, by_ligaments, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
-        They depend on the dimension and on the kinds of elements.
+        They depend on the dimension. Kernels that no element of the model needs are absent (`AbsentPointer`).
     """
 
     table: np.ndarray
@@ -209,11 +200,11 @@ class Segments(NamedTuple):
 
 
 FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED = range(12)
-FORCE_SCALE, PAIR_ENERGY, BEFORE, _PATTERN = 12, 13, 14, 15
+FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, _PATTERN = range(12, 21)
 """Rows of `Segments.table`."""
 _SPRINGS = _PATTERN + len(Pattern._fields)
 _CREASES = _SPRINGS + len(Springs._fields)
-_LIGAMENTS = _CREASES + len(Creases._fields)
+_LIGAMENTS = _CREASES + len(Creases._fields) + len(CreaseLaws._fields) - 1
 _LOADS = _LIGAMENTS + len(Ligaments._fields)
 _PROGRAMS = len(Pieces._fields)
 _OF_LOADS = _LOADS + len(Loads._fields) - 1
@@ -224,11 +215,19 @@ _DRIVEN = _OF_DRIVES + _PROGRAMS
 @kernel
 def pattern_of(t: np.ndarray) -> Pattern:
     """Pattern of the table."""
-    k = _PATTERN
-    return Pattern(
-        integers_1d(t, k), integers_1d(t, k + 1), integers_1d(t, k + 2), integers_1d(t, k + 3), integers_1d(t, k + 4),
-        integers_1d(t, k + 5), integers_1d(t, k + 6), integers_1d(t, k + 7), integers_1d(t, k + 8), integers_1d(t, k + 9),
-    )  # fmt: skip
+    return pattern_at(t, _PATTERN)
+
+
+@kernel(inline=True)
+def has_creases(t: np.ndarray) -> bool:
+    """Whether the table has creases."""
+    return bool(t[_CREASES, 1] > 0)
+
+
+@kernel(inline=True)
+def has_ligaments(t: np.ndarray) -> bool:
+    """Whether the table has ligaments."""
+    return bool(t[_LIGAMENTS, 1] > 0)
 
 
 @kernel
@@ -237,7 +236,7 @@ def springs_of(t: np.ndarray) -> Springs:
     k = _SPRINGS
     return Springs(
         integers_2d(t, k), floats_2d(t, k + 1), integers_2d(t, k + 2), integers_1d(t, k + 3), floats_1d(t, k + 4),
-        floats_2d(t, k + 5),
+        floats_2d(t, k + 5), floats_2d(t, k + 6),
     )
 
 
@@ -245,11 +244,13 @@ def springs_of(t: np.ndarray) -> Springs:
 def creases_of(t: np.ndarray) -> Creases:
     """Creases of the table."""
     k = _CREASES
+    law = CreaseLaws(
+        floats_1d(t, k + 4), floats_1d(t, k + 5), floats_1d(t, k + 6), integers_1d(t, k + 7), integers_1d(t, k + 8),
+        floats_1d(t, k + 9), floats_2d(t, k + 10), floats_1d(t, k + 11),
+    )  # fmt: skip
     return Creases(
-        integers_2d(t, k), floats_2d(t, k + 1), floats_2d(t, k + 2), floats_1d(t, k + 3), floats_1d(t, k + 4),
-        floats_1d(t, k + 5), floats_1d(t, k + 6), integers_1d(t, k + 7), integers_1d(t, k + 8), floats_1d(t, k + 9),
-        floats_2d(t, k + 10), floats_1d(t, k + 11), floats_1d(t, k + 12), integers_2d(t, k + 13),
-        floats_1d(t, k + 14),
+        integers_2d(t, k), floats_2d(t, k + 1), floats_2d(t, k + 2), floats_1d(t, k + 3), law, floats_1d(t, k + 12),
+        integers_2d(t, k + 13), floats_1d(t, k + 14),
     )  # fmt: skip
 
 

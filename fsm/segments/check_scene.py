@@ -28,7 +28,7 @@ def check_scene(scene: Scene) -> list[Fault]:
 
 
 def _bodies(scene: Scene) -> Iterator[Fault]:
-    if not scene.bodies:
+    if not scene.bodies and not scene.flexible:
         yield Fault("scene.bodies", "the scene has no bodies; give at least one")
     for name, count in Counter(body.name for body in scene.bodies).items():
         if count > 1:
@@ -80,8 +80,8 @@ def _references(scene: Scene) -> Iterator[Fault]:
             what = f"{element.rotation[1]:g} N m/rad is not used beside `crease`, which gives the twist; write 0"
             yield Fault(f"scene.elements.{i}.rotation.1", what)
     for i, load in enumerate(scene.loads):
-        if load.body not in names:
-            yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest_name(load.body, list(names))}")
+        if load.pressure is None and load.body not in names:
+            yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest_name(load.target, list(names))}")
 
 
 def _drives(scene: Scene) -> Iterator[Fault]:

@@ -97,8 +97,9 @@ class SceneCompiler:
                 self._steps += [(group, GroupSteps(steps, latch)) for group in found]
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
-        if self.scene.loads:
-            groups.append(LoadGroup(tuple(applied(load, self.index[load.body], self.spatial) for load in self.scene.loads)))
+        on_bodies = [load for load in self.scene.loads if load.pressure is None]
+        if on_bodies:
+            groups.append(LoadGroup(tuple(applied(load, self.index[load.target], self.spatial) for load in on_bodies)))
         if any(self.scene.gravity):
             mass = np.array([body.mass for body in self.all_bodies])
             groups.append(GravityGroup(mass, np.array(self._vector(self.scene.gravity))))
@@ -268,10 +269,11 @@ class SceneCompiler:
         numbers: dict[tuple[object, float], int] = {}
         which = []
         for element in elements:
+            assert element.crease is not None
             key = (element.crease, element.crease_flexibility)
             if key not in numbers:
                 numbers[key] = len(curves)
-                curves.append(curve_of(element))
+                curves.append(curve_of(*key))
             which.append(numbers[key])
         axes = self._joint_axes(elements)
         geometry = axes if self.spatial else axes[1:]
@@ -295,9 +297,10 @@ class SceneCompiler:
         elements = [e for e in elements if e.crease is not None]
         found: dict[tuple[object, float], Hysteresis | None] = {}
         for element in elements:
+            assert element.crease is not None
             key = (element.crease, element.crease_flexibility)
             if key not in found:
-                found[key] = hysteresis_of(element)
+                found[key] = hysteresis_of(*key)
         known = [(key, curve) for key, curve in found.items() if curve is not None]
         if not known:
             return None

@@ -18,8 +18,9 @@ from fsm.scene.scene import GROUND, Body, Scene
 from fsm.segments.flexible_contacts import FlexibleContacts
 from fsm.segments.obstacle_contacts import ObstacleContacts
 from fsm.segments.plate_contacts import PlateContacts, Side
+from fsm.segments.plate_shapes import corner_neighbours, plate_shapes
 from fsm.segments.shape_contacts import ShapeContacts
-from fsm.segments.shape_tables import Shape, as_rectangle
+from fsm.segments.shape_tables import Shape
 from fsm.segments.solid_contacts import SolidContacts
 
 __all__ = ["compile_shapes"]
@@ -61,10 +62,10 @@ class _ShapeCompiler:
         self.bodies = bodies
         self.index = {body.name: i for i, body in enumerate(bodies)}
         self.obstacle_list = scene.obstacles
-        self.joined = _joined(scene, bodies)
+        self.joined = np.concatenate([_joined(scene, bodies), corner_neighbours(bodies)])
         # plates of all contact sides, in the order of their names in the pairs
-        self.rectangles: list[Shape] = []
-        self.number: dict[str, int] = {}
+        self.plate_list: list[Shape] = []
+        self.number: dict[str, np.ndarray] = {}
         # contact sides and their numbers
         self.sides: list[Side] = []
         self.side_number: dict[str, int] = {}
@@ -97,21 +98,26 @@ class _ShapeCompiler:
     def _fixed(self, *sides: ContactSide) -> bool:
         return all(self.bodies[self.index[name]].held for side in sides for name in side.bodies)
 
-    def _rectangle(self, name: str) -> int:
-        """Number of a body's plate."""
+    def _plates(self, name: str) -> np.ndarray:
+        """Numbers of the shapes of a body's plate."""
         if name not in self.number:
             plate = self.bodies[self.index[name]].plate
             assert plate is not None
-            self.number[name] = len(self.rectangles)
-            self.rectangles.append(as_rectangle(self.index[name], plate.length, plate.width, plate.thickness))
+            shapes = plate_shapes(self.index[name], plate)
+            self.number[name] = len(self.plate_list) + np.arange(len(shapes))
+            self.plate_list += shapes
         return self.number[name]
 
     def _side(self, name: str, party: ContactSide) -> int:
-        """Number of a side. Plates of a surface are fractions of its length; each plate of a group is a whole face."""
+        """Number of a side of a contact. Plates of a surface share its length; each plate of a group is a face."""
         if name not in self.side_number:
-            plates = np.array([self._rectangle(body) for body in party.bodies], dtype=np.int64)
-            lengths = np.array([self.rectangles[plate].size[0] for plate in plates])
-            parts = lengths / lengths.sum() if party.kind == "surface" else np.ones(len(plates))
+            of_bodies = [self._plates(body) for body in party.bodies]
+            plates = np.concatenate(of_bodies)
+            lengths = np.array([self.plate_list[plate].size[0] for plate in plates])
+            areas = np.array([self.plate_list[plate].face for plate in plates])
+            number = np.repeat(np.arange(len(of_bodies)), [len(shapes) for shapes in of_bodies])
+            whole = np.bincount(number, areas)[number]
+            parts = lengths / lengths.sum() if party.kind == "surface" else areas / (party.face or whole)
             self.side_number[name] = len(self.sides)
             self.sides.append(Side(plates, parts))
         return self.side_number[name]
@@ -119,7 +125,7 @@ class _ShapeCompiler:
     @property
     def _margin(self) -> float:
         """Distance below which the search includes a pair: a quarter of the mean plate size, m."""
-        return 0.25 * float(np.mean([2 * plate.size[0] for plate in self.rectangles]))
+        return 0.25 * float(np.mean([plate.length for plate in self.plate_list]))
 
     def plates(self, poses: np.ndarray, spatial: bool) -> PlateContacts | None:
         """Contacts of pairs of plates; None if there are none."""
@@ -127,7 +133,7 @@ class _ShapeCompiler:
             return None
         rows = np.array(self.plate_pairs)
         return PlateContacts(
-            self.rectangles, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2], self.joined, poses
+            self.plate_list, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2], self.joined, poses
         )
 
     def obstacles(self, poses: np.ndarray, spatial: bool) -> ObstacleContacts | None:
@@ -137,7 +143,7 @@ class _ShapeCompiler:
         shapes = [self._shape(obstacle) for obstacle in self.obstacle_list]
         rows = np.array(self.obstacle_pairs)
         return ObstacleContacts(
-            self.rectangles, shapes, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2],
+            self.plate_list, shapes, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2],
             self.joined, poses,
         )  # fmt: skip
 
@@ -177,11 +183,11 @@ class _ShapeCompiler:
         ]
         pairs = np.array([(names.index(film), others[name]) for film, name, *_ in self.film_pairs])
         areas = np.array([point.area for point in points])
-        sizes = [2 * plate.size[0] for plate in self.rectangles]
+        sizes = [plate.length for plate in self.plate_list]
         sizes += [2 * max(shape.size) for shape in obstacles if shape.kind != HALF_SPACE]
         margin = 0.25 * float(np.mean(sizes)) if sizes else 4.0 * math.sqrt(areas.mean())
         return FlexibleContacts(
-            shapes, areas, self.rectangles, obstacles,
+            shapes, areas, self.plate_list, obstacles,
             [Side(np.arange(a, b), np.ones(b - a)) for a, b in pairwise(ends.tolist())], sides, pairs, margin,
             np.array([row for *_, row in self.film_pairs]),
             np.concatenate([self.joined, self._joined_to_films(scene)]), poses,

@@ -6,9 +6,9 @@ Held and driven bodies have no degrees of freedom. Their poses are constant, or 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
 from fsm.kernels.body_poses import increment_blocks, place_bodies, pose_difference, retract_poses
 from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tangent_from_quaternion
@@ -19,6 +19,9 @@ from fsm.segments.drive import PrescribedMotion
 from fsm.segments.turns import Turns
 from fsm.system import System
 from fsm.system_records import PreviousState
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 __all__ = ["Bodies", "Configuration"]
 
@@ -237,6 +240,8 @@ def _corners(plates: list[Plate]) -> np.ndarray:
 
 
 def _block_diagonal(blocks: np.ndarray) -> sparse.csr_matrix:
+    from scipy import sparse
+
     count = len(blocks)
     shape = (count * blocks.shape[1], count * blocks.shape[2])
     return sparse.bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), shape=shape).tocsr()

@@ -1,7 +1,9 @@
-"""Contacts as arrays of a model, for compiled time steps; see `fsm.segments.arrays` and `fsm.segments.array_contacts`.
+"""Contacts as arrays of a model, for compiled steps; see `fsm.segments.arrays` and `fsm.segments.array_contacts`.
 
-Each geometry has one table of arrays (`fsm.kernels.addresses`). All slots that can ever touch stay in the tables, so that
-slots keep their numbers. The memory of contacts is stored for all slots.
+Each geometry has one table of arrays (`fsm.kernels.addresses`). The tables have a slot for each possible contact, so
+slots keep their numbers. The memory of contacts is stored for all slots. The contacts of the last evaluated state are
+stored in the first rows of arrays of the same length. Kernels that return such arrays would spend most of their time on
+allocations and on counts of references.
 """
 
 from __future__ import annotations
@@ -10,17 +12,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.interactions.displacement_bound import moved_beyond
 from fsm.interactions.impacts import ImpactRules
-from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, table_at
+from fsm.interactions.shapes import ContactForces
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, table_at
 from fsm.kernels.jit import kernel
 
 __all__ = [
-    "AREA", "BEGAN", "BRISTLE", "CHANGES", "COMMITTED", "COMMITTED_AT", "DEFLECTION", "DEPTH", "EVALUATIONS",
-    "FRICTION", "INDEX", "LACKS", "LINEARISED", "LOADED", "LOSSY", "MARGIN", "MOVING", "NORMAL", "NUMBERS",
-    "OF_FRICTION", "ONSET", "OWN", "OWN_STATE", "PAIR", "RADII", "RATES_BEFORE", "REFERENCE", "REFERRED",
-    "RESTITUTION", "SHARE", "STARTED", "STATE", "STATES", "SURFACES", "ContactArrays", "ContactKernels",
-    "ContactParts", "GeometryKernels", "LawKernels", "floor_of", "have_opened", "index_of", "keep_loaded",
-    "lack_pairs", "resolves", "rules_of",
+    "ACTING", "AREA", "AT", "BEGAN", "BELOW", "BODIES", "BRISTLE", "BY_CLOSING", "BY_DEPTH", "BY_DISTANCE", "BY_NORMAL",
+    "BY_SLIP", "CHANGES", "CLOSING", "COMMITTED", "COMMITTED_AT", "DEFLECTED", "DEFLECTION", "DEPTH", "EFFORT",
+    "EVALUATIONS", "FOUND", "FOUND_POSES", "FOUND_RATES", "FRICTION", "GAP", "GRADIENT", "INDEX", "LACKS", "LINEAR",
+    "LINEARISED", "LOADED", "LOSSY", "MARGIN", "MEASURED", "MOST", "MOVING", "NORMAL", "NORMAL_FORCE", "NUMBERS",
+    "OF_FRICTION", "ONSET", "ONSET_OF", "OWN", "OWN_STATE", "PAIR", "PRESSED", "PRESSED_BEFORE", "RADII", "RATE",
+    "RATES_BEFORE", "REFERENCE", "REFERRED", "RENEWAL", "RENEWALS", "RESTITUTION", "SHARE", "SHARE_OF", "SLIP", "SLOT",
+    "STARTED", "STATE", "STATES", "SURFACES", "ContactArrays", "ContactKernels", "ContactParts", "GeometryKernels",
+    "LawKernels", "exponent_of", "floor_of", "forces_of", "have_opened", "index_of", "keep_loaded", "lack_pairs",
+    "must_renew", "resolves", "rules_of",
 ]  # fmt: skip
 
 
@@ -31,11 +38,15 @@ class GeometryKernels(NamedTuple):
     ----------
     renew : ``renew(g, poses)``
         Renew the broad phase where bodies have moved too far since the last renewal; 1 if it has been renewed.
-    find : ``find(g, poses, below) -> slot, gap``
-    measure : ``measure(g, poses, rates, slot) -> bodies, rate, gradient``
-    tapered : ``tapered(g, poses, slot, bodies) -> rows, part, gradient, hessian``
+    find : ``find(g, poses, below)``
+        Write slots and gaps of the contacts, and return their number.
+    narrow : ``narrow(g, rows)``
+        Keep only these rows of what `find` has written, besides slots and gaps.
+    measure : ``measure(g, poses, rates, count)``
+        Write bodies, rates and gradients of so many contacts.
+    tapered : ``tapered(g, poses, count) -> rows, part, gradient, hessian``
         Contacts whose weights change with the poses; see `fsm.segments.contact_geometry.Tapered`.
-    tangent : ``tangent(g, poses, rates, slot, bodies, gradient, forces, stiffness, damping)``
+    tangent : ``tangent(g, poses, rates, count, stiffness, damping)``
     passed : ``passed(g, poses)``
         Whether sides have passed through each other since the last accepted state.
     settle : ``settle(g, poses, young, new)``
@@ -45,6 +56,7 @@ class GeometryKernels(NamedTuple):
 
     renew: Any
     find: Any
+    narrow: Any
     measure: Any
     tapered: Any
     tangent: Any
@@ -70,14 +82,19 @@ class ContactParts(NamedTuple):
 
 
 class ContactKernels(NamedTuple):
-    """Kernels of all contacts of a model; see `fsm.segments.array_contacts`."""
+    """Kernels of all contacts of a model; see `fsm.segments.array_contacts`.
+
+    Only statics uses `advance`, only time steps use those after it.
+    """
 
     force: Any
     tangent: Any
+    advance: Any
     part_of_step: Any
     accept: Any
     longest_step: Any
     stored: Any
+    losses: Any
 
 
 class ContactArrays(NamedTuple):
@@ -86,8 +103,9 @@ class ContactArrays(NamedTuple):
     Attributes
     ----------
     state : int array, see `STATES`
-    numbers : (2,) array
-        Margin (m) and time of the last accepted state (s).
+    numbers : (4,) array
+        Margin (m), time of the last accepted state (s), bound of the gaps of the last search (m), and largest force without
+        a depth of linearisation (N; `ContactDepths.most`).
     normal, friction : parameters of the laws
     resolving : (6,) array
         Restitution (0 or 1), speed of impacts (m/s), exponent, steps in an impact, speed floor (m/s) and whether steps have
@@ -101,6 +119,17 @@ class ContactArrays(NamedTuple):
     reference : poses of the last renewal
     moving, radii : bodies that renew the broad phase, and the distance of their farthest point, m
     dof, indptr, indices : see `BodyPattern`
+    slot, gap, bodies, rate, gradient : contacts of the last search
+        Numbers of their slots, gaps (m), and the fields of `ContactKinematics`. Like the next arrays, they have rows for all
+        slots.
+    closing, slip, share_of, onset_of : arguments of the laws
+        Closing speed and slip velocity (m/s); share, with the change of weights; and onset of these contacts.
+    at, acting, normal_force, by_depth, by_closing, effort, by_slip, by_normal, deflected, by_distance : forces
+        Depths of linearisation (m), forces of the linearised law (N), and the forces at `at` as in `ContactForces`.
+        `deflected` is the new deflection of bristles (m), `by_distance` their stiffness (N/m).
+    pressed, pressed_before : (n_slots,) arrays, m
+        Depths of linearisation of all slots in statics, 0 for none; before and after the last iteration.
+    found_poses, found_rates : state of the last search and of the last rates
     """
 
     state: np.ndarray
@@ -127,21 +156,60 @@ class ContactArrays(NamedTuple):
     dof: np.ndarray
     indptr: np.ndarray
     indices: np.ndarray
+    slot: np.ndarray
+    gap: np.ndarray
+    bodies: np.ndarray
+    rate: np.ndarray
+    gradient: np.ndarray
+    closing: np.ndarray
+    slip: np.ndarray
+    share_of: np.ndarray
+    onset_of: np.ndarray
+    at: np.ndarray
+    acting: np.ndarray
+    normal_force: np.ndarray
+    by_depth: np.ndarray
+    by_closing: np.ndarray
+    effort: np.ndarray
+    by_slip: np.ndarray
+    by_normal: np.ndarray
+    deflected: np.ndarray
+    by_distance: np.ndarray
+    pressed: np.ndarray
+    pressed_before: np.ndarray
+    found_poses: np.ndarray
+    found_rates: np.ndarray
 
 
 STATE, NUMBERS, NORMAL, OF_FRICTION, _RESOLVING, _MOBILITY, _LOOSE, SHARE, AREA, PAIR = range(10)
 ONSET, BEGAN, DEPTH, DEFLECTION, LINEARISED, LOADED, COMMITTED, RATES_BEFORE, REFERENCE, MOVING, RADII, INDEX = range(10, 22)
+SLOT, GAP, BODIES, RATE, GRADIENT, CLOSING, SLIP, SHARE_OF, ONSET_OF, AT, ACTING, NORMAL_FORCE, BY_DEPTH = range(24, 37)
+BY_CLOSING, EFFORT, BY_SLIP, BY_NORMAL, DEFLECTED, BY_DISTANCE, PRESSED, PRESSED_BEFORE = range(37, 45)
+FOUND_POSES, FOUND_RATES = range(45, 47)
 OWN = len(ContactArrays._fields)
 """Rows of the table of a geometry; its own arrays begin at `OWN`."""
-CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, SURFACES, LOSSY, OWN_STATE = range(10)
-STATES = 13
-"""Indices of `ContactArrays.state`: weights wait to be used; there is an accepted state, and a renewal; the pattern lacks a
-pair of bodies; number of evaluated states; friction, and with bristles; a geometry of surfaces; forces
-depend on rates. From `OWN_STATE` on the
-numbers are those of a geometry."""
-MARGIN, COMMITTED_AT = 0, 1
+CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, SURFACES, LOSSY = range(9)
+FOUND, MEASURED, LINEAR, RENEWALS, OWN_STATE = range(9, 14)
+STATES = 17
+"""Indices of `ContactArrays.state`, and their number. 1 means: new weights are not yet used (CHANGES); there is an accepted
+state (STARTED), and a renewal (REFERRED); the pattern lacks a pair of bodies (LACKS); there is friction, with bristles;
+the geometry has surfaces; forces depend on rates (LOSSY). EVALUATIONS and RENEWALS count states and renewals. FOUND is the
+number of contacts of the last search, -1 if they do not hold any longer; MEASURED: they have been measured. LINEAR is the
+number of contacts of the last tangent in statics. A geometry has its own numbers from OWN_STATE on."""
+MARGIN, COMMITTED_AT, BELOW, MOST = range(4)
 """Indices of `ContactArrays.numbers`."""
+RENEWAL = 0.4
+"""Displacement, relative to the margin, after which the broad phase is renewed."""
 RESTITUTION, _FAST, _EXPONENT, _STEPS, _FLOOR, _RESOLVES = range(6)
+
+
+@kernel
+def must_renew(g: np.ndarray, poses: np.ndarray) -> bool:
+    """Whether bodies have moved too far since the last renewal of the broad phase."""
+    bound = RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
+    if integers_1d(g, STATE)[REFERRED] == 0:
+        return True
+    return bool(moved_beyond(poses, floats_2d(g, REFERENCE), integers_1d(g, MOVING), floats_1d(g, RADII), bound))
 
 
 @kernel
@@ -152,6 +220,12 @@ def rules_of(g: np.ndarray) -> ImpactRules:
         floats_2d(g, _MOBILITY), integers_1d(g, _LOOSE), int(numbers[RESTITUTION]), numbers[_FAST], numbers[_EXPONENT],
         numbers[_STEPS],
     )  # fmt: skip
+
+
+@kernel
+def exponent_of(g: np.ndarray) -> float:
+    """Exponent of the normal law."""
+    return floats_1d(g, _RESOLVING)[_EXPONENT]
 
 
 @kernel
@@ -170,6 +244,16 @@ def resolves(g: np.ndarray) -> bool:
 def index_of(g: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Arrays of the pattern, see `fsm.interactions.shapes.BlockIndex`."""
     return integers_1d(g, INDEX), integers_1d(g, INDEX + 1), integers_1d(g, INDEX + 2)
+
+
+@kernel
+def forces_of(g: np.ndarray, first: int, last: int) -> ContactForces:
+    """Forces of the contacts from `first` to before `last`."""
+    return ContactForces(
+        floats_1d(g, NORMAL_FORCE)[first:last], floats_1d(g, BY_DEPTH)[first:last], floats_1d(g, BY_CLOSING)[first:last],
+        floats_2d(g, EFFORT)[first:last], floats_3d(g, BY_SLIP)[first:last], floats_2d(g, BY_NORMAL)[first:last],
+        integers_1d(g, STATE)[FRICTION] == 1,
+    )  # fmt: skip
 
 
 @kernel

@@ -4,30 +4,34 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from fsm.interactions.contact_body_pairs import coupled_bodies
-from fsm.interactions.shapes import ContactForces
 from fsm.kernels.addresses import address_table, tables_of
 from fsm.kernels.pointers import AbsentPointer, Pointer
 from fsm.laws.friction import FRICTION_LAWS, FrictionLaw
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.segments.array_contacts import CONTACTS, NO_CONTACTS
-from fsm.segments.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES, ShapeArrays
+from fsm.segments.array_contacts import CONTACTS
+from fsm.segments.array_shape_tables import ShapeArrays
+from fsm.segments.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES
 from fsm.segments.array_surfaces import PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
 from fsm.segments.arrays import flat_arrays
 from fsm.segments.contact_arrays import (
+    BELOW,
     BRISTLE,
     CHANGES,
     COMMITTED_AT,
     EVALUATIONS,
+    FOUND,
     FRICTION,
     INDEX,
     LACKS,
     LOSSY,
+    MOST,
     REFERRED,
+    RENEWALS,
     STARTED,
     STATES,
     SURFACES,
@@ -46,6 +50,8 @@ from fsm.segments.surface_contacts import SurfaceContacts
 
 __all__ = ["ContactModel", "has_contact_arrays"]
 
+_AHEAD = 2
+"""Number of pieces beyond those near a probe that the pattern couples with it, so that it holds while the probe slides."""
 _MOST_SLOTS = 50000
 """Largest number of slots of all pairs of shapes; more are selected step by step."""
 
@@ -88,15 +94,19 @@ class _GroupArrays(ABC):
         state[BRISTLE] = int(friction is not None and friction.law.bristle)
         state[LOSSY] = int(group.rate_dependent)
         poses, none = np.zeros((bodies[0], width)), np.zeros(count, dtype=np.int64)
-        self.group, self.keys = group, keys
+        self.group, self.keys, self.version = group, keys, -1
         self.common: ContactArrays = _contiguous(
             ContactArrays(
-                state, np.array([geometry.margin, 0.0]), group.normal.params,
+                state, np.array([geometry.margin, 0.0, 0.0, 0.0]), group.normal.params,
                 np.zeros(0) if friction is None else friction.params, np.zeros(6), rules.mobility, rules.loose, *slots,
                 np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, geometry.slips)), none, none.copy(),
                 poses, np.zeros(bodies), poses.copy(), *moving, *pattern.index,
+                *_found(count, geometry.slips, self.coupled_bodies, bodies[1], poses.copy(), np.zeros(bodies)),
             )
         )  # fmt: skip
+
+    coupled_bodies: ClassVar[int]
+    """Number of bodies of a contact."""
 
     def _set_table(self, own: Any) -> Any:
         """Contiguous arrays of the geometry; sets the table."""
@@ -111,6 +121,38 @@ class _GroupArrays(ABC):
         self.table[INDEX : INDEX + 3] = address_table(pattern.index)
         self.common.state[LACKS] = 0
 
+    def prepare(self, most: float) -> None:
+        """Prepare a solution in statics; `most` as in `ContactDepths`."""
+        arrays, state = self.common, self.common.state
+        referred = int(state[REFERRED])
+        if self.version != self.group.version:
+            self.load(False)
+            self.version = self.group.version
+        state[REFERRED] = referred
+        self.share_search()
+        state[FOUND], arrays.numbers[MOST] = -1, most
+        arrays.pressed[:] = arrays.depth
+        arrays.pressed_before[:] = arrays.depth
+
+    def forget(self) -> None:
+        """Forget the broad phase and the pattern."""
+        self.common.state[REFERRED] = self.common.state[LACKS] = 0
+
+    @abstractmethod
+    def share_search(self) -> None:
+        """Begin with the broad phase of the geometry."""
+
+    def finish(self) -> None:
+        """Hand counters and the broad phase of a solution in statics to the group."""
+        state = self.common.state
+        self.group.evaluations += int(state[EVALUATIONS])
+        self.return_search(int(state[RENEWALS]))
+        state[EVALUATIONS] = state[RENEWALS] = 0
+
+    @abstractmethod
+    def return_search(self, renewals: int) -> None:
+        """Return the broad phase to the geometry after so many renewals."""
+
     @abstractmethod
     def pairs(self) -> np.ndarray:
         """Pairs (m, 2) of bodies that the pattern has to couple."""
@@ -124,11 +166,12 @@ class _GroupArrays(ABC):
         """Memory of the geometry, from the arrays."""
 
     def load(self, resolve: bool) -> None:
-        """Copy the memory of the group to the arrays; `resolve`: steps resolve impacts."""
+        """Copy the history variables of the group to the arrays. If `resolve` is true, steps must resolve impacts."""
         memory, arrays, state = self.group.memory(), self.common, self.common.state
         rules, floor = self.group.impacts.rules, self.group.normal.speed_floor
         arrays.resolving[:] = *rules[2:], floor, resolve and self.group.resolves
         state[REFERRED] = state[CHANGES] = state[STARTED] = 0
+        state[FOUND] = -1
         for values in (arrays.onset, arrays.began, arrays.depth, arrays.deflection):
             values[:] = 0.0
         if not len(memory):
@@ -158,14 +201,16 @@ class _GroupArrays(ABC):
         )
         group.restore(
             np.concatenate([
-                arrays.numbers[COMMITTED_AT:], kept.ordered().flat(), arrays.committed.ravel(), arrays.rates_before.ravel(),
-                self.own_memory(),
+                arrays.numbers[COMMITTED_AT:BELOW], kept.ordered().flat(), arrays.committed.ravel(),
+                arrays.rates_before.ravel(), self.own_memory(),
             ])
         )  # fmt: skip
 
 
 class _ShapeGroup(_GroupArrays):
     """Arrays of contacts of shapes."""
+
+    coupled_bodies = 2
 
     def __init__(
         self, group: ContactGroup, geometry: ShapeContacts, pattern: BodyPattern, bodies: tuple[int, int], width: int
@@ -183,6 +228,18 @@ class _ShapeGroup(_GroupArrays):
             kit.solids.offset, kit.solids.axes, kit.point_start, kit.local, kit.weight, kit.on_axis.astype(np.int64),
         )  # fmt: skip
         self.own: ShapeArrays = self._set_table(own)
+
+    def index(self, pattern: BodyPattern) -> None:
+        """Use another pattern; pairs of bodies are looked up again in the next renewal of the broad phase."""
+        super().index(pattern)
+        self.own.met[:] = 0
+        self.common.state[REFERRED] = 0
+
+    def share_search(self) -> None:
+        """See `_GroupArrays`: nothing, because the tables differ."""
+
+    def return_search(self, renewals: int) -> None:
+        """See `_GroupArrays`: nothing, because the tables differ."""
 
     def pairs(self) -> np.ndarray:
         """Pairs (m, 2) of bodies that have been near each other."""
@@ -206,6 +263,8 @@ class _ShapeGroup(_GroupArrays):
 class _SurfaceGroup(_GroupArrays):
     """Arrays of contacts of panels in segments."""
 
+    coupled_bodies = 3
+
     def __init__(
         self, group: ContactGroup, geometry: SurfaceContacts, pattern: BodyPattern, bodies: tuple[int, int], width: int
     ) -> None:
@@ -216,21 +275,50 @@ class _SurfaceGroup(_GroupArrays):
         self.common.state[SURFACES], self.common.state[TAPERS] = 1, int(geometry.tapers)
         half_width = surfaces.extra[0] if surfaces.extra else np.zeros(0)
         whole, none = np.full(count, -1, dtype=np.int64), np.zeros(count)
-        self.coupled = np.zeros((0, 2), dtype=np.int64)
+        self.coupled, self._refreshes = np.zeros((0, 2), dtype=np.int64), -1
         self.own: SurfaceArrays = self._set_table(
             SurfaceArrays(
                 probes.body, probes.place, probes.straight, probes.inset, probes.clearance, probes.depth_limit, probes.cell,
                 probes.first_piece, probes.last_piece, geometry.side.copy(), surfaces.owners, surfaces.stations, half_width,
                 geometry.no_share, geometry.tips, geometry.reach, corners.twin, corners.across, corners.inside,
-                corners.inside_across, whole, whole.copy(), np.zeros((count, 2), dtype=np.int64), whole.copy(), whole.copy(),
-                none, np.zeros(probes.place.shape), none.copy(),
+                corners.inside_across, whole, whole.copy(), np.zeros((count, 2), dtype=np.int64), whole.copy(), none,
+                np.zeros(probes.place.shape),
             )
         )  # fmt: skip
 
+    def forget(self) -> None:
+        """See `_GroupArrays`."""
+        super().forget()
+        self._refreshes, self.coupled = -1, self.coupled[:0]
+
+    def share_search(self) -> None:
+        """See `_GroupArrays`: windows of the last renewal, unless they are known."""
+        geometry, own, arrays = self.group.geometry, self.own, self.common
+        assert isinstance(geometry, SurfaceContacts)
+        arrays.state[REFERRED] = int(geometry.reference is not None)
+        if geometry.refreshes != self._refreshes:
+            own.window[:], own.nearest[:] = geometry.window, geometry.nearest
+            arrays.reference[:] = 0.0 if geometry.reference is None else geometry.reference
+        self._refreshes = geometry.refreshes
+
+    def return_search(self, renewals: int) -> None:
+        """See `_GroupArrays`: windows of the last renewal."""
+        if renewals == 0:
+            return
+        geometry, own = self.group.geometry, self.own
+        assert isinstance(geometry, SurfaceContacts)
+        geometry.renew(self.common.reference, own.window, own.nearest, renewals)
+        self._refreshes = geometry.refreshes
+
     def pairs(self) -> np.ndarray:
-        """See `_GroupArrays`: pairs within the present windows and those of the last pattern."""
+        """See `_GroupArrays`: pairs within the present windows and somewhat beyond, and those of the last pattern."""
         own = self.own
-        now = coupled_bodies(own.body, own.window, own.owners, len(self.common.committed))
+        first, last = own.window.T
+        near = last > first
+        wider = own.window.copy()
+        wider[near, 0] = np.maximum(first - _AHEAD, own.first_piece)[near]
+        wider[near, 1] = np.minimum(last + _AHEAD, own.last_piece)[near]
+        now = coupled_bodies(own.body, wider, own.owners, len(self.common.committed))
         found, self.coupled = np.concatenate([now, self.coupled]), now
         return found
 
@@ -266,12 +354,13 @@ class ContactModel:
     """
 
     def __init__(
-        self, groups: Sequence[ContactGroup], pattern: BodyPattern, bodies: tuple[int, int], spatial: bool, pairs: int
-    ) -> None:
+        self, groups: Sequence[ContactGroup], pattern: BodyPattern, bodies: tuple[int, int], spatial: bool, pairs: int,
+        statics: bool = False,
+    ) -> None:  # fmt: skip
         self.arrays = [_arrays_of(group, pattern, bodies, 7 if spatial else 3) for group in groups]
         self.groups = tables_of([arrays.table for arrays in self.arrays])
         self.pair_energy, self.grown = np.zeros((2, pairs)), False
-        self.parts, self.kernels = _pointers(groups, self.groups, spatial)
+        self.parts, self.kernels = _pointers(groups, self.groups, spatial, statics)
 
     def index(self, pattern: BodyPattern) -> None:
         """Use another pattern."""
@@ -289,9 +378,24 @@ class ContactModel:
         return [arrays.pairs() for arrays in self.arrays]
 
     def load(self, resolve: bool) -> None:
-        """Copy the memory of all groups to the arrays; `resolve`: steps resolve impacts."""
+        """Copy the history variables of all groups to the arrays. If `resolve` is true, steps must resolve impacts."""
         for arrays in self.arrays:
             arrays.load(resolve)
+
+    def prepare(self, most: float) -> None:
+        """Copy memory and broad phases of all groups for a solution in statics; `most` as in `ContactDepths`."""
+        for arrays in self.arrays:
+            arrays.prepare(most)
+
+    def forget(self) -> None:
+        """Forget the broad phases and patterns of statics."""
+        for arrays in self.arrays:
+            arrays.forget()
+
+    def finish(self) -> None:
+        """Hand counters and broad phases of a solution in statics to the groups."""
+        for arrays in self.arrays:
+            arrays.finish()
 
     def store(self) -> np.ndarray:
         """Copy the memory of the arrays to the groups, and return and reset `pair_energy`."""
@@ -300,6 +404,19 @@ class ContactModel:
         energy = self.pair_energy.copy()
         self.pair_energy[:] = 0.0
         return energy
+
+
+def _found(
+    count: int, slips: int, bodies: int, size: int, poses: np.ndarray, rates: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Arrays of `ContactArrays` from `slot` on, with a row for each slot; most rows are never touched."""
+    ways, square = (count, slips), (count, slips, slips)
+    return (
+        np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros((count, bodies), dtype=np.int64),
+        np.zeros((count, 1 + slips)), np.zeros((count, 1 + slips, bodies * size)), np.zeros(count), np.zeros(ways),
+        *(np.zeros(count) for _ in range(7)), np.zeros(ways), np.zeros(square), np.zeros(ways), np.zeros(ways),
+        np.zeros(square), np.zeros(count), np.zeros(count), poses, rates,
+    )  # fmt: skip
 
 
 def _contiguous(arrays: Any) -> Any:
@@ -315,19 +432,16 @@ def _contiguous(arrays: Any) -> Any:
 
 
 def _pointers(
-    groups: Sequence[ContactGroup], addresses: np.ndarray, spatial: bool
+    groups: Sequence[ContactGroup], addresses: np.ndarray, spatial: bool, statics: bool
 ) -> tuple[ContactParts, ContactKernels]:
     g = np.zeros((0, 4), dtype=np.int64)
     one, two, three = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))
-    whole, pairs = np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.int64)
-    forces = ContactForces(one, one, one, two, three, two, True)
+    whole = np.zeros(0, dtype=np.int64)
     arguments = GeometryKernels(
-        (g, two), (g, two, 0.0), (g, two, two, whole), (g, two, whole, pairs),
-        (g, two, two, whole, pairs, three, forces, three, three), (g, two), (g, two, whole, True),
+        (g, two), (g, two, 0.0), (g, whole), (g, two, two, 0), (g, two, 0), (g, two, two, 0, three, three), (g, two),
+        (g, two, whole, True),
     )  # fmt: skip
-    results = GeometryKernels(
-        0, (whole, one), (pairs, two, three), (whole, one, two, three), None, True, None
-    )
+    results = GeometryKernels(0, 0, None, None, (whole, one, two, three), None, True, None)
     absent = GeometryKernels(*(AbsentPointer(result, *rest) for result, rest in zip(results, arguments, strict=True)))
     kinds = []
     for kind, found in (
@@ -335,8 +449,11 @@ def _pointers(
         (SurfaceContacts, SPATIAL_SURFACES if spatial else PLANAR_SURFACES),
     ):
         used = any(isinstance(group.geometry, kind) for group in groups)
-        own = (Pointer(kernel, *rest) for kernel, rest in zip(found, arguments, strict=True))
-        kinds.append(GeometryKernels(*own) if used else absent)
+        spared = {"passed", "settle"} if statics and kind is SurfaceContacts else {"passed"} if statics else set()
+        rows = zip(GeometryKernels._fields, found, arguments, absent, strict=True)
+        kinds.append(GeometryKernels(*(
+            Pointer(kernel, *rest) if used and name not in spared else nothing for name, kernel, rest, nothing in rows
+        )))  # fmt: skip
     of_laws = LawKernels((one, one, one, one, one), (one, one, one), (two, one, one), (two, two, one, two, 0.0, one))
     laws = LawKernels(*(
         AbsentPointer(result, *rest)
@@ -353,6 +470,13 @@ def _pointers(
     shapes, surfaces = kinds
     parts = ContactParts(shapes, surfaces, laws)
     state = g, addresses, parts, 0.0
-    rest = ContactKernels(state, state, (*state, 0.0), state, state, (*state, 0.0, one))
-    kernels = CONTACTS if groups else NO_CONTACTS
-    return parts, ContactKernels(*(Pointer(kernel, *own) for kernel, own in zip(kernels, rest, strict=True)))
+    rest = ContactKernels(
+        (*state, 0.0), (*state, 0.0, True), (addresses, two, 0.0, True), (*state, 0.0), state, state, (*state, 0.0, one),
+        (*state, two),
+    )  # fmt: skip
+    without = ContactKernels(None, None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0)
+    used_by = {"force", "tangent", "advance"} if statics else set(ContactKernels._fields) - {"advance"}
+    return parts, ContactKernels(*(
+        Pointer(kernel, *own) if groups and name in used_by else AbsentPointer(result, *own)
+        for name, kernel, own, result in zip(ContactKernels._fields, CONTACTS, rest, without, strict=True)
+    ))  # fmt: skip

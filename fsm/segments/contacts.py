@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from fsm.kernels.scatter import scatter_efforts
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_geometry import ActiveContacts, ContactGeometry, ContactKinematics, Tapered
 from fsm.segments.contact_memory import ContactMemory
+from fsm.segments.contact_state import ContactState
 from fsm.segments.friction_force import FrictionForce, FrictionForces
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.impacts import Impacts
@@ -28,27 +29,6 @@ __all__ = ["ContactGroup"]
 
 _PRESLIDING = 1e-6
 """Tolerance of positions, relative to the deflection at which bristles slip."""
-
-
-@dataclass
-class _ContactState:
-    """Contacts of one state with their forces; `sums` of every pair are computed on demand.
-
-    `at` holds the depths of linearisation. `acting` holds the normal forces of the linearised law.
-    """
-
-    touching: ActiveContacts
-    memory: ContactMemory
-    depth: np.ndarray
-    share: np.ndarray
-    measured: ContactKinematics
-    at: np.ndarray
-    acting: np.ndarray
-    forces: ContactForces
-    deflection: np.ndarray
-    by_distance: np.ndarray | None
-    by_turn: np.ndarray | None
-    sums: np.ndarray | None = None
 
 
 class ContactGroup(Group):
@@ -68,6 +48,11 @@ class ContactGroup(Group):
     loose : (n_bodies,) bool array
         Bodies that can move and have no force element.
     n_pairs : int
+
+    Attributes
+    ----------
+    evaluations, version : int
+        Evaluated states, and changes of the memory.
     """
 
     def __init__(
@@ -82,14 +67,14 @@ class ContactGroup(Group):
         self.geometry, self.normal, self.friction = geometry, normal, friction
         self.n_pairs = n_pairs
         self.impacts = Impacts(geometry, normal, mobility, loose)
-        self.evaluations = 0
+        self.evaluations = self.version = 0
         self._renewals_before = 0
         self._contact_memory = ContactMemory.nothing(geometry.slips)
         self._time = 0.0
         self._poses: np.ndarray | None = None
         self._rates = np.zeros((0, 0))
         self._linearised = np.zeros(0, dtype=np.int64)
-        self._evaluated: tuple[np.ndarray, np.ndarray, int, ContactDepths | None, _ContactState | None] | None = None
+        self._evaluated: tuple[np.ndarray, np.ndarray, int, ContactDepths | None, ContactState | None] | None = None
         self._searches: dict[float, tuple[np.ndarray, int, ActiveContacts]] = {}
 
     @property
@@ -102,7 +87,7 @@ class ContactGroup(Group):
     def _contacts(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None,
         pressed: ContactDepths | None = None,
-    ) -> _ContactState | None:
+    ) -> ContactState | None:
         """Contacts of a state; cached for the same arrays (force, then energy)."""
         _, version = self.geometry.pairs(poses)
         last = self._evaluated
@@ -113,7 +98,7 @@ class ContactGroup(Group):
 
     def _find(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pressed: ContactDepths | None
-    ) -> _ContactState | None:
+    ) -> ContactState | None:
         geometry = self.geometry
         self.evaluations += 1
         touching = self._touching(poses, 0.0) if pressed is None else self._active(poses, pressed)
@@ -142,7 +127,7 @@ class ContactGroup(Group):
             pull.by_normal,
             self.friction is not None,
         )
-        return _ContactState(
+        return ContactState(
             touching, memory, depth, share, measured, at, acting, forces, pull.deflection, by_distance, pull.by_turn
         )
 
@@ -262,7 +247,7 @@ class ContactGroup(Group):
         if found.by_distance is not None:
             add_way_stiffness(found.measured.bodies, found.measured.gradient, found.by_distance, *pattern.index, stiffness)
 
-    def _scatter(self, found: _ContactState, force: np.ndarray) -> None:
+    def _scatter(self, found: ContactState, force: np.ndarray) -> None:
         measured, tapered = found.measured, found.measured.tapered
         effort = -found.acting[:, None]
         if found.forces.friction:
@@ -278,7 +263,7 @@ class ContactGroup(Group):
             scatter_efforts(measured.bodies[rows], tapered.gradient[:, None], energy[:, None], len(rows), force)
 
     def _add_taper_tangent(
-        self, found: _ContactState, tapered: Tapered, pattern: BodyPattern, stiffness: np.ndarray
+        self, found: ContactState, tapered: Tapered, pattern: BodyPattern, stiffness: np.ndarray
     ) -> None:
         rows, params, law = tapered.rows, self.normal.params, self.normal.law
         depth, onset = found.depth[rows], found.memory.onset[rows]
@@ -295,7 +280,7 @@ class ContactGroup(Group):
         found = None if self._evaluated is None else self._evaluated[4]
         return not np.isin(self._linearised, self._loaded_keys(found)).all()
 
-    def _loaded_keys(self, found: _ContactState | None) -> np.ndarray:
+    def _loaded_keys(self, found: ContactState | None) -> np.ndarray:
         """Keys of contacts with a force; a closed contact that opens fast may have none."""
         if found is None:
             return np.zeros(0, dtype=np.int64)
@@ -318,7 +303,7 @@ class ContactGroup(Group):
             return np.zeros((2, self.n_pairs))
         return self._sums(found)[SLIDING:]
 
-    def _sums(self, found: _ContactState) -> np.ndarray:
+    def _sums(self, found: ContactState) -> np.ndarray:
         """Sums (6, n_pairs) over the contacts of every pair; see `sums_of_pairs`."""
         if found.sums is None:
             geometry, forces, slot = self.geometry, found.forces, found.touching.slot
@@ -377,6 +362,7 @@ class ContactGroup(Group):
             onset = np.maximum(before.onset, closing)
             memory = ContactMemory(found.memory.key, onset, began, found.depth, deflection).ordered()
         self._contact_memory = memory
+        self.version += 1
         self._time, self._poses, self._rates = t, poses, rates
         young = np.zeros(0, dtype=np.int64)
         if found is not None:
@@ -395,6 +381,7 @@ class ContactGroup(Group):
     def restore(self, memory: np.ndarray) -> None:
         """Restore the memory; an empty array clears it."""
         self._evaluated = None
+        self.version += 1
         self._searches.clear()
         if not len(memory):
             self._contact_memory = ContactMemory.nothing(self.geometry.slips)

@@ -1,4 +1,4 @@
-"""Curves of a crease for its law, with the half segments in series."""
+"""Moment-angle curves of creases, in series with the bending flexibility of their two half segments."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.laws.crease import MomentCurve, add_flexibility, curve_from_data
 from fsm.laws.crease_hysteresis import hysteresis_stiffness, strength_curve
-from fsm.scene.materials import UNREAD, FamilyCrease, LinearCrease, SplineCrease
-from fsm.scene.scene import ForceElement
+from fsm.scene.materials import UNREAD, Crease, FamilyCrease, LinearCrease, SplineCrease
 
 __all__ = ["Hysteresis", "curve_of", "hysteresis_of"]
 
@@ -29,27 +28,26 @@ class Hysteresis(NamedTuple):
     stiffness: float
 
 
-def curve_of(element: ForceElement) -> MomentCurve:
-    """Elastic curve of a tabulated crease; with two branches, their mean."""
-    branches = _branches(element)
+def curve_of(crease: Crease, flexibility: float = 0.0) -> MomentCurve:
+    """Elastic curve of a crease in series with a flexibility (rad/(N m)); with two branches, their mean."""
+    branches = _branches(crease, flexibility)
     if len(branches) == 1:
         return branches[0]
     opening = _openings(branches)
     middle = np.mean([[branch(o)[1] for o in opening] for branch in branches], axis=0)
-    assert isinstance(element.crease, SplineCrease)
-    return curve_from_data(opening, middle, element.crease.interpolation)
+    assert isinstance(crease, SplineCrease)
+    return curve_from_data(opening, middle, crease.interpolation)
 
 
-def hysteresis_of(element: ForceElement) -> Hysteresis | None:
+def hysteresis_of(crease: Crease, flexibility: float = 0.0) -> Hysteresis | None:
     """Hysteresis between the branches of a tabulated crease; None with one branch or equal branches.
 
     With half segments in series (`add_flexibility`) both branches are exact. The transition from one to the other is longer
     by the rotation of the half segments; `reversal` is the opening of the crease alone.
     """
-    branches = _branches(element)
+    branches = _branches(crease, flexibility)
     if len(branches) == 1:
         return None
-    crease = element.crease
     assert isinstance(crease, SplineCrease) and crease.angle is not None
     opening = _openings(branches)
     loading, unloading = (np.array([branch(o)[1] for o in opening]) for branch in branches)
@@ -64,12 +62,11 @@ def hysteresis_of(element: ForceElement) -> Hysteresis | None:
     strength = strength_curve(opening, np.maximum(half, 0.0))
     reversal = crease.reversal or _REVERSAL * (crease.angle[-1] - crease.angle[0])
     rise = 2.0 * largest + reversal * max(0.0, float(np.polyfit(opening, 0.5 * (loading + unloading), 1)[0]))
-    return Hysteresis(strength, hysteresis_stiffness(strength, reversal + element.crease_flexibility * rise))
+    return Hysteresis(strength, hysteresis_stiffness(strength, reversal + flexibility * rise))
 
 
-def _branches(element: ForceElement) -> list[MomentCurve]:
+def _branches(crease: Crease, flexibility: float) -> list[MomentCurve]:
     """Loading curve and, if measured, unloading curve."""
-    crease = element.crease
     if isinstance(crease, LinearCrease):
         k = crease.stiffness
         curves = [curve_from_data(np.array([0.0, 1.0]), np.array([0.0, k]), "pchip")]
@@ -83,7 +80,7 @@ def _branches(element: ForceElement) -> list[MomentCurve]:
             for moment in moments
         ]
     try:
-        return [add_flexibility(curve, element.crease_flexibility) for curve in curves]
+        return [add_flexibility(curve, flexibility) for curve in curves]
     except ValueError as error:
         raise CaseError(Fault("crease.data", str(error))) from None
 

@@ -67,6 +67,10 @@ class TwoBodyGroup(Group):
             cache.past = past.poses
         return cache.before, 1.0 / past.duration
 
+    def deformations_before(self, rates: np.ndarray, past: PreviousPoses | None) -> np.ndarray:
+        """Deformations at a past state; those at rest without one."""
+        return self._before(rates, past)[0]
+
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """See `Group`."""
         return self.bodies, 0

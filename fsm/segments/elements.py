@@ -31,7 +31,7 @@ from fsm.interactions.hinge_planar import measure_hinge_planar
 from fsm.interactions.hinge_spatial import measure_hinge_spatial
 from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
-from fsm.laws.crease import CurveTable, crease_energy, crease_moment
+from fsm.laws.crease import CreaseLaws, CurveTable, crease_energy, crease_moment
 from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
@@ -148,12 +148,6 @@ class BushingGroup(TwoBodyGroup):
             self._no_efforts if efforts is None else efforts, self._slots(pattern), force, stiffness, damping,
         )  # fmt: skip
 
-    def elements(
-        self, rates: np.ndarray, past: PreviousPoses | None, pattern: BodyPattern
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
-        """Arguments of the kernels: bodies, constants, past deformations, inverse of the elapsed time, and slots."""
-        return self.bodies, self._constants, *self._before(rates, past), self._slots(pattern)
-
     def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Bodies, constants and slots, for `fsm.segments.arrays`."""
         return self.bodies, self._constants, self._slots(pattern)
@@ -218,26 +212,26 @@ class CreaseGroup(TwoBodyGroup):
         return measure_hinge_planar if len(self.geometry) == 1 else measure_hinge_spatial
 
     @cached_property
-    def _curves(self) -> tuple[np.ndarray, ...]:
+    def law(self) -> CreaseLaws:
+        """Laws of all creases, for the kernels."""
         table = self.table
-        return self.curve, table.bounds, table.knots, table.coefficients, table.energies
+        own = self.rest, self.side, self.damping, self.curve
+        return CreaseLaws(*own, table.bounds, table.knots, table.coefficients, table.energies)
 
     @cached_property
-    def _arguments(self) -> tuple[np.ndarray, ...]:
+    def _arguments(self) -> tuple[Any, ...]:
         """Arguments of both kernels after poses and rates."""
-        return self.bodies, *self.geometry, self.rest, self.side, self.damping, *self._curves
+        return self.bodies, *self.geometry, self.law
 
     def arrays(self, pattern: BodyPattern) -> tuple[Any, ...]:
         """Arguments of the kernels and slots, for `fsm.segments.arrays`; without axes in the plane."""
         no_axes = np.zeros((len(self.bodies), 4))
         axes = self.geometry[:-1] or (no_axes, no_axes)
-        slots = self._slots(pattern)
-        own = self.rest, self.side, self.damping, *self._curves, self.flexibility
-        return self.bodies, *axes, self.geometry[-1], *own, slots
+        return self.bodies, *axes, self.geometry[-1], self.law, self.flexibility, self._slots(pattern)
 
     def moments(self, angle: np.ndarray) -> np.ndarray:
         """Elastic moments (m,) at hinge angles (m,), positive against the opening, N m."""
-        effort, _ = crease_moment(angle, np.zeros(len(angle)), self.rest, self.side, self.damping, *self._curves)
+        effort, _ = crease_moment(angle, np.zeros(len(angle)), self.law)
         return np.asarray(-self.side * effort[:, 0])
 
     def add_force(
@@ -273,6 +267,6 @@ class CreaseGroup(TwoBodyGroup):
         before, per_second = self._before(rates, past)
         if per_second:
             rate = (angle - before) * per_second
-        energy = crease_energy(angle, self.rest, self.side, *self._curves)
+        energy = crease_energy(angle, self.law)
         panels = 0.5 * float(self.flexibility @ self.moments(angle) ** 2)
         return {"panels": panels, "creases": float(energy.sum()) - panels}, float(self.damping @ rate**2), 0.0

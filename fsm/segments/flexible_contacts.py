@@ -73,7 +73,7 @@ class FlexibleContacts(ShapeContacts):
         whole += [np.full(len(side.shapes), _face(plates[side.shapes[0]]) / side.parts[0]) for side in sides]
         whole += [np.array([_face(shape)]) for shape in obstacles]
         self._whole = np.concatenate(whole)
-        sizes = [2.0 * max(plate.size) for plate in plates]
+        sizes = [plate.length for plate in plates]
         sizes += [2.0 * max(shape.size) for shape in obstacles if shape.kind != HALF_SPACE]
         super().__init__(builder.kit(), listed, True, margin, DEEP * max(sizes, default=math.inf))
         self.leave_out(reference, joined)
@@ -88,13 +88,13 @@ class FlexibleContacts(ShapeContacts):
 
 def _face(shape: Shape) -> float:
     """Area of the largest face of a shape, or of its section, m^2."""
-    x, y, z = shape.size
     if shape.kind == HALF_SPACE:
         return math.inf
     if shape.kind == SPHERE:
-        return math.pi * x * x
+        return math.pi * shape.size[0] ** 2
     if shape.kind == CYLINDER:
-        return max(4.0 * x * y, math.pi * x * x)
+        return max(4.0 * shape.size[0] * shape.size[1], math.pi * shape.size[0] ** 2)
     if shape.kind == BOX:
+        x, y, z = shape.size
         return 4.0 * max(x * y, y * z, x * z)
-    return 4.0 * x * y
+    return shape.face

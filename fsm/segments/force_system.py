@@ -7,20 +7,18 @@ bodies have no degrees of freedom; the forces on them are summed like all others
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
-from fsm.blocks import BlockMatrix, BlockPattern, Elimination
+from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.block_sum import multiply_block_diagonal
 from fsm.kernels.body_poses import gather_free
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
     gyroscopic_damping,
 )
-from fsm.segments.arrays import Arrays
 from fsm.segments.configuration import Bodies, Configuration
-from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_set import ContactSet
 from fsm.segments.contacts import ContactGroup
@@ -28,10 +26,15 @@ from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, GroupSteps, PreviousPoses
 from fsm.segments.hysteresis import HysteresisGroup
-from fsm.segments.newton_springs import solve_springs
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.stepping.model import ArrayModel
-from fsm.system_records import Linearised, NewtonRules, NewtonSolution, PreviousState, Scales
+from fsm.system_records import Linearised, PreviousState, Scales
+
+if TYPE_CHECKING:
+    from scipy import sparse
+
+    from fsm.segments.contact_arrays_of import ContactModel
+    from fsm.segments.static_arrays import StaticSegments
+    from fsm.stepping.model import ArrayModel
 
 __all__ = ["SegmentForces"]
 
@@ -67,8 +70,9 @@ class SegmentForces(Configuration):
         self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
-        self._array_model: tuple[ArrayModel, tuple[Arrays, ...]] | None = None
+        self._array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
         self._contact_model: ContactModel | None = None
+        self._statics: StaticSegments | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
@@ -111,8 +115,14 @@ class SegmentForces(Configuration):
         """See `System`; diagonal and constant."""
         return self._mass_matrix
 
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return self._mass * u
+
     @cached_property
     def _mass_matrix(self) -> sparse.csr_matrix:
+        from scipy import sparse
+
         return sparse.diags_array(self._mass, format="csr")
 
     def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
@@ -128,7 +138,7 @@ class SegmentForces(Configuration):
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
-        forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
+        forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
         return self._generalised(t, q, u, before, forces)
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
@@ -210,7 +220,7 @@ class SegmentForces(Configuration):
         if not depths:
             return depths
         poses, rates = self.place(t, q, u, before)
-        change, past = self.change(dx), self._past(t, before)
+        change, past = self.change(dx), self.past(t, before)
         return tuple(
             group.press(t, poses, rates, change, past, own) for group, own in zip(self.contacts, depths, strict=True)
         )
@@ -221,43 +231,9 @@ class SegmentForces(Configuration):
         """See `MixedSystem`."""
         poses, at_rest = self.place(t, q, None)
         change = at_rest if dx is None else self.change(dx)
-        past = self._past(t, before)
+        past = self.past(t, before)
         parts = [group.efforts(poses, change, past) for group in self._springs]
         return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
-
-    def newton_pattern(self) -> BodyPattern | None:
-        """See `MixedSystem`; only if nothing acts but springs and dampers."""
-        alone = len(self.groups) == 1 and self.groups == self._springs and self.nu > 0
-        return self._current_pattern(self.bodies.pose) if alone else None
-
-    def newton_solve(
-        self,
-        t: float,
-        q: np.ndarray,
-        before: PreviousState,
-        efforts: np.ndarray,
-        largest_reaction: float,
-        rules: NewtonRules,
-        elimination: Elimination,
-        factors: np.ndarray,
-    ) -> NewtonSolution | None:
-        """See `MixedSystem`."""
-        pattern, (springs,), scales = self.newton_pattern(), self._springs, self._scales
-        assert pattern is not None
-        since = before if self.rate_dependent and t > before[0] else None
-        poses, rates = (array.copy() for array in self.place(t, q, None if since is None else np.zeros(self.nu), since))
-        settled, q, efforts, residual, data, symmetric, iterations, round_off = solve_springs(
-            q, efforts.reshape(springs.rest.shape), before[1], 0.0 if since is None else t - since[0],
-            poses, rates, self.bodies.free, self._dof, self.bodies.inertia if self.spatial else None,
-            *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
-            elimination.order, elimination.indptr, elimination.indices, elimination.diagonal, elimination.place, factors,
-            scales.span, scales.force_scale, scales.largest_span, largest_reaction,
-            *rules[:-1], rules.max_iterations,  # separate for the type checker: the last one is an integer
-        )  # fmt: skip
-        if not settled:
-            return None
-        self._placed_before, self._placed = self._placed, (t, q.copy(), poses)
-        return NewtonSolution(q, efforts.ravel(), residual, BlockMatrix(pattern, data), symmetric, iterations, round_off)
 
     # parts ------------------------------------------------------------------------------------------------------------
 
@@ -271,7 +247,7 @@ class SegmentForces(Configuration):
         depths: tuple[ContactDepths, ...] | None = None,
     ) -> Linearised:
         poses, rates = self.place(t, q, u, before)
-        past = self._past(t, before)
+        past = self.past(t, before)
         pattern = self._current_pattern(poses)
         force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
         sums = force, stiffness, damping
@@ -293,7 +269,8 @@ class SegmentForces(Configuration):
             first = last
         for group in self._others:
             group.add_linearised(t, poses, rates, pattern, *sums, past)
-        return self._assembled(t, q, u, before, pattern, sums, by_rates)
+        others = None if efforts is None else efforts[first:]
+        return self._assembled(t, q, u, before, pattern, sums, by_rates, others)
 
     def _generalised(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
@@ -315,8 +292,12 @@ class SegmentForces(Configuration):
         pattern: BodyPattern,
         sums: tuple[np.ndarray, np.ndarray, np.ndarray],
         by_rates: np.ndarray | None,
+        efforts: np.ndarray | None = None,
     ) -> Linearised:
-        """Equations from the sums (force, K, D) of all bodies; `by_rates` is the part of D that acts on velocities."""
+        """Equations from the sums (force, K, D) of all bodies.
+
+        `by_rates` is the part of D that acts on velocities, `efforts` those of parts that are not springs.
+        """
         force, stiffness, damping = sums
         return Linearised(
             gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
@@ -326,7 +307,7 @@ class SegmentForces(Configuration):
         """Derivative of increments since the last state by further rotation of the bodies; None for the identity."""
         return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
 
-    def _past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
+    def past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
         """Poses of the last state (cached), or None if no force depends on them."""
         if before is None or not self._looks_back:
             return None
@@ -342,6 +323,14 @@ class SegmentForces(Configuration):
         if self.spatial and rates is not self.at_rest:
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
+
+    def pattern_at(self, poses: np.ndarray, also: list[np.ndarray]) -> BodyPattern:
+        """Pattern of all blocks at some poses, with further pairs (m, 2) of bodies."""
+        pattern = self._current_pattern(poses)
+        if not all(pattern.holds(pairs) for pairs in also):
+            self._pattern_pairs = (*self._pattern_pairs, *also)
+            pattern = self._pattern = body_pattern(self._dof, list(self._pattern_pairs), self.size)
+        return pattern
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         if self._pattern is not None and self.fixed_pattern:

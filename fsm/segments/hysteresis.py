@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,30 +13,13 @@ from fsm.interactions.hinge_planar import measure_hinge_planar, tangent_hinge_pl
 from fsm.interactions.hinge_spatial import measure_hinge_spatial, tangent_hinge_spatial
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import CurveTable
-from fsm.laws.crease_hysteresis import slip_energy, slip_moment, slip_power
+from fsm.laws.crease_sliders import Sliders
 from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.elements import CreaseGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["HysteresisGroup"]
-
-_SAME = 1e-9
-"""Tolerance of equal times, relative to a step."""
-
-
-@dataclass
-class _State:
-    """Memory of the sliders from the last accepted state.
-
-    `time` (s), openings and sliders there (rad), and the energy dissipated in the last step (J), which may be requested
-    after the step. `time` is None before the first accepted state.
-    """
-
-    time: float
-    opening: np.ndarray
-    slider: np.ndarray
-    lost: np.ndarray
 
 
 @dataclass
@@ -74,7 +57,6 @@ class HysteresisGroup(TwoBodyGroup):
     creases: CreaseGroup
     chosen: np.ndarray
     names: tuple[str, ...] = ()
-    _accepted: _State | None = field(default=None, init=False, repr=False, compare=False)
 
     @property
     def measure(self) -> Callable[..., Any]:
@@ -82,22 +64,12 @@ class HysteresisGroup(TwoBodyGroup):
         return measure_hinge_planar if len(self.geometry) == 1 else measure_hinge_spatial
 
     @cached_property
-    def _law(self) -> tuple[np.ndarray, ...]:
-        table = self.table
-        return self.stiffness, self.curve, table.bounds, table.knots, table.coefficients, table.energies
+    def _sliders(self) -> Sliders:
+        return Sliders(self.start, self.stiffness, self.curve, self.table)
 
     @cached_property
     def _no_damping(self) -> np.ndarray:
         return np.zeros(len(self.bodies))
-
-    @property
-    def _state(self) -> _State:
-        """Last accepted state; initially the start of the loading curve."""
-        if self._accepted is None:
-            far = np.full(len(self.start), -np.inf)  # a slider stretched beyond its strength lies on the loading curve
-            _, _, slider = slip_moment(self.start, far, *self._law)
-            self._accepted = _State(np.nan, self.start.copy(), slider, np.zeros(len(slider)))
-        return self._accepted
 
     # forces -----------------------------------------------------------------------------------------------------------
 
@@ -108,7 +80,7 @@ class HysteresisGroup(TwoBodyGroup):
 
     def _efforts(self, opening: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Moments against the hinge angle and their slopes by it, (m, 1) arrays, N m and N m/rad."""
-        moment, slope, _ = slip_moment(opening, self._state.slider, *self._law)
+        moment, slope = self._sliders.moments(opening)
         return (-self.side * moment)[:, None], slope[:, None]
 
     def add_force(
@@ -150,18 +122,9 @@ class HysteresisGroup(TwoBodyGroup):
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`. With a past state, the dissipated power is the exact mean of the step."""
         opening, rate, _ = self._measured(poses, rates)
-        state = self._state
-        stored, lost = slip_energy(state.opening, opening, state.slider, *self._law)
-        if past is None:
-            power = slip_power(opening, rate, state.slider, *self._law)
-        else:
-            # a step may be evaluated before or after it is accepted
-            end = t if past.duration > 0.0 else t - past.duration
-            if abs(state.time - end) <= _SAME * abs(past.duration):
-                lost = state.lost
-            elif past.duration < 0.0:
-                _, lost = slip_energy(state.opening, self._measured(past.poses, rates)[0], state.slider, *self._law)
-            power = lost / abs(past.duration)
+        duration = None if past is None else past.duration
+        other = poses if past is None else past.poses
+        stored, power = self._sliders.energy(t, opening, rate, duration, lambda: self._measured(other, rates)[0])
         panels = self._in_half_cells(opening)
         return {"panels": panels, "creases": float(stored.sum()) - panels}, float(power.sum()), 0.0
 
@@ -180,25 +143,17 @@ class HysteresisGroup(TwoBodyGroup):
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
         """Store the positions of the sliders after an accepted step."""
-        opening, _, _ = self._measured(poses, rates)
-        state = self._state
-        _, lost = slip_energy(state.opening, opening, state.slider, *self._law)
-        _, _, slider = slip_moment(opening, state.slider, *self._law)
-        self._accepted = _State(t, opening, slider, lost)
+        self._sliders.commit(t, self._measured(poses, rates)[0])
 
     @property
     def remembered(self) -> int:
         """Length of `memory`."""
-        return 1 + 3 * len(self.bodies)
+        return self._sliders.remembered
 
     def memory(self) -> np.ndarray:
         """Memory as one flat array."""
-        state = self._state
-        return np.concatenate([[state.time], state.opening, state.slider, state.lost])
+        return self._sliders.memory()
 
     def restore(self, memory: np.ndarray) -> None:
         """Restore the memory; an empty array clears it."""
-        self._accepted = None
-        if len(memory):
-            time, opening, slider, lost = np.split(memory.copy(), np.cumsum([1, len(self.bodies), len(self.bodies)]))
-            self._accepted = _State(float(time[0]), opening, slider, lost)
+        self._sliders.restore(memory)

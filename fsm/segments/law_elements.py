@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.interactions.pose_planar import measure_pose_planar, tangent_pose_planar
+from fsm.interactions.pose_planar import MeasureTangents, measure_pose_planar, tangent_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
 from fsm.kernels.scatter import scatter_efforts
 from fsm.segments.element_cache import TwoBodyGroup
@@ -19,7 +19,7 @@ from fsm.segments.pattern import BodyPattern
 __all__ = ["ElementLaw", "LawGroup"]
 
 _IN_PLANE = [0, 2, 4]
-"""Deformations of a planar element among the six."""
+"""Indices of the three planar deformations among the six of an element in space."""
 
 
 class ElementLaw(NamedTuple):
@@ -115,9 +115,8 @@ class LawGroup(TwoBodyGroup):
         scatter_efforts(self.bodies, gradient, effort, len(effort), force)
         moving = rates if past is None else np.zeros_like(rates)  # a difference does not depend on body rates
         tangent: Callable[..., Any] = tangent_pose_spatial if self._spatial else tangent_pose_planar
-        tangent(
-            poses, moving, self.bodies, *self.geometry, gradient, effort, slope, by_rate, *pattern.index, stiffness, damping
-        )
+        measured = MeasureTangents(gradient, effort, slope, by_rate)
+        tangent(poses, moving, self.bodies, *self.geometry, measured, pattern.index, stiffness, damping)
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None

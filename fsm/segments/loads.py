@@ -33,9 +33,14 @@ class AppliedLoad:
     time: TimeFunction
     name: str = ""
 
+    @property
+    def full_size(self) -> float:
+        """Force (N), or moment (N m) of a load without force, at a factor of 1."""
+        return float(np.linalg.norm(self.force) or np.linalg.norm(self.moment))
+
     def size(self, t: float) -> float:
         """Force (N), or moment (N m) of a load without force."""
-        return factor(self.time, t) * float(np.linalg.norm(self.force) or np.linalg.norm(self.moment))
+        return factor(self.time, t) * self.full_size
 
     def place(self, pose: np.ndarray) -> np.ndarray:
         """Place of the point of the load, m; angles of the body for a moment alone: (phi), or a quaternion in space."""
@@ -45,14 +50,21 @@ class AppliedLoad:
         return np.asarray(pose[: len(self.point)] + rotation @ self.point)
 
     def moved(self, start: np.ndarray, pose: np.ndarray) -> float:
-        """Displacement of the point along the force (m), or rotation along a moment (rad), between two poses."""
+        """Displacement of the point along the force (m), or rotation along a moment (rad), between two poses.
+
+        A follower load has its direction of the start.
+        """
         change = self.place(pose) - self.place(start)
+        planar = len(pose) == 3
+        turned = np.eye(2 if planar else 3)
+        if self.follower:
+            turned = _planar_rotation(start[2]) if planar else rotation_matrix(start[3:])
         if self.force.any():
-            return float(change @ self.force) / float(np.linalg.norm(self.force))
-        if len(pose) == 3:
+            return float(change @ turned @ self.force) / float(np.linalg.norm(self.force))
+        if planar:
             return float(change[0] * np.sign(self.moment[0]))
         turn = pose_difference(start, pose)[3:]  # in body axes, as long as in inertial ones
-        return float(rotation_matrix(start[3:]) @ turn @ self.moment) / float(np.linalg.norm(self.moment))
+        return float(rotation_matrix(start[3:]) @ turn @ turned @ self.moment) / float(np.linalg.norm(self.moment))
 
 
 def applied(load: Load, body: int, spatial: bool) -> AppliedLoad:

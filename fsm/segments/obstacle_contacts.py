@@ -34,8 +34,8 @@ class ObstacleContacts(ShapeContacts):
 
     Parameters
     ----------
-    plates : rectangles, `fsm.segments.shape_tables.as_rectangle`
-    obstacles : shapes of any kind except rectangles
+    plates : as in `PlateContacts`
+    obstacles : shapes of any kind except rectangles and polygons
     pairs : (m, 2) int array
         Side and obstacle. A plate has no contact with obstacles fixed to its own body.
     spatial, margin, points, sides, numbers, joined, reference : as in `PlateContacts`
@@ -61,7 +61,7 @@ class ObstacleContacts(ShapeContacts):
         for obstacle in obstacles:
             number = builder.add_shape(obstacle)
             # spacing of the points of the smallest plate, so that no plate fits between the points
-            spacing = 0.5 * min(min(plate.size[:2]) for plate in plates)
+            spacing = 0.5 * min(plate.smallest for plate in plates)
             add_probes(builder, number, obstacle, spacing, points)
             if spatial and obstacle.kind == BOX:
                 builder.add_edges(number, shape_edges(obstacle))
@@ -69,9 +69,9 @@ class ObstacleContacts(ShapeContacts):
         listed = ListedPairs(
             [*(side.shapes for side in sides), *alone], pairs + [0, len(sides)], len(builder.shapes), numbers
         )
-        self._area = np.array([4.0 * plate.size[0] * plate.size[1] for plate in plates])
+        self._area = np.array([plate.face for plate in plates])
         self._part = np.concatenate([np.zeros(0), *(side.parts for side in sides)])
-        longest = max((2 * plate.size[0] for plate in plates), default=0.0)
+        longest = max((plate.length for plate in plates), default=0.0)
         super().__init__(builder.kit(), listed, spatial, margin, DEEP * longest)
         if joined is not None and reference is not None:
             self.leave_out(reference, joined)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.face_overlap import COLUMNS
-from fsm.interactions.face_weights import ROW, SHARE, changed_weights, weigh_units
+from fsm.interactions.face_weights import ROW, SHARE, ShapePoints, UnitTable, changed_weights, weigh_units
+from fsm.interactions.shapes import Shapes
 from fsm.kernels.keys import find_keys
 from fsm.segments.shape_tables import Kit, Units
 
@@ -65,14 +66,10 @@ class Overlaps(NamedTuple):
 
     def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray, held: np.ndarray) -> bool:
         """Update the weights of units that have moved; return whether any has changed. `held` units do not jump."""
-        shapes, solids = kit.shapes, kit.solids
-        return bool(
-            weigh_units(
-                poses, near, held, units.shapes, shapes.body, shapes.kind, solids.size, shapes.radius, solids.offset,
-                solids.axes, kit.point_start, kit.local, kit.weight, kit.on_axis, units.whole, units.share, self.known,
-                self.latest,
-            )
-        )  # fmt: skip
+        solids = Shapes(kit.shapes.body, kit.shapes.kind, *kit.solids, kit.shapes.radius)
+        points = ShapePoints(kit.point_start, kit.local, kit.weight, kit.on_axis)
+        table = UnitTable(units.shapes, units.whole, units.share)
+        return bool(weigh_units(poses, near, held, table, solids, points, self.known, self.latest))
 
     def changed(self, poses: np.ndarray, kit: Kit, units: Units, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Factors of the weights of units in these poses, and their gradients; see `changed_weights`."""

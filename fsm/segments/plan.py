@@ -6,12 +6,14 @@ gives a step "hold" at rest. The motion is the step "deploy". A run consists of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fsm.errors import CaseError, Fault
+from fsm.scene.builders.sheet_loads import placed_loads
 from fsm.scene.case import Case
 from fsm.scene.check_steps import step_names
 from fsm.scene.known_names import nearest_name
@@ -26,12 +28,14 @@ from fsm.scene.time_program import Constant, Ramp, Table, TimeFunction, end_of, 
 from fsm.segments.drive import Parts, Program, program_of
 from fsm.segments.time_function import factor
 
-__all__ = ["ALL", "Plan", "PlannedStep", "plan_of"]
+__all__ = ["ALL", "Plan", "PlannedStep", "end_warnings", "plan_of"]
 
 ALL = "all"
 """Name of everything in `hold` and `release`."""
 HOLD = 0.01
 """Time of rest of the drives after a pull, relative to its duration; damper forces decay in this time."""
+_SHORT = 1e-6
+"""Missing part of a travel below which it counts as complete."""
 _ROUNDING = 1e-12
 """Relative difference of times below which they are equal."""
 _STATIC_DURATION = 1.0
@@ -143,6 +147,24 @@ def _short(case: Case, scene: Scene) -> Plan:
     return Plan(tuple(steps), programs, False)
 
 
+def end_warnings(case: Case, scene: Scene) -> list[str]:
+    """Warning for each drive that `solve.end_time` stops before the end of its travel."""
+    end, lines = case.solve.end_time, list[str]()
+    if end is None or case.step:
+        return lines
+    for number, drive in enumerate(scene.drives):
+        program = program_of(drive, f"drive.{number}")
+        if program.gone(end) >= program.travel * (1.0 - _SHORT):
+            continue
+        scale, unit = (1e3, "mm") if drive.turn is None else (180.0 / math.pi, "deg")
+        gone, travel = scale * program.gone(end), scale * program.travel
+        lines.append(
+            f"drive {drive.called!r} stops at {gone:.4g} of {travel:.4g} {unit}: solve.end_time = {end:.6g} s is less than "
+            f"the duration of the drive with its run-up, {program.end_time:.6g} s; remove solve.end_time, or give this time"
+        )
+    return lines
+
+
 def _relaxing(step: PlannedStep) -> PlannedStep:
     """Step "start" before the first one."""
     return replace(step, name="start", kind="relax", start=0.0, end=0.0, method="relax", reason="", described=())
@@ -212,7 +234,7 @@ class _Planner:
         self._load(step, new, let_go, start, end)
         said += ["without contact"] if not step.contact and self.scene.contact is not None else []
         said += [f"drives {part.drive.called}" for part in begun]
-        said += [f"loads {load.body}{replaced.get(load.called, '')}" for load in new]
+        said += [f"loads {load.target}{replaced.get(load.called, '')}" for load in new]
         solve = step.solve or self.case.solve
         method, reason = self._method(step, solve)
         if step.kind == "modes" and not self._has_free():
@@ -221,7 +243,7 @@ class _Planner:
         still = not self._has_free() and not self._moves(start, end)
         return PlannedStep(
             name, step.kind, start, end, method, reason, solve, step.save or self.case.save, tuple(self.acting),
-            tuple(acting.as_load() for acting in self.loads), frozenset(self.held), still=still,
+            placed_loads(self.case, (acting.as_load() for acting in self.loads)), frozenset(self.held), still=still,
             contact=step.contact, modes=step.modes, described=tuple(said),
         )  # fmt: skip
 

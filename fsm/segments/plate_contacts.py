@@ -1,11 +1,11 @@
 """Contacts of pairs of rigid plates.
 
-A plate is a rectangle rounded by half its thickness. Two plates touch where a point of one meets the rectangle of the other,
-or where two edges cross. Hence
+A plate is a rectangle rounded by half its thickness; a facet is a convex polygon, or several. Two plates touch where a
+point of one meets the face of the other, or where two edges cross. Hence
 
 * each plate has a grid of points over its face, corners and edges included, as probes on the other plate. The points of a
-  small plate in the middle of a large one detect this contact. Faces that lie on each other share the load in proportion to
-  their overlap (`fsm.interactions.face_overlap`); otherwise each has half the weight;
+  small plate in the middle of a large one detect this contact. Rectangles that lie on each other share the load in
+  proportion to their overlap (`fsm.interactions.face_overlap`); otherwise each face has half the weight;
 * in space every edge of one plate is paired with every edge of the other (`fsm.interactions.edge_edge`).
 
 The distance is measured between the middle surfaces and has no sign. The depth must not exceed the sum of both half
@@ -15,11 +15,13 @@ thicknesses. `crossed` reports pairs that exceed it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from fsm.interactions.box_pairs import ListedPairs
+from fsm.interactions.shape_distance import POLYGON
 from fsm.segments.shape_contacts import DEEP, ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
@@ -34,10 +36,12 @@ def plate_grid(shape: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np
 
     Parameters
     ----------
-    shape : rectangle
+    shape : rectangle or polygon
     points : int
         Cells along each side, at least 1.
     """
+    if shape.kind == POLYGON:
+        return _polygon_grid(shape.corners, points)
     steps, corner, middle = np.linspace(-1.0, 1.0, points + 1), np.ones(points + 1), np.ones(points)
     corner[1:-1] = 2.0
     between = 0.5 * (steps[1:] + steps[:-1])
@@ -51,6 +55,33 @@ def plate_grid(shape: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np
         x, weights = np.concatenate([steps, between]), np.concatenate([corner / 6.0, middle / 1.5]) / points
         y = np.zeros(len(x))
     return np.column_stack([x * shape.size[0], y * shape.size[1], np.zeros(len(x))]), weights
+
+
+def _polygon_grid(corners: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points of a convex polygon: corners (1/12 each) and centre (3/4) of every triangular cell.
+
+    The rule is exact for polynomials of degree 2. Cells divide the triangles between the first corner and the other sides.
+    """
+    places: dict[tuple[float, float], float] = {}
+    origin, whole = corners[0], 0.0
+    cells = [
+        cell
+        for i in range(points)
+        for j in range(points - i)
+        for cell in (((i, j), (i + 1, j), (i, j + 1)), ((i + 1, j), (i + 1, j + 1), (i, j + 1)))
+        if cell[1][0] + cell[1][1] <= points
+    ]
+    for one, two in pairwise(corners[1:]):
+        sides = np.stack([one - origin, two - origin])
+        area = 0.5 * float(np.linalg.det(sides)) / points**2
+        whole += area * points**2
+        for cell in cells:
+            of_cell = np.array(cell) @ sides / points
+            for at, weight in (*((corner, 1 / 12) for corner in of_cell), (of_cell.mean(axis=0), 3 / 4)):
+                key = (float(f"{at[0]:.9e}"), float(f"{at[1]:.9e}"))
+                places[key] = places.get(key, 0.0) + weight * area
+    parts = origin + np.array(list(places))
+    return np.column_stack([parts, np.zeros(len(parts))]), np.array(list(places.values())) / whole
 
 
 def _grid(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -92,7 +123,7 @@ class PlateContacts(ShapeContacts):
 
     Parameters
     ----------
-    plates : rectangles, `fsm.segments.shape_tables.as_rectangle`
+    plates : rectangles and polygons, `as_rectangle` and `as_polygon` of `fsm.segments.shape_tables`
     pairs : (m, 2) int array of sides
     spatial : bool
     margin : float, m
@@ -126,11 +157,11 @@ class PlateContacts(ShapeContacts):
         sides = whole_plates(len(plates)) if sides is None else sides
         builder = TableBuilder(spatial)
         add_plates(builder, plates, points)
-        areas = np.array([4.0 * plate.size[0] * plate.size[1] for plate in plates])
+        areas = np.array([plate.face for plate in plates])
         listed = ListedPairs([side.shapes for side in sides], pairs, len(plates), numbers)
         self._area = areas[listed.shape]
         self._part = np.concatenate([np.zeros(0), *(side.parts for side in sides)])
-        longest = max((2 * plate.size[0] for plate in plates), default=0.0)
+        longest = max((plate.length for plate in plates), default=0.0)
         super().__init__(builder.kit(), listed, spatial, margin, DEEP * longest)
         if joined is not None and reference is not None:
             self.leave_out(reference, joined)

@@ -14,14 +14,16 @@ from fsm.scene.builders.strip import bending_stiffness, strip_damping
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.materials import SplineCrease
+from fsm.scene.patterns.facets import facet_areas
+from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import ForceElement, Scene
 from fsm.scene.start import start_of
-from fsm.scene.step_items import with_paths_of_steps
+from fsm.scene.step_items import loads_of, with_paths_of_steps
 from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.drive import PrescribedMotion, RunUp
-from fsm.segments.plan import PlannedStep, plan_of
+from fsm.segments.plan import PlannedStep, end_warnings, plan_of
 from fsm.segments.report_contact import (
     approximations_of_contact,
     approximations_of_friction,
@@ -30,7 +32,8 @@ from fsm.segments.report_contact import (
     soft_contact,
     stick_slip,
 )
-from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines
+from fsm.segments.report_facets import pressure_line
+from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
 from fsm.segments.report_numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
 from fsm.segments.report_sheet import sheet_lines, sheet_support_lines
 from fsm.segments.report_view import CheckContext
@@ -115,7 +118,7 @@ def _bodies(view: CheckContext) -> Iterator[str]:
     frames = len(view.scene.frames)
     held = sum(body.held for body in view.scene.bodies) - frames
     driven = sum(len(drive.moved) for drive in view.scene.drives)
-    on_elements = f", {count(frames, 'frame')} on films and cables" if frames else ""
+    on_elements = f", {count(frames, 'frame')} on flexible parts" if frames else ""
     yield f"{len(view.free)} free, {held} held, {driven} driven{on_elements}"
     each = 6 if view.spatial else 3
     yield f"{each * len(view.free)} degrees of freedom, {each} for each free body"
@@ -204,10 +207,15 @@ def _motion(drive: Drive, motion: PrescribedMotion) -> str:
 
 
 def _loads(view: CheckContext) -> Iterator[str]:
-    for load in view.scene.loads:
+    loads = list(view.scene.loads) if view.case.sheet is None else [load for _, load in loads_of(view.case)]
+    for load in loads if view.scene.facets is None else ():  # the lines on supports have those of flexible facets
+        if load.pressure is not None:
+            assert view.case.sheet is not None
+            yield pressure_line(load, facet_areas(pattern_of(view.case.sheet)))
+            continue
         kind = "follower" if load.follower else "dead"
         wrench = f"force {triple(load.force)} N, moment {triple(load.moment)} N m"
-        yield f"on {load.body}: {kind}, {wrench}, {load.time.kind if load.time else 'constant'}"
+        yield f"on {load.target}: {kind}, {wrench}, {load.time.kind if load.time else 'constant'}"
     if any(view.scene.gravity):
         yield f"gravity {triple(view.scene.gravity)} m/s^2"
 
@@ -336,6 +344,7 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
 def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
+    yield from end_warnings(view.case, view.scene)
 
 
 _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
@@ -350,6 +359,7 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("films", film_lines),
     ("cables", cable_lines),
     ("beams", beam_lines),
+    ("trusses", truss_lines),
     ("bodies", _bodies),
     ("", body_lines),
     ("elements", _joints),

@@ -12,6 +12,7 @@ from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
 from fsm.report_text import count, millimetres
 from fsm.scene.case import contact_scale
 from fsm.scene.contact import Contact
+from fsm.scene.scene import Body
 from fsm.segments.report_view import CheckContext
 
 __all__ = [
@@ -63,7 +64,9 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     names = ", ".join(f"{pair.first} - {pair.second}" for pair in view.pairs)
     yield f"{count(len(view.pairs), 'pair')}: {names}"
     law = _LAWS[contact.law] if contact.law in _LAWS else _added(CONTACT_LAWS[contact.law], contact.parameters)
-    yield f"{law}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for a whole face{_damping(contact)}"
+    faces = sorted({group.face for group in view.scene.groups if group.face is not None})
+    where = f"{1e6 * faces[0]:.4g} mm^2, the area of a mean facet" if len(faces) == 1 else "a whole face"
+    yield f"{law}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for {where}{_damping(contact)}"
     if contact.restitution is not None:
         slow = f"{millimetres(contact.speed_floor)}/s"
         yield f"an impact takes at least about 90 steps; below {slow} a contact is a pressed contact and not an impact"
@@ -96,9 +99,8 @@ def _contact_points(view: CheckContext) -> int:
         if any(side.kind != "surface" for side in sides):
             # rigid plates: corners and centres of the cells of a grid
             own = sides[:1] if pair.first == pair.second else sides  # pair of a group with itself
-            plates = sum(len(side.bodies) for side in own if side.kind != "obstacle")
-            dimensions = 2 if view.spatial else 1
-            rigid += plates * (per_segment**dimensions + (per_segment - 1) ** dimensions)
+            bodies = [view.bodies[name] for side in own if side.kind != "obstacle" for name in side.bodies]
+            rigid += sum(_points_of_plate(body, per_segment - 1, view.spatial) for body in bodies)
             continue
         for name in (*sides[0].bodies, *sides[1].bodies):
             body = view.bodies[name]
@@ -107,6 +109,16 @@ def _contact_points(view: CheckContext) -> int:
             # a held plate has cells about as long as the moving segments
             total += per_segment * (max(1, round(body.plate.length / mean)) if held else 1)
     return total * (2 if view.spatial else 1) + rigid
+
+
+def _points_of_plate(body: Body, cells: int, spatial: bool) -> int:
+    """Contact points of a plate: corners and centres of the cells of its grid, or of its triangles."""
+    assert body.plate is not None
+    if body.plate.outline is None:
+        dimensions = 2 if spatial else 1
+        return int((cells + 1) ** dimensions + cells**dimensions)
+    triangles = len(body.plate.outline) - 2
+    return triangles * ((cells + 1) * (cells + 2) // 2 + cells**2) - (triangles - 1) * (cells + 1)
 
 
 def friction_lines(view: CheckContext) -> Iterator[str]:

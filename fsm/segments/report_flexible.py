@@ -1,4 +1,4 @@
-"""Lines of `fsm check` about the films and cables of a scene."""
+"""Lines of `fsm check` about the films, cables, beams and trusses of a scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fsm.scene.contact_points import penetration_between, point_spacing, points_
 from fsm.scene.flexible import unstressed_length
 from fsm.segments.report_view import CheckContext
 
-__all__ = ["approximations_of_films", "beam_lines", "cable_lines", "film_lines"]
+__all__ = ["approximations_of_films", "beam_lines", "cable_lines", "film_lines", "truss_lines"]
 
 
 def film_lines(view: CheckContext) -> Iterator[str]:
@@ -47,6 +47,14 @@ def beam_lines(view: CheckContext) -> Iterator[str]:
             f"{millimetres(beam.thickness)}, {count(beam.elements, 'ANCF element')}, E {stress_text(beam.young)}, "
             f"strain at the start {beam.strain:g}{held}"
         )
+
+
+def truss_lines(view: CheckContext) -> Iterator[str]:
+    """Sizes of every truss of a [scene]."""
+    for truss in view.scene.trusses if view.case.sheet is None else ():
+        springs = f", {count(len(truss.folds), 'rotational spring')}" if truss.folds else ""
+        held = f", {count(len(truss.held), 'held point')}" if truss.held else ", not held"
+        yield f"{truss.name}: {count(len(truss.points), 'point')}, {count(len(truss.bars), 'bar')}{springs}{held}"
 
 
 def _touching_points(view: CheckContext, named: set[str]) -> Iterator[str]:

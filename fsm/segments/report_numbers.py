@@ -44,9 +44,8 @@ def crease_lines(view: CheckContext) -> Iterator[str]:
     strip, material, crease = view.case.strip, view.case.material, view.case.crease
     if strip is None or material is None or crease is None:
         return
-    folded = 2.0 * strip.fold_angle
-    stiffness = _stiffness(crease)
-    ratio = stiffness * strip.length / strip.panels / bending_stiffness(strip, material)
+    folded = strip.crease_angle
+    ratio = crease.mean_stiffness * strip.length / strip.panels / bending_stiffness(strip, material)
     rest = "as folded" if crease.rest_angle is None else f"folded to {degrees(folded)}"
     angle = degrees(folded if crease.rest_angle is None else crease.rest_angle)
     zero = "no moment" if isinstance(crease, LinearCrease) else "zero of the data"
@@ -123,12 +122,4 @@ def _law(crease: Crease) -> str:
         return "crease curve from a file"
     low, high = (1e3 * crease.scale * moment for moment in (min(crease.moment), max(crease.moment)))
     scaled = "" if crease.scale == 1.0 else f" (scale {crease.scale:g})"
-    return f"crease {1e3 * _stiffness(crease):.4g} N mm/rad on average, {low:.4g} to {high:.4g} N mm{scaled}"
-
-
-def _stiffness(crease: Crease) -> float:
-    if isinstance(crease, LinearCrease):
-        return crease.stiffness
-    if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:
-        return 0.0
-    return crease.scale * (crease.moment[-1] - crease.moment[0]) / (crease.angle[-1] - crease.angle[0])
+    return f"crease {1e3 * crease.mean_stiffness:.4g} N mm/rad on average, {low:.4g} to {high:.4g} N mm{scaled}"

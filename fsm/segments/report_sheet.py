@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
 
-from fsm.report_text import count, degrees, material_text, millimetres
-from fsm.scene.builders.sheet import rigid_factor, sheet_joints
+from fsm.report_text import count, degrees, material_text, millimetres, stress_text
+from fsm.scene.builders.sheet import rigid_factor
+from fsm.scene.builders.sheet_bars import bar_areas
+from fsm.scene.builders.sheet_joints import sheet_joints
+from fsm.scene.case import Case
+from fsm.scene.patterns.foldability import foldability
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.patterns.places import place_of
-from fsm.scene.sheet import Box
+from fsm.scene.sheet import BarsOfSheet, Box
+from fsm.scene.step_items import loads_of
+from fsm.scene.truss import AXIAL_LAWS
+from fsm.segments.report_facets import facet_lines, facet_support_lines
 from fsm.segments.report_view import CheckContext
 
 __all__ = ["sheet_lines", "sheet_support_lines"]
@@ -27,11 +35,15 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
     sheet, material = case.sheet, case.material
     if sheet is None or material is None:
         return
+    if sheet.facets == "flexible":
+        yield from facet_lines(view)
+        return
     pattern = pattern_of(sheet)
     sides = " x ".join(millimetres(float(side)) for side in np.ptp(pattern.vertices, axis=0))
     yield f"{count(len(pattern.faces), 'facet')} and {count(len(pattern.vertices), 'vertex', 'vertices')}, {sides}"
     letters = Counter(pattern.assignment)
     yield "edges: " + ", ".join(f"{letters[letter]} {name}" for letter, name in ASSIGNMENTS.items() if letters[letter])
+    yield from _foldability_lines(pattern, sheet.facets != "rigid")
     yield f"{millimetres(sheet.thickness)} thick; {material_text(material.young, material.poisson, material.density)}"
     joints = sheet_joints(case, pattern)
     angles = np.abs(pattern.fold_angles())
@@ -46,10 +58,50 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
             low, high = f"{min(stiffness):.4g}", f"{max(stiffness):.4g}"
             text += f", stiffness {low if low == high else f'{low} to {high}'} mN m/rad per m"
         yield text
-    if sheet.facets == "bend-lines" and sheet.bend_stiffness_per_length is None:
+    if any(joint.kind == "bend line" for joint in joints) and sheet.bend_stiffness_per_length is None:
         preset = "G (L/t)^(1/3)/L, G = E t^3/(12 (1 - nu^2))"
         yield f"the stiffness of bend lines is a preset, the fit of Liu and Paulino (2017) to plates: {preset}"
-    yield f"rigid joints are springs, {rigid_factor(case):.0e} times as stiff as the stiffest crease"
+    if sheet.facets == "bars":
+        yield from _bar_lines(case, pattern)
+    else:
+        yield f"rigid joints are springs, {rigid_factor(case, pattern):.0e} times as stiff as the stiffest crease"
+
+
+def _foldability_lines(pattern: Pattern, bends: bool) -> Iterator[str]:
+    """Conditions for folding at the inner vertices of a flat pattern."""
+    found = foldability(pattern, bends)
+    if found is None or not found.inner:
+        return
+    inner = count(len(found.inner), "inner vertex", "inner vertices")
+    if found.folds_flat:
+        yield f"{inner}: all have the conditions of Kawasaki and Maekawa for flat folding"
+    parts = [
+        (found.rigid, "fewer than four creases: rigid facets cannot fold there"),
+        (found.blocked, "mountains and valleys that cannot all fold from flat at the same time (Abel et al., 2016)"),
+        (found.kawasaki, "do not fold flat (Kawasaki: alternating sum of the angles)"),
+        (found.maekawa, "do not fold flat (Maekawa: mountains less valleys are not 2 or -2)"),
+    ]
+    for vertices, text in parts:
+        if vertices:
+            listed = ", ".join(str(v + 1) for v in vertices[:_LISTED]) + (" ..." if len(vertices) > _LISTED else "")
+            verb = "" if text.startswith("do not") else "have " if len(vertices) > 1 else "has "
+            words = text if len(vertices) > 1 else text.replace("do not fold", "does not fold")
+            yield f"{inner}: {count(len(vertices), 'vertex', 'vertices')} ({listed}) {verb}{words}"
+
+
+def _bar_lines(case: Case, pattern: Pattern) -> Iterator[str]:
+    """Lines on the bars of a sheet."""
+    assert case.sheet is not None and case.material is not None
+    bars = case.sheet.bars or BarsOfSheet()
+    areas = 1e6 * bar_areas(case, pattern)
+    young = case.material.young if bars.young is None else bars.young
+    low, high = f"{areas.min():.4g}", f"{areas.max():.4g}"
+    exponents = f" with exponents {bars.exponents[0]:g} and {bars.exponents[1]:g}" if bars.law == "ogden" else ""
+    law = AXIAL_LAWS[bars.law] + exponents
+    preset = "" if bars.area is not None else ", a preset: energy of the plate in a uniform expansion"
+    yield f"{len(areas)} bars, E {stress_text(young)}, area {low if low == high else f'{low} to {high}'} mm^2{preset}; {law}"
+    if bars.linear_to < math.pi:
+        yield f"moments of springs rise beyond a fold angle of {degrees(bars.linear_to)}, and facets do not meet"
 
 
 def sheet_support_lines(view: CheckContext) -> Iterator[str]:
@@ -57,7 +109,13 @@ def sheet_support_lines(view: CheckContext) -> Iterator[str]:
     case = view.case
     if case.sheet is None:
         return
+    if case.sheet.facets == "flexible":
+        yield from facet_support_lines(view)
+        return
     pattern = pattern_of(case.sheet)
+    for _, load in loads_of(case):
+        if load.at is not None:
+            yield f"{_place(pattern, load.at)}: loaded, in equal parts"
     for support in case.sheet.support:
         yield f"{_place(pattern, support.at)}: fixed along {', '.join(support.fixed)}"
     for drive in case.drive:

@@ -13,7 +13,7 @@ from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.displacement_bound import moved_beyond
 from fsm.interactions.face_overlap import COLUMNS
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
-from fsm.interactions.shape_distance import HALF_SPACE
+from fsm.interactions.shape_distance import HALF_SPACE, POLYGON
 from fsm.interactions.shapes import ContactForces, Points
 from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
 from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics, Tapered
@@ -89,12 +89,16 @@ class ShapeContacts:
         # unlimited sizes do not count: half-spaces, and the direction y in the plane
         size = np.where(np.isinf(shapes.size), 0.0, shapes.size)
         size[shapes.kind == HALF_SPACE] = 0.0
+        flat = shapes.kind == POLYGON
+        size[flat, 0] = 0.0  # the number of corners
         self.reach = np.linalg.norm(size, axis=1) + shapes.radius
+        corners = np.hypot(size[flat, 1::2], size[flat, 2::2]).max(axis=1, initial=0.0)
+        self.reach[flat] = corners + shapes.radius[flat]
         reach = self.reach + np.linalg.norm(shapes.offset, axis=1)
         self.moving, owner = np.unique(shapes.body, return_inverse=True)
         self.radii = np.zeros(len(self.moving))
         np.maximum.at(self.radii, owner, reach)
-        self._reference: np.ndarray | None = None
+        self.reference: np.ndarray | None = None
         self._committed: np.ndarray | None = None
         self._closed = np.zeros(0, dtype=np.int64)
         self._version = 0
@@ -138,7 +142,7 @@ class ShapeContacts:
     def depth_limits(self, tables: Tables) -> np.ndarray:
         """Depth (n_points,) above which a point counts as passed into a solid shape, m."""
         shape = tables.points.shape
-        smallest = 0.5 * tables.shapes.size[shape].min(axis=1)
+        smallest = 0.5 * tables.shapes.size[shape, :3].min(axis=1)
         half_space = tables.shapes.kind[shape] == HALF_SPACE
         return np.asarray(np.where(half_space, self.depth_limit, np.minimum(self.depth_limit, smallest)))
 
@@ -190,20 +194,20 @@ class ShapeContacts:
         self._set_up_tables(self._units_of(*self.listed.among(np.array(shapes, dtype=np.int64).reshape(-1, 2))))
         inside = self._find(poses, *self._slots, 0.0, as_they_are=True).slot
         self._closed = np.sort(self.tables.key[inside])
-        self._reference = None
+        self.reference = None
 
     def _refresh(self, poses: np.ndarray) -> None:
         bound = _RENEWAL * self.margin
-        if self._reference is not None and not moved_beyond(poses, self._reference, self.moving, self.radii, bound):
+        if self.reference is not None and not moved_beyond(poses, self.reference, self.moving, self.radii, bound):
             return
         low, high = self._boxes(poses)
         # both bodies may move, so the search distance is the margin plus both displacements
         apart = self.margin + 2.0 * bound
         units = self._units_of(*self.listed.overlapping(low - 0.5 * apart, high + 0.5 * apart))
-        same = self._reference is not None and np.array_equal(units.key, self._units.key)
+        same = self.reference is not None and np.array_equal(units.key, self._units.key)
         if not same:
             self._set_up_tables(units)
-        self._reference = poses.copy()
+        self.reference = poses.copy()
         near = np.flatnonzero(
             _overlap(low - 0.5 * self.margin, high + 0.5 * self.margin, units.shapes)
             & ~self._far_above(poses, units.shapes)
@@ -373,7 +377,7 @@ class ShapeContacts:
 
     def clear_caches(self) -> None:
         """See `ContactGeometry`."""
-        self._reference = None
+        self.reference = None
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """Numbers of the pairs with a slot that passed through a face since the last commit."""
@@ -406,7 +410,7 @@ class ShapeContacts:
         """Points and pairs of edges of units that may meet between two poses, and their tables."""
         low, high = self._swept_boxes(start, end)
         bound = _RENEWAL * self.margin
-        if self._reference is not None and not moved_beyond(start, self._reference, self.moving, self.radii, bound):
+        if self.reference is not None and not moved_beyond(start, self.reference, self.moving, self.radii, bound):
             # both poses are within the allowed displacement from the last search
             meet = _overlap(low, high, self._units.shapes[self._near])
             return self.tables, *self._slots_of(self._near[meet])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.shape_distance import HALF_SPACE, RECTANGLE, SPHERE
+from fsm.interactions.shape_distance import HALF_SPACE, POLYGON, RECTANGLE, SPHERE
 from fsm.interactions.shapes import EdgePairs, Edges, Points, Shapes
 from fsm.kernels.rotation import rotation_matrix
 
@@ -17,6 +17,7 @@ __all__ = [
     "TableBuilder",
     "Tables",
     "Units",
+    "as_polygon",
     "as_rectangle",
     "nearly_parallel",
     "ranges",
@@ -36,14 +37,42 @@ class Shape:
         Rounding, added on all sides; half the thickness of a plate.
     offset : m, body axes
     orientation : unit quaternion, the shape's axes in the body's
+    rim : bool for each side of a polygon
+        Whether the side is an edge of its facet; the others are inside of the facet.
     """
 
     body: int
     kind: int
-    size: tuple[float, float, float]
+    size: tuple[float, ...]
     radius: float = 0.0
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    rim: tuple[bool, ...] = ()
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Corners (k, 2) of a polygon, m."""
+        return np.array(self.size[1:]).reshape(-1, 2)
+
+    @property
+    def face(self) -> float:
+        """Area of a rectangle or a polygon, m^2."""
+        if self.kind != POLYGON:
+            return 4.0 * self.size[0] * self.size[1]
+        x, y = self.corners.T
+        return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+    @property
+    def length(self) -> float:
+        """Length of a rectangle, or longest diagonal or side of a polygon, m."""
+        if self.kind != POLYGON:
+            return 2.0 * self.size[0]
+        return float(np.linalg.norm(self.corners[:, None] - self.corners[None], axis=2).max())
+
+    @property
+    def smallest(self) -> float:
+        """Half of the shorter side of a rectangle, or of the area over the length of a polygon, m."""
+        return self.face / self.length / 2.0 if self.kind == POLYGON else min(self.size[:2])
 
     def in_body(self, local: np.ndarray) -> np.ndarray:
         """Transform points (..., 3) from the shape's axes to the body's axes."""
@@ -159,7 +188,7 @@ class TableBuilder:
             np.concatenate([np.zeros((0, 3)), *(local for _, local, *_ in points)]),
             np.repeat(np.array([on_axis for *_, on_axis in points], dtype=np.bool_), lengths),
             Solids(
-                np.array([shape.size for shape in self.shapes]).reshape(-1, 3),
+                _sizes(self.shapes),
                 np.array([shape.offset for shape in self.shapes]).reshape(-1, 3),
                 np.array([rotation_matrix(np.array(shape.orientation)) for shape in self.shapes]).reshape(-1, 3, 3),
             ),
@@ -174,7 +203,7 @@ class TableBuilder:
         )
 
     def _shape_table(self) -> Shapes:
-        size = np.array([shape.size for shape in self.shapes]).reshape(-1, 3)
+        size = _sizes(self.shapes)
         kind = np.array([shape.kind for shape in self.shapes], dtype=np.int64)
         offset = np.array([shape.offset for shape in self.shapes]).reshape(-1, 3)
         frame = np.array([rotation_matrix(np.array(shape.orientation)) for shape in self.shapes]).reshape(-1, 3, 3)
@@ -190,6 +219,14 @@ class TableBuilder:
             frame,
             np.array([shape.radius for shape in self.shapes]),
         )
+
+
+def _sizes(shapes: list[Shape]) -> np.ndarray:
+    """Sizes (s, 3) of shapes, with more columns if there are polygons."""
+    out = np.zeros((len(shapes), max((len(shape.size) for shape in shapes), default=3)))
+    for row, shape in zip(out, shapes, strict=True):
+        row[: len(shape.size)] = shape.size
+    return out
 
 
 class Solids(NamedTuple):
@@ -294,8 +331,12 @@ def ranges(start: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def shape_edges(shape: Shape) -> np.ndarray:
-    """Straight edges of a rectangle (4) or a box (12) in its own axes, (n, 2, 3), m."""
+    """Straight edges of a polygon (on its rim), a rectangle (4) or a box (12) in its own axes, (n, 2, 3), m."""
     size = np.array(shape.size)
+    if shape.kind == POLYGON:
+        outline = np.column_stack([shape.corners, np.zeros(len(shape.corners))])
+        sides = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)
+        return sides[np.array(shape.rim)]
     ends = []
     for axis in range(3):
         if size[axis] == 0.0:
@@ -314,3 +355,18 @@ def shape_edges(shape: Shape) -> np.ndarray:
 def as_rectangle(body: int, length: float, width: float, thickness: float) -> Shape:
     """Plate centred in its body's x-y plane, with edges rounded by half its thickness."""
     return Shape(body, RECTANGLE, (length / 2, width / 2, 0.0), thickness / 2)
+
+
+def as_polygon(body: int, corners: np.ndarray, rim: tuple[bool, ...], thickness: float) -> Shape:
+    """Convex polygon in its body's x-y plane, with edges rounded by half its thickness.
+
+    Parameters
+    ----------
+    body : int
+    corners : (k, 2) array, m
+        Counterclockwise, in body axes, at most `MOST_CORNERS`.
+    rim : k bool
+        Whether the sides from each corner to the next are edges of the facet.
+    thickness : float, m
+    """
+    return Shape(body, POLYGON, (float(len(corners)), *corners.ravel().tolist()), thickness / 2, rim=rim)

@@ -55,7 +55,7 @@ def system_in_step(
     free = [i for i, name in enumerate(bodies.names) if name not in held and not driven[i]]
     moved = replace(bodies, pose=pose, free=np.array(free, dtype=np.int64))
     groups, latched = _groups(whole, scene, plan, number, states)
-    system = whole.variant(moved, motions, groups)
+    system = whole.variant(moved, motions, groups, tuple(load for load in step.loads if load.pressure is not None))
     system.latched, system.spread = latched, whole.spread  # all steps have the scales of the start of the run
     if states is not None:
         if _switched(whole, plan, number) == _switched(whole, plan, number - 1):
@@ -128,5 +128,6 @@ def _groups(
             latched[f"latch {k}"] = rest
             groups[place] = replace(group, rest=np.ascontiguousarray(rest))
     index = {body: i for i, body in enumerate(whole.bodies.names)}
-    loads = tuple(applied(load, index[load.body], whole.spatial) for load in plan.steps[number].loads)
+    on_bodies = (load for load in plan.steps[number].loads if load.pressure is None)
+    loads = tuple(applied(load, index[load.target], whole.spatial) for load in on_bodies)
     return ((*groups, LoadGroup(loads)) if loads else tuple(groups)), latched

@@ -139,10 +139,10 @@ class SurfaceContacts:
         seen = np.maximum(probes.clearance + margin, probes.depth_limit)
         self.reach = seen + 2.0 * _RENEWAL * margin + float(beyond.max())
         count = len(probes.body)
-        self._nearest = np.full(count, -1, dtype=np.int64)
-        self._nearest_of_all = self._nearest.copy()
+        self.nearest = np.full(count, -1, dtype=np.int64)
+        self._nearest_of_all = self.nearest.copy()
         self.window = np.zeros((count, 2), dtype=np.int64)
-        self._reference: np.ndarray | None = None
+        self.reference: np.ndarray | None = None
         self._within: np.ndarray | None = None
         self._pairs = np.zeros((0, 2), dtype=np.int64)
         self._height = np.empty(count)
@@ -173,11 +173,11 @@ class SurfaceContacts:
         if poses is self._within:  # the very same array again
             return
         self._within = poses
-        if self._reference is not None and not moved_beyond(
-            poses, self._reference, surfaces.bodies, surfaces.radii, _RENEWAL * self.margin
+        if self.reference is not None and not moved_beyond(
+            poses, self.reference, surfaces.bodies, surfaces.radii, _RENEWAL * self.margin
         ):
             return
-        self._reference = poses.copy()
+        self.reference = poses.copy()
         chords = kernels.chords(poses, surfaces.owners, surfaces.stations, *surfaces.extra)
         dimension = 2 if self.slips == 1 else 3
         inverse, bound = chords[:, 2 * dimension], chords[:, 2 * dimension + 1]
@@ -186,10 +186,17 @@ class SurfaceContacts:
         window_pieces(
             kernels.points(poses, probes.body, probes.place), probes.first_piece, probes.last_piece, chords,
             fit_tree(*chord_boxes(chords)), self.reach + bulge, 2.0 * (2.0 * _RENEWAL * self.margin + bulge),
-            self._nearest, self.window,
+            self.nearest, self.window,
         )  # fmt: skip
         self._pairs = coupled_bodies(probes.body, self.window, surfaces.owners, len(poses))
         self.refreshes += 1
+
+    def renew(self, reference: np.ndarray, window: np.ndarray, nearest: np.ndarray, times: int) -> None:
+        """Take over the broad phase that a kernel has renewed so many times, last at the poses `reference`."""
+        self.reference, self._within = reference.copy(), None
+        self.window[:], self.nearest[:] = window, nearest
+        self._pairs = coupled_bodies(self.probes.body, self.window, self.surfaces.owners, len(reference))
+        self.refreshes += times
 
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """See `ContactGeometry`; `at` holds pieces, sides and places on them."""
@@ -276,8 +283,8 @@ class SurfaceContacts:
 
     def clear_caches(self) -> None:
         """See `ContactGeometry`."""
-        self._reference = self._within = self._height_at = None
-        self._nearest[:] = -1
+        self.reference = self._within = self._height_at = None
+        self.nearest[:] = -1
         self._nearest_of_all[:] = -1
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,17 +17,20 @@ from fsm.kernels.newton_euler import (
     motion_energy,
     support_reactions,
 )
-from fsm.segments.arrays_of import arrays_of, has_arrays
+from fsm.scene.loads import PART, Load
 from fsm.segments.configuration import Bodies
-from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.force_system import SegmentForces
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.loads import LoadGroup
-from fsm.segments.pattern import body_pattern
+from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.stepping.model import ArrayModel
 from fsm.system_records import DriveState, Energy, Observation, PreviousState, Ready, StepRejection
+
+if TYPE_CHECKING:
+    from fsm.segments.contact_arrays_of import ContactModel
+    from fsm.segments.static_arrays import StaticSegments
 
 __all__ = ["SegmentSystem"]
 
@@ -43,14 +48,18 @@ class SegmentSystem(SegmentForces):
     """
 
     def variant(
-        self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...]
+        self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
+        pressures: tuple[Load, ...] = (),
     ) -> SegmentSystem:
-        """System of the same bodies, of which others are free, driven or held; groups keep their memory."""
+        """System of the same bodies, of which others are free, driven or held, under pressures on nodes.
+
+        Groups keep their memory.
+        """
         contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
         return SegmentSystem(bodies, motions, groups, contacts, self.pair_names)
 
     def all_states(self, t: float, q: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
-        """Poses and rates of all bodies, and coordinates and velocities of nodes; the same for every variant."""
+        """Poses and rates of all bodies, and coordinates and velocities of nodes. Their form is the same in all steps."""
         poses, rates = self.place(t, q, u)
         return {"poses": poses.copy(), "rates": rates.copy(), "nodes": np.zeros(0), "node_rates": np.zeros(0)}
 
@@ -59,17 +68,27 @@ class SegmentSystem(SegmentForces):
         free = self.bodies.free
         return states["poses"][free].ravel(), states["rates"][free].ravel()
 
-    def load_displacements(self, t: float, start: np.ndarray, poses: np.ndarray) -> dict[str, tuple[float, float]]:
-        """Size (N, N m) of every load at a time, and the way (m, rad) of its point along it between poses, by name.
+    def load_displacements(
+        self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
+    ) -> dict[str, tuple[float, float]]:
+        """Size (N, N m) of every load at the end of a path, and the way (m, rad) of its point along it, by name.
 
-        A name that occurs again gets a number.
+        `start` and `end` are times (s) and configurations. The parts of a load on several vertices or along an edge are one
+        load; its way is their mean, weighted by their sizes. A name that occurs again gets a number.
         """
-        found: dict[str, tuple[float, float]] = {}
+        first = self.place(*start, None)[0].copy()
+        (t, q), parts = end, dict[str, list[tuple[float, float, float]]]()
+        poses, _ = self.place(t, q, None)
+        occurred = Counter[str]()
         for load in (load for group in self.groups if isinstance(group, LoadGroup) for load in group.loads):
-            name, number = load.name, 2
-            while name in found:
-                name, number = f"{load.name}#{number}", number + 1
-            found[name] = load.size(t), load.moved(start[load.body], poses[load.body])
+            occurred[load.name] += 1
+            number = f"#{occurred[load.name]}" if occurred[load.name] > 1 else ""
+            part = load.size(t), load.moved(first[load.body], poses[load.body]), load.full_size
+            parts.setdefault(load.name.partition(PART)[0] + number, []).append(part)
+        found = {}
+        for name, of in parts.items():
+            size, way, weight = np.array(of).T
+            found[name] = float(size.sum()), float(way @ weight / weight.sum()) if weight.any() else float(way.mean())
         return found
 
     # protocol: configuration ------------------------------------------------------------------------------------------
@@ -106,7 +125,7 @@ class SegmentSystem(SegmentForces):
         Of contacts alone, or of all but contacts, if `contacts` is true or false. Other arguments as in `System.force`.
         """
         poses, rates = self.place(t, q, u, before)
-        past = self._past(t, before)
+        past = self.past(t, before)
         forces = np.zeros(rates.shape)
         for group in self.groups:
             if contacts is None or contacts == isinstance(group, ContactGroup):
@@ -124,7 +143,7 @@ class SegmentSystem(SegmentForces):
         driven = [body for motion in self.motions for body in motion.bodies]
         groups = tuple(group for group in self.groups if np.isin(group.pairs(poses)[0], driven).any())
         turned = self._turned(q, u, before)
-        pattern, stiffness, damping = self._with_driven(t, poses, rates, groups, self._past(t, before), turned)
+        pattern, stiffness, damping = self._with_driven(t, poses, rates, groups, self.past(t, before), turned)
         along = np.zeros((len(self.motions), pattern.order, self.size))
         for row, motion in zip(along, self.motions, strict=True):
             row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
@@ -141,20 +160,51 @@ class SegmentSystem(SegmentForces):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
-        if type(self) is not SegmentSystem or not has_arrays(self):  # subclasses have forces of their own
+        if not self._has_arrays():
             return None
+        contacts = self._contact_model
         if self._array_model is None:
+            from fsm.segments.contact_arrays_of import ContactModel  # imports the kernels of all steps
+
             pattern = self._current_pattern(self.bodies.pose)
             pairs = len(self.pair_names)
-            self._contact_model = ContactModel(self.contacts, pattern, self.bodies.rate.shape, self.spatial, pairs)
-            self._array_model = arrays_of(self, pattern, ready, self._contact_model)
-        elif self._contact_model is not None and self._contact_model.lacks:
+            contacts = ContactModel(self.contacts, pattern, self.bodies.rate.shape, self.spatial, pairs)
+            self._contact_model, self._array_model = contacts, self._arrays_of(pattern, ready, contacts)
+        elif contacts is not None and contacts.lacks:
             near = [pairs for group in self._others for pairs in [group.pairs(self.bodies.pose)[0]]]
             near += [group.pairs(self.bodies.pose)[0] for group in self._springs]
-            pattern = body_pattern(self._dof, [*near, *self._contact_model.pairs()], self.size)
-            self._contact_model.index(pattern)
-            self._array_model = arrays_of(self, pattern, ready, self._contact_model)
+            pattern = body_pattern(self._dof, [*near, *contacts.pairs()], self.size)
+            contacts.index(pattern)
+            self._array_model = self._arrays_of(pattern, ready, contacts)
         return self._array_model[0]
+
+    def _has_arrays(self) -> bool:
+        from fsm.segments.arrays_of import has_arrays  # imports the kernels of all steps
+
+        return type(self) is SegmentSystem and has_arrays(self)  # subclasses have forces of their own
+
+    def _arrays_of(
+        self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
+    ) -> tuple[ArrayModel, tuple[object, ...]]:
+        """Model of arrays, and the arrays that it needs."""
+        from fsm.segments.arrays_of import arrays_of
+
+        return arrays_of(self, pattern, ready, contacts)
+
+    def static_arrays(self, ready: Ready) -> StaticSegments | None:
+        """See `ArrayStaticSystem`."""
+        if self._statics is None:
+            if type(self) is not SegmentSystem:  # subclasses have forces of their own
+                return None
+            from fsm.segments.arrays_of import has_static_arrays  # imports the kernels of all steps
+
+            if not has_static_arrays(self):
+                return None
+            from fsm.segments.static_arrays import StaticSegments
+
+            self._statics = StaticSegments(self, self._current_pattern(self.bodies.pose), ready)
+        self._statics.use(ready)
+        return self._statics
 
     def lacks_arrays(self) -> bool:
         """See `System`."""
@@ -172,14 +222,14 @@ class SegmentSystem(SegmentForces):
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)
-        past = self._past(t, before)
+        past = self.past(t, before)
         return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
 
     def reactions(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> np.ndarray:
         """See `System`."""
-        reactions = self._reactions(t, *self.place(t, q, u, before), self._past(t, before))
+        reactions = self._reactions(t, *self.place(t, q, u, before), self.past(t, before))
         if u is not None and before is None:
             self._accelerate(t, reactions)
         return reactions
@@ -187,7 +237,7 @@ class SegmentSystem(SegmentForces):
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)
-        past = self._past(t, before)
+        past = self.past(t, before)
         reactions = self._reactions(t, poses, rates, past)
         energy = self._energy(t, poses, rates, reactions, past)
         if u is not None and before is None:
@@ -203,7 +253,7 @@ class SegmentSystem(SegmentForces):
             return
         poses, rates = self.place(t, q, u, before)
         if self.contacts:
-            self.contacts.commit(t, poses, rates, self._past(t, before))
+            self.contacts.commit(t, poses, rates, self.past(t, before))
         for group in self._sliding:
             group.commit(t, poses, rates)
 
@@ -231,6 +281,8 @@ class SegmentSystem(SegmentForces):
             self._driven_pattern, self._driven_key = None, ()
         if self._contact_model is not None and self._contact_model.grown:
             self._array_model = self._contact_model = None
+        if self._statics is not None:
+            self._statics.forget()
         self.contacts.clear_caches(counters)
 
     def contacts_opened(self) -> bool:

@@ -66,7 +66,7 @@ class Turns:
         return cls(found, start) if found else None
 
     def set_poses(self, poses: np.ndarray, angles: np.ndarray) -> None:
-        """Set the poses after turns by `angles` (n_motions,), rad."""
+        """Write the poses of the turning bodies at rotation angles `angles` (n_motions,), rad, into `poses`."""
         for turning in self.bodies:
             angle = float(angles[turning.motion])
             place = turning.centre + turning.arm_at(angle)

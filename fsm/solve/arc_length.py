@@ -8,6 +8,9 @@ the path, so both may decrease along it. A step from (q_n, t_n) along the unit t
 Here x is the increment from q_n divided by span sqrt(n): span is the size of the structure, and n is the number of
 degrees of freedom. T is the duration of the step (pseudo-arclength: Keller 1977; Riks 1979). The path is independent of
 rates: damping and friction are neglected.
+
+Without contacts, forces of stiff springs and thin facets are unknowns, as in `fsm.system.MixedSystem`. A step begins
+with these forces to first order. Steps of thin plates are then longer.
 """
 
 from __future__ import annotations
@@ -15,18 +18,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from fsm.errors import NotConverged
+from fsm.solve.critical import critical_point
 from fsm.solve.linear import LinearSolver
-from fsm.system import System
+from fsm.system import MixedSystem, System
+from fsm.system_records import Depths
 
 __all__ = ["ArcSettings", "PathPoint", "trace"]
 
 _ITERATIONS = 10
-_WANTED = 4
+_WANTED = 6
 """Desired number of Newton iterations of a step."""
+_AMPLITUDES = (3e-3, 1e-2, 3e-2)
+"""Trial amplitudes of the critical mode, relative to the span, for the first point of a branch."""
 _TURN = 0.9
 """Least cosine between the tangents at the ends of a step: a sharper turn may be a jump to another branch."""
 
@@ -63,12 +71,14 @@ class ArcSettings:
     end_time : s
     first, longest : -
     max_steps : int
+    side : sign of the branch after the first bifurcation; 0: the primary path
     """
 
     end_time: float
     first: float = 2e-3
     longest: float = 0.02
     max_steps: int = 10_000
+    side: float = 0.0
 
 
 @dataclass
@@ -92,6 +102,7 @@ def trace(
     max_steps: int = 10_000,
     tolerance: float = 1e-9,
     lowest: float | None = None,
+    side: float = 0.0,
 ) -> Iterator[PathPoint]:
     """Equilibria along the path from a given one, until the time reaches `end` or falls below `lowest`.
 
@@ -108,6 +119,8 @@ def trace(
         Bound of the last Newton step, relative to the span.
     lowest : s
         Absent: `start`.
+    side : -
+        Sign of the critical mode along which the path leaves the first bifurcation; 0: the path goes straight on.
 
     Raises
     ------
@@ -129,6 +142,10 @@ def trace(
                     '"static", which passes a snap with inertia'
                 )
             continue
+        if side and found[0].negative_pivots > point.negative_pivots:
+            turned = tracer.branch(point, found[0].time, side)
+            if turned is not None:
+                found, side, step = turned, 0.0, first
         point, tangent, iterations = found
         yield point
         if point.time >= end or point.time < (start if lowest is None else lowest):
@@ -146,6 +163,10 @@ class _Tracer:
         self.duration = end - start
         self.solver = LinearSolver()
         self.breaks = sorted({*system.break_times(), end})
+        self.mixed: MixedSystem | None = None
+        if isinstance(system, MixedSystem) and system.fixed_pattern:
+            self.mixed = cast(MixedSystem, system)
+        self._depths: Depths | None = None if self.mixed is None else self.mixed.depths(0.0)
 
     def first(self, q: np.ndarray, t: float) -> tuple[PathPoint, _Tangent]:
         """Start of the path, and its tangent towards later times."""
@@ -162,11 +183,13 @@ class _Tracer:
         hold = stop is not None
         if stop is not None:
             length, t = (stop - point.time) / (tangent.t * self.duration), stop
-        q = self.system.retract(point.q, length * tangent.x * self.scale)
+        dx = length * tangent.x * self.scale
+        efforts = self._efforts(point.time, point.q, dx)
+        q = self.system.retract(point.q, dx)
         taken = 0
         for _ in range(_ITERATIONS):
             taken += 1
-            residual = self._factorise(t, q)
+            residual = self._factorise(t, q, efforts)
             dx = self.solver.solve(residual)
             dt = 0.0
             if not hold:
@@ -179,6 +202,7 @@ class _Tracer:
             size = float(np.abs(dx / self.system.scales().span).max(initial=0.0))
             if not np.isfinite(size) or size > 1.0:
                 return None
+            efforts = self._efforts(t, q, dx)
             q, t = self.system.retract(q, dx), t + dt
             if size <= self.tolerance:
                 break
@@ -190,6 +214,22 @@ class _Tracer:
         if hold and t < self.end:
             after = self._beyond(t, q, after)
         return PathPoint(point.length + length, t, q, negative, taken), after, taken
+
+    def branch(self, point: PathPoint, later: float, side: float) -> tuple[PathPoint, _Tangent, int] | None:
+        """First point on the branch beyond an equilibrium before a bifurcation; None at a limit point.
+
+        The step has its length along the critical mode (Riks, 1979).
+        """
+        critical = critical_point(self.system, point.time, point.q, later)
+        if not critical.bifurcation:
+            return None
+        mode = critical.mode / self.scale
+        along = _Tangent(math.copysign(1.0, side) / float(np.linalg.norm(mode)) * mode, 0.0)
+        for amplitude in _AMPLITUDES:
+            found = self.step(point, along, amplitude * float(np.linalg.norm(mode)))
+            if found is not None:
+                return found
+        return None
 
     def _break_between(self, begin: float, end: float) -> float | None:
         """First of the times at which loads or drives are not smooth, on the way between two times."""
@@ -203,8 +243,17 @@ class _Tracer:
         found, _ = self._tangent(math.nextafter(t, math.copysign(math.inf, tangent.t)), q, None)
         return found if tangent.t >= 0.0 else _Tangent(-found.x, -found.t)
 
-    def _factorise(self, t: float, q: np.ndarray) -> np.ndarray:
-        linear = self.system.linearise(t, q, None)
+    def _efforts(self, t: float, q: np.ndarray, dx: np.ndarray) -> np.ndarray | None:
+        """Efforts after an increment to first order, if they are unknowns."""
+        return None if self.mixed is None else self.mixed.efforts(t, q, None, dx)
+
+    def _factorise(self, t: float, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
+        """Factorise the stiffness, with given efforts if these are unknowns, and return the force."""
+        if self.mixed is None or efforts is None:
+            linear = self.system.linearise(t, q, None)
+        else:
+            assert self._depths is not None
+            linear = self.mixed.linearise_mixed(t, q, None, None, efforts, self._depths)
         self.solver.factorise(linear.stiffness)
         return linear.force
 

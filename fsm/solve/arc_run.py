@@ -34,7 +34,7 @@ class ArcRun:
     Attributes
     ----------
     saved : all points as states to be saved
-    loads : program time, stability, and size and displacement of every load at all points, as lists by name
+    loads : length, program time, negative modes, and size and displacement of every load at all points, as lists by name
     warnings : list of str
     """
 
@@ -52,17 +52,25 @@ class ArcRun:
         system.clear_caches(np.zeros(0))
         q = self._settled(start, q)
         points: list[PathPoint] = []
+        memory = system.memory()
         lowest = 2.0 * start - settings.end_time  # loads may reverse up to their full size
         for point in trace(
-            system, q, start, settings.end_time, settings.first, settings.longest, settings.max_steps, lowest=lowest
+            system, q, start, settings.end_time, settings.first, settings.longest, settings.max_steps, lowest=lowest,
+            side=settings.side,
         ):
             system.commit(point.time, point.q, at_rest)
             points.append(point)
             on_point(min(max(point.time, start), settings.end_time), len(points))
-        self._account(start, points)
+        self._account(start, points, memory)
         self.statistics.steps = len(points) - 1
         self.statistics.newton_iterations = sum(point.iterations for point in points)
         last = points[-1]
+        unstable = [point.time for point in points if point.negative_pivots]
+        if unstable:
+            self.warnings.append(
+                f"arc-length: {len(unstable)} of {len(points)} equilibria are unstable, the first at a program time of "
+                f"{unstable[0]:.4g} s; under given loads the structure snaps from there (load.csv, load.png)"
+            )
         if last.time < settings.end_time:
             self.warnings.append(
                 f"arc-length: the path did not reach the program time of the end of its step, {settings.end_time:.4g} s; "
@@ -72,7 +80,7 @@ class ArcRun:
         return last.q
 
     def _settled(self, t: float, q: np.ndarray) -> np.ndarray:
-        """Equilibrium near the start, stable or not; the difference of the energies is dissipated, or external work."""
+        """Equilibrium near the start, stable or not. A loss of stored energy is dissipated, and a gain is external work."""
         try:
             found = equilibrium(self.system, q, np.array([t]))
         except NotConverged as error:
@@ -83,16 +91,16 @@ class ArcRun:
         self.energy_balance.work += max(after - before, 0.0)
         return found
 
-    def _account(self, start: float, points: list[PathPoint]) -> None:
+    def _account(self, start: float, points: list[PathPoint], memory: np.ndarray) -> None:
         """Compute the records, work and loads of all points."""
         system, energy_balance = self.system, self.energy_balance
         at_rest = np.zeros(system.nu)
         whole = points[-1].length or 1.0
-        first, _ = system.place(points[0].time, points[0].q, None)
-        first = first.copy()
         before: tuple[PathPoint, Observation] | None = None
         ways: dict[str, list[list[float]]] = {}
+        system.restore(memory)  # of the start: the path again
         for point in points:
+            system.commit(point.time, point.q, at_rest)
             observed = system.observe(point.time, point.q, None)
             if before is not None:
                 energy_balance.add(self._work(before, (point, observed)), 0.0, np.zeros_like(observed.energy.pair_power))
@@ -104,16 +112,17 @@ class ArcRun:
                 SavedState(
                     time, point.q, at_rest, observed, energy_balance.dissipated, energy_balance.work, energy_balance.error,
                     energy_balance.pair_energy,
-                    program_time=point.time, at_rest=True,
+                    program_time=point.time, at_rest=True, negative_pivots=point.negative_pivots,
                 )
             )  # fmt: skip
-            poses, _ = system.place(point.time, point.q, None)
-            for name, (size, way) in system.load_displacements(point.time, first, poses).items():
+            loads = system.load_displacements((points[0].time, points[0].q), (point.time, point.q))
+            for name, (size, way) in loads.items():
                 ways.setdefault(name, []).append([size, way])
             before = point, observed
         self.loads = {
+            "length": [point.length for point in points],
             "time": [point.time for point in points],
-            "stable": [point.negative_pivots == 0 for point in points],
+            "negative_modes": [point.negative_pivots for point in points],
             "loads": ways,
         }
 

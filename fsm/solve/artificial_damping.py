@@ -58,7 +58,7 @@ class DampedSystem:
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """See `System`."""
         force = self.system.force(self._at(t), q, u)
-        return force if u is None else force - self._rate(t) * (self.system.mass(q) @ u)
+        return force if u is None else force - self._rate(t) * self.system.momentum(q, u)
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Linearised:
         """See `System`."""
@@ -70,7 +70,7 @@ class DampedSystem:
             self._pattern, self._inertia = pattern, self.system.inertia(q, pattern)
         rate = self._rate(t)
         damping = BlockMatrix(pattern, linear.damping.data + rate * self._inertia)
-        return Linearised(linear.force - rate * (self.system.mass(q) @ u), linear.stiffness, damping)
+        return Linearised(linear.force - rate * self.system.momentum(q, u), linear.stiffness, damping)
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
         """See `System`."""
@@ -88,7 +88,7 @@ class DampedSystem:
         """Energy that the artificial damping dissipates in a step, J, at the mean velocity."""
         step = end[0] - begin[0]
         u = self.system.difference(begin[1], end[1]) / step
-        return self._rate(0.5 * (begin[0] + end[0])) * float(u @ (self.system.mass(end[1]) @ u)) * step
+        return self._rate(0.5 * (begin[0] + end[0])) * float(u @ self.system.momentum(end[1], u)) * step
 
 
 def come_to_rest(system: System, t: float, q: np.ndarray) -> np.ndarray:

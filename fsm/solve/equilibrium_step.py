@@ -1,7 +1,7 @@
 """One quasi-static step by Newton's method: h(t, q, u) = 0 with u the mean velocity since the last state.
 
 Inertia is neglected. Damping and friction act with mean velocities over the step (implicit Euler). A system without damping
-and friction is solved at rest.
+and friction is solved at rest. `fsm.stepping.quasi_static` has the iterations; systems with arrays are solved in one kernel.
 
 The efforts of stiff springs are separate unknowns in a `fsm.system.MixedSystem`. The efforts start from predicted values,
 and contacts are linearised at separate depths. On the pulled strip this halves the iterations, with steps three times as
@@ -10,7 +10,6 @@ long.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
@@ -21,33 +20,23 @@ import numpy as np
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.kernels.block_sum import effective_stiffness
-from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
-from fsm.system import MixedSystem, System
-from fsm.system_records import Depths, Linearised, NewtonRules, PreviousState
+from fsm.stepping import quasi_static
+from fsm.stepping.quasi_static import NewtonRules, Settled, StaticCalls, StaticModel, settle, settle_arrays
+from fsm.system import ArrayStaticSystem, MixedSystem, System
+from fsm.system_records import Depths, Linearised, PreviousState
 
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
-_ROUND_OFF = 1e-15
-"""Round-off of forces relative to stiffness times size."""
-_OVERSHOOT = 4.0
-"""A step is cut if its work becomes more negative than this factor times its initial work: contacts opened or closed."""
-_ENOUGH = 0.5
-"""Remaining work of a cut step relative to its initial work."""
-_TRIALS = 10
-"""Largest number of trial states for the cut."""
-_SMALL_CORRECTION = 1e-4
-"""Step below which only the forces are evaluated first, since they are probably in balance."""
-_PATIENCE = 4
-"""Number of iterations after which the residual is compared with the reactions."""
-_LARGE_RESIDUAL, _SLOW_REDUCTION = 200.0, 1e-2
-"""Residual relative to the largest reaction, and relative to the first residual, above which the iteration stops."""
+
+_ENLARGED = 3
+"""Largest number of times that a step is begun again with larger arrays, before Python takes it."""
 
 
 @cache
-def _is_mixed(kind: type) -> bool:
-    """Whether systems of this class are `MixedSystem`; cached, since the check is slow."""
-    return issubclass(kind, MixedSystem)
+def _is(kind: type, protocol: type) -> bool:
+    """Whether systems of this class have a protocol; cached, since the check is slow."""
+    return issubclass(kind, protocol)
 
 
 class Ending(Enum):
@@ -58,6 +47,13 @@ class Ending(Enum):
     ITERATIONS = "too many iterations"
     NOT_FINITE = "not finite"
     SINGULAR = "the stiffness is singular"
+
+
+_FAILURES = {
+    quasi_static.NOT_FINITE: Ending.NOT_FINITE,
+    quasi_static.SINGULAR: Ending.SINGULAR,
+    quasi_static.TOO_MANY: Ending.ITERATIONS,
+}
 
 
 @dataclass
@@ -115,18 +111,16 @@ class EquilibriumStep:
     def __init__(
         self, system: System, tolerance: float = 1e-8, max_iterations: int = 15, reach: float = 0.2
     ) -> None:
+        kind = type(system)
         self.system = system
-        self.mixed = cast(MixedSystem, system) if _is_mixed(type(system)) else None
-        self.tolerance, self.max_iterations, self.reach = tolerance, max_iterations, reach
+        self.mixed = cast(MixedSystem, system) if _is(kind, MixedSystem) else None
+        self._with_arrays = cast(ArrayStaticSystem, system) if _is(kind, ArrayStaticSystem) else None
+        self.tolerance, self.max_iterations, self.reach = float(tolerance), int(max_iterations), float(reach)
         self.solver = LinearSolver()
         self.scales = system.scales()
         self.iterations = self.evaluations = 0
         self.largest_reaction = 0.0
         self.round_off = 0.0
-        self._rules = NewtonRules(
-            tolerance, _ROUND_OFF, _SMALL_CORRECTION, reach, _OVERSHOOT, _LARGE_RESIDUAL, _SLOW_REDUCTION, _PATIENCE,
-            max_iterations,
-        )
 
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
@@ -143,149 +137,57 @@ class EquilibriumStep:
         before : time and configuration of the last state; the same time: at rest
         efforts : of the springs, to begin with; those at the guess if absent
         """
-        system = self.system
-        rates = self._rates(t, before)
         if efforts is None:
             efforts = self.efforts(t, guess, before)
-        settled = self._settle(t, guess, before, efforts)
-        if settled is not None:
-            return settled
-        depths = depths_before = None if self.mixed is None else self.mixed.depths(self.largest_reaction)
-        q, q_before, step, work = guess, guess, np.zeros(system.nu), 0.0
-        size = last_size = lost = math.inf
-        matrix: BlockMatrix | None = None
-        cut = False
-        for iteration in range(self.max_iterations + 1):
-            dx = None if rates is None else system.difference(before[1], q)
-            u = None if dx is None else dx / (t - before[0])
-            self.evaluations += 1
-            if size < _SMALL_CORRECTION and matrix is not None:
-                residual = system.force(t, q, u, rates)
-                if self._balanced(residual):
-                    if iteration == 1 and self.mixed is not None:  # its efforts were only predicted
-                        matrix = self._matrix(system.linearise(t, q, u, rates), dx, t - before[0])
-                        self.solver.factorise(matrix)
-                    return self._found(t, q, before, iteration, residual, matrix, self.efforts(t, q, before))
-            linear = self._linearised(t, q, u, rates, efforts, depths)
-            residual = linear.force
-            left_over = self._left_over(residual)
-            if not math.isfinite(left_over):
-                return self._ended(Ending.NOT_FINITE, q, iteration, residual)
-            if iteration == 0:
-                lost = max(_LARGE_RESIDUAL * self.largest_reaction, _SLOW_REDUCTION * left_over)
-            after = float(step @ residual)
-            if work > 0.0 and after < -_OVERSHOOT * work and not cut:
-                part = self._shortened(t, q_before, step, before, work, after)
-                efforts = self.efforts(t, q_before, before, part * step)
-                q, size, cut, depths = system.retract(q_before, part * step), part * size, True, depths_before
-                continue
-            cut = False
-            wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= _PATIENCE and left_over > lost)
-            if wandering or iteration == self.max_iterations:
-                break
-            matrix = self._matrix(linear, dx, t - before[0])
-            if iteration == 0:
-                self.round_off = _ROUND_OFF * self.scales.largest_span * float(np.abs(matrix.data).max(initial=0.0))
-            try:
-                self.solver.factorise(matrix)
-            except NotConverged:
-                return self._ended(Ending.SINGULAR, q, iteration, residual)
-            step = self.solver.solve(residual)
-            self.iterations += 1
-            work = float(step @ residual)
-            last_size, size = size, largest_ratio(step, self.scales.span)
-            if not math.isfinite(size):
-                return self._ended(Ending.NOT_FINITE, q, iteration, residual)
-            if size > self.reach:
-                step = step * (self.reach / size)
-            efforts = self.efforts(t, q, before, step)
-            if self.mixed is not None:
-                depths_before, depths = depths, self.mixed.advance_depths(t, q, u, rates, step, depths)
-            q_before, q = q, system.retract(q, step)
-        return self._ended(Ending.ITERATIONS, q, self.max_iterations, residual)
-
-    def _settle(self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None) -> Equilibrium | None:
-        """Solve in one call, if the system supports this and the iteration converges; else None."""
-        pattern = None if self.mixed is None else self.mixed.newton_pattern()
-        if self.mixed is None or efforts is None or pattern is None:
-            return None
-        ready = self.solver.ready(pattern)
-        settled = self.mixed.newton_solve(t, guess, before, efforts, self.largest_reaction, self._rules, *ready)
-        if settled is None:
-            return None
-        count = settled.iterations
-        self.iterations += count
-        self.evaluations += count + 1
+        scales, largest_reaction = self.scales, float(self.largest_reaction)
+        rules = NewtonRules(
+            self.tolerance * largest_reaction, largest_reaction, self.reach, scales.largest_span, self.max_iterations,
+            self.mixed is not None, scales.span, scales.force_scale,
+        )  # fmt: skip
+        found = self._solve_arrays(t, guess, before, efforts, rules)
+        if found is None:
+            depths = None if self.mixed is None else self.mixed.depths(self.largest_reaction)
+            model = _Model(self.system, self.mixed, self.solver, t, before, self._rates(t, before), efforts, depths)
+            settled = settle(StaticModel(_CALLS, model), guess, rules)
+            found = settled, model.efforts, model.matrix
+        settled, efforts, matrix = found
+        counts = settled.counts.tolist()
+        self.iterations += counts[quasi_static.SOLVED]
+        self.evaluations += counts[quasi_static.EVALUATED]
         self.round_off = settled.round_off
-        # without an iteration, the last factorisation belongs to the state itself
-        self.solver.adopt(settled.matrix, settled.symmetric, max(count, 2))
-        return self._found(t, settled.q, before, count, settled.residual, settled.matrix, settled.efforts)
+        iterations = counts[quasi_static.ITERATION]
+        if settled.ending != quasi_static.FOUND:
+            ending = _FAILURES[settled.ending]
+            return Equilibrium(settled.q, np.zeros(self.system.nu), None, ending, iterations, settled.residual)
+        assert matrix is not None
+        return self._found(t, settled.q, before, iterations, settled.residual, matrix, efforts)
+
+    def _solve_arrays(
+        self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None, rules: NewtonRules
+    ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None] | None:
+        """Result in one call, with the efforts and the last matrix; None if the system has no arrays.
+
+        Also None if the equations could not be solved, which other methods of the linear solver may solve.
+        """
+        arrays = None if self._with_arrays is None else self._with_arrays.static_arrays(self.solver.ready)
+        if arrays is None or efforts is None:
+            return None
+        model, q = arrays.model, np.ascontiguousarray(guess, dtype=float)
+        for _ in range(_ENLARGED):
+            arrays.begin(t, guess, before, efforts, self.largest_reaction)
+            settled = Settled._make(model.calls.force.entry(settle_arrays, model, q, rules)(model, q, rules))
+            later, matrix, symmetric = arrays.end()
+            if settled.ending != quasi_static.SINGULAR or not arrays.lacks:
+                break
+        if settled.ending in (quasi_static.SINGULAR, quasi_static.NOT_FINITE):
+            return None
+        if settled.counts[quasi_static.FACTORISED]:
+            self.solver.adopt(matrix, symmetric, int(settled.counts[quasi_static.FACTORISED]))
+        return settled, later, matrix
 
     def _rates(self, t: float, before: PreviousState | None) -> PreviousState | None:
         """Last state, if forces depend on rates."""
         return before if before is not None and self.system.rate_dependent and t > before[0] else None
-
-    def _shortened(
-        self, t: float, q: np.ndarray, step: np.ndarray, before: PreviousState, work: float, after: float
-    ) -> float:
-        """Part of an overshooting step at which its work is about zero, by the Illinois method.
-
-        Contacts that close along the step just touch there, and the next matrix includes them.
-        """
-        rates = self._rates(t, before)
-        low, high, side = 0.0, 1.0, 0
-        at_low, at_high = work, after
-        part = high
-        for _ in range(_TRIALS):
-            part = low + (high - low) * at_low / (at_low - at_high)
-            part = min(max(part, low + 0.1 * (high - low)), high - 0.1 * (high - low))
-            there = self.system.retract(q, part * step)
-            u = None if rates is None else self.system.difference(before[1], there) / (t - before[0])
-            self.evaluations += 1
-            now = float(step @ self.system.force(t, there, u, rates))
-            if abs(now) < _ENOUGH * work:
-                break
-            if now > 0.0:
-                low, at_low = part, now
-                at_high *= 0.5 if side > 0 else 1.0
-                side = 1
-            else:
-                high, at_high = part, now
-                at_low *= 0.5 if side < 0 else 1.0
-                side = -1
-        return part
-
-    def _linearised(
-        self,
-        t: float,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        rates: PreviousState | None,
-        efforts: np.ndarray | None,
-        depths: Depths,
-    ) -> Linearised:
-        if self.mixed is None or efforts is None:
-            return self.system.linearise(t, q, u, rates)
-        return self.mixed.linearise_mixed(t, q, u, rates, efforts, depths)
-
-    def _matrix(self, linear: Linearised, dx: np.ndarray | None, duration: float) -> BlockMatrix:
-        """K + D/dt, or K without rates."""
-        if dx is None:
-            return linear.stiffness
-        stiffness, damping = linear.stiffness, linear.damping.data
-        together = effective_stiffness(stiffness.data, damping, 1.0 / duration, None, stiffness.pattern.indices)
-        return BlockMatrix(stiffness.pattern, together)
-
-    def _left_over(self, residual: np.ndarray) -> float:
-        """Largest component of the residual, N."""
-        return float(largest_ratio(residual, self.scales.force_scale))
-
-    def _balanced(self, residual: np.ndarray) -> bool:
-        """Whether the residual is below the tolerance or below round-off."""
-        return self._left_over(residual) <= max(self.tolerance * self.largest_reaction, self.round_off)
-
-    def _ended(self, ending: Ending, q: np.ndarray, iterations: int, residual: np.ndarray) -> Equilibrium:
-        return Equilibrium(q, np.zeros(self.system.nu), None, ending, iterations, residual)
 
     def _found(
         self,
@@ -313,3 +215,90 @@ class EquilibriumStep:
             negative = self.solver.negative_real_pivots()
         ending = Ending.UNSTABLE if negative else Ending.CONVERGED
         return Equilibrium(q, u, efforts, ending, iterations, residual, negative)
+
+
+class _Model:
+    """Model of a system for `fsm.stepping.quasi_static`, with the efforts, the depths and the last matrix.
+
+    Parameters
+    ----------
+    system, mixed, solver : as in `EquilibriumStep`
+    t, before : as in `EquilibriumStep.solve`
+    rates : the last state if forces depend on rates, else None
+    efforts, depths : to begin with
+    """
+
+    def __init__(
+        self, system: System, mixed: MixedSystem | None, solver: LinearSolver, t: float, before: PreviousState,
+        rates: PreviousState | None, efforts: np.ndarray | None, depths: Depths,
+    ) -> None:  # fmt: skip
+        self.system, self.mixed, self.solver = system, mixed, solver
+        self.efforts, self.depths, self._depths_before = efforts, depths, depths
+        self._t, self._before, self._rates, self._u = t, before, rates, np.zeros(0)
+        self._linear: Linearised | None = None
+        self.matrix: BlockMatrix | None = None
+
+    def _mean_velocity(self, q: np.ndarray) -> np.ndarray | None:
+        """Mean velocity since the last state; None at rest."""
+        if self._rates is None:
+            return None
+        self._u = self.system.difference(self._before[1], q) / (self._t - self._before[0])
+        return self._u
+
+    def force(self, q: np.ndarray) -> np.ndarray:
+        """Force h (nu,)."""
+        return self.system.force(self._t, q, self._mean_velocity(q), self._rates)
+
+    def linearised_force(self, q: np.ndarray, mixed: bool) -> np.ndarray:
+        """Force h (nu,); K and D are evaluated there."""
+        t, u, rates = self._t, self._mean_velocity(q), self._rates
+        if mixed and self.mixed is not None and self.efforts is not None:
+            self._linear = self.mixed.linearise_mixed(t, q, u, rates, self.efforts, self.depths)
+        else:
+            self._linear = self.system.linearise(t, q, u, rates)
+        return self._linear.force
+
+    def factorise(self) -> bool:
+        """Factorise K + D/dt, or K at rest."""
+        assert self._linear is not None
+        self.matrix = stiffness = self._linear.stiffness
+        if self._rates is not None:
+            pattern, by_rate = stiffness.pattern, 1.0 / (self._t - self._before[0])
+            data = effective_stiffness(stiffness.data, self._linear.damping.data, by_rate, None, pattern.indices)
+            self.matrix = BlockMatrix(pattern, data)
+        try:
+            self.solver.factorise(self.matrix)
+        except NotConverged:
+            return False
+        return True
+
+    def largest_entry(self) -> float:
+        """Largest magnitude of the entries of the last matrix."""
+        assert self.matrix is not None
+        return float(np.abs(self.matrix.data).max(initial=0.0))
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Solution (nu,) with the last factors."""
+        return self.solver.solve(right)
+
+    def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        """Configuration (nq,) after an increment."""
+        return self.system.retract(q, dx)
+
+    def advance(self, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
+        """Advance efforts and depths by an increment from q; with `cut`, depths become those before it."""
+        if self.mixed is None:
+            return
+        self.efforts = self.mixed.efforts(self._t, q, self._rates, dx)
+        if cut:
+            self.depths = self._depths_before
+            return
+        u = None if self._rates is None else self._u
+        self._depths_before = self.depths
+        self.depths = self.mixed.advance_depths(self._t, q, u, self._rates, dx, self.depths)
+
+
+_CALLS = StaticCalls(
+    _Model.force, _Model.linearised_force, _Model.factorise, _Model.largest_entry, _Model.solve, _Model.retract,
+    _Model.advance,
+)  # fmt: skip

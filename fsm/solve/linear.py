@@ -1,18 +1,18 @@
 """Linear solvers with one interface: analyse a pattern once, factorise and solve often.
 
-* ``block``: LU on the blocks (`fsm.kernels.block_lu`), rows in minimum-degree order. Default.
+* ``block``: LU on the blocks (`fsm.kernels.block_lu`), rows in minimum-degree order. Default. Large symmetric matrices are
+  factorised by dense fronts in nearly the same order (`fsm.kernels.fronts`).
 * ``splu``: SuperLU. It replaces ``block`` for one matrix if a pivot fails or the residual is poor.
 * ``pardiso``: PARDISO of Intel MKL, for large membranes; requires the extra ``mkl``.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, ClassVar, Literal
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.errors import FsmError, NotConverged
@@ -26,16 +26,68 @@ from fsm.kernels.block_lu import (
     is_symmetric,
     solve_refined,
 )
+from fsm.kernels.fronts import (
+    Supernodes,
+    count_negative_pivots,
+    count_nonzero,
+    factorise_fronts,
+    solve_by_fronts,
+)
+from fsm.solve.supernodes import supernodes
 
-__all__ = ["Backend", "LinearSolver"]
+__all__ = ["Backend", "LinearSolver", "few_by_minimum_degree", "many_by_minimum_degree"]
 
 Backend = Literal["block", "splu", "pardiso"]
 
 _REAL = np.dtype(np.float64)
+_NONZERO = 0.75
+"""Least part of blocks that are not zero for fronts, which do not skip blocks of open contacts and held nodes."""
+
+
+_FEW = 100
+"""Largest number of rows for which SuperLU is not used. SuperLU is faster, but its import takes 65 ms."""
 
 
 def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
-    """Order of the rows by SuperLU's multiple minimum degree on the graph of the blocks."""
+    """Order of the rows by minimum degree on the graph of the blocks; for large patterns by that of SuperLU."""
+    return few_by_minimum_degree(pattern) if pattern.order <= _FEW else many_by_minimum_degree(pattern)
+
+
+def few_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
+    """Order of the rows; the neighbours of a row are the bits of an integer.
+
+    All rows of the lowest degree that are not neighbours follow one another (multiple minimum degree: Liu, 1985). So a chain
+    is eliminated from both of its ends, with less round-off than from one.
+    """
+    bits = [1 << row for row in range(pattern.order)]
+    starts, columns = pattern.indptr.tolist(), pattern.indices.tolist()
+    near = [sum(bits[column] for column in columns[a:b]) for a, b in pairwise(starts)]
+    degree = [row.bit_count() for row in near]
+    left, order = list(range(pattern.order)), []
+    while left:
+        lowest = min(degree[row] for row in left)
+        changed = 0
+        for pivot in [row for row in left if degree[row] == lowest]:
+            if changed & bits[pivot]:
+                continue
+            order.append(pivot)
+            clique = rest = near[pivot] & ~bits[pivot]
+            changed |= near[pivot]
+            while rest:
+                row = rest.bit_length() - 1
+                rest ^= bits[row]
+                near[row] = (near[row] | clique) & ~bits[pivot]
+                degree[row] = near[row].bit_count()
+        ordered = set(order)
+        left = [row for row in left if row not in ordered]
+    return np.array(order, dtype=np.int64)
+
+
+def many_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
+    """Order of the rows by SuperLU's multiple minimum degree."""
+    from scipy import sparse
+    from scipy.sparse.linalg import splu
+
     count = pattern.order
     if count < 3:
         return np.arange(count)
@@ -47,6 +99,8 @@ def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
     return np.argsort(factors.perm_c)
 
 
+_ACCURATE = 1e-4
+"""Largest error of a test vector with entries of size 1, up to which the signs of block pivots hold."""
 _REAL_TO = 1e-9
 """Ratio of imaginary to real part, below which an eigenvalue is real."""
 
@@ -71,6 +125,7 @@ class LinearSolver:
 
     _known: ClassVar[WeakKeyDictionary[BlockPattern, Elimination]] = WeakKeyDictionary()
     """Analyses of patterns, shared by all solvers, with the lifetime of the patterns."""
+    _fronts: ClassVar[WeakKeyDictionary[BlockPattern, Supernodes]] = WeakKeyDictionary()
 
     def __init__(self, backend: Backend = "block") -> None:
         self.backend = backend
@@ -80,6 +135,8 @@ class LinearSolver:
         self._elimination: Elimination | None = None
         self._matrix: BlockMatrix | None = None
         self._factors = np.zeros((0, 0, 0))
+        self._supernodes: Supernodes | None = None
+        self._front_factors = np.zeros(0)
         self._other: Any = None
         self._symmetric = self._trusted = False
 
@@ -92,15 +149,20 @@ class LinearSolver:
             The matrix is singular.
         """
         self.factorisations += 1
-        self._matrix, self._other, self._trusted = matrix, None, False
+        self._matrix, self._other, self._trusted, self._supernodes = matrix, None, False, None
         if self.backend != "block":
             self._other = self._library_factors(matrix)
             return
-        known, _ = self.ready(matrix.pattern, matrix.data.dtype)
-        self._symmetric = bool(is_symmetric(matrix.data, matrix.pattern.transposed, SYMMETRY_TOLERANCE))
-        failed = factorise(
-            matrix.data, known.place, known.indptr, known.indices, known.diagonal, self._symmetric, self._factors
-        )
+        pattern, known = matrix.pattern, self._analyse(matrix.pattern)
+        self._symmetric = bool(is_symmetric(matrix.data, pattern.transposed, SYMMETRY_TOLERANCE))
+        if self._has_fronts(matrix, known):
+            nodes = self._ready_fronts(pattern, known)
+            failed = factorise_fronts(nodes, pattern.indptr, pattern.indices, matrix.data, self._front_factors)
+        else:
+            self.ready(pattern, matrix.data.dtype)
+            failed = factorise(
+                matrix.data, known.place, known.indptr, known.indices, known.diagonal, self._symmetric, self._factors
+            )
         if failed >= 0:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
@@ -117,6 +179,7 @@ class LinearSolver:
         """Use factors that the caller has computed in the data of `ready`, in the last of `times` factorisations."""
         self.factorisations += times
         self._matrix, self._other, self._trusted, self._symmetric = matrix, None, False, symmetric
+        self._supernodes = None
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Solution (n,) of A x = b, with one refinement if its backward error is too large.
@@ -131,12 +194,17 @@ class LinearSolver:
         pattern = matrix.pattern
         if pattern.order == 0:
             return np.zeros(0)
-        known = self._elimination
+        known, nodes = self._elimination, self._supernodes
         assert known is not None
-        x, error, refined = solve_refined(
-            known.order, known.indptr, known.indices, known.diagonal, self._factors,
-            pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._symmetric, self._trusted,
-        )  # fmt: skip
+        if nodes is not None:
+            x, error, refined = solve_by_fronts(
+                nodes, self._front_factors, pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._trusted
+            )
+        else:
+            x, error, refined = solve_refined(
+                known.order, known.indptr, known.indices, known.diagonal, self._factors,
+                pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._symmetric, self._trusted,
+            )  # fmt: skip
         if not error <= MAX_ERROR:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
@@ -144,11 +212,23 @@ class LinearSolver:
         self._trusted = not refined
         return np.asarray(x)
 
-    def negative_pivots(self) -> int:
-        """Number of negative eigenvalues of a symmetric matrix; by a dense solver if the block pivots failed."""
+    def negative_pivots(self, recount: bool = True) -> int:
+        """Number of negative eigenvalues of a symmetric matrix; by a dense solver if the block pivots failed.
+
+        Block pivots are eliminated by their inverses. The round-off of an inverse is in proportion to the square of the
+        condition number of its block, and can make a soft pivot negative. Unless a test vector shows that the factors are
+        accurate (`_signs_hold`), negative pivots are therefore counted again in a factorisation by scalars, whose round-off
+        is in proportion to the largest stiffness. With `recount` false, the signs of the block pivots count as they are.
+        """
         assert self._matrix is not None
         if self._other is None and self._elimination is not None:
-            return int(count_negative(self._elimination.diagonal, self._factors))
+            if self._supernodes is not None:
+                found = int(count_negative_pivots(self._supernodes, self._front_factors))
+            else:
+                found = int(count_negative(self._elimination.diagonal, self._factors))
+            if found == 0 or not (recount and self._symmetric) or self._signs_hold():
+                return found
+            return _by_scalars(self._matrix, found)
         values = np.linalg.eigvalsh(self._matrix.bsr().toarray())
         return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
 
@@ -158,6 +238,8 @@ class LinearSolver:
         For an unsymmetric matrix it is even or odd as the number of negative real eigenvalues of the matrix.
         """
         assert self._matrix is not None
+        if self._other is None and self._symmetric:
+            return self.negative_pivots()
         if self._other is None and self._elimination is not None:
             values = np.linalg.eigvals(self._factors[self._elimination.diagonal])
         else:
@@ -165,6 +247,24 @@ class LinearSolver:
         return int(np.sum((values.real < 0.0) & (np.abs(values.imag) <= _REAL_TO * np.abs(values.real))))
 
     # inside ---------------------------------------------------------------------------------------------------------
+
+    def _signs_hold(self) -> bool:
+        """Whether round-off of the factors cannot have changed the sign of an eigenvalue.
+
+        The factors are those of A + E. If a sign differs, an eigenvalue of A^-1 E is -1 or below, and a solution without
+        refinement of A x = A x0 has an error as large as the part of x0 along its eigenvector.
+        """
+        assert self._matrix is not None
+        if self._supernodes is not None:
+            return False
+        known, pattern, data = self._elimination, self._matrix.pattern, self._matrix.data
+        assert known is not None
+        test = np.random.default_rng(0).choice((-1.0, 1.0), self._matrix.order)
+        found, _, _ = solve_refined(
+            known.order, known.indptr, known.indices, known.diagonal, self._factors, pattern.indptr, pattern.indices,
+            data, self._matrix.times(test), REFINE_ABOVE, self._symmetric, True,
+        )  # fmt: skip
+        return bool(np.abs(found - test).max() < _ACCURATE)
 
     def _analyse(self, pattern: BlockPattern) -> Elimination:
         if self._elimination is None or self._pattern is not pattern:
@@ -176,6 +276,22 @@ class LinearSolver:
                 self.analyses += 1
         return self._elimination
 
+    def _has_fronts(self, matrix: BlockMatrix, known: Elimination) -> bool:
+        """Whether fronts are faster for a matrix: it is symmetric, large, and has few zero blocks."""
+        if not self._symmetric or matrix.data.dtype != _REAL or not known.large(matrix.pattern.size):
+            return False
+        return bool(count_nonzero(matrix.data) >= _NONZERO * len(matrix.data))
+
+    def _ready_fronts(self, pattern: BlockPattern, known: Elimination) -> Supernodes:
+        """Supernodes of a pattern, with the array for their factors."""
+        nodes = self._fronts.get(pattern)
+        if nodes is None:
+            nodes = self._fronts[pattern] = supernodes(pattern, known)
+        if len(self._front_factors) != nodes.factors[-1]:
+            self._front_factors = np.empty(nodes.factors[-1])
+        self._supernodes = nodes
+        return nodes
+
     def _library_factors(self, matrix: BlockMatrix) -> Any:
         """Function that solves with the matrix, by PARDISO if selected, else by SuperLU."""
         scalar = matrix.bsr()
@@ -183,6 +299,8 @@ class LinearSolver:
             csr = scalar.tocsr()
             self._pardiso.factorize(csr)
             return lambda right: self._pardiso.solve(csr, right)
+        from scipy.sparse.linalg import splu
+
         try:
             return splu(scalar.tocsc()).solve
         except RuntimeError:
@@ -190,6 +308,21 @@ class LinearSolver:
                 "the linear equations are singular: a part of the model moves without resistance (a mechanism); "
                 "add a support or a stiffness"
             ) from None
+
+
+def _by_scalars(matrix: BlockMatrix, otherwise: int) -> int:
+    """Number of negative pivots of a symmetric factorisation without row exchanges; `otherwise` if there is none."""
+    from scipy.sparse.linalg import splu
+
+    try:
+        factors = splu(
+            matrix.bsr().tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:  # a pivot is zero
+        return otherwise
+    if not np.array_equal(factors.perm_r, factors.perm_c):
+        return otherwise
+    return int(np.sum(factors.U.diagonal() < 0.0))
 
 
 def _pardiso_solver() -> Any:

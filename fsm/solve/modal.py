@@ -29,12 +29,12 @@ _DENSE_SIZE = 60
 _DENSE_PART = 0.25
 """Part of all modes above which the dense solver is used."""
 _BELOW_ZERO = 1e-9
-"""Distance of the shift below zero, relative to the highest omega^2: above round-off, and below bending modes. Nearer to
-zero, rigid-body modes dominate the Lanczos vectors more."""
-_POLISHED = 2
+"""Distance of the shift below zero, relative to the highest omega^2: above round-off, and below bending modes. A shift
+nearer to zero lets rigid-body modes dominate the Lanczos vectors."""
+_POLISHED = 3
 """Inverse iterations after Lanczos. Its vectors contain the errors of all solutions, most if there are rigid-body modes.
 
-On beams one iteration reduces residuals from some hundreds of `resolution` to below one; free bodies need a second.
+On beams one iteration reduces residuals from some hundreds of `resolution` to below one; free bodies need three.
 """
 _RESTARTS = 50
 """Largest number of restarts of Lanczos' method: ten suffice usually; for slack films 4000 did not."""
@@ -158,8 +158,11 @@ class _Problem:
         return solver
 
     def below(self, shift: float) -> int:
-        """Modes with omega^2 below the shift."""
-        return self.factorise(shift).negative_pivots()
+        """Modes with omega^2 below the shift.
+
+        A shift so near to a mode that block pivots lose their signs counts as above the mode: its factors are poor, too.
+        """
+        return self.factorise(shift).negative_pivots(recount=False)
 
     def residuals(self, squared: np.ndarray, shapes: np.ndarray) -> np.ndarray:
         """See `Modes`."""

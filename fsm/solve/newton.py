@@ -11,7 +11,7 @@ import numpy as np
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.solve.linear import LinearSolver
-from fsm.stepping.equilibrium import find, follow_arrays, predicted
+from fsm.stepping.equilibrium import RestCalls, RestModel, find, follow_arrays, predicted
 from fsm.system import ArrayRestSystem, System
 
 __all__ = ["equilibrium", "negative_pivots", "tangent_prediction"]
@@ -62,7 +62,7 @@ def equilibrium(
                 on_state(float(t), q)
     if begun == len(times):
         return q
-    model, before = _AtRest(system), times[max(begun - 1, 0)]
+    model, before = RestModel(_CALLS, _AtRest(system, LinearSolver())), times[max(begun - 1, 0)]
     for t in times[begun:]:
         found, q, residual = find(model, before, t, q, size, tolerance, max_iterations)
         if not found:
@@ -85,9 +85,8 @@ def _has_arrays(kind: type) -> bool:
 class _AtRest:
     """Model of a system at rest (`fsm.stepping.equilibrium`), with its stiffness and factorisation."""
 
-    def __init__(self, system: System, solver: LinearSolver | None = None) -> None:
-        self.system, self.solver = system, solver or LinearSolver()
-        self.retract, self.solve = system.retract, self.solver.solve
+    def __init__(self, system: System, solver: LinearSolver) -> None:
+        self.system, self.solver = system, solver
         self._stiffness: BlockMatrix | None = None
 
     def force(self, t: float, q: np.ndarray) -> np.ndarray:
@@ -106,6 +105,17 @@ class _AtRest:
         self.solver.factorise(self._stiffness)
         return True
 
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Solution (nu,) with the last factors."""
+        return self.solver.solve(right)
+
+    def retract(self, q: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Configuration (nq,) after an increment."""
+        return self.system.retract(q, x)
+
+
+_CALLS = RestCalls(_AtRest.force, _AtRest.renewed_force, _AtRest.factorise, _AtRest.solve, _AtRest.retract)
+
 
 def tangent_prediction(
     system: System, before: float, t: float, q: np.ndarray, solver: LinearSolver | None = None
@@ -114,7 +124,7 @@ def tangent_prediction(
 
     The function overwrites the factorisation of `solver`.
     """
-    return predicted(_AtRest(system, solver), before, t, q)
+    return predicted(RestModel(_CALLS, _AtRest(system, solver or LinearSolver())), before, t, q)
 
 
 def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None) -> int:

@@ -119,7 +119,7 @@ class PathRecorder:
         power = observed.energy.load_power
         loads = observed.energy.input_power * duration - driven if power is None else power * duration
         if loads:  # mean of the loads at both ends of the step, along the same motion
-            begin = self.system.energy(self.time, self.q, u)
+            begin = self.system.energy(self.time, self.q, u, (t, q))
             power = begin.input_power if begin.load_power is None else begin.load_power
             loads = 0.5 * (loads + power * duration)
         return StepEnergy(drives + loads, self._dissipated(t, q, observed), observed.energy.pair_power * duration)

@@ -40,10 +40,11 @@ _RESOLVED = 1e-12
 MOVING = 1e-3
 """Kinetic energy relative to the reference energy, above which inertia is not negligible."""
 _COARSE = 3.0
-"""Energy error of one step, relative to the reference energy and rtol: above it the step has missed a kink of the
+"""Energy error of one step, relative to the reference energy and rtol, above which the step has missed a kink of the
 force."""
 _DEEP = 1e4
-"""Contact forces of a prediction relative to reactions and previous contact forces, above which it penetrates too far."""
+"""Contact forces of a prediction relative to reactions and previous contact forces, above which the prediction
+penetrates too far."""
 _RESTING = 1e-3
 """Residual without damper forces, relative to the largest reaction, below which a state is an equilibrium."""
 SHORT = 0.1
@@ -114,7 +115,7 @@ class PathSteps:
         self.lost: Mark | None = None
         # kinetic energy of all bodies at the speed that the drive may cause
         speed = self.newton.scales.velocity
-        self.slow = 0.5 * float(speed @ (system.mass(q) @ speed)) if system.rate_dependent else 0.0
+        self.slow = 0.5 * float(speed @ system.momentum(q, speed)) if system.rate_dependent else 0.0
         self.joint = system.max_joint_opening(t, q)[1]
         if after is not None:
             self._renew(after)
@@ -235,12 +236,16 @@ class PathSteps:
         """Whether the energy balance of a step requires a shorter step.
 
         If a residual does not decrease with the step, the initial state was no equilibrium, and the step is accepted. After
-        many iterations it is not accepted, since it may be on another branch.
+        many iterations it is not accepted, since it may be on another branch. Without contacts, whose kinks a step may miss,
+        and without dampers, the bound is the round-off of the forces if this is larger than rtol.
         """
         at, longer, worse = self.coarse
         self.coarse = self.recorder.time, duration, imbalance
         jump = at == self.recorder.time and duration < longer and imbalance > math.sqrt(duration / longer) * worse
-        return imbalance > _COARSE * self.settings.rtol and not (jump and iterations <= _ITERATIONS)
+        resolved = self.settings.rtol
+        if self.system.fixed_pattern and not self.system.rate_dependent:
+            resolved = max(resolved, self.newton.round_off / max(self.newton.largest_reaction, 1e-300))
+        return imbalance > _COARSE * resolved and not (jump and iterations <= _ITERATIONS)
 
     def _inertia_counts(self, observed: Observation) -> bool:
         """Whether the motion is too fast for statics; false without damping, since the motion would not decay."""

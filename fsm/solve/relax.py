@@ -8,8 +8,8 @@ where the energy decreases as predicted, so the last steps are Newton's (pseudo-
 J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and holds back
 the soft ones, which buckle.
 
-The method requires forces with a potential at rest. An example are wrinkles of a film, where a path with small steps has
-many bifurcations.
+The method requires forces with a potential at rest. Wrinkles of a film are an example: a path with small steps has
+many bifurcations there.
 
 Small steps with an indefinite stiffness approach a saddle of the energy. A step along the softest mode leaves the saddle and
 lowers the energy. Curvatures and gains below the round-off of their sums count as zero.
@@ -43,12 +43,12 @@ _LITTLE = 0.01
 _LARGEST = 0.5
 """Largest step relative to the size of an element or a radian."""
 _CORRECTIONS = 3
-"""Number of corrections of a step with too small a decrease before it is rejected."""
+"""Number of corrections of a step that decreases the energy too little. After them the step is rejected."""
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 """Round-off of a force relative to the sum of its terms."""
 _CREEPING = 5e-3
-"""Length of a step relative to the tolerance, below which it may lead to a saddle."""
+"""Length of a step relative to the tolerance, below which the step may lead to a saddle."""
 _MODE_ITERATIONS = 8
 """Number of inverse iterations for the softest mode, which start from the softest mode of the previous step."""
 _BESIDE = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
@@ -219,7 +219,7 @@ def _work(system: System, t: float, start: np.ndarray, way: np.ndarray) -> float
 
 
 def _softest(solver: LinearSolver, mass: BlockMatrix, mode: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Softest mode of a factorised K + mu M, largest component 1 over the size, from an estimate."""
+    """Softest mode of K + mu M by inverse iterations from an estimate; its largest component relative to `size` is 1."""
     for _ in range(_MODE_ITERATIONS):
         mode = solver.solve(mass.times(mode))
         mode = mode / np.abs(mode / size).max()

@@ -25,7 +25,7 @@ class SavedState(ShortRepr):
 
     `before` is the state at the start of a quasi-static step; rates are differences from it. In dynamics `before` is None.
     `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length. `at_rest`: all
-    velocities are zero, also those of drives.
+    velocities are zero, also those of drives. `negative_pivots` of the stiffness, if the solver has counted them.
     """
 
     time: float
@@ -39,6 +39,7 @@ class SavedState(ShortRepr):
     before: PreviousState | None = None
     program_time: float | None = None
     at_rest: bool = False
+    negative_pivots: int | None = None
 
     @property
     def acting(self) -> float:
@@ -152,8 +153,8 @@ class InitialState(ShortRepr):
     after: AcceptedStep | None
 
 
-@dataclass
-class Statistics:
+@dataclass(repr=False)
+class Statistics(ShortRepr):
     """Counters of a solve, and its curve.
 
     `points` holds the points of the curve at the ends of all steps, and at Gauss points in them, in the order of time.

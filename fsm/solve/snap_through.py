@@ -19,7 +19,7 @@ from fsm.system import System
 __all__ = ["RestCriterion", "move_until_rest", "slide"]
 
 _CALM = 1e-4
-"""Kinetic energy relative to its largest value since the snap, below which rest is near."""
+"""Kinetic energy relative to its largest value since the snap, below which the motion is nearly at rest."""
 _AS_THE_PATH = 4.0
 """Largest ratio of the kinetic energy of a motion along stable equilibria to the one of their path (twice the speed)."""
 _LOOKS = 8
@@ -132,7 +132,7 @@ def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: floa
         velocity = solver.solve(system.force_rate(t, q))
     except NotConverged:
         return False
-    return kinetic < _AS_THE_PATH * 0.5 * float(velocity @ (system.mass(q) @ velocity))
+    return kinetic < _AS_THE_PATH * 0.5 * float(velocity @ system.momentum(q, velocity))
 
 
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fsm.solve.array_steps import StepMethod
 from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce
@@ -25,6 +26,8 @@ GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-f
 _MARCH, _MARCH_WORK = 1024, 500_000
 """Most steps between restart points, if one kernel takes many steps, and these steps times the number of velocities: a
 kernel then returns within a second or two."""
+_MEAN_FORCE = 4
+"""Cost of a step of the mean-force method relative to one of generalized-alpha."""
 
 
 class StepwiseRun(Run):
@@ -41,7 +44,7 @@ class StepwiseRun(Run):
         breaks = set(self.system.break_times())
         try:
             while solver.t < settings.end_time:
-                if isinstance(solver, GeneralizedAlpha) and solver.marches:
+                if solver.marches:
                     self._march(solver)
                     if self._arrive(solver.t, solver.q, solver.u, solver.state):
                         solver = self._solver()
@@ -61,11 +64,12 @@ class StepwiseRun(Run):
         finally:
             self._count(solver)
 
-    def _march(self, solver: GeneralizedAlpha) -> None:
+    def _march(self, solver: StepMethod) -> None:
         """Take many steps in one kernel, up to a saved time or a restart point."""
         settings, energy_balance, statistics = self.settings, self.energy_balance, self.statistics
-        power, smallest, losses = self.last.energy.input_power, statistics.smallest_step, float(settings.judge_losses)
-        balance = np.array([*energy_balance.numbers(), power, smallest, settings.energy_abort, losses, 0.0])
+        last, smallest, losses = self.last.energy, statistics.smallest_step, float(settings.judge_losses)
+        powers = last.input_power, smallest, settings.energy_abort, losses, last.driven
+        balance = np.array([*energy_balance.numbers(), *powers])
         most = max(1, min(self.renewed + self.every, settings.max_steps) - solver.steps)
         drives, pairs = len(self.last.drive.travel), len(self.last.pairs.force)
         solver.recorded, every = DRIVES + 2 * drives + pairs, drives + pairs > 0
@@ -118,10 +122,10 @@ class StepwiseRun(Run):
             for force, (t, panels, creases) in zip(forces, energies, strict=True)
         )
 
-    def _solver(self) -> GeneralizedAlpha | MeanForce:
+    def _solver(self) -> StepMethod:
         """New solver at the present state; it continues from the last restart point, if any."""
         settings = self.settings
-        solver: GeneralizedAlpha | MeanForce
+        solver: StepMethod
         if settings.method == MEAN_FORCE:
             solver = MeanForce(
                 self.system, self.time, self.q, self.u, settings.rtol, settings.step, settings.max_step
@@ -131,13 +135,14 @@ class StepwiseRun(Run):
             solver = GeneralizedAlpha(
                 self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
             )
-            if solver.marches:
-                self.every = max(self.every, min(_MARCH, _MARCH_WORK // max(self.system.nu, 1)))
+        if solver.marches:
+            work = _MARCH_WORK // (_MEAN_FORCE if settings.method == MEAN_FORCE else 1)
+            self.every = max(self.every, min(_MARCH, work // max(self.system.nu, 1)))
         if self.state is not None:
             solver.resume(self.state)
         return solver
 
-    def _count(self, solver: GeneralizedAlpha | MeanForce) -> None:
+    def _count(self, solver: StepMethod) -> None:
         statistics = self.statistics
         statistics.steps = solver.steps
         statistics.rejected = solver.rejected + solver.failed
@@ -147,7 +152,7 @@ class StepwiseRun(Run):
         statistics.newton_iterations = solver.iterations
         statistics.wall_time = time.perf_counter() - self.begun
 
-    def _account(self, begin: Energy, solver: GeneralizedAlpha | MeanForce) -> None:
+    def _account(self, begin: Energy, solver: StepMethod) -> None:
         """Integrate the powers over the step, check the balance at its end, and save the state at a saved time."""
         step = solver.t - self.time
         self.statistics.smallest_step = min(self.statistics.smallest_step, step)

@@ -17,16 +17,16 @@ from fsm.stepping.vectors import copy_into
 
 __all__ = [
     "ALLOWED", "DISSIPATED", "DRIVEN", "ERROR", "GAINED", "KINETIC_WORST", "LOSSES", "POWER", "ROUND_OFF", "SHORTEST",
-    "START", "TURNOVER", "WORK", "WORST", "balanced", "march", "march_arrays",
+    "START", "TURNOVER", "WORK", "WORST", "add_to_balance", "balanced", "march", "march_arrays", "note_step",
 ]  # fmt: skip
 
 (
     START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, ROUND_OFF, POWER, SHORTEST, ALLOWED, LOSSES,
     DRIVEN,
 ) = range(14)  # fmt: skip
-"""Indices of the array `balance` of `march`: the numbers of `EnergyBalance` (J), the input power at the end of the last step
-(W), the shortest step (s), the largest error relative to the turnover, whether losses are checked too (0 or 1), and the
-kinetic energy of driven bodies (J)."""
+"""Indices of the array `balance` of `march`. START to ROUND_OFF are the numbers of `EnergyBalance` (J). POWER is the input
+power at the end of the last step (W), SHORTEST the shortest step (s). ALLOWED is the largest error relative to the turnover.
+LOSSES is 1 if losses are checked too. DRIVEN is the kinetic energy of driven bodies (J)."""
 
 
 @shared
@@ -45,6 +45,31 @@ def balanced(
 
 
 @shared
+def note_step(balance: np.ndarray, record: np.ndarray, q: np.ndarray, u: np.ndarray, t: float, step: float) -> None:
+    """Write time, turnover before the step and state to a record; `step` is the size of the step, s."""
+    record[AT], record[BEFOREHAND] = t, balance[TURNOVER]
+    first = record.shape[0] - q.shape[0] - u.shape[0]
+    copy_into(q, record[first : first + q.shape[0]])
+    copy_into(u, record[first + q.shape[0] :])
+    balance[SHORTEST] = min(balance[SHORTEST], step)
+
+
+@shared
+def add_to_balance(
+    balance: np.ndarray, work: float, dissipated: float, kinetic: float, potential: float
+) -> bool:
+    """Add the energies of a step to the balance, J; whether the energy error is above its bound."""
+    balance[WORK] += work
+    balance[DISSIPATED] += dissipated
+    balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
+        kinetic + potential, kinetic, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST],
+        balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST],
+    )  # fmt: skip
+    off = balance[WORST] if balance[LOSSES] > 0.0 else balance[GAINED]
+    return bool(balance[TURNOVER] > balance[ROUND_OFF] and off > balance[ALLOWED] * balance[TURNOVER])
+
+
+@shared
 def march(
     model: Any, motion: Motion, rules: Rules, balance: np.ndarray, until: float, most: int, records: np.ndarray
 ) -> int:
@@ -53,9 +78,8 @@ def march(
     The function returns early if the energy error exceeds `balance[ALLOWED]`; the caller then takes single steps.
     `records` (m, k) receives a record of each step (`fsm.stepping.model`); steps beyond its last row share that row.
     """
-    sizes = motion.sizes
-    nq, nu, last = motion.q.shape[0], motion.u.shape[0], records.shape[0] - 1
-    balance[DRIVEN] = energies(model, sizes[TIME], motion.q, motion.u, 0.0, records[0])[4]
+    sizes, last = motion.sizes, records.shape[0] - 1
+    energies(model, sizes[TIME], motion.q, motion.u, 0.0, records[0])  # dampers remember this state
     for number in range(most):
         begin, record = sizes[TIME], records[min(number, last)]
         if not begin < until:
@@ -68,20 +92,10 @@ def march(
             return outcome
         step = sizes[TIME] - begin
         kinetic, potential, dissipated, power, driven = energies(model, sizes[TIME], motion.q, motion.u, step, record)
-        record[AT], record[BEFOREHAND] = sizes[TIME], balance[TURNOVER]
-        first = record.shape[0] - nq - nu
-        copy_into(motion.q, record[first : first + nq])
-        copy_into(motion.u, record[first + nq :])
-        balance[WORK] += 0.5 * step * (balance[POWER] + power) + driven - balance[DRIVEN]
-        balance[DISSIPATED] += step * dissipated
+        work = 0.5 * step * (balance[POWER] + power) + driven - balance[DRIVEN]
         balance[POWER], balance[DRIVEN] = power, driven
-        balance[SHORTEST] = min(balance[SHORTEST], step)
-        balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
-            kinetic + potential, kinetic, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST],
-            balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST],
-        )  # fmt: skip
-        off = balance[WORST] if balance[LOSSES] > 0.0 else balance[GAINED]
-        if balance[TURNOVER] > balance[ROUND_OFF] and off > balance[ALLOWED] * balance[TURNOVER]:
+        note_step(balance, record, motion.q, motion.u, sizes[TIME], step)
+        if add_to_balance(balance, work, step * dissipated, kinetic, potential):
             break
     return STEPPED
 

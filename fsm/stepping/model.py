@@ -14,9 +14,10 @@ from fsm.kernels.jit import compiled_as
 from fsm.kernels.pointers import Pointer, typed_by
 
 __all__ = [
-    "CREASES", "DRIVES", "INERTIAL", "KINETIC", "PANELS", "STEADY", "TIME", "TURNOVER", "ArrayModel", "Calls", "accept",
-    "contacts_opened", "damping_times", "energies", "factorise", "factorise_mass", "force", "longest_step", "mapped",
-    "mass_times", "part_of_step", "renewed_force", "retract", "solve", "stiffness_times", "unable",
+    "CREASES", "DRIVES", "INERTIAL", "KINETIC", "PANELS", "STEADY", "TIME", "TURNOVER", "ArrayModel", "Calls",
+    "accept", "contacts_opened", "damping_times", "energies", "factorise", "factorise_mass", "force", "keep_tangent",
+    "longest_step", "mapped", "mass_times", "part_of_step", "powers", "renewed_force", "retract", "solve",
+    "stiffness_times", "stored", "unable",
 ]  # fmt: skip
 
 TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
@@ -47,6 +48,8 @@ class Calls(NamedTuple):
     accept: Any
     unable: Any
     energies: Any
+    keep_tangent: Any
+    powers: Any
 
 
 class ArrayModel(NamedTuple):
@@ -61,7 +64,7 @@ class ArrayModel(NamedTuple):
         t, state = 0.0, (0.0, q, u)
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
-            (*state, t, u),
+            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u),
         )  # fmt: skip
         pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
         return cls(Calls(*pointers), arrays)
@@ -158,6 +161,32 @@ def energies(
     return kinetic, potential, dissipated, put_in, driven
 
 
+def keep_tangent(model: Any, by_stiffness: float, by_damping: float, first: bool) -> bool:
+    """Keep K and D with these factors if `first`; else add what was kept to the present K and D with these factors.
+
+    False if the tangents have different patterns.
+    """
+    return bool(model.keep_tangent(by_stiffness, by_damping, first))
+
+
+def powers(
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, of_pairs: np.ndarray, drive_force: np.ndarray
+) -> tuple[float, float]:
+    """Input power and dissipated power of a state, W.
+
+    The powers of contact pairs (`Energy.pair_power`) and the forces of all drives are added to `of_pairs` (2, n_pairs) and
+    `drive_force` (n_drives,).
+    """
+    put_in, dissipated = model.powers(t, q, u, of_pairs, drive_force)
+    return put_in, dissipated
+
+
+def stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> tuple[float, float]:
+    """Kinetic energy, and kinetic and potential energy without that of driven bodies, J; the record is work space."""
+    kinetic, total = model.stored(t, q, u)
+    return kinetic, total
+
+
 def _force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
     return model.calls.force(model.arrays, t, q, u)
 
@@ -222,13 +251,29 @@ def _energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float, r
     return model.calls.energies(model.arrays, t, q, u, step, record)
 
 
+def _keep_tangent(model: Any, by_stiffness: float, by_damping: float, first: bool) -> Any:
+    return model.calls.keep_tangent(model.arrays, by_stiffness, by_damping, first)
+
+
+def _powers(
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, of_pairs: np.ndarray, drive_force: np.ndarray
+) -> Any:
+    return model.calls.powers(model.arrays, t, q, u, of_pairs, drive_force)
+
+
+def _stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> Any:
+    kinetic, potential, _, _, driven = model.calls.energies(model.arrays, t, q, u, 0.0, record)
+    return kinetic, kinetic + potential - driven
+
+
 _ASKED: tuple[Any, ...] = (
     force, renewed_force, factorise, factorise_mass, solve, mapped, retract, mass_times, stiffness_times, damping_times,
-    contacts_opened, part_of_step, longest_step, accept, unable, energies,
+    contacts_opened, part_of_step, longest_step, accept, unable, energies, keep_tangent, powers, stored,
 )  # fmt: skip
 _INSTEAD: tuple[Any, ...] = (
     _force, _renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, _energies,
+    _keep_tangent, _powers, _stored,
 )  # fmt: skip
 for _asked, _instead in zip(_ASKED, _INSTEAD, strict=True):
     compiled_as(_asked, ArrayModel, _instead)

@@ -1,4 +1,4 @@
-"""Vector operations of the generalized-alpha method, each in one loop over the degrees of freedom."""
+"""Vector operations of time steps, each in one loop over the degrees of freedom."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["copy_into", "correct", "newton_weight", "predict", "scaled", "slope_and_bend", "start_a", "subtracted"]
+__all__ = [
+    "changed_rate", "copy_into", "correct", "end_velocity", "inner", "kept", "mean_balance", "moved", "newton_weight",
+    "predict", "scaled", "slope_and_bend", "start_a", "subtracted",
+]  # fmt: skip
 
 
 @kernel
@@ -33,6 +36,15 @@ def scaled(factor: float, vector: np.ndarray) -> np.ndarray:
     for i in range(vector.shape[0]):
         out[i] = factor * vector[i]
     return out
+
+
+@kernel
+def inner(a: np.ndarray, b: np.ndarray) -> float:
+    """Scalar product of two (n,) arrays."""
+    total = 0.0
+    for i in range(a.shape[0]):
+        total += a[i] * b[i]
+    return total
 
 
 @kernel
@@ -89,3 +101,50 @@ def start_a(rate: np.ndarray, shift: float, slope: np.ndarray, a: np.ndarray) ->
     """a = u' + shift u'', written to `a` (n,)."""
     for i in range(rate.shape[0]):
         a[i] = rate[i] + shift * slope[i]
+
+
+@kernel
+def moved(x: np.ndarray, part: float, dx: np.ndarray) -> np.ndarray:
+    """x + part dx, (n,)."""
+    out = np.empty(x.shape[0])
+    for i in range(x.shape[0]):
+        out[i] = x[i] + part * dx[i]
+    return out
+
+
+@kernel
+def end_velocity(x: np.ndarray, h: float, u: np.ndarray) -> np.ndarray:
+    """Velocity (n,) at the end of a step whose mean is x/h."""
+    out = np.empty(x.shape[0])
+    for i in range(x.shape[0]):
+        out[i] = 2.0 * x[i] / h - u[i]
+    return out
+
+
+@kernel
+def changed_rate(x: np.ndarray, h: float, u: np.ndarray) -> np.ndarray:
+    """Mean acceleration (n,) of a step whose mean velocity is x/h."""
+    out = np.empty(x.shape[0])
+    for i in range(x.shape[0]):
+        out[i] = (2.0 / h) * (x[i] / h - u[i])
+    return out
+
+
+@kernel
+def mean_balance(one: np.ndarray, two: np.ndarray, inertial: np.ndarray) -> np.ndarray:
+    """Mean of two forces minus the inertial force, (n,)."""
+    out = np.empty(one.shape[0])
+    for i in range(one.shape[0]):
+        out[i] = 0.5 * (one[i] + two[i]) - inertial[i]
+    return out
+
+
+@kernel
+def kept(data: np.ndarray, factor: float, first: bool, memory: np.ndarray) -> None:
+    """Write factor data to the memory if `first`, else memory + factor data to the data."""
+    values, stored = data.reshape(-1), memory.reshape(-1)
+    for i in range(values.shape[0]):
+        if first:
+            stored[i] = factor * values[i]
+        else:
+            values[i] = stored[i] + factor * values[i]

@@ -115,8 +115,8 @@ def test_two_loads_with_one_name_have_two_columns(tmp_path: Path) -> None:
     run(tmp_path, BLOCK + steps)
     with (tmp_path / "out" / "load.csv").open(encoding="utf-8") as file:
         rows = list(csv.reader(file))
-    assert len(rows[0]) == 7
-    assert [float(cell) for cell in rows[-1][3:]] == pytest.approx([3.0, 0.01, 6.0, 0.02])
+    assert len(rows[0]) == 8
+    assert [float(cell) for cell in rows[-1][4:]] == pytest.approx([3.0, 0.01, 6.0, 0.02])
 
 
 def test_a_load_that_takes_the_place_of_another_is_said(tmp_path: Path) -> None:

@@ -135,12 +135,12 @@ def test_what_a_closed_cycle_loses_is_its_area_however_long_the_steps() -> None:
 
     def go(to: float, steps: int) -> float:
         poses, rates = system.place(0.0, q, u)
-        begin = group._state.opening[0]
+        begin = group._sliders._state.opening[0]
         lost = 0.0
         for o in np.linspace(begin, to, steps + 1)[1:]:
             poses[1, 2] = system.bodies.pose[1, 2] - group.side[0] * o
             group.commit(0.0, poses, rates)
-            lost += group._state.lost[0]
+            lost += group._sliders._state.lost[0]
         return lost
 
     area = float(np.trapezoid(LOADING - UNLOADING, ANGLE))

@@ -29,6 +29,7 @@ BOUNCY = {"law": "restitution", "stiffness": 1e6, "exponent": 1.5, "restitution"
 BRISTLES = {"law": "lugre", "mu_static": 0.4, "mu_dynamic": 0.3, "v_stribeck": 1e-2, "presliding": 1e-5}
 SMOOTH = {"law": "tanh", "mu_dynamic": 0.3, "v_static": 1e-2}
 SIZE = 0.02
+PENTAGON = ((-0.04, -0.03), (0.03, -0.03), (0.04, 0.0), (0.02, 0.03), (-0.03, 0.02))
 
 
 def heap(
@@ -39,7 +40,9 @@ def heap(
     bodies, shapes = [], []
     for i in range(count):
         name, tilt = f"body {i}", 0.0 if kind == "sphere" else 0.05
-        plate = Plate(length=4 * SIZE, width=3 * SIZE, thickness=SIZE / 5) if kind == "plate" else None
+        outline = PENTAGON if kind == "facet" else None
+        flat = kind in ("plate", "facet")
+        plate = Plate(length=4 * SIZE, width=3 * SIZE, thickness=SIZE / 5, outline=outline) if flat else None
         height = 0.0045 + 0.0065 * i if plate else 1.05 * SIZE + apart * i
         bodies.append(
             Body(
@@ -70,6 +73,7 @@ HEAPS: dict[str, tuple[Any, ...]] = {
     "boxes with friction": ("box", 2, DAMPED, SMOOTH),
     "plates": ("plate", 2, DAMPED),
     "plates with friction": ("plate", 3, DAMPED, BRISTLES),
+    "facets with friction": ("facet", 3, DAMPED, BRISTLES),
 }
 
 
@@ -100,7 +104,7 @@ def started(system: SegmentSystem, fixed_step: float | None) -> tuple[Generalize
     system.commit(0.0, q, u)
     energy, balance = system.energy(0.0, q, u), np.zeros(14)
     balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
-    balance[balances.SHORTEST], balance[balances.ALLOWED] = np.inf, np.inf
+    balance[balances.SHORTEST], balance[balances.ALLOWED], balance[balances.DRIVEN] = np.inf, np.inf, energy.driven
     return GeneralizedAlpha(system, 0.0, q, u, 1e-4, fixed_step=fixed_step), balance
 
 

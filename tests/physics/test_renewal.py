@@ -11,6 +11,7 @@ import pytest
 
 import fsm.solve.path_steps
 import fsm.solve.run
+import fsm.solve.stepwise_run
 from fsm.assembly.compile import compile_model
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.flexible import SceneFilm
@@ -79,6 +80,7 @@ def check(
     """Go on from the first, a middle and the last renewal point."""
     for module in (fsm.solve.run, fsm.solve.path_steps):
         monkeypatch.setattr(module, "steps_between", lambda nu: every)
+    monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", every)
     times = list(np.linspace(0.0, settings.end_time, 21))
     whole = Way().go(make(), settings, times)
     assert len(whole.renewals) > 2

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
+import fsm
 from fsm.analyses.choose import analysis_of
 from fsm.errors import CaseError
 from fsm.run import run_case
@@ -231,6 +233,21 @@ def test_faults_of_a_sheet(changes: list[str], message: str) -> None:
     assert message in str(error.value)
 
 
+@pytest.mark.parametrize("letter", ["U", "F"])
+def test_folding_needs_mountains_or_valleys(letter: str) -> None:
+    sheet = {
+        "vertices": [[0, 0, 0], [0.1, 0, 0], [0.1, 0.05, 0], [0, 0.05, 0], [0.2, 0, 0], [0.2, 0.05, 0]],
+        "edges": [[1, 2]], "assignment": [letter], "angles": [0.0], "faces": [[0, 1, 2, 3], [1, 4, 5, 2]],
+        "fold_to": 0.5, "thickness": 1e-3, "support": [{"at": "facet 1"}],
+    }  # fmt: skip
+    data = {
+        "sheet": sheet, "material": {"young": 3e9, "density": 1000.0}, "crease": {"stiffness_per_length": 0.2},
+        "solve": {"method": "static", "end_time": 10.0},
+    }  # fmt: skip
+    with pytest.raises(CaseError, match=r"sheet\.fold_to: needs mountains or valleys with fold angles"):
+        build_scene(Case.model_validate(data))
+
+
 @pytest.mark.parametrize("facets", ["rigid", "bend-lines"])
 def test_folded_start_of_a_flat_pattern(facets: str) -> None:
     """Distances in facets are kept, the first facet stays in place, and the creases fold to their sides at rest."""
@@ -265,6 +282,80 @@ def test_a_pattern_that_cannot_fold_is_refused() -> None:
     })  # fmt: skip
     with pytest.raises(CaseError, match=r"sheet\.fold: .*rigid facets"):
         build_scene(star)
+
+
+def test_folded_parts_are_in_the_summary(tmp_path: Path) -> None:
+    """All creases of a flat-foldable sheet reach their rest angles, but for the lag of the dampers."""
+    summary = run_case(load_case(FOLD_CASE, ["save.interval=50"]), tmp_path, progress=False, figures=False)
+    assert 0.95 < summary["folded"]["least"] <= summary["folded"]["median"] < 1.05
+    assert summary["folded"]["creases"] == {} and not any("rest angle" in text for text in summary["warnings"])
+
+
+def test_flasher_folds_around_its_hub(tmp_path: Path) -> None:
+    """Facets with bend lines reach the folded state; rigid facets cannot leave the flat state, and the run warns."""
+    case = Path(builder.__file__).parents[2] / "commands" / "templates" / "flasher.toml"
+    summary = run_case(load_case(case, ["save.interval=50"]), tmp_path / "bends", progress=False, figures=False)
+    assert summary["folded"]["least"] > 0.9 and summary["folded"]["creases"] == {}
+    changes = ["save.interval=50", 'sheet.facets="rigid"', "sheet.sides=4"]
+    summary = run_case(load_case(case, changes), tmp_path / "rigid", progress=False, figures=False)
+    assert summary["folded"]["median"] < 0.5 and any("less than half of the rest angle" in w for w in summary["warnings"])
+
+
+CROSS = """
+[sheet]
+vertices = [
+    [-0.1, -0.1, 0], [0, -0.1, 0], [0.1, -0.1, 0], [-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0], [-0.1, 0.1, 0], [0, 0.1, 0],
+    [0.1, 0.1, 0],
+]
+faces = [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]
+edges = [[1, 4], [4, 7], [3, 4], [4, 5]]
+assignment = ["V", "V", "V", "V"]
+angles = [3, 3, 3, 3]
+fold_to = 0.9
+facets = "rigid"
+thickness = 1e-4
+support = [{ at = "facet 1" }]
+[material]
+young = 3e9
+density = 1000
+[crease]
+stiffness_per_length = 0.05
+[solve]
+method = "static"
+end_time = 100
+[save]
+interval = 25
+"""
+
+
+def test_creases_that_stay_behind_are_named_with_the_reason(tmp_path: Path) -> None:
+    """Two crossing lines of a square cannot fold together: the sheet folds along one of them."""
+    case = tmp_path / "case.toml"
+    case.write_text(CROSS, encoding="utf-8")
+    summary = run_case(load_case(case), tmp_path / "out", progress=False, figures=False)
+    assert summary["folded"]["least"] < 1e-3 and len(summary["folded"]["creases"]) == 2
+    (text,) = [warning for warning in summary["warnings"] if "less than half of the rest angle" in warning]
+    assert "rigid facets do not allow these fold angles together: the mountains and valleys at vertex 5 cannot all" in text
+    energy = summary["folded"]["strain_energy"]
+    assert energy["mountains_and_valleys"] == pytest.approx(0.05 * 0.2 * 2.7**2 / 2.0, rel=0.02)
+    assert energy["bend_lines"] == energy["unassigned"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("supports", "free"),
+    [
+        ('[{at="edge left", fixed=["x"]}, {at="vertex 1", fixed=["y", "z"]}]', "rotate about (1, 0, 0) through"),
+        ('[{at="edge left", fixed=["x"]}]', "move along"),
+        ("[]", "and rotate about (1, 0, 0)"),
+    ],
+)
+def test_a_sheet_that_can_move_as_a_whole_is_refused(supports: str, free: str) -> None:
+    """The free motions are named; the shipped supports leave none."""
+    changes = ["sheet.columns=4", "sheet.rows=4", "drive.0.travel=0.1"]
+    build_scene(load_case(CASE, changes).case)
+    with pytest.raises(CaseError, match=r"sheet\.support: supports and drives let the sheet ") as error:
+        build_scene(load_case(CASE, [*changes, f"sheet.support={supports}"]).case)
+    assert free in str(error.value)
 
 
 def test_motion_of_a_sheet(tmp_path: Path) -> None:
@@ -310,3 +401,34 @@ def test_rigid_facets_that_cannot_follow_a_drive(tmp_path: Path) -> None:
     summary = run_case(load_case(case), tmp_path / "out", progress=False)
     assert any("its rigid facets cannot follow this motion" in warning for warning in summary["warnings"])
     assert summary["joint_opening"] > 1e-4
+
+
+def test_a_long_chain_of_facets(tmp_path: Path) -> None:
+    """Ten panels, the first held and the end pulled: round-off of joints must not exceed the small forces at the start."""
+    count, length, width, fold, stiffness, travel = 10, 0.042, 0.044, math.radians(41.0), 0.565, 0.0249
+    data = {
+        "sheet": {
+            "kind": "zigzag", "columns": count, "a": length, "b": width, "fold_angle": fold, "thickness": 5e-4,
+            "support": [{"at": "facet 1"}],
+        },
+        "material": {"young": 5.73e9, "density": 800.0}, "crease": {"stiffness_per_length": stiffness},
+        "drive": [{"edge": "right", "direction": [1, 0, 0], "speed": "0.5 mm/s", "travel": travel, "guide": False}],
+        "solve": {"method": "static"},
+    }  # fmt: skip
+    summary = fsm.load(data, folder=tmp_path).run(tmp_path / "out", figures=False).summary
+    angles = fold * (-1.0) ** np.arange(count)
+    rest = np.diff(angles)
+
+    def equations(unknown: np.ndarray, part: float) -> np.ndarray:
+        """Balance of moments of the free panels, whose force along x is the last unknown, and the length."""
+        turned, force = np.concatenate([angles[:1], unknown[:-1]]), unknown[-1]
+        moments = stiffness * width * (np.diff(turned) - rest)
+        balance = moments - np.append(moments[1:], 0.0) + force * length * np.sin(turned[1:])
+        gap = length * (np.cos(turned) - np.cos(angles)).sum() - travel * part
+        return np.append(balance / (stiffness * width), gap / length)
+
+    unknown = np.append(angles[1:], 0.0)
+    for part in np.linspace(0.0, 1.0, 11)[1:]:
+        unknown = fsolve(equations, unknown, args=(part,), xtol=1e-12)
+    assert np.abs(equations(unknown, 1.0)).max() < 1e-9
+    assert summary["final_force"] == pytest.approx(unknown[-1], rel=1e-4)

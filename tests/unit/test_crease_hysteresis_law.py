@@ -13,7 +13,6 @@ from fsm.errors import CaseError
 from fsm.laws.crease import join_curves
 from fsm.laws.crease_hysteresis import hysteresis_stiffness, slip_energy, slip_moment, slip_power, strength_curve
 from fsm.scene.materials import SplineCrease
-from fsm.scene.scene import GROUND, ForceElement
 from fsm.segments.crease_curves import curve_of, hysteresis_of
 
 POINTS = np.linspace(0.0, 1.5, 16)
@@ -94,28 +93,27 @@ def test_the_slope_is_the_derivative_of_the_moment() -> None:
         assert slope == pytest.approx((ahead - behind) / (2 * step), rel=1e-5, abs=1e-9)
 
 
-def element(**more: object) -> ForceElement:
+def crease(**more: object) -> SplineCrease:
     angle = tuple(np.linspace(0.0, 1.5, 31))
     moment = tuple(4e-3 * np.sin(a) for a in angle)
-    law = SplineCrease.model_validate({"law": "spline", "angle": angle, "moment": moment} | more)
-    return ForceElement(name="crease", inner="a", outer=GROUND, crease=law, crease_flexibility=20.0)
+    return SplineCrease.model_validate({"law": "spline", "angle": angle, "moment": moment} | more)
 
 
 def test_both_branches_in_series_with_half_segments_are_exact() -> None:
     back = tuple(4e-3 * math.sin(a) - 5e-4 * (1.5 - a) for a in np.linspace(0.0, 1.5, 31))
-    both = element(unloading=back)
-    strength = hysteresis_of(both)
+    both = crease(unloading=back), 20.0
+    strength = hysteresis_of(*both)
     assert strength is not None
     for opening in (0.3, 0.8, 1.2):
         for sign, moment in ((1.0, 4e-3 * math.sin(opening)), (-1.0, 4e-3 * math.sin(opening) - 5e-4 * (1.5 - opening))):
             total = opening + 20.0 * moment
-            assert curve_of(both)(total)[1] + sign * strength.strength(total)[1] == pytest.approx(moment, rel=1e-4)
+            assert curve_of(*both)(total)[1] + sign * strength.strength(total)[1] == pytest.approx(moment, rel=1e-4)
 
 
 def test_what_has_no_second_curve_has_no_slider_and_what_gives_energy_is_refused() -> None:
-    assert hysteresis_of(element()) is None
+    assert hysteresis_of(crease(), 20.0) is None
     moment = tuple(4e-3 * math.sin(a) for a in np.linspace(0.0, 1.5, 31))
-    assert hysteresis_of(element(unloading=moment)) is None
+    assert hysteresis_of(crease(unloading=moment), 20.0) is None
     above = tuple(m + (1e-3 if 10 < k < 15 else -1e-3) for k, m in enumerate(moment))
     with pytest.raises(CaseError, match=r"unloading branch lies above .* at .* deg; a crease cannot give energy"):
-        hysteresis_of(element(unloading=above))
+        hysteresis_of(crease(unloading=above), 20.0)

@@ -50,9 +50,10 @@ from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-from fsm.scene.sheet import Sheet, SheetSupport
+from fsm.scene.sheet import BarsOfSheet, Sheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
 from fsm.scene.solve import SavedPoint
 from fsm.scene.steps import Step
+from fsm.scene.truss import SceneTruss
 from fsm.solve.status import Event
 
 ROOT = Path(__file__).parents[2]
@@ -62,15 +63,16 @@ CALIBRATION = ROOT / "docs" / "calibration.md"
 CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
-    (Case,), (Strip,), (Lattice,), (Sheet,), (SheetSupport,), (Material,), (LinearCrease, SplineCrease, FamilyCrease),
-    (Contact,), (Friction,),
+    (Case,), (Strip,), (Lattice,), (Sheet,), (SheetCrease,), (SheetSupport,), (SheetProbe,), (SheetPly,), (BarsOfSheet,),
+    (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
     (Drive,), (Load,), (Constant, Ramp, Table, Cycle), (Step,), (Obstacle,), (Release,), (Solve,), (Save,),
     (SavedPoint,), (Expect,),
     (Scissor,), (BarSection,),
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
     (Deployed,), (Air,), (Damping,), (HalfSinePulse, RectanglePulse, MeasuredPulse), (Vibration,), (Scene,), (Body,),
-    (Plate,), (ForceElement,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneFrame,), (SceneSeam,), (Surface,),
+    (Plate,), (ForceElement,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneTruss,), (SceneFrame,),
+    (SceneSeam,), (Surface,),
     (scenes.PlateGroup,), (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
@@ -196,7 +198,7 @@ def test_summary_is_described(tmp_path: Path) -> None:
     summary = run_case(load_case(tmp_path / "case.toml", small), tmp_path / "out", progress=False)
     (table,) = rows("| name | |")
     said = {name for row in table for name in re.findall(r"`(\w+)`", row[0])}
-    assert said - {"motion_error", "joint_opening"} == set(summary)  # of a scene with impacts, of a sheet
+    assert said - {"motion_error", "joint_opening", "probe_displacement", "folded"} == set(summary)  # of impacts, of sheets
 
 
 def test_summary_of_a_film_is_described(tmp_path: Path) -> None:

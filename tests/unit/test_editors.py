@@ -5,16 +5,17 @@ from __future__ import annotations
 import json
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import jsonschema
 import pytest
 from click.testing import CliRunner, Result
 
 from fsm.cli import cli
-from fsm.commands.init import kinds
+from fsm.commands.init import _ALSO, kinds
 from fsm.scene.json_schema import case_schema
 from fsm.scene.key_help import all_keys, help_lines
+from fsm.scene.sheet import Sheet
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = sorted((ROOT / "folding_cases").glob("*/case.toml"))
@@ -43,6 +44,7 @@ def test_a_new_case_runs(kind: str, validator: Any, tmp_path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert sum("#" in line for line in text.splitlines()) > 5
     assert not faults(validator, text)
+    assert fsm("check", str(path)).exit_code == 0
     found = fsm("run", str(path), "--out", str(tmp_path / "out"), "--quiet")
     assert found.exit_code == 0, found.output
     assert (tmp_path / "out" / "summary.json").is_file()
@@ -52,7 +54,15 @@ def test_every_builder_has_a_case() -> None:
     built = {name: name for name in ("strip", "lattice", "sheet", "scene")} | {"membrane": "film", "scissor": "array"}
     assert set(built.values()) <= set(kinds())
     builders = {path.stem for path in (ROOT / "fsm" / "scene" / "builders").glob("[a-z]*.py")}
-    assert builders - {"warm_up", "scissor_bodies"} == set(built), "a new builder needs a template"
+    parts = {"flexible_loads", "flexible_sheet"}  # of a sheet
+    parts |= {f"sheet_{part}" for part in ("bars", "folding", "joints", "loads", "supports")}
+    sheet = Sheet.model_fields
+    for kind in (*get_args(get_args(sheet["kind"].annotation)[0]), *get_args(sheet["facets"].annotation)):
+        assert _ALSO.get(kind, kind) in kinds(), kind
+    texts = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "fsm" / "commands" / "templates").glob("*.toml"))
+    for name in ("bodies", "elements", "pairs", "cables", "beams", "trusses", "frames"):
+        assert f"[[scene.{name}]]" in texts
+    assert builders - parts - {"warm_up", "scissor_bodies"} == set(built), "a new builder needs a template"
 
 
 def test_a_file_is_not_overwritten(tmp_path: Path) -> None:
@@ -65,7 +75,7 @@ def test_a_file_is_not_overwritten(tmp_path: Path) -> None:
     for wrong in ("stripe", "../strip", ""):
         found = fsm("init", wrong, str(tmp_path / "x.toml"))
         assert found.exit_code == 2
-        assert "the kinds are array, deployed, film" in found.output
+        assert "the kinds are array, beam, cable, cone" in found.output
         assert not (tmp_path / "x.toml").exists()
 
 
@@ -136,3 +146,39 @@ def test_descriptions_have_units(tmp_path: Path) -> None:
         if "description" not in value
     ]  # fmt: skip
     assert not undescribed
+
+
+EXTENSION = """
+from typing import Annotated
+from pydantic import Field
+from fsm.extend import Section, add_builder
+from fsm.scene.scene import Scene
+from fsm.scene.units import Length
+
+class Wire(Section):
+    "Section [wire_of_a_test]."
+    span: Annotated[Length, Field(gt=0)]
+
+add_builder("wire_of_a_test", Wire, lambda section, others: Scene())
+"""
+
+
+def test_sections_of_extensions_are_in_the_schema(tmp_path: Path, validator: Any) -> None:
+    from fsm.registry import BUILDERS
+
+    (tmp_path / "wire.py").write_text(EXTENSION, encoding="utf-8")
+    try:
+        printed = fsm("schema", "--extension", str(tmp_path / "wire.py"))
+        assert printed.exit_code == 0, printed.output
+    finally:
+        BUILDERS.pop("wire_of_a_test", None)
+    schema = json.loads(printed.output)
+    jsonschema.Draft7Validator.check_schema(schema)
+    wider = jsonschema.Draft7Validator(schema)
+    case = {"extensions": ["wire.py"], "wire_of_a_test": {"span": "1 m"}}
+    assert not wider.is_valid({**case, "wire_of_a_test": {"spam": "1 m"}})
+    assert wider.is_valid(case)
+    assert not validator.is_valid(case)
+    missing = fsm("schema", "--extension", "none.py")
+    assert missing.exit_code == 2
+    assert "none.py" in missing.output

@@ -15,6 +15,7 @@ from fsm.calibrate.parameters import unit_of
 from fsm.calibrate.response import force_response
 from fsm.calibrate.study import MeasuredCurve, read_study
 from fsm.cli import cli
+from fsm.errors import CaseError
 from fsm.scene.load_case import load_case
 
 CASES = Path(__file__).resolve().parents[2] / "folding_cases"
@@ -210,3 +211,39 @@ def test_weights_follow_the_scatter_of_repeats(study: Path, tmp_path: Path) -> N
     np.testing.assert_allclose(test.deviation, wanted, rtol=0.3)
     np.testing.assert_allclose(test.force, force, atol=5.0 * wanted.max())
     assert len(test.travel) == 30
+
+
+def test_flexible_parts_are_refused_not_left_out(tmp_path: Path) -> None:
+    case = tmp_path / "tube.toml"
+    case.write_text(
+        """
+[sheet]
+kind = "kresling"
+sides = 6
+rows = 1
+radius = "30 mm"
+height = "40 mm"
+twist = "30 deg"
+facets = "bars"
+thickness = "1 mm"
+[[sheet.support]]
+at = "edge bottom"
+[material]
+young = "50 MPa"
+density = 1200
+[crease]
+stiffness_per_length = 0.5
+[[drive]]
+edge = "top"
+direction = [0, 0, -1]
+guide = false
+speed = "1 mm/s"
+travel = "2 mm"
+[solve]
+method = "static"
+end_time = "2 s"
+""",
+        encoding="utf-8",
+    )
+    with pytest.raises(CaseError, match=r"sheet\.facets: has films, cables, beams or bars"):
+        force_response(load_case(case).case, np.array([0.0, 1e-3]))

@@ -1,7 +1,10 @@
-"""Garbage collection leaves out imported objects and the end of the process, and treats other objects as usual."""
+"""Garbage collection leaves out imported objects and the end of the process. Runs import only parts that they need."""
 
 import subprocess
 import sys
+from pathlib import Path
+
+STRIP = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "case.toml"
 
 
 def _printed(code: str) -> list[str]:
@@ -42,8 +45,21 @@ def test_a_library_leaves_the_process_of_another_alone():
     assert _printed("import gc, fsm.run, fsm.cli, fsm.table\nprint(gc.isenabled(), gc.get_freeze_count())") == ["True 0"]
 
 
-def test_a_run_imports_only_the_parts_of_scipy_that_all_runs_need():
-    """The import of the other parts takes longer than the solution of a small model."""
-    code = "import sys, fsm.run\nothers = {'scipy.interpolate', 'scipy.optimize', 'scipy.integrate'}\n"
-    code += "print(sorted(others & sys.modules.keys()))"
+def test_a_pulled_strip_imports_no_part_of_scipy(tmp_path):
+    """Its import takes longer than the solution of a small model."""
+    code = "import sys\nfrom pathlib import Path\nfrom fsm.run import run_case\n"
+    code += "from fsm.scene.load_case import load_case\n"
+    code += f"run_case(load_case({str(STRIP)!r}), Path({str(tmp_path)!r}), progress=False)\n"
+    parts = "'sparse', 'linalg', 'interpolate', 'optimize', 'integrate'"
+    code += f"print([part for part in ({parts}) if f'scipy.{{part}}' in sys.modules])"
+    _printed(code)  # numba imports a part of SciPy to compile kernels
     assert _printed(code) == ["[]"]
+
+
+def test_a_quick_import_leaves_matplotlib_as_it_is():
+    """The tables of properties return after the block, and artists accept their properties."""
+    code = "from fsm.gc_startup import plain_matplotlib\nwith plain_matplotlib():\n    from matplotlib.lines import Line2D\n"
+    code += "from matplotlib.artist import Artist, kwdoc\nline = Line2D([], [])\nline.set(linewidth=3.0)\n"
+    code += "class Later(Artist):\n    pass\n"
+    code += "print(line.get_linewidth(), 'linewidth' in kwdoc(Line2D), 'alpha' in str(Later.set.__signature__))"
+    assert _printed(code) == ["3.0 True True"]

@@ -44,6 +44,17 @@ CALLER = """
             total += scale(x[i]) * params.stiffness[i] ** power
         return total
 """
+POWERS = """
+    from toy.kernels.jit import kernel
+
+    @kernel
+    def cube(x):
+        return x * x * x
+
+    @kernel
+    def sums(x):
+        return cube(x) + cube(4)
+"""
 PLAIN_CALLEE = """
     import numba
 
@@ -175,6 +186,16 @@ def test_machine_code_only_for_what_python_calls(toy: Toy) -> None:
     assert toy.run(call)["scaled"] == 10.0
     assert len(toy.entries("callee.scale*.nbc")) == 1
     assert toy.run(call)["misses"] == 0
+
+
+def test_a_kernel_is_compiled_once_for_python_and_other_kernels(toy: Toy) -> None:
+    """Also if one of its calls has a constant as argument."""
+    toy.write("laws/powers.py", POWERS)
+    alone = toy.run()["misses"]
+    calls = "from toy.laws.powers import cube, sums; extra['values'] = [cube(2), sums(3)]"
+    both = toy.run(calls, NUMBA_CACHE_DIR=str(toy.root / "other"))
+    assert both["values"] == [8, 27 + 64]
+    assert both["misses"] == alone + 2
 
 
 def test_edit_of_a_callee_is_seen(toy: Toy) -> None:

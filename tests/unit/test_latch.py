@@ -18,9 +18,9 @@ INITIAL, SIGN = 0.7, -1.0
 
 def hinge(latched=False):
     law = np.array([[0.0, 0.0, 0.0, 0.0, 1.0, LIMIT, STIFFNESS, DAMPING]])
-    return HingeGroup(
-        np.array([[0, 2]]), np.array([INITIAL]), np.array([SIGN]), law, np.array([latched]),
-    )  # fmt: skip
+    group = HingeGroup(np.array([[0, 2]]), np.array([INITIAL]), np.array([SIGN]), law)
+    group.arrays.latched[:] = latched
+    return group
 
 
 def turned(depth):

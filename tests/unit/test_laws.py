@@ -11,6 +11,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from fsm.laws.crease import (
+    CreaseLaws,
     MomentCurve,
     add_flexibility,
     crease_energy,
@@ -79,24 +80,24 @@ def test_crease_moment_is_the_slope_of_its_energy(side: float) -> None:
     """Both hands of fold, two curves in one table; the moment resists opening."""
     curves = [curve_from_data(ANGLE, MOMENT), curve_from_data(np.array([0.0, 1.0]), np.array([0.0, 3e-3]), "pchip")]
     table = join_curves(curves)
-    arrays = (table.bounds, table.knots, table.coefficients, table.energies)
     which = np.array([0, 1, 0])
     rest, sides, damping = np.array([2.8, 2.8, 2.5]), np.full(3, side), np.array([0.0, 0.0, 2e-3])
+    law = CreaseLaws(rest, sides, damping, which, table.bounds, table.knots, table.coefficients, table.energies)
     angle, rate = side * np.array([2.0, 1.0, 0.2]), np.array([0.3, 0.3, 0.3])
 
     def energies(x: np.ndarray) -> np.ndarray:
-        return crease_energy(x, rest, sides, which, *arrays)
+        return crease_energy(x, law)
 
-    effort, stiffness = crease_moment(angle, rate, rest, sides, damping, which, *arrays)
-    quiet, _ = crease_moment(angle, 0 * rate, rest, sides, damping, which, *arrays)
+    effort, stiffness = crease_moment(angle, rate, law)
+    quiet, _ = crease_moment(angle, 0 * rate, law)
     np.testing.assert_allclose((effort - quiet)[:, 0], damping * rate, rtol=1e-12, atol=1e-18)
     h = 1e-3
     found = (8 * (energies(angle + h) - energies(angle - h)) - energies(angle + 2 * h) + energies(angle - 2 * h)) / (
         12 * h
     )
     np.testing.assert_allclose(quiet[:, 0], found, rtol=1e-9)
-    up, _ = crease_moment(angle + h, 0 * rate, rest, sides, damping, which, *arrays)
-    down, _ = crease_moment(angle - h, 0 * rate, rest, sides, damping, which, *arrays)
+    up, _ = crease_moment(angle + h, 0 * rate, law)
+    down, _ = crease_moment(angle - h, 0 * rate, law)
     np.testing.assert_allclose(stiffness[:, 0], (up - down)[:, 0] / (2 * h), rtol=1e-4)
     opening = rest - side * angle
     for i in range(3):

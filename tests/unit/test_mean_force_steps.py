@@ -9,7 +9,9 @@ from fsm.ancf.build import MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.system import AncfSystem
 from fsm.solve.mean_force import MeanForce
-from fsm.solve.secants import Secants
+from fsm.stepping.mean_force import divide
+from fsm.stepping.mean_newton import predicted_rate
+from fsm.stepping.secants import add, improved, no_secants
 
 
 def iterations(learning: bool) -> int:
@@ -19,12 +21,12 @@ def iterations(learning: bool) -> int:
     stiffness = basis @ np.diag(np.linspace(1.0, 9.0, 30)) @ basis.T
     stale = stiffness + 3.0 * sum(np.outer(v, v) * (v @ stiffness @ v) for v in basis.T[:3])
     right = rng.normal(size=30)
-    x, secants = np.zeros(30), Secants(np.ones(30))
+    x, secants = np.zeros(30), no_secants(np.ones(30), 200)
     for count in range(1, 200):
         dx = np.linalg.solve(stale, right - stiffness @ x)
         if learning:
-            dx = secants.improved(dx)
-            secants.add(dx, dx)
+            dx = improved(secants, dx)
+            add(secants, dx, dx)
         x = x + dx
         if np.linalg.norm(right - stiffness @ x) < 1e-10:
             return count
@@ -48,14 +50,14 @@ def test_steps_are_halved_while_they_cost_much() -> None:
         method.step(1.0)
     assert np.isclose(method.t, 10e-3)  # an ordinary step is not halved
     for _ in range(20):
-        method._divide(100.0)
+        divide(method.motion, 100.0)
     method.step(1.0)
     assert np.isclose(method.t, 10.25e-3)
     other = MeanForce(system, method.t, method.q, method.u, 1e-6, 1e-3)
     other.resume(method.state())
     for each in (method, other):
         for _ in range(20):
-            each._divide(3.0)
+            divide(each.motion, 3.0)
         each.step(1.0)
     assert np.isclose(method.t, 11.25e-3, rtol=1e-3) and method.t == other.t
 
@@ -75,7 +77,7 @@ def test_the_prediction_follows_fast_and_slow_modes(direction: int, step: float)
     method = MeanForce(system, 0.0, q, u, 1e-6, step)
     for _ in range(4):
         method.step(1e6 * step)
-    predicted, before = method._predicted_rate(step), method.q
+    predicted, before = predicted_rate(method.motion, method.rules, step).copy(), method.q
     method.step(1e6 * step)
     rate = (method.q - before) / step
     assert np.linalg.norm(predicted - rate) < 0.7 * np.linalg.norm(rate)

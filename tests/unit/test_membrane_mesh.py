@@ -94,7 +94,9 @@ def test_a_patch_outside() -> None:
 
 def test_patches_that_overlap() -> None:
     text = said(patch(place="centre", size=0.02), patch(place="position", position=(0.015, 0.0), size=0.02))
-    assert text == "patch.1: overlaps patch.0 by 5 mm (its centre is (15, 0) mm); move them at least 20 mm apart"
+    assert text == (
+        "patch.1: overlaps patch.0 by 5 mm (its centre is (15, 0) mm); place the centres at least 20 mm apart along x or y"
+    )
     assert "another of the same section" in said(patch(place="grid", count=(2, 1), spacing=(0.005, 0.1)))
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from fsm.scene.builders.scene import build_scene
+from fsm.scene.load_case import read_case
 from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
 from fsm.scene.materials import LinearCrease, SplineCrease
 from fsm.scene.method_selection import MAX_STATIC_PACE, automatic_method, pace
@@ -70,6 +74,33 @@ def test_fast_drive() -> None:
 def test_no_hinge_is_stiff() -> None:
     assert automatic_method(scene(elements=()))[0] == "generalized-alpha"
     assert pace(scene(elements=())) == float("inf")
+
+
+def folded(facets: str, speed: str, more: dict[str, Any]) -> Scene:
+    """A Miura sheet of other facets than rigid ones, whose right edge is driven."""
+    sheet = {
+        "kind": "miura", "columns": 2, "rows": 2, "a": 0.03, "b": 0.03, "sector_angle": "60 deg", "fold_angle": "40 deg",
+        "facets": facets, "thickness": "0.2 mm", "support": [{"at": "edge left"}],
+    }  # fmt: skip
+    data = {
+        "sheet": sheet | more, "material": {"young": "3 GPa", "density": 1200.0}, "crease": {"stiffness_per_length": 0.05},
+        "drive": [{"edge": "right", "direction": [-1, 0, 0], "guide": False, "speed": speed, "travel": "5 mm"}],
+    }  # fmt: skip
+    case, _ = read_case(data, Path())
+    assert case is not None
+    return build_scene(case)
+
+
+@pytest.mark.parametrize(("facets", "more"), [("bars", {}), ("flexible", {"mesh_size": "30 mm"})])
+def test_sheets_of_bars_and_of_flexible_facets(facets: str, more: dict[str, Any]) -> None:
+    """Their mass, over the stiffness of their softest crease; without dampers, statics goes further."""
+    area = 4 * 0.03 * 0.03 * math.sin(math.radians(60.0))
+    expected = 1200.0 * 2e-4 * area * 1e-6 / (0.05 * 0.03)
+    slow = folded(facets, "1 mm/s", more)
+    assert pace(slow) == pytest.approx(expected, rel=1e-9)
+    assert automatic_method(slow)[0] == "static"
+    assert automatic_method(folded(facets, "10 mm/s", more))[0] == "static"
+    assert automatic_method(folded(facets, "5 m/s", more))[0] == "mean-force"
 
 
 def test_free_motion() -> None:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from fsm.interactions.hinge_planar import tangent_hinge_planar
 from fsm.interactions.hinge_spatial import tangent_hinge_spatial
-from fsm.interactions.pose_planar import tangent_pose_planar
+from fsm.interactions.pose_planar import MeasureTangents, tangent_pose_planar
 from fsm.interactions.pose_spatial import tangent_pose_spatial
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.scatter import scatter_efforts
@@ -94,21 +94,17 @@ def one_after_the_other(
     force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
     if isinstance(group, BushingGroup):
         effort = bushing(value, rate, group.rest, group.stiffness, group.damping)
-        efforts = gradient, effort, group.stiffness, group.damping
+        efforts: tuple[Any, ...] = (MeasureTangents(gradient, effort, group.stiffness, group.damping), pattern.index)
     else:
-        table = group.table
-        effort, slope = crease_moment(
-            value, rate, group.rest, group.side, group.damping, group.curve,
-            table.bounds, table.knots, table.coefficients, table.energies,
-        )  # fmt: skip
-        efforts = effort, slope, group.damping
+        effort, slope = crease_moment(value, rate, group.law)
+        efforts = effort, slope, group.damping, *pattern.index
     scatter_efforts(BODIES, gradient, effort, len(BODIES), force)
     spatial = poses.shape[1] == 7
     if isinstance(group, BushingGroup):
         tangent: Any = tangent_pose_spatial if spatial else tangent_pose_planar
     else:
         tangent = tangent_hinge_spatial if spatial else tangent_hinge_planar
-    tangent(poses, rates, BODIES, *group.geometry, *efforts, *pattern.index, stiffness, damping)
+    tangent(poses, rates, BODIES, *group.geometry, *efforts, stiffness, damping)
     return force, stiffness, damping
 
 

@@ -105,10 +105,30 @@ def test_closed_crease_has_the_sign_of_its_assignment() -> None:
         (SQUARE, {"faces_vertices": [[0, 1, 2]]}, "has 1 faces_vertices, but its edges enclose 2 facets"),
         (SQUARE, {"edges_vertices": [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3]]}, "edges cross at"),
         (SQUARE, {"vertices_coords": [[0, 0], [2, 0], [2, "a"], [0, 2]]}, "not lists of two or three"),
+        (SQUARE, {"faces_vertices": [[0, 1, 2], [0, 1, 2]]}, r"face 1 with the vertices \[0, 1, 2\] twice"),
+        (SQUARE, {"faces_vertices": [[0, 1, 3], [0, 2, 3]]}, "its edges enclose no such facet"),
+        (SQUARE, {"faces_vertices": 3}, "faces_vertices that are not a list"),
+        (SQUARE, {"edges_vertices": 5}, "edges_vertices that are not a list"),
+        (SQUARE, {"edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], 3]}, "edge 4 with the vertices 3"),
+        (SQUARE, {"edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [True, 3]]}, r"edge 4 with the vertices \[True, 3\]"),
+        (SQUARE, {"edges_vertices": [[0, 1], [1, 2], [2, 3], [0, 2]], "edges_assignment": list("BBBV")},
+         "from .2, 2. to .0, 2. is a side of no facet; complete the boundary"),
+        (FOLDED, {"faces_vertices": [[0, 1, 2, 3]], "vertices_coords": [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0]]},
+         "whose sides cross; list them around the face"),
         (FOLDED, {"faces_vertices": None}, "folded frame without faces_vertices"),
         (FOLDED, {"faces_vertices": [[0, 1, 2], [0, 1, 3]]}, "two faces on one side"),
         (FOLDED, {"faces_vertices": [[0, 1, 2, 3]]}, "which is not planar"),
         (FOLDED, {"faces_vertices": [[0, 1, 7]]}, "has face 0 with the vertices"),
+        (FOLDED, {"vertices_coords": [*FOLDED["vertices_coords"], [5, 0, 0]]}, "has the vertex 4, which is in no face"),
+        (FOLDED, {"vertices_coords": [[1e9 * x for x in row] for row in FOLDED["vertices_coords"]]}, "1e-06 to 10000 m"),
+        (FOLDED, {"faces_vertices": [[0, 1, 2], [3, 4, 5]], "edges_vertices": [[0, 1]], "edges_assignment": ["B"],
+                  "vertices_coords": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 0, 0], [6, 0, 0], [5, 1, 1]]},
+         "has 2 separate parts: no creases join the faces 0 and 1"),
+        (SQUARE, {"vertices_coords": [[0, 0], [10**400, 0], [2, 2], [0, 2]]}, "lists of two or three finite numbers"),
+        (SQUARE, {"vertices_coords": [[0, 0], [1e300, 0], [2, 2], [0, 2]]}, "size of 1e.300 m; it must be"),
+        (SQUARE, {"frame_classes": 3}, "has frame_classes 3; they must be a list"),
+        (SQUARE, {"file_frames": [{"frame_inherit": True, "frame_parent": 1}]}, "frame 1 with the parent 1"),
+        (SQUARE, {"file_frames": [{"frame_inherit": True, "frame_parent": False}]}, "frame 1 with the parent False"),
     ],
 )
 def test_fold_files_that_are_refused(base: dict[str, Any], changes: dict[str, Any], message: str) -> None:
@@ -140,6 +160,13 @@ def test_svg_transforms_and_near_points() -> None:
     assert len(pattern.faces) == 2 and Counter(pattern.assignment)["V"] == 1
 
 
+def test_svg_lines_beyond_the_outline() -> None:
+    """Lines that continue beyond the outline end there, and leave no vertices without a facet."""
+    pattern = read_svg(svg(FRAME, '<path d="M60,0 V200" stroke="#ff0000"/>'), 1.0)
+    assert len(pattern.vertices) == 6 and len(pattern.faces) == 2
+    assert {v for face in pattern.faces for v in face} == set(range(6))
+
+
 def test_svg_curve_is_divided() -> None:
     curve = '<path d="M10,50 c30,-20 70,-20 100,0" stroke="#ff00ff" fill="none"/>'
     pattern = read_svg(svg(FRAME, curve), 1.0)
@@ -163,11 +190,58 @@ def test_inner_boundaries_are_cuts() -> None:
         (svg(FRAME, '<rect x="200" y="20" width="10" height="10" stroke="black"/>'), "the pattern has 2 separate parts"),
         (svg('<path d="M0,0 A5,5 0 0 1 10,0" stroke="red"/>'), "command 'A', which is not supported"),
         (svg('<line x1="1" y1="1" x2="1" y2="1" stroke="red"/>'), "zero length"),
+        (svg(FRAME, '<rect x="30" y="30" width="20" height="20" stroke="red"/>'), "a facet has a closed line in it at"),
+        (svg(FRAME, '<line x1="10%" y1="50" x2="110" y2="50" stroke="blue"/>'), "x1 is '10%', not a number"),
+        (svg(FRAME, '<polyline points="10,nan 110,50" stroke="blue"/>'), "a <polyline> with 'nan' among its numbers"),
+        (svg(FRAME, '<polyline points="10,50,110" stroke="blue"/>'), "3 coordinates, an odd number"),
+        (svg(FRAME, '<path d="L110,50" stroke="blue"/>'), "begins with 'L'; a path begins with M or m"),
+        (svg(FRAME, '<path d="M10,50 ~ L110,50" stroke="blue"/>'), "a path with '~' among its numbers"),
+        (svg(FRAME, '<line x1="10" y1="50" x2="110" y2="50" stroke="blue" opacity="nan"/>'), "opacity 'nan', which is not"),
+        (svg(FRAME, '<g transform="rotate(1,2)"/>'), "has the transform 'rotate.1,2.', which is not supported"),
+        (svg(FRAME, '<use href="#a"/>'), "has a <use> element, which is not supported"),
+        (svg("<g>" * 3000, "</g>" * 3000), "has no lines with the stroke colours"),
     ],
 )
 def test_svg_files_that_are_refused(text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         read_svg(text, 1.0)
+
+
+def test_svg_styles_units_and_hidden_lines() -> None:
+    """Classes of a style sheet, `style` before attributes, lengths with units, and lines that are not shown."""
+    sheet = "<style>/* a */ .m, .n { stroke: #ff0000; opacity: 0.25 } line { stroke: #00f }</style>"
+    frame = '<rect x="0" y="0" width="100mm" height="50mm" stroke="black"/>'
+    lines = [
+        '<line class="x m" x1="0" y1="10mm" x2="10cm" y2="10mm"/>',
+        '<line x1="0" y1="20mm" x2="10cm" y2="20mm" stroke="#ff00ff"/>',
+        '<line x1="0" y1="30mm" x2="10cm" y2="30mm" class="m" style="stroke:rgb(255,255,0);opacity:1"/>',
+        '<g display="none"><line x1="0" y1="40mm" x2="10cm" y2="40mm" stroke="red"/></g>',
+    ]
+    pattern = read_svg(svg(sheet, frame, *lines), 1.0)
+    assert Counter(pattern.assignment) == {"B": 10, "M": 1, "V": 1, "J": 1}
+    np.testing.assert_allclose(np.ptp(pattern.flat, axis=0), [100 * 96 / 25.4, 50 * 96 / 25.4])
+    assert pattern.target.min() == pytest.approx(-math.pi / 4)
+
+
+def test_holes_are_no_facets() -> None:
+    """A frame with a window: creases join the corners; lines and the file of faces agree without the window."""
+    window = '<rect x="40" y="35" width="40" height="30" fill="none" stroke="black"/>'
+    ends = [((10, 20), (40, 35)), ((110, 20), (80, 35)), ((110, 80), (80, 65)), ((10, 80), (40, 65))]
+    lines = [f'<path d="M{a[0]},{a[1]} L{b[0]},{b[1]}" stroke="red"/>' for a, b in ends]
+    pattern = read_svg(svg(FRAME, window, *lines), 1.0)
+    assert len(pattern.faces) == 4 and Counter(pattern.assignment) == {"B": 8, "M": 4}
+    disc = '<circle cx="60" cy="50" r="20" stroke="black"/><path d="M10,50 h30 M80,50 h30" stroke="red"/>'
+    ring = read_svg(svg(FRAME, disc), 1.0)
+    assert len(ring.faces) == 2 and Counter(ring.assignment)["M"] == 2
+
+
+def test_too_many_facets_are_refused_before_they_are_made() -> None:
+    grid = [f'<path d="M10,{20 + 60 * k / 400} h100 M{10 + k / 4},20 v60" stroke="red"/>' for k in range(1, 400)]
+    with pytest.raises(ValueError, match="cross at more than 100,000 places; at most 20,000 facets"):
+        read_svg(svg(FRAME, *grid), 1.0)
+    fewer = [f'<path d="M10,{20 + 60 * k / 150} h100 M{10 + k / 1.5},20 v60" stroke="red"/>' for k in range(1, 150)]
+    with pytest.raises(ValueError, match=r"enclose about 22,[0-9]{3} facets; at most 20,000 are allowed"):
+        read_svg(svg(FRAME, *fewer), 1.0)
 
 
 def test_random_lines_cover_their_square() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,12 @@ import pytest
 from fsm.errors import CaseError
 from fsm.scene.load_case import load_case
 from fsm.scene.patterns.facets import facet_frames, quaternions
-from fsm.scene.patterns.generators import kresling, miura, waterbomb, yoshimura, zigzag
+from fsm.scene.patterns.foldability import foldability
+from fsm.scene.patterns.folding import fold_pattern
+from fsm.scene.patterns.generators import cone, flasher, kresling, miura, tube, waterbomb, yoshimura, zigzag
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import place_of
+from fsm.scene.sheet import Sheet
 from fsm.sheet_picture import draw_sheet
 
 SHAPES = {
@@ -196,3 +200,118 @@ def test_picture_of_a_pattern(tmp_path: Path) -> None:
     assert (tmp_path / "pattern.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(CaseError, match=r"give --out FILE\.png"):
         draw_sheet(case, tmp_path / "pattern.gif")
+
+
+def test_conditions_for_folding_at_inner_vertices() -> None:
+    """A Miura sheet and a waterbomb sheet fold flat; a moved vertex, other letters or three creases prevent it."""
+    for pattern in (miura(4, 4, 1.0, 1.2, 1.1, 0.4), waterbomb(3, 3, 1.0)):
+        found = foldability(pattern)
+        assert found is not None and found.folds_flat and len(found.inner) >= 9
+    sheet = miura(2, 2, 1.0, 1.2, 1.1, 0.4)
+    assert sheet.flat is not None
+    moved = sheet.flat.copy()
+    moved[4] += [0.05, 0.02]
+    assert foldability(replace(sheet, flat=moved)) == ((4,), (), (), (4,), ())
+    letters = ["V" if letter == "M" else letter for letter in sheet.assignment]
+    assert foldability(sheet.assigned(letters, sheet.target)) == ((4,), (), (4,), (), (4,))
+    places = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [-0.5, 0.9, 0.0], [-0.5, -0.9, 0.0]])
+    star = Pattern.of_faces(places, [[0, 1, 2], [0, 2, 3], [0, 3, 1]], places[:, :2])
+    found = foldability(star.assigned(["V" if letter != "B" else "B" for letter in star.assignment], star.target))
+    assert found is not None and found.rigid == (0,)
+    assert foldability(kresling(6, 1, 1.0, 1.0, 0.5)) is None
+
+
+@pytest.mark.parametrize(
+    ("lines", "blocked"),
+    [
+        ({0: "V", 90: "V", 180: "V", 270: "M"}, True),  # two straight lines that cross
+        ({0: "V", 90: "V", 180: "V", 270: "M", 315: "J"}, False),  # a bend line helps
+        ({0: "V", 80: "V", 180: "V", 260: "M"}, True),
+        ({0: "V", 100: "V", 220: "V", 290: "M"}, False),
+        ({0: "M", 100: "M", 200: "M", 290: "M"}, True),
+        ({45: "V", 135: "V", 225: "V", 315: "V", 0: "M", 180: "M"}, False),  # waterbomb
+        ({0: "V", 30: "V", 60: "M", 120: "M"}, True),
+    ],
+)
+def test_mountains_and_valleys_that_fold_from_flat(lines: dict[int, str], blocked: bool) -> None:
+    """Condition of Abel et al. at one vertex; where it holds, a state with all creases on their sides exists."""
+    order = sorted(lines)
+    turns = np.radians(order)
+    places = np.vstack([np.zeros(2), np.column_stack([np.cos(turns), np.sin(turns)])])
+    count = len(order)
+    faces = [[0, k, k % count + 1] for k in range(1, count + 1)]
+    if max(np.diff([*order, order[0] + 360])) > 180:  # a wide sector has a corner of its own
+        faces[-1] = [0, count, count + 1, 1]
+        places = np.vstack([places, -places[1:].mean(axis=0)])
+    pattern = Pattern.of_faces(np.column_stack([places, np.zeros(len(places))]), faces, places)
+    letters = ["B" if 0 not in edge else lines[order[max(edge) - 1]] for edge in pattern.edges.tolist()]
+    pattern = pattern.assigned(letters, [{"M": -math.pi, "V": math.pi}.get(letter, 0.0) for letter in letters])
+    found = foldability(pattern, bends=True)
+    assert found is not None and (found.blocked == (0,)) is blocked and found.rigid == ()
+    if not blocked and "J" not in letters:
+        angles = fold_pattern(pattern, 0.2).fold_angles()
+        signs = {"M": -1.0, "V": 1.0}
+        assert all(signs[letter] * angle > 0.02 for letter, angle in zip(letters, angles, strict=True) if letter in "MV")
+
+
+def test_pleated_cone_folds_with_rigid_facets() -> None:
+    """Mountains and valleys are in turns; a folded state keeps the facets, and all pleats have the same angles."""
+    ring = cone(5, 0.02, 0.06)
+    assert Counter(ring.assignment) == {"B": 20, "M": 5, "V": 5}
+    assert len(ring.groups["inner"]) == len(ring.groups["outer"]) == 10
+    folded = fold_pattern(ring, 0.4)
+    np.testing.assert_allclose(folded.lengths, ring.lengths, rtol=1e-10)
+    angles = folded.fold_angles()
+    for letter, sign in (("M", -1.0), ("V", 1.0)):
+        own = sign * angles[[k for k in range(len(angles)) if ring.assignment[k] == letter]]
+        assert own.min() > math.radians(20.0)
+        assert np.ptp(own) < 1e-6
+
+
+@pytest.mark.parametrize("sides", [3, 4, 6, 11])
+def test_flasher_has_its_folded_state(sides: int) -> None:
+    """Facets that turn about the creases by their targets meet again around each corner, with walls of the height."""
+    sheet = flasher(sides, 0.1, 0.03)
+    assert sheet.flat is not None and Counter(sheet.assignment) == {"B": 2 * sides, "V": 2 * sides, "M": sides}
+    np.testing.assert_allclose(np.linalg.norm(sheet.flat[sides : 2 * sides], axis=1), 0.1)
+    found = foldability(sheet)
+    assert found is not None and found.inner == tuple(range(sides)) and found.blocked == ()
+    edges = {frozenset(edge): angle for edge, angle in zip(sheet.edges.tolist(), sheet.target, strict=True)}
+    for corner in range(sides):
+        turn = np.eye(3)
+        for other in ((corner + 1) % sides, sides + corner, 2 * sides + corner, (corner - 1) % sides):
+            x, y = sheet.flat[other] - sheet.flat[corner]
+            along = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]]) / math.hypot(x, y)
+            angle = edges[frozenset((corner, other))]
+            turn = turn @ (np.eye(3) + math.sin(angle) * along + (1.0 - math.cos(angle)) * along @ along)
+        np.testing.assert_allclose(turn, np.eye(3), atol=1e-12)
+    with pytest.raises(ValueError, match=r"height = 0\.1 m leaves no hub; it must be less than"):
+        flasher(sides, 0.1, 0.1)
+
+
+def test_folded_tube_has_the_conditions_of_flat_folding() -> None:
+    """Three layers of a flattened tube: all inner vertices fold flat, and mirrored rows give the Z."""
+    sheet = tube(4, 0.05, 0.03)
+    assert sheet.flat is not None
+    np.testing.assert_allclose(np.ptp(sheet.flat, axis=0), [2.0 * math.pi * 0.05, 0.12])
+    found = foldability(sheet)
+    assert found is not None and found.folds_flat and len(found.inner) == 3
+    across = [k for k in sheet.creases if abs(np.diff(sheet.flat[sheet.edges[k], 0])[0]) > 0.0]
+    letters = {tuple(np.round(sheet.flat[sheet.edges[k]].mean(axis=0), 6)): sheet.assignment[k] for k in across}
+    for (x, y), letter in letters.items():
+        for (other_x, other_y), other in letters.items():
+            steps = round((y - other_y) / 0.03) + (abs(x - other_x) > 0.05)
+            assert (letter == other) == (steps % 2 == 0)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"kind": "cone", "sides": 5, "inner_radius": 0.1, "outer_radius": 0.1}, "must be less than outer_radius"),
+        ({"kind": "cone", "sides": 5, "outer_radius": 0.1}, 'kind = "cone" needs `inner_radius`'),
+        ({"kind": "tube", "rows": 5, "radius": 0.1, "height": 0.1, "a": 0.1}, '`a` is not used by kind = "tube"'),
+    ],
+)
+def test_faults_of_cone_and_tube(keys: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Sheet.model_validate(keys | {"thickness": 1e-4})

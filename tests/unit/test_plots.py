@@ -17,6 +17,7 @@ from fsm.plots.energy import STACK, plot_energy
 from fsm.plots.figures import draw
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import pick_records, plot_motion
+from fsm.plots.png import write_png
 from fsm.plots.style import STYLE, WIDE, energy_unit, evolution, figure, label_decades, shortened
 from fsm.results.quantities import summarise
 from fsm.results.solution import ENERGIES, Layout, Solution
@@ -168,6 +169,14 @@ def test_decades_are_labelled_in_plain_text(tmp_path: Path, figures: list[Figure
     assert {"0.001", "0.1"} <= set(x)
     assert len([text for text in y if text]) >= 2  # less than a decade has labels, too
     assert not any("$" in text for text in (*x, *y))
+
+
+def test_png_files_hold_all_pixels(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(4).integers(0, 256, (17, 31, 4), dtype=np.uint8)
+    write_png(tmp_path / "a.png", pixels[..., :3], 200.0)
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.mode == "RGB" and np.array_equal(np.asarray(image), pixels[..., :3])
+        assert image.info["dpi"] == pytest.approx((200.0, 200.0), rel=1e-3)
 
 
 def test_energy(tmp_path: Path, figures: list[Figure]) -> None:

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import fsm
+from fsm.api import calibration, picture, result, series
 from fsm.api import case as cases
 from fsm.api import model as models
-from fsm.api import picture, result, series
 
 ROOT = Path(__file__).parents[2]
 STRIP = ROOT / "folding_cases" / "strip_trial" / "case.toml"
@@ -168,12 +168,33 @@ def test_texts_are_short(short: fsm.Result) -> None:
     case = fsm.load(STRIP)
     solution = short.solution
     for each in (case, short, solution, solution.layout, short.force(), short["crease.1.force"], case.model, short.plot()):
-        assert len(repr(each)) < 1200, type(each)
+        assert len(repr(each)) < 600, type(each)
         assert len(repr(each).splitlines()) == 1
     title = "<script>alert(1)</script>"
     for html in (case.set("title", title)._repr_html_(), fsm.Model(title)._repr_html_()):
         assert "&lt;script&gt;" in html
         assert "<script>" not in html
+
+
+def test_printed_objects_tell_what_they_hold(short: fsm.Result) -> None:
+    """The text of a solution was a list of 32 array shapes; a table and a compiled scene were no better."""
+    lines = str(short.solution).splitlines()
+    assert len(lines) <= 5
+    parts = (f"{len(short)} records from 0 to", f"{short.shape.shape[1]} drawn facets", "crease 3: ", " N", ": crease.1")
+    for part in parts:
+        assert part in str(short.solution), part
+    assert f"{len(short)} records to" in str(short)
+    ball = fsm.Body(name="ball", mass=1.0, inertia=[0.1 + 0.2] * 3)
+    assert "inertia=(0.3, 0.3, 0.3)" in repr(ball)  # without round-off
+    system = fsm.compile_scene(fsm.Scene(bodies=[ball]))
+    assert repr(system) == "SegmentSystem(3 coordinates, 3 degrees of freedom)"
+    table = fsm.load_table(ROOT / "folding_cases" / "strip_pull" / "table.csv")
+    assert all(len(repr(row)) < 200 for row in table)
+    assert len(repr(fsm.load_case(STRIP))) < 200
+    files = [ROOT / "folding_cases" / name / "case.toml" for name in ("fold_file", "kresling", "sail_on_cables")]
+    words = ("sheet of 12 rigid facets", "kresling sheet with bars", "1 body, 1 film, 4 cables")
+    for file, word in zip(files, words, strict=True):
+        assert word in repr(fsm.load(file))
 
 
 def test_models_take_objects_and_keys() -> None:
@@ -217,7 +238,7 @@ READ_ONLY = {"Channel", "ChannelInfo", "Dim", "Fault", "Layout", "LoadedCase", "
 """Classes of which users receive objects and make none; api.md describes them."""
 
 
-@pytest.mark.parametrize("module", [cases, models, picture, result, series], ids=lambda module: module.__name__)
+@pytest.mark.parametrize("module", [calibration, cases, models, picture, result, series], ids=lambda module: module.__name__)
 def test_examples_of_docstrings(module: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     found = doctest.testmod(module)  # type: ignore[arg-type]
@@ -247,3 +268,46 @@ def test_notebooks(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
 def test_examples_of_the_page(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     exec(compile(blocks()[block], f"{PAGE}, block {block + 1}", "exec"), {})
+
+
+HINGE = STRIP.parents[1] / "strip_hinge" / "hinge.csv"
+
+
+def test_a_calibration_is_an_object(tmp_path: Path) -> None:
+    found = fsm.calibrate("crease", HINGE, level=0.9)
+    assert isinstance(found, fsm.Calibrated)
+    assert repr(found) == "Calibrated('crease': 4 quantities, 2 figures)"
+    stiffness = found["curve: mean stiffness"]
+    assert stiffness.low < stiffness.value < stiffness.high
+    assert "90 % interval" in str(found)
+    assert found.plot().kind == ".png"
+    assert found.plot("residuals", tmp_path / "r.svg").kind == ".svg"
+    names = {path.name for path in found.write(tmp_path / "out")}
+    assert names == {"calibration.json", "curves.png", "residuals.png", "crease.h5"}
+    wider = fsm.calibrate("crease", str(HINGE), level=0.99)["curve: mean stiffness"]
+    assert wider.high - wider.low > stiffness.high - stiffness.low
+
+
+def test_the_package_of_calibrations_stays_a_package() -> None:
+    from fsm.calibrate.crease import calibrate_crease
+
+    assert fsm.calibrate.crease.calibrate_crease is calibrate_crease
+    assert "calibrate" in dir(fsm)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("creases", HINGE), 'unknown kind "creases"; the kinds are crease, relaxation, bending, force'),
+        (("crease", "none.csv"), "none.csv"),
+    ],
+)
+def test_faults_of_calibrations_are_one_line(arguments: tuple[str, Path], text: str) -> None:
+    with pytest.raises(fsm.CaseError) as caught:
+        fsm.calibrate(*arguments)
+    assert text in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+    with pytest.raises(fsm.CaseError, match=r"level: must be between 0\.5 and 0\.9999; it is 2"):
+        fsm.calibrate("crease", HINGE, level=2)
+    with pytest.raises(fsm.NotInResult, match="the figures are curves, residuals"):
+        fsm.calibrate("crease", HINGE).plot("loops")

@@ -69,6 +69,17 @@ def test_check_needs_no_compiler() -> None:
     said(result.stdout, "trial strip", "planar")
 
 
+def test_a_drive_that_the_end_of_the_run_stops() -> None:
+    """An end time of travel over speed leaves out the run-up; `check` and the run say so."""
+    stopped = "stops at 39.6 of 40 mm: solve.end_time = 20 s is less than the duration of the drive with its run-up, 20.2 s"
+    said(text_of(solve={"end_time": "20 s"}), stopped)
+    warnings: list[str] = []
+    compile_case(strip_case(solve={"end_time": "20 s"}), warnings=warnings)
+    assert len(warnings) == 1 and stopped in warnings[0]
+    not_said(text_of(solve={"end_time": "20.2 s"}), "stops at")
+    not_said(text_of(), "stops at")
+
+
 def test_a_plain_strip() -> None:
     text = text_of()
     said(

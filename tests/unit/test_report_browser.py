@@ -17,6 +17,7 @@ from fsm.run import run_case
 from fsm.scene.load_case import load_case
 from tests.unit.plot_runs import strip_run, undriven
 from tests.unit.test_report_page import EVIL, strip
+from validation.benchmarks.reports import folded
 
 websocket = pytest.importorskip("websocket", reason="websocket-client is not installed; it drives the browser")
 from tests.browser import CHROMIUM, Browser, NoBrowser  # noqa: E402
@@ -202,10 +203,106 @@ def test_a_case_of_every_kind(browser: Browser, tmp_path: Path, name: str) -> No
     check_case(browser, tmp_path, {name: read_solution(tmp_path / "result.h5")})
 
 
+def test_a_crease_of_a_sheet_without_channels_is_picked(browser: Browser, tmp_path: Path) -> None:
+    """It had no name, so a click chose the facet behind it."""
+    overrides = ["sheet.columns=3", "sheet.rows=3", "drive.0.travel=0.1"]
+    run_case(load_case(CASES / "miura_push" / "case.toml", overrides), tmp_path, progress=False, figures=False)
+    opened(browser, tmp_path, {"sheet": read_solution(tmp_path / "result.h5")})
+    found = browser.run("""(() => {
+        const player = fsmReport.page.player, box = player.canvas.getBoundingClientRect();
+        player.render();
+        return player.data.creases.map((crease) => {
+            const [a, b] = crease.corners.map((k) => player.vertex(player.data.quads[k]));
+            const at = a.lerp(b, 0.5).project(player.camera);
+            const hit = player.pick(box.left + (at.x + 1) * box.width / 2, box.top + (1 - at.y) * box.height / 2);
+            return hit && hit.kind === "crease" ? player.data.creases[hit.index].name === crease.name : false;
+        });
+    })()""")
+    assert len(found) == 12
+    assert sum(found) >= 9  # facets in front may hide others
+    assert "fold angle" in browser.run("Array.from(document.getElementById('colour').options, (option) => option.value)")
+    check_quiet(browser)
+
+
+SHORTER = {"slit_annulus": ["sheet.mesh=[4, 30]", "load.0.force_per_length=[0, 0, 0.2]"]}
+"""Overrides of shipped cases that take minutes."""
+
+
+def test_a_picture_needs_few_triangles(browser: Browser, tmp_path: Path) -> None:
+    """Creases and hidden arrows drew thirty triangles each: 83,000 for a sheet of 1296 panels, four pictures a second."""
+    opened(browser, tmp_path, {"sheet": folded(400, 5)})
+    assert browser.run("fsmReport.page.player.data.creases.length") == 760
+    assert browser.run("(fsmReport.page.player.render(), fsmReport.page.player.renderer.info.render.triangles)") < 2500
+    changed(browser, "colour", "fold angle")
+    assert len(set(browser.run("Array.from(fsmReport.page.player.creases.mesh.geometry.attributes.color.array)"))) > 3
+    check_quiet(browser)
+
+
+def test_a_bent_crease_is_one_object(browser: Browser, tmp_path: Path) -> None:
+    """A crease between flexible facets has several pieces of line; a click on any of them selects it."""
+    file = Path(__file__).parents[2] / "fsm" / "commands" / "templates" / "flexible.toml"
+    run_case(load_case(file, ["drive.0.travel=0.5 mm"]), tmp_path, progress=False, figures=False)
+    opened(browser, tmp_path, {"sheet": read_solution(tmp_path / "result.h5")})
+    assert browser.run("[fsmReport.page.player.data.creases.length, fsmReport.page.player.creases.count]") == [4, 16]
+    found = browser.run("""(() => {
+        const player = fsmReport.page.player, box = player.canvas.getBoundingClientRect(), { ends } = player.creases;
+        player.view("top");
+        player.render();
+        return player.creaseOf.map((crease, k) => {
+            const at = player.vertex(ends[2 * k]).lerp(player.vertex(ends[2 * k + 1]), 0.5).project(player.camera);
+            const hit = player.pick(box.left + (at.x + 1) * box.width / 2, box.top + (1 - at.y) * box.height / 2);
+            return hit !== null && hit.kind === "crease" && hit.index === crease;
+        });
+    })()""")
+    assert sum(found) >= 14  # pieces at the inner vertex are near each other
+    changed(browser, "colour", "fold angle")
+    check_quiet(browser)
+
+
+def test_the_cursor_follows_a_load_path(browser: Browser, tmp_path: Path) -> None:
+    """The load curve of a path by arc length had no link with the motion, and its unstable part looked stable."""
+    run_case(load_case(CASES / "kresling" / "case.toml"), tmp_path, progress=False, figures=False)
+    run = read_solution(tmp_path / "result.h5")
+    opened(browser, tmp_path, {"tube": run})
+    browser.run("fsmReport.page.curves.drawAll()")
+    browser.wait("fsmReport.page.curves.shown.every((one) => one.wired)")
+    browser.run("fsmReport.page.show(60)")
+    one = "fsmReport.page.curves.shown.find((one) => one.plot.key === 'load')"
+    hidden, left, names = browser.run(
+        f"[{one}.line.hidden, {one}.line.offsetLeft, {one}.plot.lines.map((line) => line.name)]"
+    )
+    assert run.load_path is not None
+    axis, way = f"{one}.box._fullLayout.xaxis", 1e3 * float(run.load_path.way[60, 0])
+    assert not hidden
+    assert left == pytest.approx(browser.run(f"{axis}._offset + {axis}.d2p({way})"), abs=1.5)
+    assert names == ["load on edge top", "load on edge top, unstable"]
+    check_quiet(browser)
+
+
+def test_lines_of_a_large_sheet_wait_until_the_picture_rests(browser: Browser, tmp_path: Path) -> None:
+    opened(browser, tmp_path, {"sheet": folded(400, 5)})
+    shown = browser.run("""(() => {
+        const player = fsmReport.page.player, shown = [];
+        player.setLines(player.outline, new Array(10000).fill(0));
+        for (const [slow, drawn] of [[true, -Infinity], [true, performance.now() + 1e6], [false, performance.now()]]) {
+            Object.assign(player, { slow, drawn });
+            fsmReport.page.show(2 + shown.length);
+            player.render();
+            shown.push(player.outline.visible);
+        }
+        player.slow = true;
+        player.render();
+        return shown;
+    })()""")
+    assert shown == [True, False, True]
+    browser.wait("fsmReport.page.player.outline.visible", 20)  # after a rest
+    check_quiet(browser)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(path.parent.name for path in CASES.glob("*/case.toml")))
 def test_every_shipped_case(browser: Browser, tmp_path: Path, name: str) -> None:
-    run_case(load_case(CASES / name / "case.toml"), tmp_path, progress=False)
+    run_case(load_case(CASES / name / "case.toml", SHORTER.get(name, [])), tmp_path, progress=False)
     check_case(browser, tmp_path, {path.parent.name: read_solution(path) for path in sorted(tmp_path.rglob("result.h5"))})
 
 

@@ -235,6 +235,65 @@ def test_bodies_and_films_of_a_scene_are_parts() -> None:
     assert len(system.quad_names) == len(system.panels)
 
 
+def test_creases_of_a_sheet_are_those_of_their_channels(tmp_path: Path) -> None:
+    """Names, corners and angles follow from the pattern in the case and from the shape; channels are not needed."""
+    from fsm.run import run_case
+    from fsm.scene.load_case import load_case
+
+    case = Path(__file__).parents[2] / "folding_cases" / "fold_file" / "case.toml"
+    run_case(load_case(case, ['save.channels=["crease.*.angle"]']), tmp_path, progress=False, figures=False)
+    run = read_solution(tmp_path / "result.h5")
+    found = creases_of(run)
+    recorded = {name.removesuffix(".angle"): np.abs(channel.values.ravel()) for name, channel in run.channels.items()}
+    assert {crease.name for crease in found} == recorded.keys()
+    for crease, angle in zip(found, fold_angles(run, found).T, strict=True):
+        np.testing.assert_allclose(angle, recorded[crease.name], atol=1e-6)
+    for crease in found:
+        first, second = run.shape[:, crease.first], run.shape[:, crease.second]
+        for corner in crease.corners:
+            line = run.shape.reshape(len(run), -1, 3)[:, corner, None]
+            for side in (first, second):
+                assert np.linalg.norm(side - line, axis=-1).min(axis=1).max() < 1e-6
+
+
+@pytest.mark.parametrize(("kind", "facets"), [("kresling", 12), ("flexible", 4), ("pattern", 8)])
+def test_creases_of_every_model_of_facets(kind: str, facets: int, tmp_path: Path) -> None:
+    """Bars and flexible facets had no creases in the page, and flexible facets were one part."""
+    import fsm
+
+    file = tmp_path / "case.toml"
+    assert CliRunner().invoke(cli, ["init", kind, str(file)]).exit_code == 0
+    short = {
+        "kresling": {"load.0.force": [0, 0, -5]}, "flexible": {"drive.0.travel": 0.001}, "pattern": {"sheet.fold_to": 0.2}
+    }  # fmt: skip
+    run = fsm.load(file).set(short[kind]).run(channels=["crease.*.angle"] if kind == "pattern" else []).solution
+    creases, parts = creases_of(run), parts_of(run)
+    assert [name for name in parts.names if name.startswith("facet ")] == [f"facet {k}" for k in range(1, facets + 1)]
+    assert len(creases) == {"kresling": 12, "flexible": 4, "pattern": 4}[kind]
+    corners = run.shape.reshape(len(run), -1, 3)
+    for crease in creases:
+        assert parts.of_quad[crease.first] != parts.of_quad[crease.second]
+        for side in (crease.first, crease.second):
+            line = corners[:, list(crease.corners)][:, :, None]
+            near = np.linalg.norm(run.shape[:, side][:, None] - line, axis=-1).min(axis=2)
+            assert (np.sort(near, axis=1)[:, :2] < 1e-9).all()  # both sides have two corners on the line
+        places = corners[0, list(crease.corners)].reshape(-1, 2, 3)
+        assert np.allclose(places[1:, 0], places[:-1, 1])  # the pieces follow each other
+    angles = fold_angles(run, creases)
+    assert (np.abs(angles[-1] - angles[0]) > 1e-4).any()
+    for crease, angle in zip(creases, angles.T, strict=True):
+        if f"{crease.name}.angle" in run.channels:
+            np.testing.assert_allclose(angle, np.abs(run.channels[f"{crease.name}.angle"].values.ravel()), atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["miura_push", "slit_annulus"])
+def test_a_sheet_whose_pattern_does_not_fit_has_no_creases(name: str) -> None:
+    from fsm.scene.load_case import load_case
+
+    text = load_case(Path(__file__).parents[2] / "folding_cases" / name / "case.toml").text
+    assert creases_of(strip(case_text=text)) == []
+
+
 def test_view_opens_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)

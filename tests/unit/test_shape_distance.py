@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -10,6 +12,7 @@ from fsm.interactions.shape_distance import (
     BOX,
     CYLINDER,
     HALF_SPACE,
+    POLYGON,
     RECTANGLE,
     SPHERE,
     shape_derivatives,
@@ -22,12 +25,24 @@ SIZES = {
     CYLINDER: np.array([0.3, 0.4, 0.3]),
     SPHERE: np.array([0.35, 0.35, 0.35]),
     RECTANGLE: np.array([0.4, 0.25, 0.0]),
+    POLYGON: np.array([5, -0.4, -0.2, 0.3, -0.3, 0.5, 0.1, 0.1, 0.45, -0.35, 0.3]),
 }
-KINDS = pytest.mark.parametrize("kind", list(SIZES), ids=["half-space", "box", "cylinder", "sphere", "rectangle"])
+KINDS = pytest.mark.parametrize("kind", list(SIZES), ids=["half-space", "box", "cylinder", "sphere", "rectangle", "polygon"])
 
 
 def nearest_of_solid(kind: int, point: np.ndarray) -> float:
     """Distance from the nearest point of a solid shape, found by a bounded search in coordinates of its own."""
+    if kind == POLYGON:
+        # nearest point of the triangles between the first corner and the sides
+        corners = np.column_stack([SIZES[kind][1:].reshape(-1, 2), np.zeros(5)])
+        found = []
+        for one, two in pairwise(corners[1:] - corners[0]):
+            place = lambda v, one=one, two=two: corners[0] + v[0] * ((1 - v[1]) * one + v[1] * two)  # noqa: E731
+            bounds = [(0.0, 1.0), (0.0, 1.0)]
+            square = lambda v, place=place: np.sum((place(v) - point) ** 2)  # noqa: E731
+            starts = [0.5, 0.5], [1.0, 0.1], [1.0, 0.9]
+            found += [minimize(square, start, bounds=bounds, tol=1e-16).fun for start in starts]
+        return float(np.sqrt(min(found)))
     a, b, c = SIZES[kind]
     if kind in (BOX, RECTANGLE):
         bounds, place = [(-a, a), (-b, b), (-c, c)], lambda v: v

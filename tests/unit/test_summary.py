@@ -37,7 +37,9 @@ def warned(
     )
     travel = np.zeros((1, len(drives)))
     layout = Layout(drive_names=drives)
-    solution = SimpleNamespace(time=np.zeros(1), travel=travel, force=travel, negative_pivots=np.zeros(1), layout=layout)
+    solution = SimpleNamespace(
+        time=np.zeros(1), travel=travel, force=travel, negative_pivots=np.zeros(1), layout=layout, step=np.ones(1)
+    )
     balance = SimpleNamespace(relative_error=off)
     exact = RoundOff(1e6, 1e-10, 1.0)
     made = cast(Any, analysis), cast(Any, solution), statistics or Statistics(method), cast(EnergyBalance, balance)

@@ -28,6 +28,7 @@ def test_what_is_asked_for(monkeypatch, capsys):
         ("strip_trial", ["solve.spatial=true", 'drive.0.travel="20 mm"']),
         ("strip_trial", ["contact=none", 'drive.0.travel="20 mm"']),
         ("strip_trial", ["contact=none", "solve.spatial=true", 'drive.0.travel="20 mm"']),
+        ("strip_pull", ["contact=none", "friction=none", 'drive.0.travel="20 mm"']),
         ("rotating_squares", []),
         ("membrane_impact", ['vibration.duration="0.02 s"']),
         ("scissor_array", ["scissor.units=2", "solve.end_time=0.3"]),

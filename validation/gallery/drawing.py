@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.plots.style import COLOURS, GREY, SINGLE, figure
+from fsm.plots.style import COLOURS, GREY, SINGLE, figure, label_decades
 
 __all__ = ["bars", "beside", "convergence"]
 
@@ -78,6 +78,7 @@ def convergence(
         ax.set(xlabel=x, ylabel=y)
         ax.set_xticks(sizes, [f"{n:g}" for n in sizes])
         ax.minorticks_off()
+        label_decades(ax.yaxis)
         if title:
             ax.set_title(title, loc="left")
         ax.legend()

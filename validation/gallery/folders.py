@@ -16,6 +16,7 @@ FIRST = (
     "methods",
     "rotating_squares",
     "membrane",
+    "sheets",
     "scissor",
     "contact",
 )

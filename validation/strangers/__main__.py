@@ -1,6 +1,6 @@
 """Cases that an engineer would type, by the thousand, each through `fsm run`; README.md says which, and what came of it.
 
-    python -m validation.strangers [--cases 1500] [--seed 1] [--workers 1] [--kinds strips,films] [--out out/strangers]
+    python -m validation.strangers [--cases 1700] [--seed 1] [--workers 1] [--kinds strips,films] [--out out/strangers]
     python -m validation.strangers --seed 1 --only strips:17       (one case again; its folder is kept)
 
 Goes on where it was stopped. With --earlier, cases that earlier sources solved are not run again.

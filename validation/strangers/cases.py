@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from validation.strangers.arrays import draw_array
 from validation.strangers.drawn import Drawn
 from validation.strangers.films import draw_film
+from validation.strangers.folded import draw_folded
 from validation.strangers.lattices import draw_lattice
 from validation.strangers.scenes import draw_scene
 from validation.strangers.strips import draw_deployed, draw_released, draw_strip
@@ -36,6 +37,7 @@ KINDS: dict[str, Kind] = {
     "deployed": Kind(draw_deployed, 150),
     "arrays": Kind(draw_array, 200),
     "scenes": Kind(draw_scene, 200),
+    "sheets": Kind(draw_folded, 200),
 }
 FULL = sum(kind.cases for kind in KINDS.values())
 

@@ -59,16 +59,45 @@ def otherwise(kind: str, tables: Tables, method: str) -> Other:
         )
         finer = (f"deployed.elements_per_panel={round(1.5 * along)}", f"deployed.elements_across={round(1.5 * across)}")
         return Other(finer, f"{round(1.5 * along)} x {round(1.5 * across)} elements a panel")
+    if kind == "sheets":
+        return _other_sheet(tables)
     if kind == "arrays":
         finer = ("scissor.elements_per_bar=8", "solve.rtol=1e-7", "solve.max_steps=2000000")
         return Other(finer, "8 elements a bar at rtol 1e-7")
     return Other(("solve.method=Radau-blocks", f"solve.rtol={_TIGHT}"), f"Radau-blocks at rtol {_TIGHT}")
 
 
+def _other_sheet(tables: Tables) -> Other:
+    """Flexible facets on a finer mesh; other sheets with other steps, or by the path by arc length if loads act alone."""
+    sheet = tables["sheet"]
+    if "mesh" in sheet:
+        mesh = [round(1.5 * count) for count in sheet["mesh"]]
+        return Other((f"sheet.mesh={mesh}",), f"mesh of {mesh[0]} x {mesh[1]}")
+    if "mesh_size" in sheet:
+        size = float(sheet["mesh_size"].split()[0]) / 1.5
+        return Other((f"sheet.mesh_size={size:.6g} mm",), f"mesh size of {size:.3g} mm")
+    if "drive" not in tables:
+        step = "1 s" if "fold_to" in sheet else "2 ms"
+        return Other((f"solve.max_step={step}", "solve.rtol=1e-8"), f"steps of {step}")
+    increment = float(tables["drive"][0]["travel"].split()[0]) / 1000.0
+    return Other((f"solve.increment={increment:.6g} mm", "solve.rtol=1e-8", "solve.method=static"), "small increments")
+
+
 def compared(kind: str, first: Path, second: Path, rtol: float) -> list[tuple[str, float, float]]:
     """Key numbers of two runs: name, difference as a part of the first, and what it may be."""
     one, two = (json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (first, second))
-    return list(_numbers(kind, one, two)) + list(_motions(kind, first, second, rtol))
+    loads = _loads(first, second) if kind == "sheets" else []
+    return list(_numbers(kind, one, two)) + list(_motions(kind, first, second, rtol)) + loads
+
+
+def _loads(first: Path, second: Path) -> list[tuple[str, float, float]]:
+    """Displacement of the first load at the end."""
+    ends = []
+    for folder in (first, second):
+        if not (folder / "load.csv").is_file():
+            return []
+        ends.append(float((folder / "load.csv").read_text(encoding="utf-8").splitlines()[-1].split(",")[5]))
+    return [("displacement of the load", abs(ends[0] - ends[1]) / max(abs(ends[0]), 1e-300), UNSTATED)]
 
 
 def worst(found: list[tuple[str, float, float]]) -> tuple[str, float, float]:
@@ -83,9 +112,19 @@ def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Itera
         yield "peak_force", abs(one["peak_force"] - two["peak_force"]) / peak, segments
     # a last state that a summary calls unstable is on its way to another one, and has no force of its own
     moving = one.get("unstable_at_end") or two.get("unstable_at_end")
-    if kind in ("strips", "lattices") and peak and one.get("final_force") is not None and not moving:
+    if kind in ("strips", "lattices", "sheets") and peak and one.get("final_force") is not None and not moving:
         off = abs(one["final_force"] - two["final_force"]) / max(peak, abs(one["final_force"]))
         yield "final_force", off, UNSTATED + (one.get("mesh_error_final") or 0.0)
+    for step, other in zip(one.get("step", ()), two.get("step", ()), strict=False):
+        largest = max(step.get("frequencies_hz", ()), default=0.0)
+        for i, (a, b) in enumerate(zip(step.get("frequencies_hz", ()), other.get("frequencies_hz", ()), strict=False)):
+            yield f"mode {i + 1}", abs(a - b) / largest, UNSTATED
+    for name, place in one.get("probe_displacement", {}).items():
+        way = max(*map(abs, place), 1e-300)
+        apart = max(abs(a - b) for a, b in zip(place, two["probe_displacement"][name], strict=True))
+        yield f"probe {name}", apart / way, UNSTATED
+    for name in ("least", "median") if one.get("folded") else ():
+        yield f"folded {name}", abs(one["folded"][name] - two["folded"][name]), UNSTATED
     for i, (a, b) in enumerate(zip((one.get("modes_hz") or ())[:3], two.get("modes_hz") or (), strict=False)):
         yield f"mode {i + 1}", abs(a - b) / abs(a), UNSTATED + ((one.get("mesh_error_modes") or [0.0] * 3)[i] or 0.0)
     stated = UNSTATED + max((one.get(name) or 0.0) for name in _STATED)

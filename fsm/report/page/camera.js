@@ -1,6 +1,9 @@
 // Camera of the player: orbit, zoom and shift by mouse, touch and keys; section plane; selection; drawing on request.
 "use strict";
 
+const MOST_LINES = 8000;  // ends of lines that are drawn in a moving picture without a graphics card
+const REST = 150;         // time (ms) after which a picture rests
+
 const VIEWS = { iso: [1, -1.5, 0.8], front: [0, -1, 0], side: [1, 0, 0], top: [0, -0.001, 1] };
 
 Object.assign(Player.prototype, {
@@ -100,37 +103,18 @@ Object.assign(Player.prototype, {
     const cut = (hit) => !this.section.axis || this.plane.distanceToPoint(hit.point) >= 0;
     const face = hits(this.facets).find(cut);
     const front = face ? face.distance + 0.02 * this.size : Infinity;
-    for (const [mesh, kind] of [[this.contacts, "contact"], [this.joints, "joint"], [this.creases, "crease"]]) {
+    for (const [mesh, kind] of [[this.contacts, "contact"], [this.joints, "joint"]]) {
       const hit = hits(mesh).find(cut);
       if (hit && hit.distance < front) return { kind, index: hit.instanceId };
     }
-    const near = this.nearCrease(clientX - box.left, clientY - box.top, box, front);
-    if (near !== null) return { kind: "crease", index: near };
-    const string = hits(this.cables).find(cut);
-    if (string && string.distance < front) {
-      const quad = this.strings[string.instanceId];
-      return { kind: "part", index: this.partOf[quad], quad };
-    }
+    const near = (rods) => rods.near(this.points, this.camera, clientX - box.left, clientY - box.top, box, front, 5);
+    const crease = near(this.creases);
+    if (crease !== null) return { kind: "crease", index: this.creaseOf[crease] };
+    const string = near(this.cables);
+    if (string !== null) return { kind: "part", index: this.partOf[this.strings[string]], quad: this.strings[string] };
     if (!face) return null;
     const quad = this.solid[Math.floor(face.faceIndex / 2)];
     return { kind: "part", index: this.partOf[quad], quad };
-  },
-
-  // Crease whose line is within 5 pixels of a point of the canvas, and not hidden.
-  nearCrease(x, y, box, front) {
-    const { quads, creases } = this.data;
-    let best = 5, found = null;
-    creases.forEach((crease, k) => {
-      const [a, b] = crease.corners.map((corner) => this.vertex(quads[corner]));
-      const middle = a.clone().lerp(b, 0.5);
-      if (middle.distanceTo(this.camera.position) > front + 0.5 * a.distanceTo(b)) return;
-      const [p, q] = [a, b].map((v) => { const w = v.project(this.camera); return [((w.x + 1) * box.width) / 2, ((1 - w.y) * box.height) / 2]; });
-      const along = [q[0] - p[0], q[1] - p[1]], length = along[0] ** 2 + along[1] ** 2 || 1;
-      const t = Math.max(0, Math.min(1, ((x - p[0]) * along[0] + (y - p[1]) * along[1]) / length));
-      const away = Math.hypot(x - p[0] - t * along[0], y - p[1] - t * along[1]);
-      if (away < best) [best, found] = [away, k];
-    });
-    return found;
   },
 
   applySection() {
@@ -142,7 +126,7 @@ Object.assign(Player.prototype, {
       this.plane.normal.set(0, 0, 0).setComponent(k, sign);
       this.plane.constant = -sign * place;
     }
-    for (const mesh of [this.facets, this.outline, this.mesh, this.creases, this.cables]) {
+    for (const mesh of [this.facets, this.outline, this.mesh, this.creases.mesh, this.cables.mesh]) {
       mesh.material.clippingPlanes = planes;
       mesh.material.needsUpdate = true;
     }
@@ -174,6 +158,25 @@ Object.assign(Player.prototype, {
     requestAnimationFrame(() => { this.waiting = false; this.render(); });
   },
 
+  // On the processor, many lines take longer than all facets. They are drawn as soon as the picture rests.
+  drawLines() {
+    const many = this.slow && this.outline.userData.vertices.length > MOST_LINES;
+    const moves = many && performance.now() - this.drawn < REST;
+    clearTimeout(this.resting);
+    if (moves) this.resting = setTimeout(() => this.request(), 1.5 * REST);
+    this.outline.visible = !moves;
+    this.mesh.visible = !moves && this.options.mesh;
+    this.chosen.visible = this.chosenPart() >= 0;
+    if (!this.linesMoved || moves) return;
+    this.linesMoved = false;
+    for (const lines of [this.outline, this.mesh, this.chosen]) {
+      if (!lines.visible) continue;
+      const { position } = lines.geometry.attributes;
+      position.array.set(this.linePoints(lines));
+      position.needsUpdate = true;
+    }
+  },
+
   render() {
     if (!this.data) return;
     const c = Math.cos(this.elevation);
@@ -184,6 +187,10 @@ Object.assign(Player.prototype, {
     this.camera.updateProjectionMatrix();
     this.camera.lookAt(this.target);
     this.light.position.copy(this.camera.position).add(new THREE.Vector3(0.3 * this.distance, 0, 0.4 * this.distance));
+    this.shade(away);
+    for (const rods of [this.creases, this.cables]) rods.aim(this.points, this.camera.position);
+    this.drawLines();
     this.renderer.render(this.scene, this.camera);
+    this.drawn = performance.now();
   },
 });

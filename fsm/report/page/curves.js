@@ -96,7 +96,7 @@ class Curves {
     const shapes = [], annotations = [];
     if (axis && axis[0] === plot.travel) {
       for (const stage of plot.stages || []) {
-        shapes.push({ type: "rect", xref: "x", yref: "paper", x0: stage.from, x1: stage.to, y0: 0, y1: 1, fillcolor: stage.colour, opacity: 0.16, line: { width: 0 }, layer: "below" });
+        shapes.push({ type: "rect", xref: "x", yref: "paper", x0: stage.from, x1: stage.to, y0: 0, y1: 1, fillcolor: stage.colour, opacity: stage.opacity, line: { width: 0 }, layer: "below" });
         annotations.push({ x: stage.from, y: 1, xref: "x", yref: "paper", text: plain(stage.name), showarrow: false, xanchor: "left", yanchor: "top", textangle: stage.to - stage.from < 0.2 * (plot.stages.at(-1).to || 1) ? 90 : 0, font: { size: 10, color: colours.faint } });
       }
       for (const mark of plot.marks || []) {
@@ -146,7 +146,7 @@ class Curves {
       x: Array.from(line.x || axis[0]), y: Array.from(line.y), name: plain(line.name), mode: plot.dots ? "markers" : "lines", connectgaps: false,
       line: { color: colour === "#000000" ? this.colours().text : colour, width: line.thin ? 1 : 1.8, dash }, hovertemplate: "%{y:.4g}",
     };
-    if (!line.x) trace.customdata = Array.from(plot.time);
+    if (plot.cursor || !line.x) trace.customdata = Array.from(plot.cursor ? plot.cursor.time : plot.time);
     if (line.stack) Object.assign(trace, { stackgroup: line.stack, line: { width: 0.5, color: colour }, fillcolor: colour, legendgroup: line.name, showlegend: line.stack === "gain" });
     if (line.dash && plot.key === "energy") trace.line.color = this.colours().text;
     if (line.result !== undefined) trace.meta = { result: line.result };
@@ -185,10 +185,11 @@ class Curves {
 
   place(one) {
     const { plot, line, box } = one, layout = box._fullLayout;
-    if (!one.drawn || !layout || !layout.xaxis || plot.time === undefined || plot.results || this.time === undefined) { line.hidden = true; return; }
-    const values = this.abscissa(plot)[0];
-    const k = nearestIndex(plot.time, this.time), other = plot.time[k] <= this.time ? Math.min(k + 1, values.length - 1) : Math.max(k - 1, 0);
-    const span = plot.time[other] - plot.time[k], w = span ? Math.max(0, Math.min(1, (this.time - plot.time[k]) / span)) : 0;
+    const time = plot.cursor ? plot.cursor.time : plot.time;
+    if (!one.drawn || !layout || !layout.xaxis || time === undefined || plot.results || this.time === undefined) { line.hidden = true; return; }
+    const values = plot.cursor ? plot.cursor.x : this.abscissa(plot)[0];
+    const k = nearestIndex(time, this.time), other = time[k] <= this.time ? Math.min(k + 1, values.length - 1) : Math.max(k - 1, 0);
+    const span = time[other] - time[k], w = span ? Math.max(0, Math.min(1, (this.time - time[k]) / span)) : 0;
     const at = layout.xaxis.d2p(values[k] + w * (values[other] - values[k])), size = layout.xaxis._length;
     line.hidden = !(at >= -1 && at <= size + 1);
     line.style.left = `${layout.xaxis._offset + at}px`;

@@ -11,11 +11,13 @@ function drawnBySoftware() {
 }
 
 class Player {
-  constructor(canvas, palette, maps, facets) {
+  constructor(canvas, palette, maps, drawn) {
     this.canvas = canvas;
     this.palette = palette.map((text) => new THREE.Color(text));
     this.maps = Object.fromEntries(Object.entries(maps).map(([name, list]) => [name, list.map((c) => new THREE.Color(c))]));
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: facets < 5000 || !drawnBySoftware(), preserveDrawingBuffer: true });
+    this.slow = drawnBySoftware();
+    this.drawn = -Infinity;  // time (ms) of the last picture
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: drawn < 4000 || !this.slow, preserveDrawingBuffer: true });
     this.renderer.localClippingEnabled = true;
     this.camera = new THREE.PerspectiveCamera(28, 1, 0.001, 1000);
     this.camera.up.set(0, 0, 1);
@@ -50,10 +52,11 @@ class Player {
     this.reach = 0.5 * Math.hypot(...data.positions.high.map((high, k) => high - this.low[k])) || 1;
     this.bounds = new THREE.Sphere(this.centre, 4 * this.reach);
     this.makeFacets();
-    this.makeLines();
     const radius = 0.0035 * this.size;
-    this.creases = this.instances(new THREE.CylinderGeometry(1.4 * radius, 1.4 * radius, 1, 8), data.creases.length);
-    this.joints = this.instances(new THREE.SphereGeometry(2.2 * radius, 12, 8), data.joints.length);
+    this.makeCreases(1.4 * radius);
+    this.makeLines();
+    const round = data.joints.length > 200 ? [5, 4] : [12, 8];
+    this.joints = this.instances(new THREE.SphereGeometry(2.2 * radius, ...round), data.joints.length);
     this.contacts = this.instances(new THREE.SphereGeometry(3 * radius, 12, 8), data.contacts.length);
     this.shafts = this.instances(new THREE.CylinderGeometry(radius, radius, 1, 8), data.arrows.length);
     this.heads = this.instances(new THREE.ConeGeometry(3 * radius, 8 * radius, 12), data.arrows.length);
@@ -89,50 +92,79 @@ class Player {
     geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(12 * count), 3).setUsage(THREE.DynamicDrawUsage));
     geometry.setIndex(new THREE.BufferAttribute(index, 1));
     geometry.boundingSphere = this.bounds;
-    const material = new THREE.MeshPhongMaterial({ vertexColors: true, side: THREE.DoubleSide, flatShading: true, shininess: 8, specular: 0x222222 });
+    // facets are plane: `shade` computes their light once for each facet, which is twice as fast as once for each pixel
+    const material = new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide });
+    this.base = new Float32Array(3 * count);  // colours without light
     Object.assign(material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
     this.facets = new THREE.Mesh(geometry, material);
     this.facets.frustumCulled = false;
     this.group.add(this.facets);
     const radius = 0.003 * this.size;
-    this.cables = this.instances(new THREE.CylinderGeometry(radius, radius, 1, 6), this.strings.length);
+    this.cables = this.rods(this.strings.flatMap((q) => [quads[4 * q], quads[4 * q + 1]]), radius);
   }
 
-  // Outlines of parts, and lines of the mesh: edges that one, or two, facets of a part have.
-  makeLines() {
-    const { quads } = this.data;
-    const seen = new Map();
-    for (const q of this.solid) {
+  // Creases are thinner than their radius where they are short.
+  makeCreases(radius) {
+    const { creases, quads, positions } = this.data, ends = creases.flatMap((crease) => Array.from(crease.corners, (k) => quads[k]));
+    this.creaseOf = creases.flatMap((crease, k) => Array(crease.corners.length / 2).fill(k));  // crease of each rod
+    let length = 0;
+    for (let k = 0; k < ends.length; k += 2) {
+      length += Math.hypot(...[0, 1, 2].map((axis) => this.step[axis] * (positions[3 * ends[k] + axis] - positions[3 * ends[k + 1] + axis])));
+    }
+    this.creases = this.rods(ends, Math.min(radius, (0.05 * length) / creases.length || radius));
+  }
+
+  rods(ends, radius) {
+    const rods = new Rods(ends, radius);
+    this.group.add(rods.mesh);
+    return rods;
+  }
+
+  // Edges of facets, as two lists of ends: edges of one facet of a part, and edges inside of a part.
+  edges(facets) {
+    const { quads } = this.data, seen = new Map();
+    for (const q of facets) {
       for (let k = 0; k < 4; k++) {
         const a = quads[4 * q + k], b = quads[4 * q + ((k + 1) % 4)];
         if (a === b) continue;
-        const key = Math.min(a, b) * this.vertices + Math.max(a, b);
-        const before = seen.get(key);
+        const key = Math.min(a, b) * this.vertices + Math.max(a, b), before = seen.get(key);
         if (before === undefined) seen.set(key, this.partOf[q]);
-        else if (before === this.partOf[q]) seen.set(key, -1);  // inside the part
+        else if (before === this.partOf[q]) seen.set(key, -1);
       }
     }
-    const outline = [], mesh = [], partsOf = [];
-    for (const [key, part] of seen) {
-      (part === -1 ? mesh : outline).push(Math.floor(key / this.vertices), key % this.vertices);
-      if (part !== -1) partsOf.push(part);
-    }
-    this.outline = this.segments(outline, 0x303030, 1);
-    this.outlineParts = outline.filter((v, k) => k % 2 === 0).map((v, k) => partsOf[k]);
-    this.chosen = this.segments(outline, 0xffb000, 1);
-    this.chosen.material.depthTest = false;
-    this.chosen.renderOrder = 2;
-    this.mesh = this.segments(mesh, 0x606060, 0.5);
+    const outline = [], inside = [];
+    for (const [key, part] of seen) (part === -1 ? inside : outline).push(Math.floor(key / this.vertices), key % this.vertices);
+    return { outline, inside };
   }
 
-  segments(list, colour, opacity) {
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * list.length), 3).setUsage(THREE.DynamicDrawUsage));
-    const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour, transparent: opacity < 1, opacity }));
+  // Outlines of parts without creases, which are drawn as rods; lines of the mesh; outline of the part that is selected.
+  makeLines() {
+    const { outline, inside } = this.edges(this.solid), { ends } = this.creases, rods = new Set();
+    const keyOf = (list, k) => Math.min(list[k], list[k + 1]) * this.vertices + Math.max(list[k], list[k + 1]);
+    for (let k = 0; k < ends.length; k += 2) rods.add(keyOf(ends, k));
+    this.outline = this.segments(0x303030, 1);
+    this.edgesAtRest = { userData: { vertices: outline } };
+    this.setLines(this.outline, outline.filter((v, k) => !rods.has(keyOf(outline, k - (k % 2)))));
+    this.chosen = this.segments(0xffb000, 1);
+    this.chosen.material.depthTest = false;
+    this.chosen.renderOrder = 2;
+    this.setLines(this.chosen, []);
+    this.mesh = this.segments(0x606060, 0.5);
+    this.setLines(this.mesh, inside);
+  }
+
+  segments(colour, opacity) {
+    const lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: colour, transparent: opacity < 1, opacity }));
     lines.frustumCulled = false;
-    lines.userData.vertices = Uint32Array.from(list);
     this.group.add(lines);
     return lines;
+  }
+
+  setLines(lines, list) {
+    lines.geometry.dispose();
+    lines.geometry = new THREE.BufferGeometry();
+    lines.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * list.length), 3).setUsage(THREE.DynamicDrawUsage));
+    lines.userData.vertices = Uint32Array.from(list);
   }
 
   instances(geometry, count) {
@@ -175,7 +207,7 @@ class Player {
     const material = new THREE.MeshBasicMaterial({ color: 0x8899aa, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
     const lines = this.outline.clone();
     lines.geometry = new THREE.BufferGeometry();
-    lines.geometry.setAttribute("position", new THREE.BufferAttribute(this.linePoints(this.outline), 3));
+    lines.geometry.setAttribute("position", new THREE.BufferAttribute(this.linePoints(this.edgesAtRest), 3));
     lines.material = new THREE.LineBasicMaterial({ color: 0x667788 });
     this.rest = new THREE.Group();
     this.rest.add(new THREE.Mesh(faces, material), lines);
@@ -240,21 +272,13 @@ class Player {
     const { position } = this.facets.geometry.attributes;
     this.fillFacets(position.array);
     position.needsUpdate = true;
-    for (const lines of [this.outline, this.mesh, this.chosen]) {
-      lines.visible = lines === this.outline || (lines === this.mesh ? this.options.mesh : this.chosenPart() >= 0);
-      if (!lines.visible) continue;
-      lines.geometry.attributes.position.array.set(this.linePoints(lines));
-      lines.geometry.attributes.position.needsUpdate = true;
-    }
+    this.shaded = false;
+    this.linesMoved = true;
     for (const one of this.moving) {
       const i = Math.min(Math.round(this.at), one.positions.shape[0] - 1);
       one.mesh.geometry.attributes.position.array.set(one.positions.subarray(i * one.length, (i + 1) * one.length));
       one.mesh.geometry.attributes.position.needsUpdate = true;
     }
-    const { quads } = this.data;
-    const rod = (mesh, k, a, b) => this.placeRod(mesh, k, this.vertex(a), this.vertex(b));
-    this.data.creases.forEach((crease, k) => rod(this.creases, k, quads[crease.corners[0]], quads[crease.corners[1]]));
-    this.strings.forEach((q, k) => rod(this.cables, k, quads[4 * q], quads[4 * q + 1]));
     this.placePoints(this.joints, this.data.joints, this.options.joints, () => 1);
     const most = Math.max(...this.data.contacts.map((c) => c.force.reduce((a, b) => Math.max(a, b), 0)), 1e-30);
     this.placePoints(this.contacts, this.data.contacts, this.options.contacts, (contact) => {
@@ -275,20 +299,13 @@ class Player {
   // Select an object: its outline is drawn in front of all.
   choose(object) {
     this.selected = object;
-    const part = this.chosenPart(), list = this.outline.userData.vertices;
-    this.chosen.userData.vertices = list.map((v, k) => (this.outlineParts[k >> 1] === part ? v : 0));
+    const part = this.chosenPart();
+    this.setLines(this.chosen, part < 0 ? [] : this.edges(this.solid.filter((q) => this.partOf[q] === part)).outline);
     this.update();
   }
 
   vertex(k) {
     return new THREE.Vector3(this.points[3 * k], this.points[3 * k + 1], this.points[3 * k + 2]);
-  }
-
-  placeRod(mesh, k, a, b) {
-    const along = b.clone().sub(a), length = along.length();
-    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), length ? along.clone().divideScalar(length) : new THREE.Vector3(0, 1, 0));
-    mesh.setMatrixAt(k, new THREE.Matrix4().compose(a.add(b).multiplyScalar(0.5), turn, new THREE.Vector3(1, length || 1e-9, 1)));
-    mesh.instanceMatrix.needsUpdate = true;
   }
 
   placePoints(mesh, items, visible, scale) {
@@ -311,19 +328,21 @@ class Player {
     const shown = this.options.arrows && this.mode === null;
     this.shafts.visible = this.heads.visible = shown;
     const colours = { drive: 0xd55e00, reaction: 0x0072b2, joint: 0x009e73 };
-    this.data.arrows.forEach((arrow, k) => {
+    let k = 0;
+    for (const arrow of this.data.arrows) {
       const vector = this.inSpace(arrow.vector), place = this.inSpace(arrow.place);
       const hidden = arrow.kind === "joint" && !this.options.jointForces;
-      let length = (0.28 * this.size * this.options.arrowLength * vector.length()) / (this.strongest[arrow.kind] || 1);
-      if (hidden || !Number.isFinite(length) || !Number.isFinite(place.x) || length < 1e-3 * this.size) length = 0;
-      const direction = length ? vector.clone().normalize() : new THREE.Vector3(0, 1, 0);
+      const length = (0.28 * this.size * this.options.arrowLength * vector.length()) / (this.strongest[arrow.kind] || 1);
+      if (hidden || !Number.isFinite(length) || !Number.isFinite(place.x) || length < 1e-3 * this.size) continue;
+      const direction = vector.clone().normalize(), one = new THREE.Vector3(1, 1, 1);
       const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), direction);
-      const from = length ? place : this.centre, head = length ? 1 : 0;
-      this.shafts.setMatrixAt(k, new THREE.Matrix4().compose(from.clone().addScaledVector(direction, 0.5 * length), turn, new THREE.Vector3(head, length, head)));
-      this.heads.setMatrixAt(k, new THREE.Matrix4().compose(from.clone().addScaledVector(direction, length), turn, new THREE.Vector3(head, head, head)));
+      this.shafts.setMatrixAt(k, new THREE.Matrix4().compose(place.clone().addScaledVector(direction, 0.5 * length), turn, new THREE.Vector3(1, length, 1)));
+      this.heads.setMatrixAt(k, new THREE.Matrix4().compose(place.clone().addScaledVector(direction, length), turn, one));
       for (const mesh of [this.shafts, this.heads]) mesh.setColorAt(k, new THREE.Color(colours[arrow.kind]));
-    });
+      k++;
+    }
     for (const mesh of [this.shafts, this.heads]) {
+      mesh.count = k;
       mesh.instanceMatrix.needsUpdate = true;
       if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
     }
@@ -394,6 +413,26 @@ class Player {
     return [a.r + w * (b.r - a.r), a.g + w * (b.g - a.g), a.b + w * (b.b - a.b)];
   }
 
+  // Light of plane facets, from a lamp beside the camera; `away` is the direction to the camera.
+  shade(away) {
+    if (this.shaded && this.shadedFrom.equals(this.camera.position)) return;
+    this.shaded = true;
+    this.shadedFrom = this.camera.position.clone();
+    const { position, color } = this.facets.geometry.attributes, p = position.array, out = color.array, { base } = this;
+    const lamp = away.clone().add(new THREE.Vector3(0.3, 0, 0.4)).normalize(), eye = this.camera.position;
+    for (let k = 0, at = 0; at < p.length; k += 3, at += 12) {
+      const ax = p[at + 6] - p[at], ay = p[at + 7] - p[at + 1], az = p[at + 8] - p[at + 2];  // both diagonals
+      const bx = p[at + 9] - p[at + 3], by = p[at + 10] - p[at + 4], bz = p[at + 11] - p[at + 5];
+      const x = ay * bz - az * by, y = az * bx - ax * bz, z = ax * by - ay * bx;
+      const side = x * (eye.x - p[at]) + y * (eye.y - p[at + 1]) + z * (eye.z - p[at + 2]) < 0 ? -1 : 1;
+      const along = (side * (x * lamp.x + y * lamp.y + z * lamp.z)) / (Math.sqrt(x * x + y * y + z * z) || 1);
+      const light = 0.66 + 0.42 * Math.max(0, along);
+      const r = light * base[k], g = light * base[k + 1], b = light * base[k + 2];
+      for (let c = at; c < at + 12; c += 3) { out[c] = r; out[c + 1] = g; out[c + 2] = b; }
+    }
+    color.needsUpdate = true;
+  }
+
   // Colour everything; `again` is false if only the shape has changed.
   paint(again = true) {
     const range = this.range(), field = this.field();
@@ -401,7 +440,7 @@ class Player {
     this.painted = this.options.colour;
     const onQuads = this.options.colour === "displacement" || (field && field.on === "quads");
     const value = (q) => (field ? this.fieldValue(field, q) : this.displacement(q));
-    const { color } = this.facets.geometry.attributes, out = color.array;
+    const out = this.base;
     const parts = this.data.parts.length;
     const chosen = this.chosenPart();
     const partColour = (part) => {
@@ -411,23 +450,23 @@ class Player {
     this.solid.forEach((q, k) => {
       let [r, g, b] = onQuads ? this.colourOf(value(q), range) : partColour(this.partOf[q]);
       if (this.partOf[q] === chosen && !onQuads) [r, g, b] = [r * 0.6 + 0.4, g * 0.6 + 0.36, b * 0.6 + 0.1];
-      for (let c = 0; c < 4; c++) { const to = 12 * k + 3 * c; out[to] = r; out[to + 1] = g; out[to + 2] = b; }
+      out[3 * k] = r; out[3 * k + 1] = g; out[3 * k + 2] = b;
     });
-    color.needsUpdate = true;
+    this.shaded = false;
     this.strings.forEach((q, k) => {
       const [r, g, b] = onQuads ? this.colourOf(value(q), range) : partColour(this.partOf[q]);
-      this.cables.setColorAt(k, new THREE.Color(r, g, b));
+      this.cables.paint(k, [r, g, b]);
     });
     const dark = this.dark ? 0xdddddd : 0x222222;
-    const tint = (mesh, items, kind, usual) => items.forEach((item, k) => {
-      let colour = new THREE.Color(usual);
-      if (kind === "crease" && field && field.on === "creases") colour = new THREE.Color(...this.colourOf(this.fieldValue(field, k), range));
-      if (this.selected && this.selected.kind === kind && this.selected.index === k) colour = new THREE.Color(0xffc107);
-      mesh.setColorAt(k, colour);
-    });
-    tint(this.creases, this.data.creases, "crease", dark);
+    const isChosen = (kind, k) => this.selected && this.selected.kind === kind && this.selected.index === k;
+    const tint = (mesh, items, kind, usual) => items.forEach((item, k) => mesh.setColorAt(k, new THREE.Color(isChosen(kind, k) ? 0xffc107 : usual)));
+    const onCreases = field && field.on === "creases", plain = new THREE.Color(dark).toArray();
+    for (let k = 0; k < this.creases.count; k++) {
+      const crease = this.creaseOf[k], colour = onCreases ? this.colourOf(this.fieldValue(field, crease), range) : plain;
+      this.creases.paint(k, isChosen("crease", crease) ? [1, 0.757, 0.027] : colour);
+    }
     tint(this.joints, this.data.joints, "joint", 0x009e73);
     tint(this.contacts, this.data.contacts, "contact", 0xcc3311);
-    for (const mesh of [this.creases, this.joints, this.contacts, this.cables]) if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+    for (const mesh of [this.joints, this.contacts]) if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
   }
 }

@@ -13,8 +13,8 @@ async function startPage(data) {
   let player = null;
   try {
     await runLibrary("three");
-    const facets = Math.max(...data.results.map((result) => (result.player ? result.player.quads.shape[0] : 0)));
-    player = new Player(at("canvas"), data.palette, data.maps, facets);
+    const drawn = Math.max(...data.results.map((result) => (result.player ? result.player.quads.shape[0] + result.player.creases.length : 0)));
+    player = new Player(at("canvas"), data.palette, data.maps, drawn);
   } catch (error) {
     at("status").textContent = "This browser has no WebGL: the motion cannot be shown; the curves can.";
     at("stage").hidden = true;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import cast
 
 from fsm.scene.case import Case
 from fsm.scene.lattice import Edge, Lattice
@@ -45,7 +46,7 @@ def build_lattice(case: Case) -> Scene:
 def _drive(lattice: Lattice, drive: Drive) -> Drive:
     if drive.edge is None:
         return drive
-    return drive.model_copy(update={"edge": None, "bodies": edge_blocks(lattice, drive.edge)})
+    return drive.model_copy(update={"edge": None, "bodies": edge_blocks(lattice, cast(Edge, drive.edge))})
 
 
 def _radius(lattice: Lattice) -> float:

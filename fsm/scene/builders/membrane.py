@@ -152,8 +152,8 @@ def _overlapping(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[
             with_what = f"patch.{one.number}" if one.number != two.number else "another of the same section"
             yield Fault(
                 f"patch.{two.number}",
-                f"overlaps {with_what} by {1e3 * depth:.4g} mm ({_where(two)}); move them at least "
-                f"{1e3 * reach:.4g} mm apart",
+                f"overlaps {with_what} by {1e3 * depth:.4g} mm ({_where(two)}); place the centres at least "
+                f"{1e3 * reach:.4g} mm apart along x or y",
             )
 
 

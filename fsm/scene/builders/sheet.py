@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fsm.errors import CaseError, Fault
+from fsm.scene.builders.flexible_sheet import build_flexible
+from fsm.scene.builders.sheet_folding import crease_damping, crease_of_length, fold_turn, is_motion, time_of_folding
+from fsm.scene.builders.sheet_joints import SheetJoint, rest_angle, sheet_joints
+from fsm.scene.builders.sheet_loads import facet_name, facets_of_vertices, placed_loads, vertex_name
+from fsm.scene.builders.sheet_supports import check_supports
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
-from fsm.scene.materials import DAMPING, UNREAD, LinearCrease, SplineCrease
+from fsm.scene.materials import SplineCrease
 from fsm.scene.patterns.facets import FacetFrames, facet_frames, quaternions
-from fsm.scene.patterns.of_sheet import bend_stiffness_per_length, pattern_of
+from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import Place, place_of
-from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
+from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, PlateGroup, Scene
 from fsm.scene.sheet import Sheet
-from fsm.scene.time_program import Ramp, TimeFunction
+from fsm.scene.time_program import Ramp
 
-__all__ = ["RIGID", "build_sheet", "facet_name", "is_motion", "rigid_factor", "sheet_joints"]
+__all__ = ["RIGID", "build_sheet", "rigid_factor", "sheet_place", "vertex_springs"]
 
 RIGID = 3e8
 """Stiffness of the joints of rigid facets, relative to the stiffest crease k: k over its length squared in translation, k
@@ -29,52 +33,27 @@ in rotation across the crease. Its flexibility causes an error of the force in i
 proportion; docs/sheets.md has both for a Miura sheet."""
 
 
-_CLOSED = 1e-3
-"""Distance of a fold angle from 180 degrees below which a crease is closed, rad."""
-_DAMPING_OF_FOLDING = 1e-2
-"""Ratio of the default Kelvin-Voigt time to the time in which a sheet folds itself; the fold angles lag by this part."""
-
-
 RIGID_OF_FOLDING = 1e6
 """`RIGID` of a sheet that folds itself: softer joints have less round-off, which can hide the sign of a soft pivot."""
+
+
+RIGID_OF_CHAIN = 1e6
+"""`RIGID` of a sheet without loops of facets: its joints do not oppose each other, and a long chain is soft as a whole, so
+that round-off of stiff joints can exceed its forces."""
 
 
 RIGID_OF_MOTION = 1e5
 """`RIGID` of a motion with inertia, whose steps depend on the frequencies of the joints."""
 
 
-def rigid_factor(case: Case) -> float:
+def rigid_factor(case: Case, pattern: Pattern) -> float:
     """Stiffness of rigid joints relative to the stiffest crease."""
     if is_motion(case):
         return RIGID_OF_MOTION
+    joints = int((pattern.edge_faces >= 0).all(axis=1).sum())
+    if joints < len(pattern.faces):
+        return RIGID_OF_CHAIN
     return RIGID if case.sheet is None or case.sheet.fold_to is None else RIGID_OF_FOLDING
-
-
-def is_motion(case: Case) -> bool:
-    """Whether a sheet moves with inertia: a dynamic method, or no drive and no folding."""
-    folds = case.sheet is not None and case.sheet.fold_to is not None
-    chosen = case.solve.method
-    return chosen not in ("auto", "static", "arc-length") or (chosen == "auto" and not case.drive and not folds)
-
-
-def facet_name(number: int) -> str:
-    """Name of the body of a facet; facets are numbered from 0 here, and from 1 in names."""
-    return f"facet {number + 1}"
-
-
-class SheetJoint(NamedTuple):
-    """Joint of two facets along an edge.
-
-    Attributes
-    ----------
-    edge : number of the edge in the pattern
-    kind : "crease", "bend line" or "rigid"
-    stiffness : N m/rad, of the whole edge; for a measured curve its mean slope
-    """
-
-    edge: int
-    kind: str
-    stiffness: float
 
 
 def build_sheet(case: Case) -> Scene:
@@ -86,49 +65,28 @@ def build_sheet(case: Case) -> Scene:
         The pattern, a place or the crease law is faulty.
     """
     assert case.sheet is not None
+    if case.sheet.facets == "flexible":
+        return build_flexible(case)
     pattern = pattern_of(case.sheet)
-    return _SheetBuilder(case, case.sheet, pattern).scene()
+    scene = _SheetBuilder(case, case.sheet, pattern).scene()
+    check_supports(case, pattern)
+    return scene
 
 
-def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
-    """Joints of the facets of a sheet, in the order of the edges.
-
-    Raises
-    ------
-    CaseError
-        The crease law has no stiffness per length.
-    """
-    assert case.sheet is not None
-    lengths = pattern.lengths
-    per_length = _crease_per_length(case)
-    found = []
-    for edge in pattern.creases.tolist():
-        letter, length = pattern.assignment[edge], float(lengths[edge])
-        if letter in "MVU":
-            found.append(SheetJoint(edge, "crease", per_length * length))
-        elif case.sheet.facets == "bend-lines":
-            found.append(SheetJoint(edge, "bend line", bend_stiffness_per_length(case, length) * length))
-        else:
-            found.append(SheetJoint(edge, "rigid", 0.0))
-    return found
-
-
-def _crease_per_length(case: Case) -> float:
-    """Stiffness of creases over their length, N m/rad per m; for a measured curve its mean slope."""
-    crease = case.crease
-    if isinstance(crease, LinearCrease):
-        if crease.stiffness_per_length is None:
-            text = f"{crease.stiffness:g} N m/rad is of a whole strip; give crease.stiffness_per_length (N m/rad per m)"
-            raise CaseError(Fault("crease.stiffness", text))
-        return crease.stiffness_per_length
-    if not isinstance(crease, SplineCrease):
-        raise CaseError(Fault("crease.file", UNREAD))
-    if crease.width is None:
-        text = "missing; a sheet needs the width of the tested crease, to scale the moment with the length of a crease"
-        raise CaseError(Fault("crease.width", text))
-    angle, moment = crease.angle, crease.moment
-    assert angle is not None and moment is not None
-    return crease.scale * abs(moment[-1] - moment[0]) / (angle[-1] - angle[0]) / crease.width
+def vertex_springs(
+    pattern: Pattern, vertices: Iterable[int], body: str, at: np.ndarray, stiffness: float, drive: Drive
+) -> list[ForceElement]:
+    """Springs between frames at vertices and a driven body at a point: in all directions, or along the drive only."""
+    turn = np.eye(3) if drive.guide else _axes_along(np.array(drive.direction) / np.linalg.norm(drive.direction))
+    axes = tuple(quaternions(turn[None])[0].tolist())
+    return [
+        ForceElement(
+            name=f"{body}, {vertex_name(vertex)}", inner=vertex_name(vertex), outer=body, axes_inner=axes, axes_outer=axes,
+            point_outer=_triple(pattern.vertices[vertex] - at),
+            translation=(stiffness,) * 3 if drive.guide else (stiffness, 0.0, 0.0),
+        )
+        for vertex in vertices
+    ]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -141,7 +99,7 @@ class _SheetBuilder:
         """Complete scene."""
         case, frames = self.case, facet_frames(self.pattern)
         joints = sheet_joints(case, self.pattern)
-        rigid = rigid_factor(self.case)
+        rigid = rigid_factor(self.case, self.pattern)
         reference = max((joint.stiffness for joint in joints), default=0.0)
         assert case.material is not None
         if not reference:  # creases without stiffness: joints are as stiff as the sheet
@@ -155,10 +113,25 @@ class _SheetBuilder:
         return Scene(
             bodies=(*self._bodies(frames, held), *lines),
             elements=(*self._joints(frames, joints, reference), *elements),
-            loads=case.load,
+            **self._contact(frames, joints),
+            loads=placed_loads(case, case.load),
             drives=tuple(drives),
             gravity=case.gravity,
         )
+
+    def _contact(self, frames: FacetFrames, joints: list[SheetJoint]) -> dict[str, Any]:
+        """Contact of every facet with every other facet and obstacle. A mean facet of the pattern has the stiffness."""
+        case = self.case
+        if case.contact is None:
+            return {}
+        facets = len(frames.outlines) - sum(joint.kind == "bend line" for joint in joints)
+        names = tuple(facet_name(number) for number in range(len(frames.outlines)))
+        group = PlateGroup(name="facets", bodies=names, face=float(frames.area.sum()) / facets)
+        pairs = [ContactPair(first="facets", second=name) for name in ("facets", *(o.name for o in case.obstacle))]
+        return {
+            "groups": (group,), "pairs": tuple(pairs), "obstacles": case.obstacle, "contact": case.contact,
+            "friction": case.friction,
+        }  # fmt: skip
 
     def _bodies(self, frames: FacetFrames, held: set[int]) -> Iterator[Body]:
         assert self.case.material is not None
@@ -185,78 +158,38 @@ class _SheetBuilder:
     def _joints(self, frames: FacetFrames, joints: list[SheetJoint], reference: float) -> Iterator[ForceElement]:
         """Force elements of creases, bend lines and rigid joints."""
         pattern, crease = self.pattern, self.case.crease
-        lengths, start = pattern.lengths, pattern.fold_angles()
-        closed = np.abs(start) > math.pi - _CLOSED  # the positions do not give the sign of a closed crease
-        start = np.where(closed, np.copysign(start, np.nan_to_num(pattern.target)), start)
+        lengths, start = pattern.lengths, pattern.start_angles()
         middle = pattern.vertices[pattern.edges].mean(axis=1)
         along = np.diff(pattern.vertices[pattern.edges], axis=1)[:, 0] / lengths[:, None]
         edges = [joint.edge for joint in joints]
         faces = pattern.edge_faces[edges]
         points = [frames.local(faces[:, k], middle[edges]) for k in (0, 1)]
         axes = [_hinge_axes(frames, faces[:, k], along[edges]) for k in (0, 1)]
-        driven, rigid, beta = self._folding(), rigid_factor(self.case), self._damping()
+        end, rigid, beta = time_of_folding(self.case), rigid_factor(self.case, self.pattern), crease_damping(self.case)
+        driven = None if end is None else Ramp(kind="ramp", start=0.0, end=end, shape="linear")
         in_joint = beta if is_motion(self.case) else 0.0  # dampers of rigid joints delay statics without a benefit
         template: ForceElement | None = None
-        numbers = {"crease": 0, "bend line": 0, "rigid": 0}
         for row, joint in enumerate(joints):
-            numbers[joint.kind] += 1
             length, angle = float(lengths[joint.edge]), float(start[joint.edge])
             stiff = rigid * reference
             translation = (stiff / length**2,) * 3
             measured = joint.kind == "crease" and isinstance(crease, SplineCrease)
             twist = stiff if joint.kind == "rigid" else 0.0 if measured else joint.stiffness
             element: dict[str, Any] = {
-                "name": f"{joint.kind if joint.kind != 'rigid' else 'joint'} {numbers[joint.kind]}",
+                "name": joint.name,
                 "inner": facet_name(int(faces[row, 0])), "outer": facet_name(int(faces[row, 1])),
                 "point_inner": _triple(points[0][row]), "point_outer": _triple(points[1][row]),
                 "axes_inner": tuple(axes[0][row].tolist()), "axes_outer": tuple(axes[1][row].tolist()),
                 "translation": translation, "rotation": (stiff, twist, stiff),
                 "translation_damping": (in_joint * stiff / length**2,) * 3,
                 "rotation_damping": (in_joint * stiff, beta * joint.stiffness, in_joint * stiff),
-                "initial_angle": angle, "rest_angle": self._rest(joint, angle), "swing_axes": "outer",
-                "rest_turn": self._turn(joint, angle) if driven is not None else 0.0, "rest_time": driven,
-                "crease": _of_length(crease, length) if measured else None,
+                "initial_angle": angle, "rest_angle": rest_angle(self.case, pattern, joint, angle), "swing_axes": "outer",
+                "rest_turn": fold_turn(self.case, pattern, joint, angle), "rest_time": driven,
+                "crease": crease_of_length(crease, length) if measured else None,
                 "kind": "crease" if joint.kind == "crease" else "panel",
             }  # fmt: skip
             template = ForceElement(**element) if template is None else template.model_copy(update=element)
             yield template
-
-    def _damping(self) -> float:
-        """Kelvin-Voigt time of creases and bend lines, s: as given, else a part of the time of folding."""
-        assert self.case.material is not None
-        given = self.case.material.damping
-        if given is not None:
-            return given
-        if is_motion(self.case):
-            return DAMPING
-        return _DAMPING_OF_FOLDING * (self.case.solve.end_time or 0.0) if self.sheet.fold_to is not None else 0.0
-
-    def _rest(self, joint: SheetJoint, angle: float) -> float:
-        """Angle of a joint without moment: as folded, unless the crease law gives it; bend lines are flat."""
-        crease = self.case.crease
-        if joint.kind != "crease":
-            return 0.0 if joint.kind == "bend line" else angle
-        if crease is None or crease.rest_angle is None:
-            return angle
-        side = {"M": -1.0, "V": 1.0}.get(self.pattern.assignment[joint.edge], math.copysign(1.0, angle))
-        return side * crease.rest_angle
-
-    def _folding(self) -> TimeFunction | None:
-        """Function of time of the rest angles, from 0 to 1 at the end of the run; None if they do not move."""
-        if self.sheet.fold_to is None:
-            return None
-        if not isinstance(self.case.crease, LinearCrease):
-            text = "is used with a linear crease law only; give crease.stiffness_per_length"
-            raise CaseError(Fault("sheet.fold_to", text))
-        if self.case.solve.end_time is None:
-            raise CaseError(Fault("solve.end_time", "missing; the rest angles move until this time with sheet.fold_to"))
-        return Ramp(kind="ramp", start=0.0, end=self.case.solve.end_time, shape="linear")
-
-    def _turn(self, joint: SheetJoint, angle: float) -> float:
-        """Change of the rest angle of a crease until the end of the run."""
-        if joint.kind != "crease" or self.pattern.assignment[joint.edge] == "U":
-            return 0.0
-        return (self.sheet.fold_to or 0.0) * float(self.pattern.target[joint.edge]) - self._rest(joint, angle)
 
     # supports and drives --------------------------------------------------------------------------------------------
 
@@ -266,7 +199,7 @@ class _SheetBuilder:
         elements: list[ForceElement] = []
         for number, support in enumerate(self.sheet.support):
             path = f"sheet.support.{number}"
-            place = _place(self.pattern, support.at, f"{path}.at")
+            place = sheet_place(self.pattern, support.at, f"{path}.at")
             stiff = tuple(attach.stiffness if axis in support.fixed else 0.0 for axis in "xyz")
             if place.facet is None:
                 elements += attach.elements(place, GROUND, np.zeros(3), stiff, f"support {number + 1}")
@@ -284,7 +217,7 @@ class _SheetBuilder:
         at = f"edge {drive.edge}" if drive.edge is not None else drive.at
         if at is None:
             return drive
-        place = _place(self.pattern, at, f"{path}.edge" if drive.edge is not None else f"{path}.at")
+        place = sheet_place(self.pattern, at, f"{path}.edge" if drive.edge is not None else f"{path}.at")
         name = place.name
         if place.facet is None:
             centre = self.pattern.vertices[list(place.vertices)].mean(axis=0)
@@ -313,7 +246,7 @@ class _Attachment(NamedTuple):
     ) -> list[ForceElement]:
         """One spring for each vertex; its axes are those of the body, with the first along a direction if it is given."""
         found = []
-        facets = {vertex: face for face, vertices in reversed(list(enumerate(self.pattern.faces))) for vertex in vertices}
+        facets = facets_of_vertices(self.pattern)
         turn = np.eye(3) if along is None else _axes_along(along)
         for vertex in place.vertices:
             face, point = facets[vertex], self.pattern.vertices[vertex]
@@ -333,7 +266,8 @@ class _Attachment(NamedTuple):
         return found
 
 
-def _place(pattern: Pattern, at: object, path: str) -> Place:
+def sheet_place(pattern: Pattern, at: object, path: str) -> Place:
+    """Place of a sheet; a fault at a path of the case if there is none."""
     try:
         return place_of(pattern, at)  # type: ignore[arg-type]
     except ValueError as error:
@@ -353,12 +287,6 @@ def _axes_along(direction: np.ndarray) -> np.ndarray:
     second = np.cross(direction, other)
     second /= np.linalg.norm(second)
     return np.column_stack([direction, second, np.cross(direction, second)])
-
-
-def _of_length(crease: object, length: float) -> SplineCrease:
-    """Measured moment curve, scaled to the length of a crease."""
-    assert isinstance(crease, SplineCrease) and crease.width is not None
-    return crease.model_copy(update={"scale": crease.scale * length / crease.width, "rest_angle": None})
 
 
 def _triple(vector: np.ndarray) -> tuple[float, float, float]:

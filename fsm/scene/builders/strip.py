@@ -17,7 +17,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case, Strip
 from fsm.scene.loads import Drive
-from fsm.scene.materials import DAMPING, UNREAD, Crease, LinearCrease, Material, SplineCrease
+from fsm.scene.materials import DAMPING, UNREAD, Crease, FamilyCrease, LinearCrease, Material
 from fsm.scene.method_selection import automatic_method
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.scene.step_items import releases, steps_from
@@ -296,13 +296,9 @@ class _StripBuilder:
 
     def _crease_stiffness(self) -> float:
         """Stiffness of the crease, N m/rad; for a measured curve its mean slope, which only affects the damping."""
-        if isinstance(self.crease, LinearCrease):
-            return self.crease.stiffness
-        if not isinstance(self.crease, SplineCrease):
+        if isinstance(self.crease, FamilyCrease):
             raise CaseError(Fault("crease.file", UNREAD))
-        angle, moment = self.crease.angle, self.crease.moment
-        assert angle is not None and moment is not None
-        return abs(moment[-1] - moment[0]) / (angle[-1] - angle[0]) * self.crease.scale
+        return self.crease.mean_stiffness
 
     def _flexible(self, segment: _Segment) -> float:
         """Flexible length of a segment, m; zero for a held panel, which is rigid."""

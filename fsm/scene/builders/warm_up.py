@@ -46,14 +46,15 @@ def warm_up_strip(spatial: bool, hysteresis: bool = False) -> WarmUp:
     return WarmUp(Case.model_validate(strip), "panel 3", (0.024, -0.03))
 
 
-def warm_up_springs(spatial: bool) -> Case:
-    """Strip with linear creases and without contact, so with springs only."""
+def warm_up_springs(spatial: bool, curved: bool = False) -> Case:
+    """Strip without contact. Its creases are linear springs, or have a measured curve if `curved`."""
+    curve = {"law": "spline", "angle": [0.0, 1.5, 3.0], "moment": [0.0, 0.01, 0.015], "rest_angle": 3.0}
     strip: dict[str, Any] = {
         "strip": {
             "length": 0.24, "width": 0.04, "thickness": 1e-4, "panels": 4, "fold_angle": 1.4, "segments_per_panel": 2,
         },
         "material": {"young": 3e9, "density": 800.0},
-        "crease": {"law": "linear", "stiffness": 0.01},
+        "crease": curve if curved else {"law": "linear", "stiffness": 0.01},
         "drive": [{"crease": 2, "speed": 0.02, "travel": 0.01}],
         "solve": {"spatial": spatial},
     }  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern
 
-__all__ = ["FacetFrames", "facet_frames", "quaternions"]
+__all__ = ["FacetFrames", "facet_areas", "facet_frames", "quaternions"]
 
 
 class FacetFrames(NamedTuple):
@@ -62,6 +62,11 @@ def facet_frames(pattern: Pattern) -> FacetFrames:
     return FacetFrames(
         np.array(centres), np.array(frames), np.array(areas), np.array(moments), tuple(outlines)
     )
+
+
+def facet_areas(pattern: Pattern) -> np.ndarray:
+    """Areas of all facets of a pattern, (n,), m^2."""
+    return facet_frames(pattern).area
 
 
 def _area_moments(points: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

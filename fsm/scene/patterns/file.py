@@ -35,14 +35,16 @@ def with_pattern(sheet: Sheet, folder: Path) -> tuple[Sheet, list[Fault]]:
     if len(pattern.faces) > MOST_FACETS:
         text = f"{place.name} has {len(pattern.faces):,} facets; at most {MOST_FACETS:,} are allowed"
         return sheet, [Fault("sheet.pattern", text)]
-    return sheet.model_copy(update=_keys(pattern) | {"pattern": None, "scale": None}), []
+    return sheet.model_copy(update=_keys(pattern) | {"pattern": None, "scale": None, "frame": None}), []
 
 
 def _read(sheet: Sheet, kind: str, text: str) -> Pattern:
     if kind == ".fold":
-        return read_fold(text, sheet.scale)
+        return read_fold(text, sheet.scale, sheet.frame)
     if kind != ".svg":
         raise ValueError("is neither a .fold nor an .svg file")
+    if sheet.frame is not None:
+        raise ValueError("an SVG file has no frames; remove sheet.frame")
     if sheet.scale is None:
         raise ValueError("an SVG file has no lengths; give sheet.scale, the length of one unit of the file")
     return read_svg(text, sheet.scale)

@@ -153,7 +153,7 @@ def _slopes(x: np.ndarray, c: _Constraints) -> Any:
 
 
 def _stacked(count: int, parts: list[tuple[int, list[tuple[np.ndarray, np.ndarray]]]], rows: int) -> Any:
-    """Sparse matrix of derivatives by vertices, each (m,) vertices and (m, 3) values from a first row on."""
+    """Sparse matrix of derivatives by vertices. A part has its first row, (m,) vertices and (m, 3) values."""
     from scipy import sparse
 
     row, column, value = [], [], []

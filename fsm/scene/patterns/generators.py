@@ -1,4 +1,4 @@
-"""Crease patterns from a few numbers: Miura sheet, zigzag, waterbomb sheet, Kresling and Yoshimura tubes."""
+"""Crease patterns from a few numbers: Miura, zigzag and waterbomb sheets, cones, flashers and tubes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern, box_groups
 
-__all__ = ["kresling", "miura", "miura_cell", "waterbomb", "yoshimura", "zigzag"]
+__all__ = ["cone", "flasher", "kresling", "miura", "miura_cell", "tube", "waterbomb", "yoshimura", "zigzag"]
 
 
 def miura_cell(a: float, b: float, sector_angle: float, fold_angle: float) -> tuple[float, float, float, float]:
@@ -79,6 +79,90 @@ def waterbomb(columns: int, rows: int, a: float) -> Pattern:
     across = np.abs(np.diff(flat[pattern.edges], axis=1)[:, 0])
     diagonal = across.min(axis=1) > 1e-6 * a
     letters = ["B" if old == "B" else "V" if slant else "M" for old, slant in zip(pattern.assignment, diagonal, strict=True)]
+    return _fully_folded(pattern, letters)
+
+
+def cone(sides: int, inner_radius: float, outer_radius: float) -> Pattern:
+    """Flat ring with radial creases that folds to a cone of `sides` pleats.
+
+    Each pleat has a mountain and a valley. All sectors have the angle pi/sides, so the alternating sum of the angles about
+    the centre is zero. The target angle is 180 degrees.
+    """
+    count = 2 * sides
+    angle = math.pi * np.arange(count) / sides
+    directions = np.column_stack([np.cos(angle), np.sin(angle)])
+    flat = np.concatenate([inner_radius * directions, outer_radius * directions])
+    faces = [(k, count + k, count + (k + 1) % count, (k + 1) % count) for k in range(count)]
+    groups = {"inner": tuple(range(count)), "outer": tuple(range(count, 2 * count))}
+    pattern = Pattern.of_faces(np.column_stack([flat, np.zeros(len(flat))]), faces, flat, groups)
+    edges = zip(pattern.assignment, pattern.edges.tolist(), strict=True)
+    letters = ["B" if old == "B" else "MV"[u % count % 2] for old, (u, _) in edges]
+    return _fully_folded(pattern, letters)
+
+
+def flasher(sides: int, outer_radius: float, height: float) -> Pattern:
+    """Regular polygon that wraps around a hub: walls of a height turn up at the sides of the hub, and its edge twists.
+
+    The sides of the hub are valleys of 90 degrees. At each of its corners begin a valley of 180 degrees along the radius,
+    and a mountain of 180 - 360/sides degrees at a right angle to the side before the corner. Folded, the walls stand on the
+    sides of the hub, and each wall continues as a double flap beyond a corner. Between flat and folded, facets bend.
+
+    Parameters
+    ----------
+    sides : number of sides of the hub and of the sheet
+    outer_radius : circumradius of the sheet, m
+    height : height of the walls, m
+
+    Raises
+    ------
+    ValueError
+        The walls leave no hub.
+    """
+    half = math.pi / sides
+    inner_radius = outer_radius - height / math.cos(half)
+    if inner_radius <= 0.0:
+        most = outer_radius * math.cos(half)
+        raise ValueError(f"height = {height:g} m leaves no hub; it must be less than {most:.6g} m for this outer_radius")
+    corner = np.arange(sides)
+    turns = 2.0 * half * corner
+    radial = np.column_stack([np.cos(turns), np.sin(turns)])
+    normal = np.column_stack([np.cos(turns - half), np.sin(turns - half)])  # of the side before a corner
+    hub = inner_radius * radial
+    flat = np.concatenate([hub, outer_radius * radial, hub + height * normal])
+    after = np.roll(corner, -1)
+    faces: list[tuple[int, ...]] = [tuple(corner.tolist())]
+    for i, j in zip(corner.tolist(), after.tolist(), strict=True):
+        faces += [(j, i, sides + i, 2 * sides + j), (i, 2 * sides + i, sides + i)]
+    groups = {"hub": tuple(range(sides)), "outer": tuple(range(sides, 3 * sides))}
+    pattern = Pattern.of_faces(np.column_stack([flat, np.zeros(len(flat))]), faces, flat, groups)
+    angles = (0.5 * math.pi, math.pi, 2.0 * half - math.pi)  # of the hub, along the radius, beside it
+    ends = pattern.edges.max(axis=1) // sides
+    target = [0.0 if old == "B" else angles[end] for old, end in zip(pattern.assignment, ends.tolist(), strict=True)]
+    return pattern.assigned(["B" if not angle else "V" if angle > 0.0 else "M" for angle in target], target)
+
+
+def tube(rows: int, radius: float, height: float) -> Pattern:
+    """Flat pattern of a tube that is flattened and folded like a Z, with `rows` panels of a height.
+
+    The sheet has the width 2 pi radius, the circumference of the tube; its seam is on the edges "left" and "right". The line
+    in the middle and both edges are the sides of the flattened tube. Lines between panels are mountains on one half and
+    valleys on the other, in turns. The target angle is 180 degrees.
+    """
+    width = math.pi * radius
+    i, j = np.divmod(np.arange(3 * (rows + 1)), rows + 1)
+    flat = np.column_stack([i * width, j * height])
+    pattern = Pattern.of_faces(
+        np.column_stack([flat, np.zeros(len(flat))]), _grid_faces(2, rows), flat, _grid_groups(2, rows)
+    )
+    letters = []
+    for old, (u, v) in zip(pattern.assignment, pattern.edges.tolist(), strict=True):
+        across = i[u] != i[v]
+        letters.append("B" if old == "B" else "MV"[int(j[u] + min(i[u], i[v])) % 2] if across else "V")
+    return _fully_folded(pattern, letters)
+
+
+def _fully_folded(pattern: Pattern, letters: list[str]) -> Pattern:
+    """Pattern with letters whose target angles are 180 degrees."""
     return pattern.assigned(letters, [{"V": math.pi, "M": -math.pi}.get(letter, 0.0) for letter in letters])
 
 

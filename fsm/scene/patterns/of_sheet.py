@@ -9,7 +9,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.patterns.folding import fold_pattern
-from fsm.scene.patterns.generators import kresling, miura, waterbomb, yoshimura, zigzag
+from fsm.scene.patterns.generators import cone, flasher, kresling, miura, tube, waterbomb, yoshimura, zigzag
 from fsm.scene.patterns.pattern import Pattern, box_groups
 from fsm.scene.sheet import Sheet
 
@@ -29,7 +29,7 @@ def pattern_of(sheet: Sheet) -> Pattern:
         pattern = _generated(sheet)
     except ValueError as error:
         raise CaseError(Fault("sheet", str(error))) from None
-    pattern = pattern.with_bend_lines() if sheet.facets == "bend-lines" else pattern
+    pattern = pattern if sheet.facets in ("rigid", "flexible") else pattern.with_bend_lines()
     try:
         return fold_pattern(pattern, sheet.fold)
     except ValueError as error:
@@ -51,6 +51,12 @@ def _generated(sheet: Sheet) -> Pattern:
         return waterbomb(columns, rows, given("a"))
     if sheet.kind == "kresling":
         return kresling(sides, rows, given("radius"), given("height"), given("twist"))
+    if sheet.kind == "cone":
+        return cone(sides, given("inner_radius"), given("outer_radius"))
+    if sheet.kind == "flasher":
+        return flasher(sides, given("outer_radius"), given("height"))
+    if sheet.kind == "tube":
+        return tube(rows, given("radius"), given("height"))
     return yoshimura(sides, rows, given("radius"), given("height"))
 
 

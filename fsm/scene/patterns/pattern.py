@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-__all__ = ["ASSIGNMENTS", "Pattern", "box_groups", "polygon_normal"]
+__all__ = ["ASSIGNMENTS", "Pattern", "box_groups", "polygon_normal", "triangles_of_face"]
 
 ASSIGNMENTS = {
     "B": "boundary", "M": "mountain", "V": "valley", "F": "flat", "U": "unassigned", "C": "cut", "J": "bend line",
@@ -21,6 +21,8 @@ ASSIGNMENTS = {
 
 _FLAT = 1e-9
 """Fold angle below which a crease is flat, rad."""
+_CLOSED = 1e-3
+"""Distance of a fold angle from 180 degrees below which a crease is closed, rad."""
 _SAME = 1e-6
 """Distance relative to the size of the pattern below which a vertex is on a side of the box around it."""
 
@@ -135,15 +137,21 @@ class Pattern:
         angles = np.arctan2(sine, np.einsum("ij,ij->i", first, second))
         return np.where((left >= 0) & (right >= 0), angles, 0.0)
 
-    def with_bend_lines(self) -> Pattern:
-        """Pattern whose faces with four and more corners are divided into triangles, with bend lines between them.
+    def start_angles(self) -> np.ndarray:
+        """Fold angles at the start, (m,), rad; closed creases have the sign of their target."""
+        angles = self.fold_angles()
+        closed = np.abs(angles) > np.pi - _CLOSED  # the positions do not give the sign of a closed crease
+        return np.where(closed, np.copysign(angles, np.nan_to_num(self.target)), angles)
+
+    def with_bend_lines(self, most: int = 3) -> Pattern:
+        """Pattern whose faces with more than `most` corners are divided into triangles, with bend lines between them.
 
         Each time the shortest diagonal that lies inside of the face is chosen.
         """
         faces: list[tuple[int, ...]] = []
         added: list[tuple[int, int]] = []
         for face, normal in zip(self.faces, self.normals(), strict=True):
-            pieces, lines = _triangles(self.vertices, face, normal)
+            pieces, lines = ([face], []) if len(face) <= most else triangles_of_face(self.vertices, face, normal)
             faces += pieces
             added += lines
         count = len(added)
@@ -168,7 +176,7 @@ def polygon_normal(points: np.ndarray) -> np.ndarray:
     return np.asarray(area / size if size else area)
 
 
-def _triangles(
+def triangles_of_face(
     vertices: np.ndarray, face: tuple[int, ...], normal: np.ndarray
 ) -> tuple[list[tuple[int, ...]], list[tuple[int, int]]]:
     """Triangles of a face, and the diagonals between them, by clipping of the corner with the shortest diagonal."""
@@ -179,7 +187,8 @@ def _triangles(
             before, corner, after = rest[k - 1], rest[k], rest[(k + 1) % len(rest)]
             others = [v for v in rest if v not in (before, corner, after)]
             if _is_ear(vertices, (before, corner, after), others, normal):
-                options.append((float(np.linalg.norm(vertices[after] - vertices[before])), k))
+                diagonal = float(np.linalg.norm(vertices[after] - vertices[before]))
+                options.append((float(f"{diagonal:.9e}"), k))  # round-off does not decide between equal diagonals
         k = min(options)[1] if options else 0
         before, corner, after = rest[k - 1], rest[k], rest[(k + 1) % len(rest)]
         pieces.append((before, corner, after))

@@ -9,9 +9,10 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern
 
-__all__ = ["Place", "place_of"]
+__all__ = ["Place", "facets_named", "place_of"]
 
 _NUMBERS = re.compile(r"(vertex|vertices|facet)\s+(\d+(?:\s*,\s*\d+)*)")
+_FACETS = re.compile(r"facets?\s+(\d+(?:\s*,\s*\d+)*)")
 
 
 class Place(NamedTuple):
@@ -56,6 +57,29 @@ def place_of(pattern: Pattern, at: str | tuple[tuple[float, float, float], tuple
         return Place(f"facet {numbers[0] + 1}", (), numbers[0])
     _check(numbers, len(pattern.vertices), "vertices")
     return Place(at.strip(), tuple(dict.fromkeys(numbers)))
+
+
+def facets_named(at: str, count: int) -> tuple[int, ...]:
+    """Numbers from 0 of facets on which a pressure acts: "all", "facet 3", or "facets 1, 2".
+
+    Parameters
+    ----------
+    at : str
+    count : number of facets of the sheet
+
+    Raises
+    ------
+    ValueError
+        There is no such facet.
+    """
+    if at.strip() == "all":
+        return tuple(range(count))
+    match = _FACETS.fullmatch(at.strip())
+    if match is None:
+        raise ValueError(f'"{at}" names no facets; a pressure needs "all", "facet 3" or "facets 1, 2"')
+    numbers = tuple(dict.fromkeys(int(number) - 1 for number in match[1].split(",")))
+    _check(numbers, count, "facets")
+    return numbers
 
 
 def _check(numbers: tuple[int, ...], count: int, what: str) -> None:

@@ -27,10 +27,18 @@ _NAMED = {"red": "ff0000", "blue": "0000ff", "black": "000000", "lime": "00ff00"
           "magenta": "ff00ff", "fuchsia": "ff00ff"}  # fmt: skip
 _MOST_LINES = 20_000
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_LENGTH = re.compile(rf"({_NUMBER.pattern})\s*(px|in|mm|cm|pt|pc|)")
 _COMMAND = re.compile(r"([a-zA-Z])([^a-zA-Z]*(?:[eE][-+]?\d+[^a-zA-Z]*)*)")
 _CURVE_PARTS = 8
 """Number of straight lines in place of a curve."""
-_INHERITED = ("stroke", "stroke-opacity", "opacity", "style")
+_CIRCLE_PARTS = 32
+_STYLES = ("stroke", "stroke-opacity", "opacity", "display")
+"""Properties that are read from attributes, from `style`, and from style sheets."""
+_UNITS = {"": 1.0, "px": 1.0, "in": 96.0, "mm": 96.0 / 25.4, "cm": 960.0 / 25.4, "pt": 96.0 / 72.0, "pc": 16.0}
+"""Units of lengths in SVG, in units of the file."""
+
+_UNDRAWN = ("defs", "clipPath", "mask", "symbol", "pattern", "marker", "metadata", "namedview", "style", "title", "desc")
+"""Elements without lines of the pattern."""
 
 Points = np.ndarray
 
@@ -56,9 +64,10 @@ def read_svg(text: str, scale: float) -> Pattern:
         raise ValueError(f"is not an SVG file: {error}") from None
     if not root.tag.endswith("svg"):
         raise ValueError(f"is not an SVG file; its root is <{root.tag}>")
-    lines = list(_lines(root, {}, np.eye(3)))
+    with np.errstate(over="ignore", invalid="ignore"):  # such coordinates are refused later
+        lines = list(itertools.islice(_lines(root, _style_sheet(root)), _MOST_LINES + 1))
     if len(lines) > _MOST_LINES:
-        raise ValueError(f"has {len(lines):,} lines; at most {_MOST_LINES:,} are allowed")
+        raise ValueError(f"has more than {_MOST_LINES:,} lines, the limit; give fewer lines")
     if not lines:
         colours = ", ".join(f"#{colour}" for colour in COLOURS)
         raise ValueError(f"has no lines with the stroke colours of a crease pattern: {colours}")
@@ -71,30 +80,59 @@ def _without_entities(text: str) -> str:
     return re.sub(r"&(?!(?:amp|lt|gt|quot|apos|#\w+);)[\w.]+;", "", text)
 
 
-def _lines(element: ElementTree.Element, inherited: Mapping[str, str], matrix: np.ndarray) -> Iterator[Line]:
+def _tag(element: ElementTree.Element) -> str:
+    return element.tag.rsplit("}", 1)[-1] if isinstance(element.tag, str) else ""
+
+
+def _properties(text: str) -> dict[str, str]:
+    """Properties of a text like "stroke: red; opacity: 0.5" that are read."""
+    pairs = (entry.partition(":") for entry in text.split(";"))
+    return {name.strip(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip() in _STYLES}
+
+
+def _style_sheet(root: ElementTree.Element) -> dict[str, dict[str, str]]:
+    """Properties by selector (a tag, ".class" or "#id") of all <style> elements."""
+    found: dict[str, dict[str, str]] = {}
+    for element in root.iter():
+        if _tag(element) == "style":
+            text = re.sub(r"/\*.*?\*/", "", "".join(element.itertext()), flags=re.DOTALL)
+            for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", text):
+                for selector in selectors.split(","):
+                    found.setdefault(selector.strip(), {}).update(_properties(body))
+    return found
+
+
+def _own_style(element: ElementTree.Element, sheet: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+    """Properties of an element: its attributes, then the style sheet, then its `style`; the last ones hold."""
+    own = {name: value for name in _STYLES if (value := element.get(name)) is not None}
+    names = [_tag(element), *(f".{name}" for name in (element.get("class") or "").split()), f"#{element.get('id')}"]
+    for name in names if sheet else ():
+        own.update(sheet.get(name, {}))
+    return own | _properties(element.get("style") or "")
+
+
+def _lines(root: ElementTree.Element, sheet: Mapping[str, Mapping[str, str]]) -> Iterator[Line]:
     """Lines of an element and of the elements in it."""
-    tag = element.tag.rsplit("}", 1)[-1] if isinstance(element.tag, str) else ""
-    if tag in ("defs", "clipPath", "mask", "symbol", "pattern", "marker", "metadata", "namedview"):
-        return
-    style = dict(inherited)
-    own = {name: element.get(name) for name in ("stroke", "stroke-opacity", "opacity")}
-    for entry in (element.get("style") or "").split(";"):
-        name, _, value = entry.partition(":")
-        if name.strip() in own:
-            own[name.strip()] = value.strip()
-    style.update({name: value for name, value in own.items() if value is not None and name != "opacity"})
-    style["opacity"] = str(_fraction(inherited.get("opacity")) * _fraction(own["opacity"]))
-    matrix = matrix @ _transform(element.get("transform") or "")
-    letter = _letter(style.get("stroke"))
-    if letter is not None:
-        part = _fraction(style.get("stroke-opacity")) * _fraction(style["opacity"])
-        for chain in _chains(tag, element):
-            points = np.column_stack([chain, np.ones(len(chain))]) @ matrix.T
-            for first, last in itertools.pairwise(points):
-                target = unit_targets(letter, part)
-                yield Line((float(first[0]), -float(first[1])), (float(last[0]), -float(last[1])), letter, target)
-    for child in element:
-        yield from _lines(child, style, matrix)
+    waiting: list[tuple[ElementTree.Element, dict[str, str], np.ndarray]] = [(root, {}, np.eye(3))]
+    while waiting:
+        element, inherited, matrix = waiting.pop()
+        tag = _tag(element)
+        own = _own_style(element, sheet)
+        if tag in _UNDRAWN or own.get("display") == "none":
+            continue
+        if tag == "use":
+            raise ValueError("has a <use> element, which is not supported; replace it by the lines that it repeats")
+        opacity = _fraction(inherited.get("opacity")) * _fraction(own.get("opacity"))
+        style = inherited | own | {"opacity": str(opacity)}
+        matrix = matrix @ _transform(element.get("transform") or "")
+        letter = _letter(style.get("stroke"))
+        if letter is not None:
+            target = unit_targets(letter, _fraction(style.get("stroke-opacity")) * opacity)
+            for chain in _chains(tag, element):
+                points = np.column_stack([chain, np.ones(len(chain))]) @ matrix.T
+                for first, last in itertools.pairwise(points):
+                    yield Line((float(first[0]), -float(first[1])), (float(last[0]), -float(last[1])), letter, target)
+        waiting += [(child, style, matrix) for child in reversed(element)]
 
 
 def _fraction(text: str | None) -> float:
@@ -103,7 +141,9 @@ def _fraction(text: str | None) -> float:
     try:
         value = float(text.strip().rstrip("%")) / (100.0 if text.strip().endswith("%") else 1.0)
     except ValueError:
-        raise ValueError(f"has the opacity {text!r}, which is not a number") from None
+        value = math.nan
+    if math.isnan(value):
+        raise ValueError(f"has the opacity {text!r}, which is not a number")
     return min(max(value, 0.0), 1.0)
 
 
@@ -123,7 +163,7 @@ def _transform(text: str) -> np.ndarray:
     """Matrix (3, 3) of an attribute `transform`."""
     matrix = np.eye(3)
     for name, arguments in re.findall(r"(\w+)\s*\(([^)]*)\)", text):
-        v = [float(number) for number in _NUMBER.findall(arguments)]
+        v = _numbers(arguments, "a transform")
         one = np.eye(3)
         if name == "matrix" and len(v) == 6:
             one[:2] = np.array(v).reshape(3, 2).T
@@ -131,26 +171,43 @@ def _transform(text: str) -> np.ndarray:
             one[:2, 2] = v[0], v[1] if len(v) > 1 else 0.0
         elif name == "scale" and v:
             one[0, 0], one[1, 1] = v[0], v[-1]
-        elif name == "rotate" and v:
+        elif name in ("skewX", "skewY") and len(v) == 1:
+            one[(0, 1) if name == "skewX" else (1, 0)] = math.tan(math.radians(v[0]))
+        elif name == "rotate" and len(v) in (1, 3):
             c, s = math.cos(math.radians(v[0])), math.sin(math.radians(v[0]))
             one[:2, :2] = [[c, -s], [s, c]]
             if len(v) == 3:
                 centre = np.array(v[1:])
                 one[:2, 2] = centre - one[:2, :2] @ centre
         else:
-            raise ValueError(f"has the transform {name!r}, which is not supported; apply it to the coordinates")
+            text = f"{name}({arguments})"
+            raise ValueError(f"has the transform {text!r}, which is not supported; apply it to the coordinates")
         matrix = matrix @ one
     return matrix
+
+
+def _numbers(text: str, what: str) -> list[float]:
+    """Numbers of a text, separated by commas or blanks."""
+    rest = _NUMBER.sub("", text).replace(",", "").strip()
+    if rest:
+        raise ValueError(f"has {what} with {_short(rest)!r} among its numbers; remove it")
+    return [float(number) for number in _NUMBER.findall(text)]
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 20 else f"{text[:20]}..."
 
 
 def _chains(tag: str, element: ElementTree.Element) -> Iterator[Points]:
     """Chains of points (n, 2) of an element."""
 
     def number(name: str) -> float:
-        match = _NUMBER.match((element.get(name) or "0").strip())
+        text = (element.get(name) or "0").strip()
+        match = _LENGTH.fullmatch(text)
         if match is None:
-            raise ValueError(f"has a <{tag}> whose {name} is {element.get(name)!r}, which is not a number")
-        return float(match[0])
+            units = ", ".join(unit for unit in _UNITS if unit)
+            raise ValueError(f"has a <{tag}> whose {name} is {_short(text)!r}, not a number, or a number with {units}")
+        return float(match[1]) * _UNITS[match[2]]
 
     if tag == "line":
         yield np.array([[number("x1"), number("y1")], [number("x2"), number("y2")]])
@@ -158,10 +215,17 @@ def _chains(tag: str, element: ElementTree.Element) -> Iterator[Points]:
         x, y, w, h = (number(name) for name in ("x", "y", "width", "height"))
         yield np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h], [x, y]])
     elif tag in ("polyline", "polygon"):
-        values = [float(v) for v in _NUMBER.findall(element.get("points") or "")]
-        points = np.array(values[: len(values) // 2 * 2]).reshape(-1, 2)
+        values = _numbers(element.get("points") or "", f"a <{tag}>")
+        if len(values) % 2:
+            raise ValueError(f"has a <{tag}> with {len(values)} coordinates, an odd number; give x and y of each point")
+        points = np.array(values).reshape(-1, 2)
         if len(points):
             yield np.vstack([points, points[:1]]) if tag == "polygon" else points
+    elif tag in ("circle", "ellipse"):
+        turn = np.linspace(0.0, 2.0 * math.pi, _CIRCLE_PARTS + 1)
+        radii = [number("r")] * 2 if tag == "circle" else [number("rx"), number("ry")]
+        centre = np.array([number("cx"), number("cy")])
+        yield centre + np.column_stack([np.cos(turn), np.sin(turn)]) * radii
     elif tag == "path":
         yield from _path(element.get("d") or "")
 
@@ -178,7 +242,9 @@ def _path(text: str) -> Iterator[Points]:
         kind, relative = command.lower(), command.islower()
         if kind not in _COUNTS:
             raise ValueError(f"has a path with the command {command!r}, which is not supported; use straight lines")
-        values = [float(v) for v in _NUMBER.findall(arguments)]
+        if not previous and kind != "m":
+            raise ValueError(f"has a path that begins with {command!r}; a path begins with M or m")
+        values = _numbers(arguments, "a path")
         count = _COUNTS[kind]
         groups = [values[i : i + count] for i in range(0, len(values), count)] if count else [[]]
         for k, group in enumerate(groups):

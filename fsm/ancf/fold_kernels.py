@@ -1,0 +1,272 @@
+"""Kernels of rotational springs about lines: folds, and creases of films.
+
+The vectors a and b across a line and c along it are sums of nodal vectors. The moment acts along the gradient of the
+rotation psi of `fsm.ancf.fold_angle`. The law of a spring without memory is
+
+    M = s M_c(psi) + k_r (tan(c d)/c - d) + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
+
+as in `fsm.ancf.fold_laws`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.ancf.fold_angle import fold_angle, fold_gradient, fold_hessian
+from fsm.kernels.jit import kernel
+from fsm.kernels.spline import evaluate_curve
+from fsm.laws.crease import CreaseLaws
+
+__all__ = [
+    "FoldArrays", "FoldCurves", "add_force", "add_moments", "add_tangent", "add_tangents", "dissipation", "fold_efforts",
+    "fold_rates", "fold_states", "stored_energy",
+]  # fmt: skip
+
+
+class FoldCurves(NamedTuple):
+    """Laws of m folds without memory.
+
+    Attributes
+    ----------
+    curves : CreaseLaws
+    share : (m,) array
+        Factor s of each curve.
+    rise : (m,) array, N m/rad
+        Stiffness k_r; empty if p is pi.
+    linear_to : (1,) array, rad
+        Angle p; pi: never reached.
+    """
+
+    curves: CreaseLaws
+    share: np.ndarray
+    rise: np.ndarray
+    linear_to: np.ndarray
+
+
+class FoldArrays(NamedTuple):
+    """Arrays of m folds.
+
+    Attributes
+    ----------
+    vectors : (m, v) int array
+        First coordinates of the nodal vectors.
+    weights : (m, 3, v) array
+        Factors of these vectors in a, b and c.
+    near : (m,) array, rad
+        Angles are taken within half a turn of this value.
+    damping : (m,) array, N m s/rad
+        s_d.
+    law : FoldCurves
+    """
+
+    vectors: np.ndarray
+    weights: np.ndarray
+    near: np.ndarray
+    damping: np.ndarray
+    law: FoldCurves
+
+
+@kernel
+def _effort(law: FoldCurves, i: int, angle: float) -> tuple[float, float, float]:
+    """Energy, moment and slope of a fold at its angle; NaN where facets have met."""
+    curves, share, limit = law.curves, law.share[i], law.linear_to[0]
+    first, last = curves.bounds[curves.curve[i]], curves.bounds[curves.curve[i] + 1]
+    opening = curves.rest[i] - curves.side[i] * angle
+    energy, moment, slope = evaluate_curve(opening, first, last, curves.knots, curves.coefficients, curves.energies)
+    energy, moment, slope = share * energy, -share * curves.side[i] * moment, share * slope
+    over = abs(angle) - limit
+    if limit >= math.pi or over <= 0.0:
+        return energy, moment, slope
+    k, c = law.rise[i], 0.5 * math.pi / (math.pi - limit)
+    x = c * over if over < math.pi - limit else math.nan
+    cosine, side = math.cos(x), math.copysign(1.0, angle)
+    energy += k * (-math.log(cosine) / (c * c) - 0.5 * over * over)
+    return energy, moment + side * k * (math.tan(x) / c - over), slope + k * (1.0 / (cosine * cosine) - 1.0)
+
+
+@kernel
+def fold_efforts(law: FoldCurves, angle: np.ndarray) -> np.ndarray:
+    """Energy (J), moment (N m) and slope (N m/rad) of every fold at its angle, (3, m)."""
+    out = np.empty((3, angle.shape[0]))
+    for i in range(angle.shape[0]):
+        out[0, i], out[1, i], out[2, i] = _effort(law, i, angle[i])
+    return out
+
+
+@kernel(inline=True)
+def _gather(folds: FoldArrays, k: int, q: np.ndarray, v: np.ndarray) -> None:
+    """Vectors a, b, c (3, 3) of one fold, or their rates."""
+    for p in range(3):
+        for a in range(3):
+            total = 0.0
+            for i in range(folds.vectors.shape[1]):
+                total += folds.weights[k, p, i] * q[folds.vectors[k, i] + a]
+            v[p, a] = total
+
+
+@kernel
+def fold_states(folds: FoldArrays, q: np.ndarray, states: np.ndarray) -> None:
+    """Compute states (m, 19) of all folds: angle, its gradient (9) by a, b, c, and the second result of `fold_gradient`."""
+    v = np.empty((3, 3))
+    for k in range(folds.vectors.shape[0]):
+        _gather(folds, k, q, v)
+        states[k, 0] = fold_angle(v, folds.near[k])
+        fold_gradient(v, states[k, 1:10], states[k, 10:19])
+
+
+@kernel(inline=True)
+def _rate(gradient: np.ndarray, rates: np.ndarray) -> float:
+    """Rate of an angle from its gradient (9,) and the rates (3, 3) of a, b, c."""
+    total = 0.0
+    for p in range(3):
+        for a in range(3):
+            total += gradient[3 * p + a] * rates[p, a]
+    return total
+
+
+@kernel
+def fold_rates(folds: FoldArrays, states: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Rates of all angles, (m,), rad/s."""
+    v, out = np.empty((3, 3)), np.empty(states.shape[0])
+    for k in range(states.shape[0]):
+        _gather(folds, k, u, v)
+        out[k] = _rate(states[k, 1:10], v)
+    return out
+
+
+@kernel
+def add_moments(folds: FoldArrays, states: np.ndarray, moment: np.ndarray, force: np.ndarray) -> None:
+    """Add the forces of moments (m,) against the angles."""
+    for k in range(folds.vectors.shape[0]):
+        for i in range(folds.vectors.shape[1]):
+            for a in range(3):
+                total = 0.0
+                for p in range(3):
+                    total += folds.weights[k, p, i] * states[k, 1 + 3 * p + a]
+                force[folds.vectors[k, i] + a] -= moment[k] * total
+
+
+@kernel(inline=True)
+def _add_block(weights: np.ndarray, slots: np.ndarray, size: int, block: np.ndarray, flat: np.ndarray) -> None:
+    """Add a matrix (9, 9) by a, b, c to the flat block data, as a matrix by the nodal vectors."""
+    width = slots.shape[0]
+    for i in range(width):
+        for p in range(3):
+            if weights[p, i] == 0.0:
+                continue
+            for j in range(width):
+                for o in range(3):
+                    factor = weights[p, i] * weights[o, j]
+                    if factor == 0.0:
+                        continue
+                    for a in range(3):
+                        for b in range(3):
+                            flat[slots[i, j] + a * size + b] += factor * block[3 * p + a, 3 * o + b]
+
+
+@kernel
+def add_tangents(
+    folds: FoldArrays, q: np.ndarray, u: np.ndarray, states: np.ndarray, moment: np.ndarray, slope: np.ndarray,
+    turning: np.ndarray, damping: np.ndarray, slots: np.ndarray, size: int, into_stiffness: np.ndarray,
+    into_damping: np.ndarray,
+) -> None:  # fmt: skip
+    """Add -dh/dq and -dh/du to the flat block data.
+
+    Parameters
+    ----------
+    folds : FoldArrays
+    q, u : (n,) arrays
+        Coordinates, and rates where `turning` is not zero.
+    states : see `fold_states`
+    moment, slope : (m,) arrays
+        Moments against the angles, and their slopes.
+    turning, damping : (m,) arrays, N m s/rad
+        Dampers whose rates depend on q by u, and all dampers.
+    slots : (m, v, v) int array, see `ElementGroup.add_linearised`
+    size : size of the blocks
+    into_stiffness, into_damping : flat block data
+    """
+    v, rates, hessian, block = np.empty((3, 3)), np.zeros((3, 3)), np.empty((9, 9)), np.empty((9, 9))
+    for k in range(folds.vectors.shape[0]):
+        gradient = states[k, 1:10]
+        _gather(folds, k, q, v)
+        fold_hessian(v, gradient, states[k, 10:19], hessian)
+        if turning[k] != 0.0:
+            _gather(folds, k, u, rates)
+        for j in range(9):
+            turned = slope[k] * gradient[j]
+            if turning[k] != 0.0:
+                turned += turning[k] * _rate(hessian[j], rates)
+            for i in range(9):
+                block[i, j] = gradient[i] * turned + moment[k] * hessian[i, j]
+        _add_block(folds.weights[k], slots[k], size, block, into_stiffness)
+        if damping[k] != 0.0:
+            for i in range(9):
+                for j in range(9):
+                    block[i, j] = damping[k] * gradient[i] * gradient[j]
+            _add_block(folds.weights[k], slots[k], size, block, into_damping)
+
+
+# all at once, without memory --------------------------------------------------------------------------------------------
+
+
+@kernel
+def _damped(folds: FoldArrays, states: np.ndarray, u: np.ndarray, moving: float, moment: np.ndarray) -> None:
+    """Add the moments of dampers, if `moving` is 1."""
+    if moving == 1.0:
+        rates = fold_rates(folds, states, u)
+        for k in range(rates.shape[0]):
+            moment[k] += folds.damping[k] * rates[k]
+
+
+@kernel
+def add_force(folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, force: np.ndarray) -> None:
+    """Add the forces of all folds; `moving` is 1 in motion, 0 at rest."""
+    states = np.empty((folds.vectors.shape[0], 19))
+    fold_states(folds, q, states)
+    efforts = fold_efforts(folds.law, states[:, 0].copy())
+    _damped(folds, states, u, moving, efforts[1])
+    add_moments(folds, states, efforts[1], force)
+
+
+@kernel
+def add_tangent(
+    folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, slots: np.ndarray, size: int, force: np.ndarray,
+    into_stiffness: np.ndarray, into_damping: np.ndarray,
+) -> None:  # fmt: skip
+    """Add forces, and -dh/dq and -dh/du to the flat block data; arguments as in `add_force` and `add_tangents`."""
+    states = np.empty((folds.vectors.shape[0], 19))
+    fold_states(folds, q, states)
+    efforts = fold_efforts(folds.law, states[:, 0].copy())
+    _damped(folds, states, u, moving, efforts[1])
+    add_moments(folds, states, efforts[1], force)
+    turning = np.empty(states.shape[0])
+    for k in range(turning.shape[0]):
+        turning[k] = moving * folds.damping[k]
+    add_tangents(
+        folds, q, u, states, efforts[1], efforts[2], turning, folds.damping, slots, size, into_stiffness, into_damping
+    )
+
+
+@kernel
+def stored_energy(folds: FoldArrays, q: np.ndarray) -> float:
+    """Energy of all folds, J."""
+    v, total = np.empty((3, 3)), 0.0
+    for k in range(folds.vectors.shape[0]):
+        _gather(folds, k, q, v)
+        total += _effort(folds.law, k, fold_angle(v, folds.near[k]))[0]
+    return total
+
+
+@kernel
+def dissipation(folds: FoldArrays, q: np.ndarray, u: np.ndarray) -> float:
+    """Dissipated power of all dampers, W."""
+    states, power = np.empty((folds.vectors.shape[0], 19)), 0.0
+    fold_states(folds, q, states)
+    rates = fold_rates(folds, states, u)
+    for k in range(rates.shape[0]):
+        power += folds.damping[k] * rates[k] * rates[k]
+    return power

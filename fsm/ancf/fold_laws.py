@@ -1,0 +1,150 @@
+"""Laws of folds: moment of a fold as a function of its angle, with the memory of the path.
+
+The moment of fold i at the angle psi is
+
+    M = s M_c(psi) + k_r (tan(c d)/c - d) - k d_r(t) + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
+
+M_c is the curve of `fsm.laws.crease`, with the friction slider of `fsm.laws.crease_sliders` if it has two branches. s is the
+share of the fold. The second term acts beyond the angle p and becomes infinite where facets meet (Liu and Paulino,
+2017). The third is a load: the rest angle of a linear fold with the stiffness k moves by d_r.
+
+Fold angles are continuous. They are taken within half a turn of those of the last accepted state, so they may exceed 180
+degrees.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.ancf.fold_kernels import FoldCurves, fold_efforts
+from fsm.ancf.time_functions import Constant, TimeFunction
+from fsm.laws.crease import CreaseLaws
+from fsm.laws.crease_sliders import Sliders
+
+__all__ = ["FoldEnergy", "FoldLaws"]
+
+
+class FoldEnergy(NamedTuple):
+    """Stored energy (J) of all folds, and power (W) that dampers and sliders dissipate, that sliders do, and of the load."""
+
+    stored: float
+    dissipated: float
+    sliding: float
+    load: float
+
+
+@dataclass(eq=False)
+class FoldLaws:
+    """Laws of (m,) folds; see the module docstring.
+
+    Attributes
+    ----------
+    start : (m,) array, rad
+        Fold angles at the start; those of the first state are within half a turn of them.
+    curves : CreaseLaws
+        Curves without dampers; the opening is o = rest - side psi.
+    share : (m,) array
+        Factor s of each curve.
+    damping : (m,) array, N m s/rad
+    turning : (m,) array, N m
+        Stiffness times the change of the rest angle at the factor 1.
+    time : factor of `turning`
+    linear_to : rad
+        Angle p; pi: never reached.
+    rise : (m,) array, N m/rad
+        Stiffness k_r.
+    sliders : Sliders of unit shares, or None
+    chosen : (n,) int array
+        Folds of the sliders.
+    """
+
+    start: np.ndarray
+    curves: CreaseLaws
+    share: np.ndarray
+    damping: np.ndarray
+    turning: np.ndarray
+    time: TimeFunction = field(default_factory=Constant)
+    linear_to: float = math.pi
+    rise: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    sliders: Sliders | None = None
+    chosen: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def __post_init__(self) -> None:
+        self.near = np.array(self.start, dtype=float)
+
+    @cached_property
+    def without_memory(self) -> FoldCurves:
+        """Laws without dampers, sliders and moving rest angles."""
+        share, rise = np.array(self.share, dtype=float), np.array(self.rise, dtype=float)
+        return FoldCurves(self.curves, share, rise, np.array([self.linear_to]))
+
+    @property
+    def plain(self) -> bool:
+        """Whether there are no sliders and no moving rest angles."""
+        return self.sliders is None and not np.any(self.turning)
+
+    @cached_property
+    def rate_dependent(self) -> bool:
+        """Whether moments depend on rates."""
+        return bool(np.any(self.damping))
+
+    def moments(self, t: float, angle: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Moments (m,) against the fold angle, N m, and their slopes, N m/rad."""
+        _, moment, slope = fold_efforts(self.without_memory, angle)
+        if self.sliders is not None:
+            mine, side = self.chosen, self.curves.side[self.chosen]
+            slip, steepness = self.sliders.moments(self._opening(angle))
+            moment[mine] -= side * self.share[mine] * slip
+            slope[mine] += self.share[mine] * steepness
+        return moment - self.time.at(t)[0] * self.turning + self.damping * rate, slope
+
+    def energy(
+        self, t: float, angle: np.ndarray, rate: np.ndarray, duration: float | None = None, other: np.ndarray | None = None
+    ) -> FoldEnergy:
+        """Energy and powers; `duration` and the angles `other` at the other end of a step as in `Sliders.energy`."""
+        stored = float(fold_efforts(self.without_memory, angle)[0].sum())
+        power, sliding = float(self.damping @ rate**2), 0.0
+        if self.sliders is not None:
+            mine = self.chosen
+            opened = angle if other is None else other
+            kept, lost = self.sliders.energy(
+                t, self._opening(angle), -self.curves.side[mine] * rate[mine], duration, lambda: self._opening(opened)
+            )
+            stored += float(self.share[mine] @ kept)
+            sliding = float(self.share[mine] @ lost)
+        return FoldEnergy(stored, power + sliding, sliding, self.time.at(t)[0] * float(self.turning @ rate))
+
+    # memory -----------------------------------------------------------------------------------------------------------
+
+    def commit(self, t: float, angle: np.ndarray) -> None:
+        """Store the angles of an accepted state."""
+        self.near[:] = angle
+        if self.sliders is not None:
+            self.sliders.commit(t, self._opening(angle))
+
+    @property
+    def remembered(self) -> int:
+        """Length of `memory`."""
+        return len(self.start) + (0 if self.sliders is None else self.sliders.remembered)
+
+    def memory(self) -> np.ndarray:
+        """Memory as one flat array."""
+        return np.concatenate([self.near, [] if self.sliders is None else self.sliders.memory()])
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Restore the memory; an empty array resets it."""
+        count = len(self.start)
+        self.near[:] = memory[:count] if len(memory) else self.start
+        if self.sliders is not None:
+            self.sliders.restore(memory[count:])
+
+    # inside -----------------------------------------------------------------------------------------------------------
+
+    def _opening(self, angle: np.ndarray) -> np.ndarray:
+        mine = self.chosen
+        return np.asarray(self.curves.rest[mine] - self.curves.side[mine] * angle[mine])

@@ -1,0 +1,97 @@
+"""Bodies and ANCF elements with their frames as a model of arrays, for compiled steps (see `fsm.stepping.model`).
+
+The model of bodies (`fsm.segments.arrays`) and the model of coordinates (`fsm.ancf.arrays`) are its parts. The block data of
+the coordinates, with blocks of three rows, are those of the joined matrix; bodies have their rows in it too.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.ancf.arrays import Coordinates
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.jit import kernel
+from fsm.segments.arrays import Segments
+
+__all__ = [
+    "AT", "CURVATURES", "MEMBERS", "MOMENTS", "NEAR", "NODE_ROWS", "OWN_RATES", "STARTS", "TURNED", "TURNING", "FrameArrays",
+    "Joined", "JoinedArrays", "frames_of",
+]  # fmt: skip
+
+
+class FrameArrays(NamedTuple):
+    """Arrays of `fsm.assembly.frames.Frames`."""
+
+    bodies: np.ndarray
+    first: np.ndarray
+    vectors: np.ndarray
+    weights: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+    fixed: np.ndarray
+    oriented: np.ndarray
+
+
+class JoinedArrays(NamedTuple):
+    """Arrays of frames, and of the places of bodies and frames in the joined matrix.
+
+    Attributes
+    ----------
+    frames : FrameArrays
+    near : (n, 4) array
+        Quaternion near which each frame is.
+    rates : (n, 6) array
+        Rates of the frames at the present state; work space for their wrenches.
+    moments : (n, 3) array
+    curvatures : (n, 6, 6) array
+        See `fsm.assembly.frames.frame_maps`.
+    members, turning : (m, 6, 3) arrays
+        Maps of the members of free bodies and frames, and their derivatives; see `fsm.assembly.condense.members_of`.
+    node_rows, rows : int arrays
+        Block row of each vector of a frame, among the coordinates and in the joined matrix.
+    of_members : int array, see `fsm.assembly.condense.members_of`
+    starts, slots : see `fsm.assembly.condense.JoinedPattern`
+    turned : (n_rows, 3, 3) array
+        Derivatives of the increment of the last factors.
+    """
+
+    frames: FrameArrays
+    near: np.ndarray
+    rates: np.ndarray
+    moments: np.ndarray
+    curvatures: np.ndarray
+    members: np.ndarray
+    turning: np.ndarray
+    node_rows: np.ndarray
+    rows: np.ndarray
+    of_members: np.ndarray
+    starts: np.ndarray
+    slots: np.ndarray
+    turned: np.ndarray
+
+
+class Joined(NamedTuple):
+    """Model of bodies and of coordinates, with the table of `JoinedArrays`; `flags` are those of the coordinates."""
+
+    bodies: Segments
+    nodes: Coordinates
+    table: np.ndarray
+    flags: np.ndarray
+
+
+AT, _FRAMES = 0, len(FrameArrays._fields)
+NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS, ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED = range(
+    _FRAMES, _FRAMES + 12
+)
+"""Rows of `Joined.table`; the bodies of the frames are in row `AT`."""
+
+
+@kernel
+def frames_of(t: np.ndarray) -> FrameArrays:
+    """Frames of the table."""
+    return FrameArrays(
+        integers_1d(t, 0), integers_1d(t, 1), integers_1d(t, 2), floats_1d(t, 3), floats_1d(t, 4), floats_1d(t, 5),
+        floats_2d(t, 6), integers_1d(t, 7),
+    )  # fmt: skip

@@ -1,0 +1,49 @@
+"""Laws of the folds of flexible facets and of bars from their data."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.ancf.fold_laws import FoldLaws
+from fsm.ancf.time_functions import Constant, Ramp
+from fsm.laws.crease import CreaseLaws, join_curves
+from fsm.laws.crease_sliders import Sliders
+from fsm.scene.patterns.fold_data import FoldData
+from fsm.segments.crease_curves import curve_of, hysteresis_of
+from fsm.segments.element_angles import side_of
+
+__all__ = ["fold_laws_of"]
+
+
+def fold_laws_of(data: FoldData) -> FoldLaws:
+    """Laws of folds; those of one crease of the pattern have the same side.
+
+    Raises
+    ------
+    CaseError
+        A measured curve is faulty.
+    """
+    table = join_curves([curve_of(law) for law in data.laws])
+    side = np.array([side_of(start, rest) for start, rest in zip(data.start.tolist(), data.rest.tolist(), strict=True)])
+    curves = CreaseLaws(
+        side * data.rest, side, np.zeros(len(side)), data.law, table.bounds, table.knots, table.coefficients, table.energies
+    )
+    sliders, chosen = _sliders(data, curves)
+    end = Constant() if data.end is None else Ramp(data.end)
+    return FoldLaws(
+        data.start, curves, data.share, data.damping, data.turning, end, data.linear_to, data.rise, sliders, chosen
+    )
+
+
+def _sliders(data: FoldData, curves: CreaseLaws) -> tuple[Sliders | None, np.ndarray]:
+    """Sliders of laws with two branches, and the folds that have them."""
+    found = [hysteresis_of(law) for law in data.laws]
+    known = [number for number, hysteresis in enumerate(found) if hysteresis is not None]
+    chosen = np.flatnonzero(np.isin(data.law, known))
+    if not len(chosen):
+        return None, chosen
+    which = np.searchsorted(known, data.law[chosen])
+    laws = [hysteresis for hysteresis in found if hysteresis is not None]
+    opening = curves.rest[chosen] - curves.side[chosen] * data.start[chosen]
+    stiffness = np.array([law.stiffness for law in laws])[which]
+    return Sliders(opening, stiffness, which.astype(np.int64), join_curves([law.strength for law in laws])), chosen

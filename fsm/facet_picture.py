@@ -1,0 +1,69 @@
+"""Picture of the mesh of flexible facets at the start: triangles, supports, loaded and driven places, probes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+from fsm.atomic_write import atomic_write
+from fsm.scene.case import Case
+from fsm.scene.patterns.facet_mesh import FacetMesh
+from fsm.scene.patterns.flexible_mesh import flexible_mesh
+from fsm.scene.patterns.mesh_places import mesh_place
+from fsm.scene.sheet import Sheet
+
+__all__ = ["draw_facets"]
+
+_MARKS = {
+    "support": ("^", "#000000"), "load": ("v", "#D55E00"), "driven": ("o", "#E69F00"), "probe": ("s", "#0072B2"),
+}  # fmt: skip
+"""Marker and colour of each kind of place; colours of Okabe and Ito (2008)."""
+
+
+def draw_facets(case: Case, path: Path) -> None:
+    """Draw the mesh of the flexible facets of a case into a PNG file."""
+    assert case.sheet is not None
+    mesh = flexible_mesh(case.sheet)
+    figure = Figure(figsize=(8.0, 6.0), dpi=150)
+    FigureCanvasAgg(figure)
+    ax = figure.add_subplot(projection="3d")
+    points = 1e3 * mesh.positions
+    ax.add_collection3d(
+        Poly3DCollection(points[mesh.triangles], facecolors="#F4F1E8", edgecolors="#999999", linewidths=0.3, alpha=0.7)
+    )
+    creases = [points[crease.sectors[:, 0]] for crease in mesh.creases]
+    if creases:
+        ax.add_collection3d(Line3DCollection(creases, colors="#CC79A7", linewidths=1.4))
+    seen = {}
+    for kind, at in _places(case, case.sheet):
+        seen[kind] = _mark(ax, mesh, kind, at)
+    low, high = points.min(axis=0), points.max(axis=0)
+    sides = np.maximum(high - low, 0.05 * float((high - low).max()))
+    for axis, middle, side in zip("xyz", 0.5 * (low + high), sides, strict=True):
+        getattr(ax, f"set_{axis}lim")(middle - 0.5 * side, middle + 0.5 * side)
+    ax.set_box_aspect(sides)
+    ax.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)", title=f"{len(mesh.triangles)} triangles at the start")
+    figure.legend(handles=list(seen.values()), loc="lower center", ncols=4, fontsize=8, frameon=False)
+    with atomic_write(path) as part:
+        figure.savefig(part, format="png")
+
+
+def _places(case: Case, sheet: Sheet) -> list[tuple[str, Any]]:
+    """Kind and place of all supports, loads, drives and probes."""
+    found: list[tuple[str, Any]] = [("support", support.at) for support in sheet.support]
+    found += [("load", load.at) for load in case.load if load.at is not None and load.pressure is None]
+    driven = [f"edge {drive.edge}" if drive.edge is not None else drive.at for drive in case.drive]
+    return found + [("driven", at) for at in driven if at is not None] + [("probe", probe.at) for probe in sheet.probe]
+
+
+def _mark(ax: Any, mesh: FacetMesh, kind: str, at: Any) -> Line2D:
+    marker, colour = _MARKS[kind]
+    points = 1e3 * mesh.positions[mesh_place(mesh, at).sectors]
+    ax.plot(*points.T, marker, color=colour, markersize=4)
+    return Line2D([], [], color=colour, marker=marker, ls="", label=kind)

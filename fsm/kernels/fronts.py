@@ -1,0 +1,322 @@
+"""Multifrontal LDL^T factorisation of symmetric block-sparse matrices, in dense products of matrices.
+
+Rows with nearly equal patterns form a supernode. Its front is the dense matrix of its own rows and of all later rows that
+they couple. The front sums the entries of A and the Schur complements of its children in the elimination tree. Its own rows
+are eliminated, and the Schur complement of the others goes to its parent (Duff and Reid, 1983; Liu, 1992). Rows are
+exchanged only inside a panel, a few blocks of a supernode.
+
+The method has more operations than `fsm.kernels.block_lu`, since it does not skip zeros, but products of long matrices run
+several times as fast as products of blocks. The number of negative eigenvalues of A is the sum over its pivots.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.kernels.block_lu import backward_error
+from fsm.kernels.jit import kernel
+from fsm.kernels.small_blocks import is_zero, negative_eigenvalues
+
+__all__ = ["Supernodes", "count_nonzero", "count_negative_pivots", "factorise_fronts", "solve_by_fronts"]
+
+_STRIP = 48
+"""Rows of the Schur complement that are computed at once, up to the diagonal of the last one."""
+
+
+class Supernodes(NamedTuple):
+    """Symbolic factorisation: m supernodes, children before parents.
+
+    Attributes
+    ----------
+    order : (n,) int array
+        Elimination order of the block rows.
+    first : (m + 1,) int array
+        Supernode s eliminates the steps first[s] to first[s + 1] - 1.
+    start, rows : (m + 1,) and int arrays
+        Later steps that supernode s couples: rows[start[s]:start[s + 1]], sorted.
+    children : (m,) int array
+        Number of children in the elimination tree.
+    factors : (m + 1,) int array
+        First number of each supernode in the factors. A panel of w rows and r later rows has the inverse of its pivot
+        (w, w), and then its column (r, w).
+    size, width : int
+        Rows of a block, and largest number of blocks of a panel.
+    largest, stacked : int
+        Rows of the largest front, and numbers in the largest stack of Schur complements.
+    """
+
+    order: np.ndarray
+    first: np.ndarray
+    start: np.ndarray
+    rows: np.ndarray
+    children: np.ndarray
+    factors: np.ndarray
+    size: int
+    width: int
+    largest: int
+    stacked: int
+
+
+@kernel
+def count_nonzero(data: np.ndarray) -> int:
+    """Number of blocks (n_blocks, d, d) that are not exactly zero."""
+    count = 0
+    for k in range(data.shape[0]):
+        if not is_zero(data[k]):
+            count += 1
+    return count
+
+
+@kernel
+def _invert(matrix: np.ndarray, exchanged: np.ndarray) -> bool:
+    """Invert in place (Gauss-Jordan with row exchanges); False if the matrix is singular."""
+    size = matrix.shape[0]
+    for k in range(size):
+        best, row = 0.0, k
+        for i in range(k, size):
+            if abs(matrix[i, k]) > best:
+                best, row = abs(matrix[i, k]), i
+        if not best > 0.0:
+            return False
+        exchanged[k] = row
+        if row != k:
+            for j in range(size):
+                matrix[k, j], matrix[row, j] = matrix[row, j], matrix[k, j]
+        scale = 1.0 / matrix[k, k]
+        matrix[k, k] = 1.0
+        for j in range(size):
+            matrix[k, j] *= scale
+        for i in range(size):
+            if i != k:
+                factor = matrix[i, k]
+                matrix[i, k] = 0.0
+                for j in range(size):
+                    matrix[i, j] -= factor * matrix[k, j]
+    for k in range(size - 1, -1, -1):
+        row = exchanged[k]
+        if row != k:
+            for i in range(size):
+                matrix[i, k], matrix[i, row] = matrix[i, row], matrix[i, k]
+    return True
+
+
+@kernel
+def _add_entries(
+    indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, order: np.ndarray, position: np.ndarray,
+    first: int, last: int, local: np.ndarray, front: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the blocks of A at and below the diagonal in the columns of the steps `first` to `last` - 1."""
+    size = data.shape[1]
+    for step in range(first, last):
+        for k in range(indptr[order[step]], indptr[order[step] + 1]):
+            other = position[indices[k]]
+            if other >= step:
+                row, column = local[other] * size, (step - first) * size
+                for a in range(size):
+                    for b in range(size):
+                        front[row + b, column + a] = data[k, a, b]
+
+
+@kernel
+def _add_child(rows: np.ndarray, local: np.ndarray, size: int, child: np.ndarray, front: np.ndarray) -> None:
+    """Add the lower triangle of the Schur complement of a child, whose rows belong to the steps `rows`."""
+    for i in range(rows.shape[0]):
+        for a in range(size):
+            row = local[rows[i]] * size + a
+            for j in range(i + 1):
+                column = local[rows[j]] * size
+                for b in range(size):
+                    front[row, column + b] += child[i * size + a, j * size + b]
+
+
+@kernel
+def _eliminate(own: int, step: int, size: int, front: np.ndarray, work: np.ndarray, factors: np.ndarray) -> bool:
+    """Eliminate the first `own` rows of a front in panels of `step` rows; write the factors, return False if singular."""
+    exchanged, at = np.empty(step, dtype=np.int64), 0
+    for begin in range(0, own, step):
+        end = min(begin + step, own)
+        width, below = end - begin, front.shape[0] - end
+        pivot = factors[at : at + width * width].reshape(width, width)
+        for i in range(width):
+            for j in range(i // size * size + size):
+                pivot[i, j] = pivot[j, i] = front[begin + i, begin + j]
+        if not _invert(pivot, exchanged):
+            return False
+        at += width * width
+        column = factors[at : at + below * width].reshape(below, width)
+        at += below * width
+        if below == 0:
+            break
+        for i in range(below):
+            for j in range(width):
+                column[i, j] = front[end + i, begin + j]
+        weighed = work[: below * width].reshape(below, width)
+        np.dot(column, pivot, weighed)
+        for top in range(0, below, _STRIP):
+            bottom = min(top + _STRIP, below)
+            change = work[below * width : below * width + (bottom - top) * bottom].reshape(bottom - top, bottom)
+            np.dot(weighed[top:bottom], column[:bottom].T, change)
+            for i in range(top, bottom):
+                for j in range(bottom):
+                    front[end + i, end + j] -= change[i - top, j]
+    return True
+
+
+@kernel
+def factorise_fronts(
+    nodes: Supernodes, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, factors: np.ndarray
+) -> int:
+    """Factorise a symmetric A.
+
+    Parameters
+    ----------
+    nodes : Supernodes
+    indptr, indices, data : pattern and (n_blocks, d, d) blocks of A
+    factors : (nodes.factors[-1],) array, changed in place
+
+    Returns
+    -------
+    int
+        -1, or the number of a supernode with a singular pivot.
+    """
+    size, count, step = nodes.size, nodes.order.shape[0], nodes.width * nodes.size
+    position, local = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    for i in range(count):
+        position[nodes.order[i]] = i
+    space, stack = np.empty(nodes.largest * nodes.largest), np.empty(nodes.stacked)
+    work = np.empty(nodes.largest * (step + _STRIP))
+    waiting, held, top = np.empty(nodes.children.shape[0], dtype=np.int64), 0, 0
+    for s in range(nodes.children.shape[0]):
+        first, last = nodes.first[s], nodes.first[s + 1]
+        rows = nodes.rows[nodes.start[s] : nodes.start[s + 1]]
+        own = (last - first) * size
+        whole = own + rows.shape[0] * size
+        front = space[: whole * whole].reshape(whole, whole)
+        for i in range(whole):
+            for j in range(i // size * size + size):
+                front[i, j] = 0.0
+        for i in range(first, last):
+            local[i] = i - first
+        for i in range(rows.shape[0]):
+            local[rows[i]] = last - first + i
+        _add_entries(indptr, indices, data, nodes.order, position, first, last, local, front)
+        for _ in range(nodes.children[s]):
+            held -= 1
+            child = waiting[held]
+            below = nodes.rows[nodes.start[child] : nodes.start[child + 1]]
+            length = below.shape[0] * size
+            top -= length * length
+            _add_child(below, local, size, stack[top : top + length * length].reshape(length, length), front)
+        if not _eliminate(own, step, size, front, work, factors[nodes.factors[s] : nodes.factors[s + 1]]):
+            return s
+        length = whole - own
+        rest = stack[top : top + length * length].reshape(length, length)
+        for i in range(length):
+            for j in range(i // size * size + size):
+                rest[i, j] = front[own + i, own + j]
+        top += length * length
+        waiting[held] = s
+        held += 1
+    return -1
+
+
+@kernel
+def _gather(nodes: Supernodes, s: int, y: np.ndarray, part: np.ndarray) -> int:
+    """Write the numbers of a supernode's own steps and of its rows to `part`; return how many are its own."""
+    size, first, own = nodes.size, nodes.first[s], (nodes.first[s + 1] - nodes.first[s]) * nodes.size
+    for i in range(own):
+        part[i] = y[first * size + i]
+    for k in range(nodes.start[s], nodes.start[s + 1]):
+        for a in range(size):
+            part[own + (k - nodes.start[s]) * size + a] = y[nodes.rows[k] * size + a]
+    return int(own)
+
+
+@kernel
+def _solve(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solve A x = b with the factors of `factorise_fronts`; b and x are (n d,)."""
+    size, count, step = nodes.size, nodes.order.shape[0], nodes.width * nodes.size
+    y, part = np.empty(count * size), np.empty(nodes.largest)
+    for i in range(count):
+        for a in range(size):
+            y[i * size + a] = right[nodes.order[i] * size + a]
+    for s in range(nodes.children.shape[0]):
+        own, at = _gather(nodes, s, y, part), nodes.factors[s]
+        whole = own + (nodes.start[s + 1] - nodes.start[s]) * size
+        for begin in range(0, own, step):
+            end = min(begin + step, own)
+            width, below = end - begin, whole - end
+            pivot = factors[at : at + width * width].reshape(width, width)
+            at += width * width
+            column = factors[at : at + below * width].reshape(below, width)
+            at += below * width
+            if below > 0:
+                part[end:whole] -= np.dot(column, np.dot(pivot, part[begin:end]))
+        for i in range(own):
+            y[nodes.first[s] * size + i] = part[i]
+        for k in range(nodes.start[s], nodes.start[s + 1]):
+            for a in range(size):
+                y[nodes.rows[k] * size + a] = part[own + (k - nodes.start[s]) * size + a]
+    for s in range(nodes.children.shape[0] - 1, -1, -1):
+        own, at = _gather(nodes, s, y, part), nodes.factors[s + 1]
+        whole = own + (nodes.start[s + 1] - nodes.start[s]) * size
+        for begin in range((own - 1) // step * step, -1, -step):
+            end = min(begin + step, own)
+            width, below = end - begin, whole - end
+            at -= below * width
+            column = factors[at : at + below * width].reshape(below, width)
+            at -= width * width
+            pivot = factors[at : at + width * width].reshape(width, width)
+            if below > 0:
+                part[begin:end] -= np.dot(column.T, part[end:whole])
+            part[begin:end] = np.dot(pivot, part[begin:end])
+        for i in range(own):
+            y[nodes.first[s] * size + i] = part[i]
+    x = np.empty(count * size)
+    for i in range(count):
+        for a in range(size):
+            x[nodes.order[i] * size + a] = y[i * size + a]
+    return x
+
+
+@kernel
+def solve_by_fronts(
+    nodes: Supernodes,
+    factors: np.ndarray,
+    rows: np.ndarray,
+    columns: np.ndarray,
+    data: np.ndarray,
+    right: np.ndarray,
+    refine_above: float,
+    trusted: bool,
+) -> tuple[np.ndarray, float, bool]:
+    """Solve A x = b with the factors of `factorise_fronts`; see `fsm.kernels.block_lu.solve_refined`."""
+    x = _solve(nodes, factors, right)
+    if trusted:
+        return x, 0.0, False
+    residual = np.empty(right.shape[0])
+    error = backward_error(rows, columns, data, x, right, residual)
+    refined = error > refine_above
+    if refined:
+        x += _solve(nodes, factors, residual)
+        error = backward_error(rows, columns, data, x, right, residual)
+    return x, error, refined
+
+
+@kernel
+def count_negative_pivots(nodes: Supernodes, factors: np.ndarray) -> int:
+    """Number of negative eigenvalues of A from its pivots, whose inverses have the same signs."""
+    step, total = nodes.width * nodes.size, 0
+    work = np.empty(step * step)
+    for s in range(nodes.children.shape[0]):
+        own, at = (nodes.first[s + 1] - nodes.first[s]) * nodes.size, nodes.factors[s]
+        whole = own + (nodes.start[s + 1] - nodes.start[s]) * nodes.size
+        for begin in range(0, own, step):
+            end = min(begin + step, own)
+            width = end - begin
+            pivot = factors[at : at + width * width].reshape(width, width)
+            total += negative_eigenvalues(pivot, work[: width * width].reshape(width, width))
+            at += width * (width + whole - end)
+    return total

@@ -1,0 +1,48 @@
+"""Selection of the style and of the file format of all figures.
+
+The style "paper" has the sizes and letters of a printed page. The style "slide" has larger letters and thicker lines in the
+same sizes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+__all__ = ["FORMATS", "STYLES", "drawing", "file_format", "line_width", "points", "selected"]
+
+FORMATS = (".png", ".svg", ".pdf")
+STYLES = {"paper": (1.0, 1.0), "slide": (1.4, 1.6)}
+"""Factors of the sizes of letters and of the widths of lines, by the name of the style."""
+_SELECTED: ContextVar[tuple[str, str]] = ContextVar("_SELECTED", default=("paper", ".png"))
+
+
+@contextmanager
+def drawing(style: str = "paper", suffix: str = ".png") -> Iterator[None]:
+    """Draw all figures within the block in a style, and in the format of a suffix; see `STYLES` and `FORMATS`."""
+    token = _SELECTED.set((style, suffix))
+    try:
+        yield
+    finally:
+        _SELECTED.reset(token)
+
+
+def selected() -> tuple[str, str]:
+    """Style and suffix, the arguments of `drawing`."""
+    return _SELECTED.get()
+
+
+def file_format() -> str:
+    """Suffix of the figures."""
+    return selected()[1]
+
+
+def points(size: float) -> float:
+    """Size of letters, points, from the size in the style of a paper."""
+    return size * STYLES[selected()[0]][0]
+
+
+def line_width(width: float) -> float:
+    """Width of a line, points, from the width in the style of a paper."""
+    return width * STYLES[selected()[0]][1]

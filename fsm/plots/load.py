@@ -1,0 +1,61 @@
+"""Loads over their displacements on paths by arc length and of static steps, with limit points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fsm.load_names import PRESSURE
+from fsm.plots.drawing import line_width, points
+from fsm.plots.legend import add_legend
+from fsm.plots.style import COLOURS, DASHES, GREY, SINGLE, figure, rounded, shortened
+from fsm.results.solution import Solution
+
+__all__ = ["plot_load"]
+
+_WAYS = {False: "displacement along the load (mm), or rotation (mrad)", True: "swept volume (litre)"}
+_SIZES = {False: "load (N, or N m)", True: "pressure (Pa)"}
+"""Labels of the axes for forces and moments, and for pressures."""
+_LABELLED = 6
+"""Largest number of limit points with their size beside them."""
+
+
+def plot_load(solution: Solution, path: str | Path) -> None:
+    """Draw every load over its displacement, with dots at limit points; the lines are dashed along unstable equilibria."""
+    found = solution.load_path
+    assert found is not None
+    with figure(path, SINGLE) as fig:
+        ax = fig.add_subplot()
+        unstable = False
+        for k, name in enumerate(found.names):
+            colour, label = COLOURS[k % len(COLOURS)], shortened(name)
+            for step in np.unique(found.step):
+                of_step = np.flatnonzero((found.step == step) & np.isfinite(found.size[:, k]))
+                way, size, stable = 1e3 * found.way[of_step, k], found.size[of_step, k], found.stable[of_step] > 0.0
+                ax.plot(way, np.where(_near(stable), size, np.nan), color=colour, label=label)
+                ax.plot(way, np.where(_near(~stable), size, np.nan), color=colour, linestyle=DASHES[1], zorder=1.9)
+                label, unstable = "_", unstable or not bool(stable.all())
+                limits = np.flatnonzero(np.diff(np.sign(np.diff(found.time[of_step]))) != 0.0) + 1
+                dot = {"markersize": points(4.5), "markeredgecolor": "white", "zorder": 4}
+                ax.plot(way[limits], size[limits], "o", color=colour, **dot)
+                for at in limits[:_LABELLED]:
+                    above = size[at] > size[at - 1]
+                    offset = (0.0, points(5.0 if above else -5.0))
+                    ax.annotate(
+                        rounded(float(size[at])), (way[at], size[at]), offset, textcoords="offset points", ha="center",
+                        va="bottom" if above else "top", fontsize="small",
+                    )  # fmt: skip
+        if unstable:
+            ax.plot([], [], color=GREY, linestyle=DASHES[1], label="unstable")
+        kinds = {name.endswith(PRESSURE) for name in found.names}
+        ax.axhline(0.0, color=GREY, linewidth=line_width(0.6), zorder=0)
+        ax.set_xlabel(" or ".join(text for kind, text in _WAYS.items() if kind in kinds))
+        ax.set_ylabel(" or ".join(text for kind, text in _SIZES.items() if kind in kinds))
+        ax.margins(y=0.12)
+        add_legend(fig, ax)
+
+
+def _near(marked: np.ndarray) -> np.ndarray:
+    """Marked points, and their neighbours behind, so that lines of marked and other points meet."""
+    return marked | np.concatenate([[False], marked[:-1]])

@@ -1,0 +1,227 @@
+"""Scene of a sheet with flexible facets: mesh, supports of nodes, loads and drives at frames of the mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fsm.errors import CaseError, Fault
+from fsm.scene.builders.flexible_loads import load_parts, place_points, pressed_facets
+from fsm.scene.builders.sheet_folding import Folds, facet_damping
+from fsm.scene.builders.sheet_joints import sheet_joints
+from fsm.scene.case import Case
+from fsm.scene.flexible import SceneFrame
+from fsm.scene.laminate import Laminate, laminate_of
+from fsm.scene.loads import Drive, Load
+from fsm.scene.patterns.facet_mesh import FacetMesh, MeshPoint
+from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
+from fsm.scene.patterns.flexible_mesh import flexible_mesh
+from fsm.scene.patterns.fold_data import FoldData
+from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place
+from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.scene.sheet import Box, Sheet, SheetSupport
+from fsm.scene.time_program import Ramp
+
+__all__ = ["build_flexible"]
+
+_DRIVEN = 1e3
+"""Stiffness of the springs between a driven place and its nodes, all together, over E t."""
+_JOINED = 100.0
+"""Stiffness per length of joints that do not fold, over the bending stiffness of a cell beside them."""
+_SYMMETRIC = 1e-9
+"""Coupling of stretch and bending over the stiffness in stretch times the thickness, below which it is round-off."""
+_AXIS = 1.0 - 1e-9
+"""Cosine of the angle between two directions above which they are one."""
+
+
+def build_flexible(case: Case) -> Scene:
+    """Scene of a sheet with flexible facets.
+
+    Raises
+    ------
+    CaseError
+        The pattern or a place is faulty.
+    """
+    assert case.sheet is not None and case.material is not None
+    material = case.material
+    thickness, mesh = case.sheet.thickness, flexible_mesh(case.sheet)
+    facets = FlexibleFacets(
+        mesh, material.young, material.poisson, material.density, thickness,
+        facet_damping(case), _folds(case, mesh), laminate=_laminate(case),
+    )  # fmt: skip
+    return _FlexibleBuilder(case, case.sheet, facets).scene()
+
+
+def _laminate(case: Case) -> Laminate | None:
+    """Stiffness of the plies of a plate; None without plies."""
+    assert case.sheet is not None and case.material is not None
+    plies = case.sheet.ply
+    if not plies:
+        return None
+    found = laminate_of(plies, case.material.density)
+    largest = float(np.abs(found.coupling).max())
+    if largest > _SYMMETRIC * float(np.abs(found.stretch).max()) * case.sheet.thickness:
+        text = (
+            f"the plies are not symmetric about the middle surface: bending is coupled with stretch by {largest:.4g} N, and "
+            "only laminates without this coupling are available; give plies of a symmetric laminate"
+        )
+        raise CaseError(Fault("sheet.ply", text))
+    return found
+
+
+@dataclass
+class _FlexibleBuilder:
+    case: Case
+    sheet: Sheet
+    facets: FlexibleFacets
+    frames: list[SceneFrame] = field(default_factory=list)
+    bodies: list[Body] = field(default_factory=list)
+    elements: list[ForceElement] = field(default_factory=list)
+
+    def scene(self) -> Scene:
+        """Complete scene."""
+        for number, support in enumerate(self.sheet.support):
+            path = f"sheet.support.{number}"
+            self._hold(support, self._place(support.at, f"{path}.at"), path)
+        for number, probe in enumerate(self.sheet.probe):
+            place = self._place(probe.at, f"sheet.probe.{number}.at")
+            if len(place.sectors) != 1:
+                text = f"{place.name} has {len(place.sectors)} nodes; give one vertex"
+                raise CaseError(Fault(f"sheet.probe.{number}.at", text))
+            self.facets.probes[probe.name] = self.facets.mesh.at_node(int(place.sectors[0]))
+        loads = [part for number, load in enumerate(self.case.load) for part in self._load(load, f"load.{number}")]
+        drives = [self._drive(drive, f"drive.{number}") for number, drive in enumerate(self.case.drive)]
+        scene = Scene(
+            bodies=tuple(self.bodies), frames=tuple(self.frames), elements=tuple(self.elements), loads=tuple(loads),
+            drives=tuple(drives), gravity=self.case.gravity,
+        )  # fmt: skip
+        return scene.with_facets(self.facets)
+
+    def _place(self, at: str | Box, path: str) -> MeshPlace:
+        try:
+            return mesh_place(self.facets.mesh, at)
+        except ValueError as error:
+            raise CaseError(Fault(path, str(error))) from None
+
+    # supports -------------------------------------------------------------------------------------------------------
+
+    def _hold(self, support: SheetSupport, place: MeshPlace, path: str) -> None:
+        """Hold the nodes of a place; on an edge also the slopes along it, so that it does not move between the nodes."""
+        mesh, fixed = self.facets.mesh, {"xyz".index(axis) for axis in support.fixed}
+        along = mesh.along_edges(place.edges)
+        if support.mirror is not None:
+            if not len(place.edges):
+                raise CaseError(Fault(f"{path}.mirror", f'{place.name} is not an edge; give for example "edge left"'))
+            fixed = {"xyz".index(support.mirror)}
+        whole = place.name.startswith("facet")
+        if whole and len(fixed) < 3:
+            text = f'of {place.name} must be ["x", "y", "z"], because a facet is held as a whole; give vertices instead'
+            raise CaseError(Fault(f"{path}.fixed", text))
+        for sector in place.sectors.tolist():
+            self._fix(3 * int(mesh.owner[sector]), fixed)
+            slopes = along.get(sector, set())
+            for slope in slopes:
+                self._fix(3 * sector + 1 + slope, fixed)
+            if support.mirror is not None:
+                for slope in {0, 1} - slopes:
+                    self._fix(3 * sector + 1 + slope, {0, 1, 2} - fixed)
+            if whole:
+                self._fix(3 * sector + 1, fixed)
+                self._fix(3 * sector + 2, fixed)
+            if support.clamped:
+                normal = np.cross(*mesh.slopes[sector])
+                axes = np.flatnonzero(np.abs(normal) > _AXIS * np.linalg.norm(normal))
+                for slope in (0, 1):
+                    self._fix(3 * sector + 1 + slope, set(axes.tolist()) or {0, 1, 2})
+
+    def _fix(self, vector: int, components: set[int]) -> None:
+        self.facets.held.setdefault(vector, set()).update(components)
+
+    # frames ---------------------------------------------------------------------------------------------------------
+
+    def _frame(self, name: str, point: MeshPoint) -> str:
+        """Add a frame at a point of the mesh; returns its name."""
+        mesh = self.facets.mesh
+        vectors = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1).reshape(-1, 3)
+        place = point.weights @ vectors[point.vectors]
+        self.facets.points[name] = point
+        self.frames.append(SceneFrame(name=name, on=SHEET, at=()))
+        x, y, z = place.tolist()
+        self.bodies.append(Body(name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z), held=True))
+        return name
+
+    def _load(self, load: Load, path: str) -> Iterator[Load]:
+        """Loads on the frames of a place, which together are a load of the case."""
+        if load.at is None or load.pressure is not None:
+            if load.pressure is not None:
+                pressed_facets(self.facets.mesh, load, path)
+            yield self._in_time(load)
+            return
+        for part, point in load_parts(self.facets.mesh, load, path):
+            assert part.body is not None
+            self._frame(part.body, point)
+            yield self._in_time(part)
+
+    def _in_time(self, load: Load) -> Load:
+        """Load that grows over the run, if it is static and has no function of time."""
+        method, end = self.case.solve.method, self.case.solve.end_time
+        if load.time is not None or self.case.step or end is None or method not in ("static", "arc-length"):
+            return load
+        shape = "unbounded" if method == "arc-length" else "linear"
+        return load.model_copy(update={"time": Ramp(kind="ramp", start=0.0, end=end, shape=shape)})
+
+    def _drive(self, drive: Drive, path: str) -> Drive:
+        """Drive of a massless body that springs join to the nodes of the place."""
+        at = f"edge {drive.edge}" if drive.edge is not None else drive.at
+        if at is None:
+            return drive
+        place = self._place(at, f"{path}.edge" if drive.edge is not None else f"{path}.at")
+        mesh, facets = self.facets.mesh, self.facets
+        x, y, z = mesh.positions[place.sectors].mean(axis=0).tolist()
+        stiffness = _DRIVEN * facets.young * facets.thickness
+        along = np.array(drive.direction) / np.linalg.norm(drive.direction)
+        turn = (1.0, 0.0, 0.0, 0.0) if drive.guide else _turned(along)
+        parts = [(self._frame(name, point), share) for name, point, share in place_points(mesh, place, place.name, False)]
+        where = {body.name: body.position for body in self.bodies}
+        self.bodies.append(Body(name=place.name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z)))
+        for name, share in parts:
+            k = stiffness * share
+            px, py, pz = where[name]
+            self.elements.append(
+                ForceElement(
+                    name=name, inner=name, outer=place.name, point_outer=(px - x, py - y, pz - z), axes_inner=turn,
+                    axes_outer=turn, translation=(k, k, k) if drive.guide else (k, 0.0, 0.0),
+                )
+            )  # fmt: skip
+        return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
+
+
+def _turned(along: np.ndarray) -> tuple[float, float, float, float]:
+    """Quaternion that turns the x axis to a unit vector."""
+    if along[0] < -0.999999:
+        return 0.0, 0.0, 1.0, 0.0
+    w, x, y, z = 1.0 + along[0], 0.0, -along[2], along[1]
+    size = float(np.sqrt(w * w + y * y + z * z))
+    return float(w / size), x, float(y / size), float(z / size)
+
+
+def _folds(case: Case, mesh: FacetMesh) -> FoldData | None:
+    """Folds at all nodes of creases; other joints are nearly rigid."""
+    if not mesh.creases:
+        return None
+    assert case.sheet is not None and case.material is not None
+    coarse = pattern_of(case.sheet)
+    joints = {joint.edge: joint for joint in sheet_joints(case, coarse)}
+    start = coarse.with_bend_lines(most=4).start_angles()
+    plate = case.material.young * case.sheet.thickness**3 / (12.0 * (1.0 - case.material.poisson**2))
+    folds = Folds(case, coarse)
+    for crease in mesh.creases:
+        joint, angle = joints.get(crease.edge), float(start[crease.edge])
+        if joint is not None and joint.kind == "crease":
+            folds.add(joint, angle, crease.lengths)
+        else:
+            folds.add_linear(_JOINED * plate / float(crease.lengths.min()) * crease.lengths, angle)
+    return folds.data()

@@ -1,0 +1,137 @@
+"""Scene of a sheet of bars and hinges: bars along all edges and bend lines, and rotational springs about them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.errors import CaseError, Fault
+from fsm.scene.builders.sheet import sheet_place, vertex_springs
+from fsm.scene.builders.sheet_folding import Folds, facet_damping
+from fsm.scene.builders.sheet_joints import sheet_joints
+from fsm.scene.builders.sheet_loads import placed_loads, vertex_name
+from fsm.scene.builders.sheet_supports import check_supports
+from fsm.scene.case import Case
+from fsm.scene.flexible import SceneFrame
+from fsm.scene.loads import Drive
+from fsm.scene.patterns.fold_data import FoldData
+from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.scene.sheet import BarsOfSheet, Sheet
+from fsm.scene.truss import SceneTruss
+
+__all__ = ["SHEET", "bar_areas", "build_bars"]
+
+SHEET = "sheet"
+"""Name of the truss of a sheet."""
+_RIGID = 1e3
+"""Stiffness of the springs of driven vertices relative to the stiffest bar; round-off of the force increases with it."""
+
+
+def build_bars(case: Case) -> Scene:
+    """Scene of a sheet with `facets = "bars"`.
+
+    Raises
+    ------
+    CaseError
+        The pattern, a place or the crease law is faulty, or a key is not available with bars.
+    """
+    sheet = case.sheet
+    assert sheet is not None and case.material is not None
+    pattern = pattern_of(sheet)
+    truss, folds = _truss(case, sheet, pattern)
+    check_supports(case, pattern)
+    stiffest = max(np.array(truss.stiffness) / pattern.lengths)
+    loads = placed_loads(case, case.load)
+    lines: list[Body] = []
+    springs: list[ForceElement] = []
+    drives = [_drive(pattern, f"drive.{k}", drive, _RIGID * stiffest, lines, springs) for k, drive in enumerate(case.drive)]
+    used = {load.target for load in loads if load.pressure is None} | {spring.inner for spring in springs}
+    names = {vertex_name(vertex): vertex for vertex in range(len(pattern.vertices))}
+    frames = tuple(SceneFrame(name=name, on=SHEET, point=vertex) for name, vertex in names.items() if name in used)
+    scene = Scene(
+        bodies=tuple(lines), trusses=(truss,), frames=frames, elements=tuple(springs), loads=loads, drives=tuple(drives),
+        gravity=case.gravity,
+    )  # fmt: skip
+    return scene.with_folds(folds)
+
+
+def bar_areas(case: Case, pattern: Pattern) -> np.ndarray:
+    """Cross-section of the bar of each edge, (m,), m^2: as given, or a preset.
+
+    With the preset, bars and plate have the same energy in a uniform expansion: a triangle of area S and thickness t
+    gives each of its bars of lengths L the area 2 S t/((1 - nu) sum L) (Filipov, Liu, Tachi, Schenk and Paulino, 2017).
+    """
+    sheet, material = case.sheet, case.material
+    assert sheet is not None and material is not None
+    bars = sheet.bars or BarsOfSheet()
+    if bars.area is not None:
+        return np.full(len(pattern.edges), bars.area)
+    found = np.zeros(len(pattern.edges))
+    for face, area in enumerate(_areas(pattern)):
+        edges = np.flatnonzero((pattern.edge_faces == face).any(axis=1))
+        share = 2.0 * area * sheet.thickness / ((1.0 - material.poisson) * float(pattern.lengths[edges].sum()))
+        found[edges] += share
+    return found
+
+
+def _areas(pattern: Pattern) -> np.ndarray:
+    """Areas of triangles, (n,), m^2."""
+    corners = pattern.vertices[np.array(pattern.faces)]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(0.5 * np.linalg.norm(cross, axis=1))
+
+
+def _truss(case: Case, sheet: Sheet, pattern: Pattern) -> tuple[SceneTruss, FoldData]:
+    """Truss of a pattern of triangles, with its folds."""
+    material, bars = case.material, sheet.bars or BarsOfSheet()
+    assert material is not None
+    mass = np.zeros(len(pattern.vertices))
+    np.add.at(mass, np.array(pattern.faces), (material.density * sheet.thickness / 3.0 * _areas(pattern))[:, None])
+    young = material.young if bars.young is None else bars.young
+    joints = sheet_joints(case, pattern)
+    ordered = [joint for joint in joints if joint.kind == "crease"] + [joint for joint in joints if joint.kind != "crease"]
+    angles, springs = pattern.start_angles(), Folds(case, pattern, bars.linear_to)
+    for joint in ordered:
+        springs.add(joint, float(angles[joint.edge]), pattern.lengths[[joint.edge]])
+    data = springs.data()
+    folds = [_fold(pattern, joint.edge) for joint in ordered]
+    held: dict[int, set[str]] = {}
+    for number, support in enumerate(sheet.support):
+        place = sheet_place(pattern, support.at, f"sheet.support.{number}.at")
+        for vertex in place.vertices if place.facet is None else pattern.faces[place.facet]:
+            held.setdefault(vertex, set()).update(support.fixed)
+    truss = SceneTruss(
+        name=SHEET, points=tuple(tuple(row) for row in pattern.vertices.tolist()), mass=tuple(mass.tolist()),
+        bars=tuple((u, v) for u, v in pattern.edges.tolist()), stiffness=tuple((young * bar_areas(case, pattern)).tolist()),
+        law=bars.law, exponents=bars.exponents, folds=tuple(folds),
+        fold_stiffness=tuple(joint.stiffness for joint in ordered),
+        fold_rest=tuple(data.rest.tolist()), viscosity=facet_damping(case),
+        bend_lines=sum(joint.kind != "crease" for joint in ordered), linear_to=bars.linear_to, faces=pattern.faces,
+        held=tuple((vertex, "".join(sorted(axes))) for vertex, axes in sorted(held.items())),
+    )  # fmt: skip
+    return truss, data
+
+
+def _fold(pattern: Pattern, edge: int) -> tuple[int, int, int, int]:
+    """Vertices of a hinge: of the left facet, both ends of the edge, of the right facet."""
+    u, v = pattern.edges[edge].tolist()
+    left, right = (next(w for w in pattern.faces[face] if w not in (u, v)) for face in pattern.edge_faces[edge].tolist())
+    return left, u, v, right
+
+
+def _drive(
+    pattern: Pattern, path: str, drive: Drive, stiffness: float, lines: list[Body], springs: list[ForceElement]
+) -> Drive:
+    """Drive of a massless body that springs join to the vertices of the place."""
+    at = f"edge {drive.edge}" if drive.edge is not None else drive.at
+    if at is None:
+        text = 'gives a body; a sheet of bars has `edge` or `at`, for example at = "vertex 12"'
+        raise CaseError(Fault(f"{path}.{'body' if drive.body is not None else 'bodies'}", text))
+    place = sheet_place(pattern, at, f"{path}.edge" if drive.edge is not None else f"{path}.at")
+    vertices = place.vertices if place.facet is None else pattern.faces[place.facet]
+    centre = pattern.vertices[list(vertices)].mean(axis=0)
+    name = f"driven {place.name}"
+    lines.append(Body(name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=tuple(centre.tolist())))
+    springs += vertex_springs(pattern, vertices, name, centre, stiffness, drive)
+    return drive.model_copy(update={"edge": None, "at": None, "body": name, "guide": True})

@@ -1,0 +1,202 @@
+"""Mesh of triangles of flexible facets: nodes with slopes, edges by name, and points on it.
+
+A node has one position. Each facet that meets at a node has its own slopes there (a sector), so facets fold along creases.
+Vectors are numbered by sectors: 3 s is the position of sector s, 3 s + 1 and 3 s + 2 are its slopes along two orthogonal
+directions of the facet. All sectors of a node use the position of the first one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["MOST_TRIANGLES", "FacetMesh", "MeshCrease", "MeshPoint", "facet_vectors", "many"]
+
+MOST_TRIANGLES = 100_000
+"""Largest number of triangles of a sheet."""
+_ALIGNED = 1e-9
+"""Sine of the angle between an edge and a slope below which both have one direction."""
+_SMOOTH = 0.7
+"""Cosine of the angle between two edges above which they are one smooth line."""
+_LONG = 10**12
+_GAUSS = 0.5 - 0.5 / np.sqrt(3.0)
+
+
+def many(number: int) -> str:
+    """Number with commas; a very large one in short."""
+    return f"{number:,}" if number < _LONG else "10^" + str(len(str(number)) - 1)
+
+
+class MeshPoint(NamedTuple):
+    """Point of the mesh: numbers of vectors, and their factors in the position and in two slopes; zero slopes: no axes."""
+
+    vectors: np.ndarray
+    weights: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+
+
+class MeshCrease(NamedTuple):
+    """Nodes along a crease.
+
+    Attributes
+    ----------
+    edge : number of the edge in the pattern
+    sectors : (k, 2) int array
+        Sectors of the left and of the right facet at each node.
+    along : (k, 2, 2) array
+        Direction of the crease by the slopes of these sectors.
+    lengths : (k,) array, m
+        Length of the crease that each node represents.
+    """
+
+    edge: int
+    sectors: np.ndarray
+    along: np.ndarray
+    lengths: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class FacetMesh:
+    """Triangles of all facets; see the module docstring.
+
+    Attributes
+    ----------
+    positions : (s, 3) array, m
+        Position of each sector at the start; those of one node are equal.
+    slopes : (s, 2, 3) array
+        Slopes of each sector at the start.
+    owner : (s,) int array
+        First sector of the node of each sector.
+    triangles : (m, 3) int array
+        Sectors at the corners, counter-clockwise in the plane of the facet.
+    plane : (m, 3, 2) array, m
+        Corners in the flat facet.
+    angle : (m, 3) array, rad
+        Angle of the first slope of each corner with the first axis of the facet.
+    vertices : (v,) int array
+        A sector of each vertex of the pattern.
+    facet : (s,) int array
+        Facet of the pattern of each sector.
+    edges : named edges, (k, 2) int arrays of triangle and number of its edge (from its corner of this number)
+    curved : whether the start is curved and without stress
+    creases : edges between facets that fold
+    """
+
+    positions: np.ndarray
+    slopes: np.ndarray
+    owner: np.ndarray
+    triangles: np.ndarray
+    plane: np.ndarray
+    angle: np.ndarray
+    vertices: np.ndarray
+    facet: np.ndarray
+    edges: Mapping[str, np.ndarray]
+    curved: bool = False
+    creases: tuple[MeshCrease, ...] = ()
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        """Length of the edges of each triangle, (m, 3), m."""
+        return np.asarray(np.linalg.norm(np.roll(self.plane, -1, axis=1) - self.plane, axis=2))
+
+    @cached_property
+    def facet_areas(self) -> np.ndarray:
+        """Area of each facet of the pattern, (n,), m^2."""
+        along = np.roll(self.plane, -1, axis=1) - self.plane
+        areas = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0])
+        return np.bincount(self.facet[self.triangles[:, 0]], weights=areas)
+
+    @property
+    def area(self) -> float:
+        """Area of all triangles, m^2."""
+        return float(self.facet_areas.sum())
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Sectors that own their node."""
+        return np.flatnonzero(self.owner == np.arange(len(self.owner)))
+
+    def ends(self, edge: np.ndarray) -> np.ndarray:
+        """Sectors at both ends of edges (k, 2) of triangles, (k, 2)."""
+        triangle, number = edge.T
+        return np.stack([self.triangles[triangle, number], self.triangles[triangle, (number + 1) % 3]], axis=1)
+
+    def directions(self, edge: np.ndarray) -> np.ndarray:
+        """Directions of edges (k, 2) by the slopes at both ends, (k, 2, 2): end, component."""
+        triangle, number = edge.T
+        after = (number + 1) % 3
+        along = self.plane[triangle, after] - self.plane[triangle, number]
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        angle = np.stack([self.angle[triangle, number], self.angle[triangle, after]], axis=1)
+        c, s = np.cos(angle), np.sin(angle)
+        x, y = along[:, 0, None], along[:, 1, None]
+        return np.stack([c * x + s * y, -s * x + c * y], axis=-1)
+
+    def along_edges(self, edge: np.ndarray) -> dict[int, set[int]]:
+        """Slopes (0, 1) that lie along edges, by sector; both where an edge lies between them.
+
+        At a node of a curved line its direction is the mean of both edges.
+        """
+        lines: dict[int, list[np.ndarray]] = {}
+        for sectors, directions in zip(self.ends(edge).tolist(), self.directions(edge), strict=True):
+            for sector, direction in zip(sectors, directions, strict=True):
+                lines.setdefault(sector, []).append(direction)
+        found: dict[int, set[int]] = {}
+        for sector, along in lines.items():
+            if len(along) == 2 and abs(cosine := float(along[0] @ along[1])) > _SMOOTH:
+                mean = along[0] + math.copysign(1.0, cosine) * along[1]
+                along = [mean / np.linalg.norm(mean)]
+            for direction in along:
+                own = {0} if abs(direction[1]) < _ALIGNED else {1} if abs(direction[0]) < _ALIGNED else {0, 1}
+                found.setdefault(sector, set()).update(own)
+        return found
+
+    def at_node(self, sector: int, oriented: bool = False) -> MeshPoint:
+        """Point at the node of a sector."""
+        position = 3 * int(self.owner[sector])
+        if not oriented:
+            return MeshPoint(np.array([position]), np.ones(1), np.zeros(1), np.zeros(1))
+        vectors = np.array([position, 3 * sector + 1, 3 * sector + 2])
+        return MeshPoint(vectors, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+
+    def on_edge(self, edge: np.ndarray) -> list[tuple[MeshPoint, float]]:
+        """Gauss points of one edge (2,) of a triangle, with axes, and the lengths that they represent, m.
+
+        The position is the cubic of the edge. Two points integrate it exactly.
+        """
+        (sectors,), (directions,) = self.ends(edge[None]), self.directions(edge[None])
+        length = float(self.lengths[edge[0], edge[1]])
+        vectors = np.array([v for s in sectors.tolist() for v in (3 * int(self.owner[s]), 3 * s + 1, 3 * s + 2)])
+        found = []
+        for x in (_GAUSS, 1.0 - _GAUSS):
+            value = (1 - x) ** 2 * (1 + 2 * x), length * x * (1 - x) ** 2, x * x * (3 - 2 * x), length * x * x * (x - 1)
+            slope = (
+                6 * x * (x - 1) / length, (1 - x) * (1 - 3 * x), 6 * x * (1 - x) / length, x * (3 * x - 2),
+            )  # fmt: skip
+            (a, b), (c, d) = directions
+            weights = np.array([value[0], value[1] * a, value[1] * b, value[2], value[3] * c, value[3] * d])
+            along = np.array([slope[0], slope[1] * a, slope[1] * b, slope[2], slope[3] * c, slope[3] * d])
+            across = np.array([0.0, -(1 - x) * b, (1 - x) * a, 0.0, -x * d, x * c])
+            found.append((MeshPoint(vectors, weights, along, across), 0.5 * length))
+        return found
+
+    def in_box(self, corners: np.ndarray) -> np.ndarray:
+        """Owners of the nodes in a box (2, 3) at the start."""
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        margin = 1e-9 * float(np.ptp(self.positions, axis=0).max())
+        own = self.nodes
+        inside = ((self.positions[own] >= low - margin) & (self.positions[own] <= high + margin)).all(axis=1)
+        return own[inside]
+
+
+def facet_vectors(mesh: FacetMesh) -> np.ndarray:
+    """Numbers of the vectors r, r_1, r_2 at the corners of all triangles, (m, 9)."""
+    sectors = mesh.triangles
+    numbers = np.stack([3 * mesh.owner[sectors], 3 * sectors + 1, 3 * sectors + 2], axis=-1)
+    return np.asarray(numbers.reshape(len(sectors), 9))

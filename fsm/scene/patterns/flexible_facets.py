@@ -1,0 +1,60 @@
+"""Flexible facets of a scene: mesh, material, supports of its nodes, points that are frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fsm.scene.laminate import Laminate
+from fsm.scene.patterns.facet_mesh import FacetMesh, MeshPoint
+from fsm.scene.patterns.fold_data import FoldData
+
+__all__ = ["SHEET", "FlexibleFacets"]
+
+SHEET = "sheet"
+"""Name of the part that carries the frames of flexible facets."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleFacets:
+    """Flexible facets of a sheet.
+
+    Attributes
+    ----------
+    mesh : FacetMesh
+    young, poisson, density, thickness : Pa, -, kg/m^3, m
+    viscosity : s
+        Kelvin-Voigt time of the facets.
+    folds : folds at every node of the creases of the mesh, in order; None without creases
+    held : components (x, y, z: 0, 1, 2) of vectors that do not move, by the number of the vector
+    points : points of the mesh by the name of their frame
+    probes : points by the name of a probe
+    laminate : stiffness of plies, in place of that of an isotropic plate
+    """
+
+    mesh: FacetMesh
+    young: float
+    poisson: float
+    density: float
+    thickness: float
+    viscosity: float = 0.0
+    folds: FoldData | None = None
+    held: dict[int, set[int]] = field(default_factory=dict)
+    points: dict[str, MeshPoint] = field(default_factory=dict)
+    probes: dict[str, MeshPoint] = field(default_factory=dict)
+    laminate: Laminate | None = None
+
+    @property
+    def mass(self) -> float:
+        """Mass of all facets, kg."""
+        areal = self.density * self.thickness if self.laminate is None else self.laminate.areal_density
+        return areal * self.mesh.area
+
+    @property
+    def hinge_stiffness(self) -> list[float]:
+        """Stiffness of each crease that has one, and of a square plate against uniform bending, N m/rad."""
+        folds = self.folds
+        creases: list[float] = []
+        if folds is not None:
+            creases = [float(folds.rise[folds.joint == number].sum()) for number in range(len(folds.names))]
+        plate = self.young * self.thickness**3 / (12.0 * (1.0 - self.poisson**2))
+        return [stiffness for stiffness in creases if stiffness > 0.0] + [plate]

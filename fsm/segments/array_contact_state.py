@@ -1,0 +1,310 @@
+"""Contacts of one state for a model of arrays: search, forces, and their sum on the bodies.
+
+The results are in the first rows of arrays of the table `g`; see `fsm.segments.contact_arrays`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.body_poses import pose_difference
+from fsm.kernels.jit import kernel
+from fsm.segments.array_pressed import linearisation_depths, write_acting, write_limited
+from fsm.segments.contact_arrays import (
+    ACTING,
+    AT,
+    BELOW,
+    BODIES,
+    BRISTLE,
+    BY_CLOSING,
+    BY_DEPTH,
+    BY_DISTANCE,
+    BY_NORMAL,
+    BY_SLIP,
+    CHANGES,
+    CLOSING,
+    COMMITTED,
+    COMMITTED_AT,
+    DEFLECTED,
+    DEFLECTION,
+    EFFORT,
+    EVALUATIONS,
+    FOUND,
+    FOUND_POSES,
+    FOUND_RATES,
+    FRICTION,
+    GAP,
+    GRADIENT,
+    MEASURED,
+    NORMAL,
+    NORMAL_FORCE,
+    NUMBERS,
+    OF_FRICTION,
+    ONSET,
+    ONSET_OF,
+    PRESSED,
+    RATE,
+    RENEWALS,
+    SHARE,
+    SHARE_OF,
+    SLIP,
+    SLOT,
+    STARTED,
+    STATE,
+    SURFACES,
+    ContactParts,
+    GeometryKernels,
+    LawKernels,
+)
+from fsm.stepping.vectors import copy_into
+
+__all__ = [
+    "Weighed", "add_forces", "column_of", "elastic_force", "evaluate", "find_pressed", "find_slots", "geometry_of",
+    "increments", "measure_slots", "renew_search", "values_at",
+]  # fmt: skip
+
+
+class Weighed(NamedTuple):
+    """Rows of contacts whose weights change with the poses, and derivatives of the weights by the poses."""
+
+    rows: np.ndarray
+    gradient: np.ndarray
+    hessian: np.ndarray
+
+
+@kernel
+def geometry_of(g: np.ndarray, parts: ContactParts) -> GeometryKernels:
+    """Kernels of the geometry of a group."""
+    return parts.surfaces if integers_1d(g, STATE)[SURFACES] == 1 else parts.shapes
+
+
+@kernel
+def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+    for i in range(a.shape[0]):
+        for k in range(a.shape[1]):
+            if a[i, k] != b[i, k]:
+                return False
+    return True
+
+
+@kernel
+def values_at(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Values in some rows."""
+    out = np.empty(rows.shape[0])
+    for i in range(rows.shape[0]):
+        out[i] = values[rows[i]]
+    return out
+
+
+@kernel
+def column_of(values: np.ndarray, column: int, sign: float) -> np.ndarray:
+    """Column of an array times a sign."""
+    out = np.empty(values.shape[0])
+    for i in range(values.shape[0]):
+        out[i] = sign * values[i, column]
+    return out
+
+
+@kernel
+def increments(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Increments (n_bodies, 3 or 6) between two sets of poses."""
+    if start.shape[1] == 7:
+        return pose_difference(start.reshape(-1), end.reshape(-1)).reshape(-1, 6)
+    return end - start
+
+
+# search -----------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def renew_search(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray) -> None:
+    """Renew the broad phase and weights of faces, if poses have changed."""
+    state = integers_1d(g, STATE)
+    changed = state[CHANGES] == 1 and state[STARTED] == 1 and not _equal(poses, floats_2d(g, COMMITTED))
+    renewed = geometry.renew(g, poses)
+    state[RENEWALS] += renewed
+    if (renewed == 1 or changed) and state[SURFACES] == 0:
+        geometry.settle(g, poses, state[:0], True)
+
+
+@kernel
+def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, below: float) -> int:
+    """Find the slots with a gap below a bound, and return their number. The same search is not done again."""
+    state, numbers, seen = integers_1d(g, STATE), floats_1d(g, NUMBERS), floats_2d(g, FOUND_POSES)
+    if state[FOUND] >= 0 and numbers[BELOW] == below and _equal(poses, seen):
+        return int(state[FOUND])
+    renew_search(g, geometry, poses)
+    count = geometry.find(g, poses, below)
+    state[FOUND], state[MEASURED], numbers[BELOW] = count, 0, below
+    copy_into(poses, seen)
+    return int(count)
+
+
+@kernel
+def find_pressed(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, margin: float) -> int:
+    """Find closed contacts, and those that an iteration has opened slightly but that still have a force."""
+    count = find_slots(g, geometry, poses, 0.0)
+    pressed, slot, gap, state = floats_1d(g, PRESSED), integers_1d(g, SLOT), floats_1d(g, GAP), integers_1d(g, STATE)
+    missing = 0
+    for i in range(pressed.shape[0]):
+        missing += 1 if pressed[i] > 0.0 else 0
+    for i in range(count):
+        missing -= 1 if pressed[slot[i]] > 0.0 else 0
+    if missing == 0:
+        return count
+    near = find_slots(g, geometry, poses, margin)
+    rows, kept = np.empty(near, dtype=np.int64), 0
+    for i in range(near):
+        if gap[i] < 0.0 or pressed[slot[i]] > 0.0:
+            rows[kept] = i
+            kept += 1
+    for k in range(kept):
+        slot[k], gap[k] = slot[rows[k]], gap[rows[k]]
+    geometry.narrow(g, rows[:kept])
+    state[FOUND] = -1
+    return kept
+
+
+@kernel
+def measure_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    """Measure the contacts that have been found. The same measurement is not done again."""
+    state, seen = integers_1d(g, STATE), floats_2d(g, FOUND_RATES)
+    if state[MEASURED] == 1 and _equal(rates, seen):
+        return
+    geometry.measure(g, poses, rates, count)
+    state[MEASURED] = 1
+    copy_into(rates, seen)
+
+
+# forces -----------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _write_mean_slip(g: np.ndarray, poses: np.ndarray, count: int, duration: float, out: np.ndarray) -> None:
+    """Write the mean slip velocity since the last accepted state, which bends the bristles."""
+    bodies, gradient, moved = integers_2d(g, BODIES), floats_3d(g, GRADIENT), increments(floats_2d(g, COMMITTED), poses)
+    size = moved.shape[1]
+    for i in range(count):
+        for c in range(out.shape[1]):
+            out[i, c] = 0.0
+            for b in range(bodies.shape[1]):
+                for k in range(size):
+                    out[i, c] += gradient[i, 1 + c, b * size + k] * moved[bodies[i, b], k] / duration
+
+
+@kernel
+def _set_friction(g: np.ndarray, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
+    """Write friction and its slopes; whether bristles have a stiffness."""
+    state, normal, slip = integers_1d(g, STATE), floats_1d(g, NORMAL_FORCE)[:count], floats_2d(g, SLIP)[:count]
+    if state[FRICTION] == 0:
+        return False
+    params = floats_1d(g, OF_FRICTION)
+    if state[BRISTLE] == 0:
+        efforts, slopes, parts = laws.friction(slip, normal, params)
+        copy_into(efforts, floats_2d(g, EFFORT)[:count])
+        copy_into(slopes, floats_3d(g, BY_SLIP)[:count])
+        copy_into(parts, floats_2d(g, BY_NORMAL)[:count])
+        return False
+    duration, memory = max(0.0, t - floats_1d(g, NUMBERS)[COMMITTED_AT]), floats_2d(g, DEFLECTION)
+    slot, shape = integers_1d(g, SLOT), (count, slip.shape[1])
+    mean, deflection = np.empty(shape), np.empty(shape)
+    copy_into(slip, mean)
+    if not mean_rates and duration != 0.0 and state[STARTED] == 1:
+        _write_mean_slip(g, poses, count, duration, mean)
+    for i in range(count):
+        for c in range(deflection.shape[1]):
+            deflection[i, c] = memory[slot[i], c]
+    effort, by_slip, by_mean, by_normal, deflected = laws.bristle(slip, mean, normal, deflection, duration, params)
+    copy_into(effort, floats_2d(g, EFFORT)[:count])
+    copy_into(by_normal, floats_2d(g, BY_NORMAL)[:count])
+    copy_into(deflected, floats_2d(g, DEFLECTED)[:count])
+    own, by_distance = floats_3d(g, BY_SLIP), floats_3d(g, BY_DISTANCE)
+    for i in range(count):
+        for c in range(by_slip.shape[1]):
+            for e in range(by_slip.shape[2]):
+                own[i, c, e] = by_slip[i, c, e] + (by_mean[i, c, e] if mean_rates else 0.0)
+                by_distance[i, c, e] = by_mean[i, c, e] / duration if duration > 0.0 else 0.0
+    return not mean_rates and duration > 0.0
+
+
+@kernel
+def _set_arguments(g: np.ndarray, count: int) -> None:
+    """Write depths, closing speeds, slip velocities, shares and onsets of the contacts."""
+    slot, gap, rate = integers_1d(g, SLOT), floats_1d(g, GAP), floats_2d(g, RATE)
+    at, closing, slip = floats_1d(g, AT), floats_1d(g, CLOSING), floats_2d(g, SLIP)
+    share, onset, of_slots, memory = floats_1d(g, SHARE_OF), floats_1d(g, ONSET_OF), floats_1d(g, SHARE), floats_1d(g, ONSET)
+    for i in range(count):
+        at[i], closing[i] = -gap[i], -rate[i, 0]
+        share[i], onset[i] = of_slots[slot[i]], memory[slot[i]]
+        for c in range(slip.shape[1]):
+            slip[i, c] = rate[i, 1 + c]
+
+
+@kernel
+def evaluate(
+    g: np.ndarray, geometry: GeometryKernels, laws: LawKernels, t: float, poses: np.ndarray, rates: np.ndarray,
+    mean_rates: bool, pressed: bool, count: int,
+) -> tuple[Weighed, bool]:  # fmt: skip
+    """Compute the forces of the contacts that have been found; also return whether bristles have a stiffness.
+
+    With `mean_rates`, the rates are means, which bend the bristles too. With `pressed`, the normal law is linearised at the
+    depths of Newton's method in statics.
+    """
+    integers_1d(g, STATE)[EVALUATIONS] += 1
+    measure_slots(g, geometry, poses, rates, count)
+    _set_arguments(g, count)
+    rows, part, gradient, hessian = geometry.tapered(g, poses, count)
+    share, params = floats_1d(g, SHARE_OF)[:count], floats_1d(g, NORMAL)
+    for k in range(rows.shape[0]):
+        share[rows[k]] *= part[k]
+    at, closing, onset = floats_1d(g, AT)[:count], floats_1d(g, CLOSING)[:count], floats_1d(g, ONSET_OF)[:count]
+    if pressed and linearisation_depths(g, rows, count):
+        normal, slopes = laws.normal(at, closing, onset, share, params)
+        write_limited(g, normal, rows, count)
+    normal, slopes = laws.normal(at, closing, onset, share, params)
+    own, by_depth, by_closing = floats_1d(g, NORMAL_FORCE), floats_1d(g, BY_DEPTH), floats_1d(g, BY_CLOSING)
+    for i in range(count):
+        own[i], by_depth[i], by_closing[i] = normal[i], slopes[i, 0], slopes[i, 1]
+    write_acting(g, pressed, count)
+    bristles = _set_friction(g, laws, t, poses, mean_rates, count)
+    return Weighed(rows, gradient, hessian), bristles
+
+
+@kernel
+def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, total: np.ndarray) -> None:
+    """Add the forces of contacts to those of all bodies."""
+    bodies, gradient, size = integers_2d(g, BODIES), floats_3d(g, GRADIENT), total.shape[1]
+    normal, acting = floats_1d(g, NORMAL_FORCE), floats_1d(g, ACTING)
+    efforts, by_normal = floats_2d(g, EFFORT), floats_2d(g, BY_NORMAL)
+    slips = efforts.shape[1] if integers_1d(g, STATE)[FRICTION] == 1 else 0
+    for i in range(count):
+        for b in range(bodies.shape[1]):
+            for c in range(size):
+                along = b * size + c
+                change = -acting[i] * gradient[i, 0, along]
+                for k in range(slips):
+                    effort = efforts[i, k] + by_normal[i, k] * (acting[i] - normal[i])
+                    change += effort * gradient[i, 1 + k, along]
+                total[bodies[i, b], c] -= change
+    rows = weighed.rows
+    if rows.shape[0] == 0:
+        return
+    slot, gap, share = integers_1d(g, SLOT), floats_1d(g, GAP), floats_1d(g, SHARE)
+    depth, whole = np.empty(rows.shape[0]), np.empty(rows.shape[0])
+    for k in range(rows.shape[0]):
+        depth[k], whole[k] = -gap[rows[k]], share[slot[rows[k]]]
+    energy = laws.energy(depth, whole, floats_1d(g, NORMAL))
+    for k in range(rows.shape[0]):  # force from the change of the weight
+        for b in range(bodies.shape[1]):
+            for c in range(size):
+                total[bodies[rows[k], b], c] -= energy[k] * weighed.gradient[k, b * size + c]
+
+
+@kernel
+def elastic_force(g: np.ndarray, laws: LawKernels, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Normal forces of contacts at rest."""
+    force, _ = laws.normal(depth, np.zeros(depth.shape[0]), np.ones(depth.shape[0]), share, floats_1d(g, NORMAL))
+    return np.asarray(force)

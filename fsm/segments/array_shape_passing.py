@@ -1,0 +1,154 @@
+"""Check for a model of arrays whether shapes have passed through each other in a step; see `fsm.interactions.swept`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.displacement_bound import furthest_motion, moved_beyond
+from fsm.interactions.edge_edge import find_edges
+from fsm.interactions.point_shape_planar import local_points_planar
+from fsm.interactions.point_shape_spatial import local_points_spatial
+from fsm.interactions.shape_distance import HALF_SPACE, shape_distance
+from fsm.interactions.shapes import EdgePairs
+from fsm.interactions.swept import edges_pass, local_edges, path_pose, path_steps, points_pass
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
+from fsm.kernels.jit import kernel
+from fsm.segments.array_shape_tables import (
+    EDGE_PAIRS,
+    GROUND,
+    LIMIT,
+    OPEN,
+    POINTS,
+    SHAPES,
+    edges_of,
+    near_edges,
+    near_points,
+    points_of,
+    shapes_planar,
+    shapes_spatial,
+)
+from fsm.segments.contact_arrays import COMMITTED, MARGIN, MOVING, NUMBERS, RADII, REFERENCE, RENEWAL, STARTED, STATE
+
+__all__ = ["passed_planar", "passed_spatial"]
+
+_TINY = 1e-12
+"""Round-off of distances, m."""
+
+
+@kernel
+def _candidates(g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slots that may have passed through a face: near ones if the last accepted state is near the last renewal, else all."""
+    bound = RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
+    start, reference = floats_2d(g, COMMITTED), floats_2d(g, REFERENCE)
+    if not moved_beyond(start, reference, integers_1d(g, MOVING), floats_1d(g, RADII), bound):
+        return near_points(g), near_edges(g)
+    points, edges = integers_1d(g, POINTS).shape[0], integers_2d(g, EDGE_PAIRS).shape[0]
+    out, others = np.empty(points, dtype=np.int64), np.empty(edges, dtype=np.int64)
+    slots_open, count, number = integers_1d(g, OPEN), 0, 0
+    for i in range(points):
+        if slots_open[i] == 1:
+            out[count] = i
+            count += 1
+    for i in range(edges):
+        if slots_open[points + i] == 1:
+            others[number] = i
+            number += 1
+    return out[:count], others[:number]
+
+
+@kernel
+def _reachable(
+    points: np.ndarray, local: np.ndarray, shape: np.ndarray, body: np.ndarray, kind: np.ndarray, size: np.ndarray,
+    motion: float,
+) -> np.ndarray:  # fmt: skip
+    """Points that may reach their shapes when both move by at most `motion`, m; half-spaces that turn have no such bound."""
+    out, count = np.empty(points.shape[0], dtype=np.int64), 0
+    for i in range(points.shape[0]):
+        of = shape[points[i]]
+        unbounded = kind[of] == HALF_SPACE and body[of] != GROUND
+        if unbounded or shape_distance(kind[of], size[of], local[i]) <= 2.0 * motion + _TINY:
+            out[count] = points[i]
+            count += 1
+    return out[:count]
+
+
+@kernel
+def _point_data(g: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Kinds and sizes of the shapes of points, and their limits of depth."""
+    shape, kind, size = integers_1d(g, POINTS + 3), integers_1d(g, SHAPES + 1), floats_2d(g, SHAPES + 2)
+    limit, count = floats_1d(g, LIMIT), points.shape[0]
+    kinds, sizes, limits = np.empty(count, dtype=np.int64), np.empty((count, size.shape[1])), np.empty(count)
+    for i in range(count):
+        of = shape[points[i]]
+        kinds[i], limits[i] = kind[of], limit[points[i]]
+        for c in range(size.shape[1]):
+            sizes[i, c] = size[of, c]
+    return kinds, sizes, limits
+
+
+@kernel
+def passed_planar(g: np.ndarray, poses: np.ndarray) -> bool:
+    """Whether shapes in the plane have passed through each other since the last accepted state."""
+    start = floats_2d(g, COMMITTED)
+    if integers_1d(g, STATE)[STARTED] == 0:
+        return False
+    points, _ = _candidates(g)
+    probes, shapes = points_of(g), shapes_planar(g)
+    motion = furthest_motion(start, poses, integers_1d(g, MOVING), floats_1d(g, RADII))
+    local = local_points_planar(start, points, probes, shapes)
+    points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
+    if points.shape[0] == 0:
+        return False
+    kinds, sizes, limits = _point_data(g, points)
+    steps = path_steps(start, poses)
+    before = local_points_planar(start, points, probes, shapes)
+    for k in range(steps):
+        after = local_points_planar(path_pose(start, poses, (k + 1) / steps), points, probes, shapes)
+        if points_pass(kinds, sizes, limits, before, after).any():
+            return True
+        before = after
+    return False
+
+
+@kernel
+def passed_spatial(g: np.ndarray, poses: np.ndarray) -> bool:
+    """Whether shapes in space have passed through each other since the last accepted state."""
+    start = floats_2d(g, COMMITTED)
+    if integers_1d(g, STATE)[STARTED] == 0:
+        return False
+    points, edges = _candidates(g)
+    probes, shapes, table, pairs = points_of(g), shapes_spatial(g), edges_of(g), integers_2d(g, EDGE_PAIRS)
+    motion = furthest_motion(start, poses, integers_1d(g, MOVING), floats_1d(g, RADII))
+    local = local_points_spatial(start, points, probes, shapes)
+    points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
+    edges = _reachable_edges(g, start, edges, motion)
+    if points.shape[0] == 0 and edges.shape[0] == 0:
+        return False
+    kinds, sizes, limits = _point_data(g, points)
+    half, steps = np.empty(edges.shape[0]), path_steps(start, poses)
+    for i in range(edges.shape[0]):
+        half[i] = table.half[pairs[edges[i], 1]]
+    before = local_points_spatial(start, points, probes, shapes)
+    ends = local_edges(start, edges, pairs, table)
+    for k in range(steps):
+        at = path_pose(start, poses, (k + 1) / steps)
+        after, others = local_points_spatial(at, points, probes, shapes), local_edges(at, edges, pairs, table)
+        if points_pass(kinds, sizes, limits, before, after).any() or edges_pass(half, ends, others).any():
+            return True
+        before, ends = after, others
+    return False
+
+
+@kernel
+def _reachable_edges(g: np.ndarray, poses: np.ndarray, edges: np.ndarray, motion: float) -> np.ndarray:
+    """Pairs of edges with a distance of their middle lines of at most twice `motion`, m."""
+    table, pairs = edges_of(g), integers_2d(g, EDGE_PAIRS)
+    unscaled = EdgePairs(pairs, np.zeros(pairs.shape[0]))
+    slot, gap = find_edges(poses, edges, unscaled, table, 2.0 * motion + _TINY)
+    out, count = np.empty(slot.shape[0], dtype=np.int64), 0
+    for i in range(slot.shape[0]):
+        apart = gap[i] + table.radius[pairs[slot[i], 0]] + table.radius[pairs[slot[i], 1]]
+        if apart <= 2.0 * motion + _TINY:
+            out[count] = slot[i]
+            count += 1
+    return out[:count]

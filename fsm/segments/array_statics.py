@@ -1,0 +1,123 @@
+"""Kernels of a model of arrays that quasi-static steps call; see `fsm.segments.arrays` and `fsm.stepping.quasi_static`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.kernels.block_equations import FAILED, set_factors, solution
+from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
+from fsm.kernels.jit import kernel
+from fsm.segments.array_forces import retract, sum_forces, sum_tangents
+from fsm.segments.arrays import (
+    DAMPING,
+    FACTORS,
+    FORCE,
+    FREE,
+    INTERVAL,
+    LAST_Q,
+    MATRIX,
+    POSES,
+    RATES,
+    STIFFNESS,
+    Segments,
+    pattern_of,
+    springs_of,
+)
+from fsm.segments.contact_arrays import lack_pairs
+from fsm.stepping.quasi_static import StaticCalls
+from fsm.stepping.vectors import copy_into, subtracted
+
+__all__ = ["STATICS"]
+
+
+@kernel
+def _per_second(table: np.ndarray) -> float:
+    """Inverse of the time since the last state, 1/s; zero at rest."""
+    duration = floats_1d(table, INTERVAL)[1]
+    return 1.0 / duration if duration > 0.0 else 0.0
+
+
+@kernel
+def _place(table: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Write poses and mean rates of the free bodies; returns the increments since the last state, empty at rest."""
+    free, poses, duration = integers_1d(table, FREE), floats_2d(table, POSES), floats_1d(table, INTERVAL)[1]
+    no = q.shape[0] < 0  # a variable, because a constant would compile the kernel again
+    scatter_free(free, q, not no and poses.shape[1] == 7, poses)
+    if not duration > 0.0:
+        return q[:0]
+    last = floats_1d(table, LAST_Q)
+    since = pose_difference(last, q) if poses.shape[1] == 7 else subtracted(q, last)
+    mean = np.empty(since.shape[0])
+    for i in range(mean.shape[0]):
+        mean[i] = since[i] / duration
+    scatter_free(free, mean, no, floats_2d(table, RATES))
+    return since
+
+
+@kernel
+def _force(model: Segments, q: np.ndarray) -> np.ndarray:
+    table = model.table
+    _place(table, q)
+    sum_forces(model, floats_1d(table, INTERVAL)[0], _per_second(table))
+    return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
+
+
+@kernel
+def _linearised_force(model: Segments, q: np.ndarray, mixed: bool) -> np.ndarray:
+    table = model.table
+    since, efforts = _place(table, q), springs_of(table).efforts
+    own = efforts if mixed else efforts[:0]
+    sum_tangents(model, floats_1d(table, INTERVAL)[0], _per_second(table), own, since, mixed)
+    return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
+
+
+@kernel
+def _factorise(model: Segments) -> bool:
+    table = model.table
+    if lack_pairs(model.groups):
+        return False
+    matrix, per_second = floats_3d(table, MATRIX), _per_second(table)
+    copy_into(floats_3d(table, STIFFNESS), matrix)
+    if per_second > 0.0:
+        flat, damping = matrix.reshape(-1), floats_3d(table, DAMPING).reshape(-1)
+        for i in range(flat.shape[0]):
+            flat[i] += per_second * damping[i]
+    return set_factors(model.equations, pattern_of(table), matrix, floats_3d(table, FACTORS), model.flags)
+
+
+@kernel
+def _largest_entry(model: Segments) -> float:
+    flat, largest = floats_3d(model.table, MATRIX).reshape(-1), 0.0
+    for i in range(flat.shape[0]):
+        largest = max(largest, abs(flat[i]))
+    return largest
+
+
+@kernel
+def _solve(model: Segments, right: np.ndarray) -> np.ndarray:
+    table, flags = model.table, model.flags
+    matrix, factors = floats_3d(table, MATRIX), floats_3d(table, FACTORS)
+    flags[FAILED] = 0
+    x = solution(model.equations, pattern_of(table), matrix, factors, flags, right)
+    if flags[FAILED] == 1:
+        x[:] = np.nan
+    return x
+
+
+@kernel
+def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
+    table = model.table
+    free, poses, change = integers_1d(table, FREE), floats_2d(table, POSES), np.zeros(floats_2d(table, RATES).shape)
+    no = q.shape[0] < 0
+    scatter_free(free, q, not no and poses.shape[1] == 7, poses)
+    scatter_free(free, dx, no, change)
+    springs = springs_of(table)
+    later = model.by_springs.advance(poses, change, springs.bodies, springs.constants, springs.last, _per_second(table))
+    copy_into(later, springs.efforts)
+    if model.groups.shape[0] > 0:
+        model.by_contacts.advance(model.groups, change, _per_second(table), cut)
+
+
+STATICS = StaticCalls(_force, _linearised_force, _factorise, _largest_entry, _solve, retract, _advance)
+"""Kernels of `Segments` that quasi-static steps call."""

@@ -1,0 +1,34 @@
+"""Contacts of one state of the bodies, with their forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.interactions.shapes import ContactForces
+from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics
+from fsm.segments.contact_memory import ContactMemory
+
+__all__ = ["ContactState"]
+
+
+@dataclass
+class ContactState:
+    """Contacts of one state with their forces; `sums` of every pair are computed on demand.
+
+    `at` holds the depths of linearisation. `acting` holds the normal forces of the linearised law.
+    """
+
+    touching: ActiveContacts
+    memory: ContactMemory
+    depth: np.ndarray
+    share: np.ndarray
+    measured: ContactKinematics
+    at: np.ndarray
+    acting: np.ndarray
+    forces: ContactForces
+    deflection: np.ndarray
+    by_distance: np.ndarray | None
+    by_turn: np.ndarray | None
+    sums: np.ndarray | None = None

@@ -1,0 +1,62 @@
+"""Contact shapes of plates: a rectangle, or convex polygons for an outline; bodies whose outlines share a corner."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fsm.interactions.polygon_distance import MOST_CORNERS
+from fsm.kernels.rotation import rotation_matrix
+from fsm.scene.patterns.pattern import triangles_of_face
+from fsm.scene.scene import Body, Plate
+from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
+
+__all__ = ["corner_neighbours", "plate_shapes"]
+
+_SAME = 1e-6
+"""Distance of corners that are one vertex, relative to the size of the plates."""
+
+
+def plate_shapes(body: int, plate: Plate) -> list[Shape]:
+    """Contact shapes of the plate of a body; an outline that is not convex or has many corners consists of triangles."""
+    if plate.outline is None:
+        return [as_rectangle(body, plate.length, plate.width, plate.thickness)]
+    corners = np.array(plate.outline)
+    if _turns(corners).sum() < 0.0:
+        corners = corners[::-1].copy()
+    count = len(corners)
+    if count <= MOST_CORNERS and (_turns(corners) >= 0.0).all():
+        return [as_polygon(body, corners, (True,) * count, plate.thickness)]
+    points = np.column_stack([corners, np.zeros(count)])
+    pieces, _ = triangles_of_face(points, tuple(range(count)), np.array([0.0, 0.0, 1.0]))
+    shapes = []
+    for piece in pieces:
+        rim = tuple((b - a) % count == 1 for a, b in zip(piece, (*piece[1:], piece[0]), strict=True))
+        shapes.append(as_polygon(body, corners[list(piece)], rim, plate.thickness))
+    return shapes
+
+
+def _turns(corners: np.ndarray) -> np.ndarray:
+    """Cross products of successive sides (k,), m^2; positive for a turn to the left."""
+    one = corners - np.roll(corners, 1, axis=0)
+    two = np.roll(corners, -1, axis=0) - corners
+    return np.asarray(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+
+
+def corner_neighbours(bodies: Sequence[Body]) -> np.ndarray:
+    """Pairs (m, 2) of bodies whose outlines have a corner at the same place."""
+    places, owner = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)]
+    for number, body in enumerate(bodies):
+        if body.plate is not None and body.plate.outline is not None:
+            corners = np.column_stack([np.array(body.plate.outline), np.zeros(len(body.plate.outline))])
+            places.append(np.array(body.position) + corners @ rotation_matrix(np.array(body.orientation)).T)
+            owner.append(np.full(len(corners), number))
+    if len(places) == 1:
+        return np.zeros((0, 2), dtype=np.int64)
+    points, of = np.concatenate(places), np.concatenate(owner)
+    size = float(np.median([np.ptp(group, axis=0).max() for group in places[1:]]))
+    pairs = cKDTree(points).query_pairs(_SAME * size, output_type="ndarray")
+    found = np.sort(of[pairs], axis=1)
+    return np.unique(found[found[:, 0] != found[:, 1]], axis=0)

@@ -1,0 +1,106 @@
+"""Lines of `fsm check` on flexible facets: mesh, supports, loaded and driven places, probes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fsm.report_text import count, material_text, millimetres, stress_text, triple
+from fsm.scene.loads import Load
+from fsm.scene.patterns.facet_mesh import FacetMesh
+from fsm.scene.patterns.mesh_places import mesh_place
+from fsm.scene.patterns.places import facets_named
+from fsm.scene.sheet import Box
+from fsm.segments.report_view import CheckContext
+
+__all__ = ["facet_lines", "facet_support_lines", "pressure_line"]
+
+_LISTED = 4
+"""Number of nodes of a place whose positions are listed."""
+
+
+def facet_lines(view: CheckContext) -> Iterator[str]:
+    """Lines on the mesh of flexible facets."""
+    facets = view.scene.facets
+    if facets is None:
+        return
+    mesh = facets.mesh
+    sides = " x ".join(millimetres(float(side)) for side in np.ptp(mesh.positions, axis=0))
+    yield f"flexible facets, {sides}, {1e6 * mesh.area:.4g} mm^2; edges: {', '.join(mesh.edges)}"
+    thick = f"{millimetres(facets.thickness)} thick"
+    if facets.laminate is None:
+        yield f"{thick}; {material_text(facets.young, facets.poisson, facets.density)}"
+    elif view.case.sheet is not None:
+        plies = count(len(view.case.sheet.ply), "ply", "plies")
+        yield f"{thick}; {plies}, {facets.laminate.areal_density:.4g} kg/m^2; rows of the stiffness for x, y, xy:"
+        for name, unit, matrix in zip("ABD", ("N/m", "N", "N m"), facets.laminate[:3], strict=True):
+            yield f"  {name} ({unit}): {'; '.join(', '.join(f'{x:.4g}' for x in row) for row in matrix)}"
+    low, high = millimetres(float(mesh.lengths.min())), millimetres(float(mesh.lengths.max()))
+    nodes = len(mesh.nodes)
+    yield f"{count(len(mesh.triangles), 'triangle')} (ANCF-DKT) with edges of {low} to {high}, {count(nodes, 'node')}"
+    unknowns = 3 * nodes + 6 * len(mesh.owner) - sum(len(components) for components in facets.held.values())
+    yield f"{unknowns} unknowns: positions, and slopes along two directions of each facet"
+    if facets.folds is not None:
+        angles = np.degrees(np.abs(facets.folds.start))
+        low, high = f"{angles.min():.4g}", f"{angles.max():.4g}"
+        between = low if low == high else f"{low} to {high}"
+        yield f"{count(len(mesh.creases), 'joint')} between facets, fold angles {between} deg; facets bend up to the creases"
+    if mesh.curved:
+        yield "curved at the start without stress"
+    slender = facets.thickness / float(mesh.lengths.max())
+    if slender > 1.0:
+        yield f"the thickness is {slender:.3g} times the longest edge: thin plates have no transverse shear strain"
+
+
+def facet_support_lines(view: CheckContext) -> Iterator[str]:
+    """Lines on the nodes of supports, loads, drives and probes."""
+    case, facets = view.case, view.scene.facets
+    if facets is None or case.sheet is None:
+        return
+    mesh = facets.mesh
+    for support in case.sheet.support:
+        held = f"fixed along {', '.join(support.fixed)}"
+        held = held if support.mirror is None else f"plane of symmetry normal to {support.mirror}"
+        yield f"{_place(mesh, support.at)}: {held}{', clamped' if support.clamped else ''}"
+    for load in case.load:
+        if load.at is None:
+            continue
+        if load.pressure is not None:
+            yield pressure_line(load, mesh.facet_areas)
+            continue
+        given = (("force", "N"), ("moment", "N m"), ("force_per_length", "N/m"), ("moment_per_length", "N"))
+        known = [(name.replace("_", " "), getattr(load, name), unit) for name, unit in given]
+        texts = [f"{name} {triple(vector)} {unit}" for name, vector, unit in known if any(vector)]
+        yield f"{_place(mesh, load.at)}: {', '.join(texts) or 'no force'}{', follower' if load.follower else ''}"
+    for drive in case.drive:
+        at = f"edge {drive.edge}" if drive.edge is not None else drive.at
+        if at is not None:
+            guided = "cannot move in other directions" if drive.guide else "can move in other directions"
+            yield f"{_place(mesh, at)}: driven, {guided}"
+    for probe in case.sheet.probe:
+        yield f"probe {probe.name}: {_place(mesh, probe.at)}"
+    if not case.sheet.support:
+        yield "none: the sheet can move as a whole"
+
+
+def pressure_line(load: Load, areas: np.ndarray) -> str:
+    """Line on a pressure on facets with areas (n,), m^2."""
+    assert isinstance(load.at, str) and load.pressure is not None
+    facets = facets_named(load.at, len(areas))
+    kind = load.time.kind if load.time else "constant"
+    return (
+        f"{load.called}: pressure {stress_text(load.pressure)} normal to {count(len(facets), 'facet')} of "
+        f"{1e6 * float(areas[list(facets)].sum()):.4g} mm^2, {kind}"
+    )
+
+
+def _place(mesh: FacetMesh, at: str | Box) -> str:
+    place = mesh_place(mesh, at)
+    chosen = place.sectors[:_LISTED] if len(place.sectors) <= _LISTED else place.sectors[[0, -1]]
+    shown = " and ".join(f"({', '.join(f'{1e3 * x:.4g}' for x in mesh.positions[s])})" for s in chosen)
+    length = ""
+    if len(place.edges):
+        length = f", {millimetres(float(mesh.lengths[place.edges[:, 0], place.edges[:, 1]].sum()))} long"
+    between = "from" if len(place.sectors) > _LISTED else "at"
+    return f"{place.name}, {count(len(place.sectors), 'node')}{length}, {between} {shown} mm"
