@@ -90,7 +90,9 @@ class BlockMatrix:
 
     def times(self, vector: np.ndarray) -> np.ndarray:
         """Product A x, (order,)."""
-        return np.asarray(self.bsr() @ vector)
+        pattern = self.pattern
+        parts = np.einsum("bij,bj->bi", self.data, vector.reshape(-1, pattern.size)[pattern.indices])
+        return np.add.reduceat(parts, pattern.indptr[:-1]).ravel()  # each row has its diagonal block
 
     def symmetric(self) -> BlockMatrix:
         """Symmetric part, (A + A^T)/2."""

@@ -76,11 +76,13 @@ else:
 
     @numba.extending.register_jitable
     def _floats(address: int, shape: tuple[int, ...]) -> np.ndarray:
-        return np.asarray(carray(_pointer(address), shape, np.float64))
+        array: np.ndarray = carray(_pointer(address), shape, np.float64)
+        return array
 
     @numba.extending.register_jitable
     def _integers(address: int, shape: tuple[int, ...]) -> np.ndarray:
-        return np.asarray(carray(_pointer(address), shape, np.int64))
+        array: np.ndarray = carray(_pointer(address), shape, np.int64)
+        return array
 
 
 @kernel(inline=True)

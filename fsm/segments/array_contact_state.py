@@ -306,5 +306,6 @@ def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, to
 @kernel
 def elastic_force(g: np.ndarray, laws: LawKernels, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Normal forces of contacts at rest."""
+    force: np.ndarray
     force, _ = laws.normal(depth, np.zeros(depth.shape[0]), np.ones(depth.shape[0]), share, floats_1d(g, NORMAL))
-    return np.asarray(force)
+    return force

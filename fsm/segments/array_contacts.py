@@ -152,8 +152,8 @@ def _add_taper_tangent(g: np.ndarray, laws: LawKernels, weighed: Weighed, count:
 
 @kernel
 def _unit_energy(g: np.ndarray, laws: LawKernels, share: np.ndarray) -> np.ndarray:
-    energy = laws.energy(np.ones(share.shape[0]), shared_weight(share), floats_1d(g, NORMAL))
-    return np.asarray(energy)
+    energy: np.ndarray = laws.energy(np.ones(share.shape[0]), shared_weight(share), floats_1d(g, NORMAL))
+    return energy
 
 
 @kernel

@@ -94,6 +94,8 @@ class EquilibriumStep:
     max_iterations : int
     reach : -
         Largest motion of any part in one iteration, over the structure's span or in rad.
+    in_one_call : bool
+        Whether a kernel solves the step if the system has arrays; Python does otherwise, and where the kernel fails.
 
     Attributes
     ----------
@@ -109,12 +111,12 @@ class EquilibriumStep:
     """
 
     def __init__(
-        self, system: System, tolerance: float = 1e-8, max_iterations: int = 15, reach: float = 0.2
+        self, system: System, tolerance: float = 1e-8, max_iterations: int = 15, reach: float = 0.2, in_one_call: bool = True
     ) -> None:
         kind = type(system)
         self.system = system
         self.mixed = cast(MixedSystem, system) if _is(kind, MixedSystem) else None
-        self._with_arrays = cast(ArrayStaticSystem, system) if _is(kind, ArrayStaticSystem) else None
+        self._with_arrays = cast(ArrayStaticSystem, system) if in_one_call and _is(kind, ArrayStaticSystem) else None
         self.tolerance, self.max_iterations, self.reach = float(tolerance), int(max_iterations), float(reach)
         self.solver = LinearSolver()
         self.scales = system.scales()
