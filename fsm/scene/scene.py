@@ -20,6 +20,7 @@ from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease
 from fsm.scene.model import Model, Name
 from fsm.scene.obstacle import Obstacle
+from fsm.scene.point_element import PointElement
 from fsm.scene.time_program import TimeFunction
 from fsm.scene.truss import SceneTruss
 from fsm.scene.units import (
@@ -238,6 +239,7 @@ class Scene(Model):
     frames: tuple[SceneFrame, ...] = ()
     seams: tuple[SceneSeam, ...] = ()
     elements: tuple[ForceElement, ...] = ()
+    point_elements: tuple[PointElement, ...] = ()
     surfaces: tuple[Surface, ...] = ()
     groups: tuple[PlateGroup, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
