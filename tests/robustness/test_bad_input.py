@@ -189,7 +189,7 @@ ONE_MISTAKE = {
     ),
     "no end": (
         ('[[drive]]\ncrease = 3\nspeed = "2 mm/s"\ntravel = "150 mm"\n', ""),
-        "solve.end_time: missing, and there is no [[drive]] either, so the run has no end; "
+        "solve.end_time: missing, and there is no [[drive]], so the run has no end; "
         "give one of them",
     ),
     "friction without contact": (

@@ -189,7 +189,7 @@ def test_a_lattice_has_no_preview(tmp_path: Path) -> None:
     [
         ("solve.spatial=true", "in its plane only"),
         ("drive.0.edge=bottom", "is held"),
-        ("contact.stiffness=1e5", "rigid without contact; remove section [contact]"),
+        ("contact.stiffness=1e5", "rigid and have no contact; remove section [contact]"),
         ("strip.length=1", "both define a model"),
         ("drive.0.body=block 1.6", "give either"),
     ],
