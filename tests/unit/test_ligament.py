@@ -201,5 +201,5 @@ def test_what_a_lattice_cannot_have_is_refused(override: str, said: str) -> None
 
 
 def test_a_lattice_is_of_the_plane() -> None:
-    with pytest.raises(CaseError, match="of the plane"):
+    with pytest.raises(CaseError, match="only in a plane model"):
         compile_scene(build_lattice(lattice()), spatial=True)
