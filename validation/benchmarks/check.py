@@ -24,7 +24,7 @@ from validation.benchmarks.scenes import PENDULUM_TIP, TOP_ENERGY, heavy_top, pe
 Finding = tuple[str, float, float]
 """What, how far off, how far it may be."""
 
-STRIP_PEAK = 2.0041  # validation/references.md; 10 segments a panel are 3.4 % below it
+STRIP_PEAK = 2.0041  # validation/references.md; 10 segments per panel are 3.4 % below it
 
 
 def solved(

@@ -277,7 +277,7 @@ def plot(rows: list[Row], path: Path) -> None:
                         markersize=4,
                         label=f"{tool}, {method}, {model}",
                     )
-            ax.set_title(f"{count} segments a panel")
+            ax.set_title(f"{count} segments per panel")
             ax.set_xlabel("error (% of the peak force)")
         axes[0].set_ylabel("shortest solver time (s)")
         handles, labels = axes[0].get_legend_handles_labels()
@@ -301,7 +301,7 @@ def measure(bench: Bench) -> list[Row]:
 def main() -> int:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--segments", type=int, nargs="+", help="segments a panel: 4 10 20, with --quick 4")
+    parser.add_argument("--segments", type=int, nargs="+", help="segments per panel: 4 10 20, with --quick 4")
     parser.add_argument("--repeat", type=int, default=5, help="runs that a median is taken of")
     parser.add_argument("--quick", action="store_true", help="without the slow methods")
     options = parser.parse_args()

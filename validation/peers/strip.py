@@ -78,7 +78,7 @@ class FsmMethod:
     settings, unit : what is swept, and its name
     overrides : of the case
     contact : it can pass a touch
-    most, most_in_space : segments a panel up to which it is measured
+    most, most_in_space : segments per panel up to which it is measured
     """
 
     run: Callable[[SegmentSystem, Any], Curve]

@@ -44,7 +44,7 @@ def otherwise(kind: str, tables: Tables, method: str) -> Other:
         drive = tables["drive"][0]
         if kind == "strips" and "body" not in drive:
             segments = 2 * tables["strip"]["segments_per_panel"]
-            return Other((f"strip.segments_per_panel={segments}",), f"{segments} segments a panel")
+            return Other((f"strip.segments_per_panel={segments}",), f"{segments} segments per panel")
         increment = float(drive["travel"].split()[0]) / 1000.0
         return Other((f"solve.increment={increment:.12g} mm", "solve.rtol=1e-8"), "increments of a thousandth at rtol 1e-8")
     if kind == "films":
