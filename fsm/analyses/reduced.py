@@ -78,15 +78,15 @@ class ModelError:
     @property
     def text(self) -> str:
         """Description of the errors."""
-        force = "error of the restoring force not known at the largest displacement (out of range, or wrinkled)"
+        force = "the error of the restoring force is not known at the largest displacement (out of range, or wrinkled)"
         if self.stretch is not None:
-            force = f"error of the restoring force {_part(self.stretch)} at the largest displacement"
+            force = f"the error of the restoring force is {_part(self.stretch)} at the largest displacement"
         if not self.until:
             return f"{force}; its motion was therefore not compared with the full model"
         if self.probes is None or self.at_impact is None:
-            return f"error of the motion not known: the full model needs shorter steps than solve.step; {force}"
+            return f"the error of the motion is not known: the full model needs shorter steps than solve.step; {force}"
         motion = f"{_part(self.probes)} at the probes and {_part(self.at_impact)} at the impact"
-        return f"error against the full model {motion} over the first {1e3 * self.until:.3g} ms; {force}"
+        return f"the error against the full model is {motion} over the first {1e3 * self.until:.3g} ms; {force}"
 
     @property
     def remedy(self) -> str:

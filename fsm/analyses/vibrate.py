@@ -142,7 +142,7 @@ class VibrationAnalysis(OneStep):
         if impact is None or self.case.solve.method != "auto" or wanted == "full":
             return
         if np.any(self.modes.squared <= 0.0):  # a frequency of zero except for round-off: a slack part without support
-            self.reason = "a mode has no stiffness, and no reduced model"
+            self.reason = "a mode has no stiffness, so there is no reduced model"
             if wanted == "reduced":
                 warnings.append(f'reduced model: {self.reason}; solved with vibration.model = "full"')
             return

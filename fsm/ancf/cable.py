@@ -229,7 +229,7 @@ def _force(axial: float, strain: float, remainder: float) -> tuple[float, float]
 
 @kernel
 def release_at(cable: CableArrays, engineering: bool, q: np.ndarray) -> None:
-    """Set the forces P with which all cables carry no compression in this configuration."""
+    """Set the forces P so that no cable is under compression in this configuration."""
     e, g = np.empty((3, 4)), np.empty(3)
     for k in range(cable.vectors.shape[0]):
         gather(cable.vectors[k], cable.scale[k], q, e)

@@ -135,7 +135,7 @@ class ForceElement(Model):
     kind : role of the element in the model
     steps : names of the steps in which the element acts; absent: in all
     latch : bool
-        Whether the force of the element is zero at the begin of its first step.
+        Whether the force of the element is zero at the beginning of its first step.
     law : law of an extension that acts besides the springs
     parameters : parameters of this law
     """

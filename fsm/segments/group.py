@@ -20,7 +20,7 @@ class PreviousPoses(NamedTuple):
 
 
 class GroupSteps(NamedTuple):
-    """Names of the steps in which a group acts, and whether its force is zero at the begin of the first of these
+    """Names of the steps in which a group acts, and whether its force is zero at the beginning of the first of these
     steps.
     """
 

@@ -203,7 +203,7 @@ def _motion(drive: Drive, motion: PrescribedMotion) -> str:
         name = "travel" if drive.turn is None else "turn"
         return f"{how} at {pace}: {run_up}{name} {size}"
     kind = "" if drive.time is None else drive.time.kind
-    return f"{how} by a {kind}: {size} there and back in all, at most {pace}"
+    return f"{how} as a {kind}: total path {size}, at most {pace}"
 
 
 def _loads(view: CheckContext) -> Iterator[str]:

@@ -166,9 +166,10 @@ class EquilibriumStep:
     def _solve_arrays(
         self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None, rules: NewtonRules
     ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None] | None:
-        """Result in one call, with the efforts and the last matrix; None if the system has no arrays.
+        """Solve the equations in one call of a kernel.
 
-        Also None if the equations could not be solved; the methods in Python may then solve them.
+        The result has the efforts and the last matrix. It is None if the system has no arrays, or if the kernel could not
+        solve the equations; the methods in Python may then solve them.
         """
         arrays = None if self._with_arrays is None else self._with_arrays.static_arrays(self.solver.ready)
         if arrays is None or efforts is None:
