@@ -64,7 +64,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Bench:
-    """What stays the same for all rows of one number of segments."""
+    """Data that all rows of one number of segments have in common."""
 
     segments: int
     repeat: int
@@ -122,7 +122,7 @@ def contact_settings(planar: bool) -> Iterator[tuple[str, ExudynSettings]]:
 
 
 def plain_settings(planar: bool, end: float = 0.0) -> Iterator[tuple[str, ExudynSettings]]:
-    """Default settings, but for the number of steps and the linear solver; in time up to `end` (s), if there is one."""
+    """Default settings except the number of steps and the linear solver; dynamic up to `end` (s), if it is given."""
     from validation.peers.exudyn_model import ExudynSettings
 
     for solver in PLAIN_SOLVERS:
@@ -236,7 +236,7 @@ HEADER = "| " + " | ".join(COLUMNS) + " |\n" + "|---" * len(COLUMNS) + "|"
 
 
 def fastest(rows: list[Row]) -> list[Row]:
-    """Of every tool, model and method the row with the shortest run within `GOOD`; or the most accurate one."""
+    """For every tool, model and method: the row with the shortest run within `GOOD`, or else the most accurate row."""
     groups: dict[tuple, list[Row]] = {}
     for row in rows:
         if row.runs:

@@ -144,7 +144,7 @@ def forces_of(data: dict[str, Any], folder: Path) -> np.ndarray:
 
 
 def _of_elastica() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Forces as those of `forces_of`, and the curve: travels and forces."""
+    """Forces as in `forces_of`, and the curve: travels and forces."""
     travels, force = elastica(TRAVELS[-1], 81)
     top = int(np.argmax(force))
     fit = np.polynomial.Polynomial.fit(travels[top - 2 : top + 3], force[top - 2 : top + 3], 4)

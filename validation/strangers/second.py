@@ -32,7 +32,7 @@ _TIGHT = "1e-6"
 
 @dataclass(frozen=True)
 class Other:
-    """What is set otherwise, as for `--set`, and its name."""
+    """Changed settings, in the form of `--set`, and a name for them."""
 
     settings: tuple[str, ...]
     by: str
@@ -145,7 +145,7 @@ def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Itera
 
 
 def _motions(kind: str, first: Path, second: Path, rtol: float) -> Iterator[tuple[str, float, float]]:
-    """Where everything goes, of the largest way."""
+    """Differences of all motions, relative to the largest displacement."""
     if kind not in ("strips", "released", "scenes", "arrays"):
         return
     one, two = (read_solution(folder / "result.h5") for folder in (first, second))

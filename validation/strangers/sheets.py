@@ -26,7 +26,7 @@ MATERIALS: tuple[tuple[float, float, float, float, float, float], ...] = (
 FAMILY_FILE = "crease.h5"
 """A calibrated family of creases; `family.py` makes it."""
 FAMILY_STIFFNESS = 4.5e-3
-"""Of the creases in it at the folded state, N m/rad: scaled to the stiffness wanted."""
+"""Stiffness of the creases of this file in the folded state, N m/rad; it is scaled to the wanted stiffness."""
 
 
 @dataclass(frozen=True)

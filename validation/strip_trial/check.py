@@ -42,12 +42,12 @@ ALLOWED = {
     "drive speed, with a damper of 10 ms": 0.004,
     "as in the case": 0.02,
 }
-"""Of the peak, for the coarsest setting of each part."""
+"""Bounds of the relative error of the peak, for the coarsest setting of each part."""
 SOURCE = "independent quasi-static computation (validation/references.md)"
 
 
 class Setting(NamedTuple):
-    """What the numbers of a run depend on: segments per panel, contact stiffness (N/m^1.5), damper (ms), speed (mm/s)."""
+    """Settings of a run: segments per panel, contact stiffness (N/m^1.5), time of the damper (ms), speed (mm/s)."""
 
     segments: int
     stiffness: float
@@ -248,7 +248,7 @@ def limit() -> float:
 
 
 def orders(half_cell: bool) -> np.ndarray:
-    """Of convergence, from 5 to 40 segments per panel."""
+    """Orders of convergence from 5 to 40 segments per panel."""
     errors = np.array([abs(static_force(count, half_cell) - limit()) for count in COUNTS])
     return np.asarray(np.log2(errors[:-1] / errors[1:]))
 
