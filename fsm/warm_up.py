@@ -114,7 +114,7 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
     **{f"steps in one kernel, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
-    **{f"statics in one call, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
+    **{f"statics in one kernel, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
     **{f"statics with tabulated creases, {space}": (partial(_springs, space == "spatial", True),) for space in SPACES},
     **{
         f"structured Radau, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial"), ("Radau-blocks",)),)

@@ -96,7 +96,7 @@ class Deployment(Analysis):
 
             if has_static_arrays(self.system):
                 curved = any(isinstance(group, CreaseGroup) for group in self.system.groups)
-                found.append(f"statics {'with tabulated creases' if curved else 'in one call'}, {space}")
+                found.append(f"statics {'with tabulated creases' if curved else 'in one kernel'}, {space}")
             return tuple(found)
         found.append(f"in time, {space}")
         if method == "Radau-blocks":

@@ -95,7 +95,7 @@ class MeanMotion(NamedTuple):
     rate : (nu,) array
         Acceleration half-way between the last two steps.
     sizes, counts : (15,) float and (9,) int arrays
-        See the indices above.
+        `TIME` and the names after it are the indices of sizes; `STEPS` and the names after it are those of counts.
     of_pairs : (2, n_pairs) array, J
         Energy dissipated by every contact pair in the last step.
     all_pairs : (2, n_pairs) array, J

@@ -70,7 +70,7 @@ def waterbomb(columns: int, rows: int, a: float) -> Pattern:
     faces: list[tuple[int, int, int]] = []
     for row in range(rows):
         for column in range(columns):
-            x, y = 2 * column + row % 2, 2 * row  # in units of a / 2
+            x, y = 2 * column + row % 2, 2 * row  # coordinates over a/2
             around = [(x, y), (x + 1, y), (x + 2, y), (x + 2, y + 2), (x + 1, y + 2), (x, y + 2), (x + 1, y + 1)]
             *corners, centre = [places.setdefault(place, len(places)) for place in around]
             faces += [(first, last, centre) for first, last in zip(corners, [*corners[1:], corners[0]], strict=True)]
