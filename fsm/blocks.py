@@ -1,6 +1,6 @@
 """Square matrices of dense square blocks, one block for each pair of coupled nodes.
 
-SciPy is imported when a function needs it, because its import takes longer than many a run of small models.
+SciPy is imported when a function needs it, because its import takes longer than many runs of small models.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["FRONTS_FROM", "BlockMatrix", "BlockPattern", "Elimination"]
 
 FRONTS_FROM = 5e7
-"""Multiplications of a symmetric factorisation from which dense fronts are faster than single blocks: a film of 20 x 20
-cells, measured (`validation/benchmarks/README.md`)."""
+"""Number of multiplications of a symmetric factorisation above which dense fronts are faster than single blocks;
+measured on a film of 20 x 20 cells (`validation/benchmarks/README.md`)."""
 
 
 @dataclass(frozen=True, eq=False)

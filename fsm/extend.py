@@ -40,7 +40,7 @@ def add_contact_law(name: str, law: NormalLaw, parameters: type[BaseModel] | Non
     ----------
     name : str
     law : NormalLaw
-        Its function `params` receives the section, whose `parameters` is a dict in SI.
+        The function `params` of the law receives the section, in which `parameters` is a dict in SI.
     parameters : model of the section ``[contact.parameters]``, a `Section`
     text : description for `fsm check`
 
@@ -92,5 +92,5 @@ def add_builder(name: str, section: type[Built], build: Callable[[Built, Mapping
 
 def _add(kind: dict[str, Any], own: Mapping[str, Any], name: str, addition: Any) -> None:
     if name in own:
-        raise ValueError(f"{name!r} is a name of fsm itself; choose another name")
+        raise ValueError(f"{name!r} is already a name in fsm; choose another name")
     kind[name] = addition

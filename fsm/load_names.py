@@ -5,4 +5,5 @@ from __future__ import annotations
 __all__ = ["PRESSURE"]
 
 PRESSURE = ", pressure"
-"""Text behind the name of a pressure on nodes in results: its size is in Pa, and its displacement is a volume, m^3."""
+"""Suffix of the name of a pressure on nodes in results. Such a load has a size in Pa, and a swept volume (m^3) in place
+of a displacement."""

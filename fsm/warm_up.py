@@ -68,7 +68,7 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
 
 
 def _rare_contacts() -> None:
-    """The kernels of contacts at the ends of surfaces, which few states need; no contact is given."""
+    """Compile the kernels of contacts at the ends of surfaces by calls without contacts; few states use these kernels."""
     none, numbers, block, blocks = np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros((0, 0, 0))
     round_tips(numbers, none, numbers, none, none, np.zeros((0, 6)), none, none, none)
     bodies, gradient = np.zeros((0, 3), dtype=np.int64), blocks
@@ -83,7 +83,7 @@ def _springs(spatial: bool, curved: bool) -> None:
 
 
 def _many_steps(spatial: bool) -> None:
-    """Solve the first instants of a small strip that nothing drives, without contact."""
+    """Solve the first instants of a small strip without drive and without contact."""
     _, system = compile_case(warm_up_springs(spatial))
     alone = SegmentSystem(system.bodies, (), system.groups, (), ())
     simulate(alone, Settings("generalized-alpha", 1e-3, 1e-6), [0.0], lambda saved: None)
@@ -115,8 +115,8 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
-    **{f"many steps at once, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
-    **{f"statics in one call, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
+    **{f"steps in one kernel, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
+    **{f"statics in one kernel, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
     **{f"statics with tabulated creases, {space}": (partial(_springs, space == "spatial", True),) for space in SPACES},
     **{
         f"structured Radau, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial"), ("Radau-blocks",)),)

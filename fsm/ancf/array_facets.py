@@ -14,8 +14,8 @@ from fsm.kernels.jit import kernel
 __all__ = ["FACETS", "arrays_of_facets"]
 
 _EDGES, _ROWS, _SLOTS, _BEND, _VISCOSITY = 1, 6, 9, 10, 11
-"""Rows of a group's table: arrays of four dimensions, which are flat there; slots and the rows and the Kelvin-Voigt time of
-damping after those of `FacetArrays`."""
+"""Rows of a group's table. The arrays of `FacetArrays` come first; arrays of four dimensions are stored flat. Slots,
+rows of damping and the Kelvin-Voigt time follow."""
 
 
 def arrays_of_facets(group: FacetGroup, slots: np.ndarray) -> list[np.ndarray]:

@@ -111,7 +111,8 @@ class FilmGrid:
 
         Notes
         -----
-        Held positions alone do not keep an edge straight: between nodes the edge is a cubic with the slopes along it.
+        Held positions alone do not keep an edge straight: between nodes the edge is a cubic that also follows from the
+        slopes along it.
         """
         lines = {
             "left": (self.position[0], 6), "right": (self.position[-1], 6),

@@ -1,8 +1,9 @@
 """Kernels of ANCF-DKT triangles: energy, force, tangent and membrane efforts of flexible facets.
 
 Stretch: fifteen scalars that rigid motions do not change, and their constant moduli (`membrane_moduli` in
-`fsm.ancf.facet_shape`). They are the mean Green strains of the three edges (Simpson's rule), the Green strains of the slopes
-at the corners, and the turns of the edges within the surface. An edge from a to b with tangent t and normal n turns by
+`fsm.ancf.facet_shape`). They are the mean Green strains of the three edges (Simpson's rule), the Green strains of the
+slopes at the corners, and the rotations of the edges within the surface. An edge from a to b with tangent t and normal
+n rotates by
 
     (F_b t - F_a t) . (F_a n + F_b n)/2,    F = [r_X, r_Y]
 
@@ -247,7 +248,9 @@ def add_facet_force(facets: FacetArrays, q: np.ndarray, force: np.ndarray) -> No
 
 @kernel(inline=True)
 def _columns(strain: int) -> tuple[int, int]:
-    """First and last column of the derivatives of a strain: those of the slopes for a corner, else all."""
+    """First and last column of the derivatives of a strain: the columns of the slopes for a corner strain, else all
+    columns.
+    """
     if strain < 3 or strain >= 12:
         return 0, 27
     first = 9 * (strain // 3 - 1) + 3
@@ -258,7 +261,9 @@ def _columns(strain: int) -> tuple[int, int]:
 def stretch_gradients(
     edges: np.ndarray, across: np.ndarray, slopes: np.ndarray, e: np.ndarray, out: np.ndarray
 ) -> None:
-    """Derivatives (15, 27) of the strains by the nodal vectors; those of a corner in `_columns` only."""
+    """Derivatives (15, 27) of the strains by the nodal vectors. Derivatives of corner strains are in `_columns`
+    only.
+    """
     for edge in range(3):
         for i in range(9):
             for a in range(3):
@@ -340,7 +345,7 @@ def add_facet_tangent(
     facets : FacetArrays
     q : (n,) array
     given : (m, 5, 3) array
-        Membrane efforts of the geometric stiffness; empty: those at q.
+        Membrane efforts of the geometric stiffness; if empty, the efforts at q are used.
     slots : (m, 9, 9) int array
     size : size of the blocks
     into : flat block data

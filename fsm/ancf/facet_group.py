@@ -43,7 +43,7 @@ class FacetGroup:
     material : FilmMaterial
     rest : (n,) array or None
         All coordinates in the curved shape without stress; None: flat.
-    first : first coordinate of the mesh
+    first : index of the first coordinate of the facets in the coordinates of the mesh
     viscosity : s
         Kelvin-Voigt time tau.
     name : of its energy
@@ -125,9 +125,10 @@ class FacetGroup:
         return float(stretch), float(bend)
 
     def efforts(self, q: np.ndarray, dx: np.ndarray | None = None) -> np.ndarray:
-        """Membrane efforts, flat: unknowns of the mixed Newton method; with `dx`, to first order after this increment.
+        """Membrane efforts, flat: unknowns of the mixed Newton method. With `dx`, they are to first order after this
+        increment.
 
-        For each triangle three of its edges, three at each corner and three turns, times its area.
+        Each triangle has three efforts of its edges, three at each corner and three of rotations, all times its area.
         """
         out = np.empty((len(self.vectors), 5, 3))
         facet_efforts(self.arrays, q, np.zeros_like(q) if dx is None else dx, out)
@@ -143,7 +144,7 @@ class FacetGroup:
         return float(facet_dissipation(self.arrays, self.rows.bend, self.viscosity, q, *rates, force))
 
     def _rates(self, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rates of strains and curvatures: in a step of a path their mean, else those of the velocities."""
+        """Rates of strains and curvatures: means over a step of a path, else the rates at the velocities u."""
         if self._before is None:
             rates = np.empty((len(self.vectors), 5, 3)), np.empty((len(self.vectors), 3, 3))
             facet_rates(self.arrays, self.rows.bend, q, u, *rates)

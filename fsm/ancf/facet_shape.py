@@ -1,7 +1,7 @@
 """Rows and matrices of ANCF-DKT triangles: linear functions of the nodal vectors r, r_1, r_2 at three corners.
 
-r_1 and r_2 are the derivatives of r along two orthogonal unit vectors of the plane at each corner; every corner may have its
-own. An edge from corner a to b has the length l, the tangent t and the normal n on its left:
+r_1 and r_2 are the derivatives of r along two orthogonal unit vectors of the plane. Each corner may have other unit
+vectors. An edge from corner a to b has the length l, the tangent t and the normal n on its left:
 
     m_t = 3 (r_b - r_a)/(2 l) - (r_t,a + r_t,b)/4,    m_n = (r_n,a + r_n,b)/2
 
@@ -21,7 +21,7 @@ __all__ = ["FacetRows", "cubic_rows", "cubic_shapes", "facet_masses", "facet_row
 FOLLOW = 1.0
 """Stiffness with which the mean strain of the corners follows that of the triangle, relative to that of the film."""
 _MASS_POINTS = 7
-"""Gauss points a side of the square that is mapped to the triangle, for the mass: exact to degree 6."""
+"""Gauss points per side of the square that is mapped to the triangle, for the mass: exact to degree 6."""
 
 
 class FacetRows(NamedTuple):
@@ -161,9 +161,9 @@ def facet_masses(plane: np.ndarray, angle: np.ndarray, area: np.ndarray, areal_d
 def membrane_moduli(rows: FacetRows, plane: np.ndarray, angle: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """Moduli (m, 15, 15), N m, of the strains in `fsm.ancf.facet.FacetArrays.rest`.
 
-    The mean strain e_0 is the integral of n u over the boundary, with cubic displacements along the edges, so it agrees with
-    that of the neighbours (patch test). With the mean strains e_k of the edges, the turns g_k, the lengths l_k, and T that
-    gives the strain of the triangle from its edges:
+    The mean strain e_0 is the integral of n u over the boundary, with cubic displacements along the edges. Neighbours
+    have the same displacements there, so the patch test holds. With the mean strains e_k of the edges, the turns g_k,
+    the lengths l_k, and T that gives the strain of the triangle from its edges:
 
         e_0 = T e + sum_k l_k^2/(12 A) (g_k n n + (t E_b t - t E_a t) (n t + t n)/2)
 
@@ -171,7 +171,7 @@ def membrane_moduli(rows: FacetRows, plane: np.ndarray, angle: np.ndarray, stret
 
         U = A/2 (e_0 C e_0 + sum_i d_i C d_i/12 + FOLLOW (E - e_0) C (E - e_0))
 
-    A linear strain is exact. The last term ties the slopes at the corners to the positions.
+    A linear strain is exact. The last term couples the slopes at the corners to the positions.
     """
     count = len(angle)
     at_corner = np.zeros((count, 3, 3, 15))

@@ -35,7 +35,7 @@ from fsm.segments.system import SegmentSystem
 __all__ = ["compile_model"]
 
 _PIECES = 3
-"""Straight lines that an element of a cable is drawn with."""
+"""Number of straight lines with which an element of a cable is drawn."""
 
 
 def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
@@ -79,7 +79,7 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
 
 @dataclass(frozen=True)
 class _Parts:
-    """Mesh of all films, cables, beams and trusses of a scene, and where each of them is in it."""
+    """Mesh of all films, cables, beams and trusses of a scene, and the places of each of them in the mesh."""
 
     mesh: Mesh
     films: dict[str, tuple[SceneFilm, FilmGrid]]
@@ -181,7 +181,9 @@ class _Parts:
 
 
 def _add_truss(builder: MeshBuilder, truss: SceneTruss, data: FoldData | None) -> np.ndarray:
-    """Add the points, bars and springs (or these folds) of a truss; returns the first coordinates of its points."""
+    """Add the points, bars and springs of a truss; returns the first coordinates of its points. With `data`, folds take
+    the place of springs.
+    """
     places = builder.points(np.array(truss.points), truss.name, truss.faces)
     for place, mass in zip(places.tolist(), truss.mass, strict=True):
         builder.point_mass(place, mass)
@@ -263,6 +265,6 @@ def _unoriented(point: FramePoint) -> FramePoint:
 
 
 def _point(vectors: np.ndarray, weights: np.ndarray, along: np.ndarray, across: np.ndarray, fixed: np.ndarray) -> FramePoint:
-    """Frame without the vectors that it does not depend on."""
+    """Frame of the vectors on which it depends; vectors with zero factors are omitted."""
     used = (np.abs(weights) > 1e-12) | (along != 0.0) | (across != 0.0)
     return FramePoint(vectors[used], weights[used], along[used], across[used], fixed)

@@ -260,7 +260,8 @@ class JoinedSystem(JoinedConfiguration):
         """See `System`."""
         observed = super().observe(t, q, u, before)
         reaction = observed.reaction
-        if u is None or before is not None:  # held coordinates are supports; in motion statics does not ask
+        # held coordinates are supports; statics does not need their reactions in a motion
+        if u is None or before is not None:
             held = self.node_reactions(t, q, u, before)[self.elements.mesh.is_position]
             reaction = max(reaction, float(np.linalg.norm(held.reshape(-1, 3), axis=1).max(initial=0.0)))
         energy = self._with_nodes(observed.energy, t, q, u, before)
@@ -307,7 +308,7 @@ class JoinedSystem(JoinedConfiguration):
     def load_displacements(
         self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
     ) -> dict[str, tuple[float, float]]:
-        """See `SegmentSystem`; for a pressure its size (Pa) and the volume that it has swept (m^3)."""
+        """See `SegmentSystem`; a pressure has its size (Pa) and its swept volume (m^3)."""
         out = super().load_displacements(start, end)
         one, two = (self.elements.place(t, q[self._nq :], None)[0] for t, q in (start, end))
         for pressure in self.pressures:
@@ -317,13 +318,15 @@ class JoinedSystem(JoinedConfiguration):
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
-        """See `System`: stores the quaternions of frames and fold angles too, which must remain continuous."""
+        """See `System`: also stores the quaternions of frames and the fold angles, because both must remain
+        continuous.
+        """
         super().commit(t, q, u, before)
         self.elements.commit(t, q[self._nq :], u[self._nu :])
         self._near = self._poses(t, q)[self.frames.bodies, 3:].copy()
 
     def memory(self) -> np.ndarray:
-        """See `System`: quaternions of the frames, memory of the elements, then all else."""
+        """See `System`: quaternions of the frames, memory of the elements, then memory of the bodies."""
         return np.concatenate([self._near.ravel(), self.elements.memory(), super().memory()])
 
     def restore(self, memory: np.ndarray) -> None:

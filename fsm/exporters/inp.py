@@ -218,5 +218,5 @@ def _patches(case: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
 
 
 def _plain(text: str) -> str:
-    """Text of one line without other than ASCII characters, which both programs accept."""
+    """Text of one line with ASCII characters only, which both programs accept."""
     return re.sub(r"[^\x20-\x7e]+", " ", text).strip().lstrip("*")[:80]

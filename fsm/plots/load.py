@@ -57,5 +57,5 @@ def plot_load(solution: Solution, path: str | Path) -> None:
 
 
 def _near(marked: np.ndarray) -> np.ndarray:
-    """Marked points, and their neighbours behind, so that lines of marked and other points meet."""
+    """Marked points and the points after them, so that lines of marked and other points meet."""
     return marked | np.concatenate([[False], marked[:-1]])

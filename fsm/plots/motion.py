@@ -162,7 +162,7 @@ def _title(solution: Solution, record: int, stages: list[dict[str, Any]]) -> str
     if label == "time (s)":
         return f"{rounded(solution.time[record])} s"
     turns, travel, force = solution.layout.turns(), solution.travel[record, 0], solution.force[:, 0]
-    # a residual of the solver is shown as zero
+    # a force as small as a residual of the solver is shown as zero
     value = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
     way, effort = ("mrad", "N m") if turns else ("mm", "N")
     text = f"{rounded(travel * 1e3)} {way}, {rounded(value)} {effort}"

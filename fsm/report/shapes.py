@@ -134,7 +134,7 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
         ends = [corners[vertex] for vertex in pattern.edges[joint.edge]]
         sides = sorted(set(facet[ends[0] // 4]) & set(facet[ends[1] // 4]))
         if len(sides) != 2 or any(np.ptp(start[end], axis=0).max() > _OPEN * size for end in ends):
-            continue  # the corners of the facets are not at one place
+            continue  # the corners of the facets do not coincide
         one, two = (int(end[np.flatnonzero(facet[end // 4] == sides[0])[0]]) for end in ends)
         first, second = (int(np.flatnonzero(facet == side)[0]) for side in sides)
         found.append(Crease(f"crease.{joint.name.removeprefix('crease ')}", (one, two), first, second))
@@ -204,7 +204,7 @@ class Shown:
     ----------
     records : (n_frames,) array, numbers of the records
     data : dict for the page
-    thinned : text on what is left out; empty if all records are shown
+    thinned : text about omitted records; empty if all records are shown
     size : bytes in the page
     """
 

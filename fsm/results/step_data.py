@@ -94,7 +94,7 @@ class LoadPath(ShortRepr):
     ----------
     step : number of the step of each point, from 1, (n,)
     time : (n,) array, s
-        Time at which loads and drives are taken.
+        Time at which loads and drives are evaluated.
     negative_modes : (n,) array
         Number of directions in which the energy decreases; 0 for a stable equilibrium.
     names : names of the loads
@@ -114,12 +114,12 @@ class LoadPath(ShortRepr):
 
     @property
     def stable(self) -> np.ndarray:
-        """1 for a stable equilibrium, 0 for an unstable one, (n,)."""
+        """1 for a stable equilibrium, 0 for an unstable equilibrium, (n,)."""
         return (self.negative_modes == 0).astype(float)
 
     @classmethod
     def of(cls, paths: Sequence[dict[str, Any]]) -> LoadPath | None:
-        """Loads of all steps; the paths of other methods are empty; None without any."""
+        """Loads of all steps; paths of other methods are empty. None if there are no paths."""
         found = [(number, path) for number, path in enumerate(paths, 1) if path]
         if not found:
             return None

@@ -248,7 +248,7 @@ class ResultWriter:
                     with self._write_errors():
                         if time.monotonic() - self._flushed_at >= self._flush_every / 2:
                             self._flush()
-                except Exception as error:  # the next `append` raises it in the caller's thread
+                except Exception as error:  # the next `append` raises this error in the thread of the caller
                     self._failure = error
                     return
 

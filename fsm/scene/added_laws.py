@@ -15,7 +15,7 @@ __all__ = ["check_element_law", "check_kind", "check_law", "check_parameters", "
 
 
 def check_law(value: Any, built_in: Iterable[str], added: Mapping[str, AddedLaw]) -> Any:
-    """Name of a law; an unknown one is refused with all names."""
+    """Name of a law; for an unknown name, an error that lists all names."""
     names = [*built_in, *added]
     if value not in names:
         listed = [f"'{name}'" for name in names]

@@ -97,7 +97,7 @@ def contact_of_strip(written: Any, strip: Strip | None, material: Material | Non
     if not isinstance(written, Mapping):
         return written
     if strip is None or material is None:
-        return with_stiffness(written, 1.0, 1.0)  # one of them is faulty or missing, and has its own message
+        return with_stiffness(written, 1.0, 1.0)  # one of the sections is faulty or missing, and has its own message
     return with_stiffness(written, *contact_scale(strip, material))
 
 

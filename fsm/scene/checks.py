@@ -59,7 +59,8 @@ def _unused(sections: Sections) -> Iterable[Fault]:
         homes = [stages for stages, names in _READ.items() if name in names]
         hint = " or ".join(f'analysis = "{home[0]}"' if len(home) == 1 else "`stages`" for home in homes)
         if homes:
-            yield Fault(name, f"not used with {named}, it belongs to {hint}; remove the section, or change the analysis")
+            text = f"not used with {named}, because it belongs to {hint}; remove the section, or change the analysis"
+            yield Fault(name, text)
 
 
 def _check_deployment(sections: Sections) -> list[Fault]:
@@ -92,7 +93,7 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
         yield Fault("strip", "section [strip] is missing; give [strip], [lattice], [sheet] or [scene]")
     if given == ["lattice"]:
         for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
-            yield Fault(name, f"the squares of a lattice are rigid without contact; remove section [{name}]")
+            yield Fault(name, f"the squares of a lattice are rigid and have no contact; remove section [{name}]")
     if given == ["sheet"]:
         facets = "rigid" if sections.sheet is None else sections.sheet.facets
         for name in sorted({"contact", "friction", "obstacle"} & sections.written):
@@ -103,7 +104,7 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
         for name in ("material", "crease") if part in sections.written else ():
             plate = part == "sheet" and (sections.sheet is None or sections.sheet.kind == "plate")
             if name not in sections.written and not (plate and name == "crease"):
-                yield Fault(name, f"section [{name}] is missing; a {part} needs it")
+                yield Fault(name, f"section [{name}] is missing; a {part} needs this section")
 
 
 _ALSO_IN_SCENE = {
@@ -227,7 +228,7 @@ def _scene_drives(sections: Sections) -> Iterable[Fault]:
     for path, drive in listed:
         if drive.crease is not None:
             yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `body` in a [scene]")
-        for body in drive.moved if "step" not in sections.written else ():  # steps may release it before
+        for body in drive.moved if "step" not in sections.written else ():  # an earlier step may release it
             if body in held:
                 key = "body" if drive.body is not None else "bodies"
                 yield Fault(
@@ -280,7 +281,7 @@ def _end(sections: Sections) -> Iterable[Fault]:
     if sections.solve is not None and sections.solve.end_time is None:
         yield Fault(
             "solve.end_time",
-            "missing, and there is no [[drive]] either, so the run has no end; give one of them",
+            "missing, and there is no [[drive]], so the run has no end; give one of them",
         )
     if sections.save is not None and sections.save.every is not None:
         yield Fault(

@@ -1,8 +1,8 @@
 """Points of films, cables and beams that touch bodies and obstacles: frames that each represent an area.
 
 A film has two Gauss points along either side of each element (`contact.points_per_segment` of them, more under round
-obstacles). A cable and a beam have them along each element; the area is diameter or width times length. The sum of the areas
-does not depend on the mesh.
+obstacles). A cable and a beam have such points along each element; the area is diameter or width times length. The sum
+of the areas does not depend on the mesh.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class ContactPoint(NamedTuple):
     Attributes
     ----------
     frame : SceneFrame
-        Frame at the point; contact gives it no moment.
+        Frame at the point; contact exerts no moment on it.
     area, radius, mass : m^2, m, kg
         Area that the point represents, half the thickness or the diameter, and mass of the area.
     """
@@ -51,7 +51,8 @@ def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
 def points_along(scene: Scene, part: SceneFilm | SceneCable | SceneBeam) -> int:
     """Points along each side of the elements of a film, a cable or a beam in contact.
 
-    There are more than `contact.points_per_segment` if a round obstacle would otherwise sink in too far between them.
+    There are more than `contact.points_per_segment` points if a round obstacle would otherwise penetrate too far
+    between them.
     """
     assert scene.contact is not None
     count = scene.contact.points_per_segment
@@ -63,7 +64,7 @@ def points_along(scene: Scene, part: SceneFilm | SceneCable | SceneBeam) -> int:
 
 
 def point_spacing(part: SceneFilm | SceneCable | SceneBeam, count: int) -> tuple[float, float]:
-    """Largest distances of neighboring points along both sides of an element, m; across a cable or a beam 0."""
+    """Largest distances of neighbouring points along both sides of an element, m; zero across a cable or a beam."""
     places = np.concatenate([[-1.0], np.polynomial.legendre.leggauss(count)[0], [1.0]])
     gaps = 0.5 * np.diff(places)
     widest = max(2.0 * float(gaps[0]), float(gaps[1:-1].max(initial=0.0)))

@@ -136,7 +136,7 @@ class ForceElement(Model):
     kind : role of the element in the model
     steps : names of the steps in which the element acts; absent: in all
     latch : bool
-        Whether the element is without force where its first step begins.
+        Whether the force of the element is zero at the beginning of its first step.
     law : law of an extension that acts besides the springs
     parameters : parameters of this law
     """
@@ -168,7 +168,9 @@ class ForceElement(Model):
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Element with an empty section for the parameters of its law, so that missing ones are found; see `Model`."""
+        """Element with an empty section for the parameters of its law, so that missing parameters are found; see
+        `Model`.
+        """
         return with_parameters(written, written.get("law"), ELEMENT_LAWS)
 
     @property

@@ -38,7 +38,7 @@ _KEYS: dict[str, tuple[str, ...]] = {
 _ANNULUS = ("inner_radius", "outer_radius")
 """Required keys of a plate that is an annulus."""
 _OPTIONAL = {"plate": ("radius",), "annulus": ("slit",)}
-"""Keys that a plate may have besides."""
+"""Optional keys of a plate."""
 _OF_FILE = ("vertices", "edges", "assignment", "angles", "faces")
 """Keys of a pattern that is written in the case."""
 
@@ -68,7 +68,7 @@ class SheetSupport(Model):
     @model_validator(mode="after")
     def _either(self) -> Self:
         if self.mirror is not None and (self.clamped or "fixed" in self.model_fields_set):
-            raise ValueError("`mirror` gives all that is held; remove `fixed` and `clamped`")
+            raise ValueError("`mirror` already defines all held directions; remove `fixed` and `clamped`")
         return self
 
 
@@ -81,7 +81,7 @@ class SheetPly(Model):
     angle : rad
         Direction of the fibres, from x towards y.
     young, young_across : Pa
-        Along and across the fibres.
+        Young's moduli along and across the fibres.
     shear : Pa
         Shear modulus in the plane.
     poisson : -
@@ -122,13 +122,13 @@ class SheetProbe(Model):
 
 
 class SheetCrease(Model):
-    """Own stiffness or rest angle of some creases of a sheet.
+    """Stiffness or rest angle of some creases of a sheet, in place of the common one.
 
     Attributes
     ----------
     of : str
         "mountain", "valley", "unassigned", "flat", "bend line", or names: "crease 3", "creases 3, 4", "bend line 2".
-        Flat edges thereby become creases.
+        Flat edges that are named here become creases.
     stiffness_per_length : N m/rad per m
     rest_angle : rad
         Fold angle without moment, on the side of the assignment.
@@ -213,7 +213,8 @@ class Sheet(Model):
         Largest size of the cells of flexible facets, or the numbers of cells of a plate along length and width, or along
         radius and circumference. A cell has two triangles.
     mesh_shift : -
-        Random displacement of the nodes inside of a plate over the size of a cell, to see the effect of the mesh.
+        Random displacement of the inner nodes of a plate, relative to the size of a cell, to show the effect of the
+        mesh.
     mesh_grading : -
         Grading of the cells of a plate towards both ends of its length and of its width, or of radius and circumference;
         0: uniform, 1: strongest.
@@ -328,7 +329,8 @@ class Sheet(Model):
 
     @model_validator(mode="after")
     def _sized(self) -> Self:
-        count = {"miura": 1, "zigzag": 1, "waterbomb": 6, "plate": 0}.get(self.kind or "plate", 2)  # of each panel or side
+        # number of facets of each panel or side
+        count = {"miura": 1, "zigzag": 1, "waterbomb": 6, "plate": 0}.get(self.kind or "plate", 2)
         count *= (self.columns or self.sides or 1) * (self.rows or 1)
         inner, outer = self.inner_radius or 0.0, self.outer_radius or 0.0
         if self.kind == "cone" and inner >= outer:

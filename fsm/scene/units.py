@@ -73,7 +73,7 @@ _WORDS = {
 _NAMES_MM = {"m": "mm", "kg": "t", "Pa": "MPa"}
 
 
-@lru_cache(maxsize=1024)  # a large scene repeats the same few units many times
+@lru_cache(maxsize=1024)  # a large scene repeats a few units many times
 def parse_unit(text: str) -> tuple[float, Dimension]:
     """SI value and dimension of a unit such as ``N mm/rad``, ``kg/m^3`` or ``N/m^1.5``.
 
@@ -155,7 +155,7 @@ def _split(value: float | str, required: str) -> tuple[float, str]:
     try:
         return float(value), ""
     except OverflowError:
-        raise ValueError(f"a whole number of so many digits is too large; {required}") from None
+        raise ValueError(f"the whole number has too many digits; {required}") from None
 
 
 def _without_comma(value: str) -> str:

@@ -95,7 +95,7 @@ def _pair(
         elif name in bodies:
             yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
         else:
-            text = f"nothing that can touch is called {name!r}{nearest_name(name, list(known))}"
+            text = f"no body, surface or obstacle is called {name!r}{nearest_name(name, list(known))}"
             yield Fault(f"{path}.{end}", text)
     if len(found) < 2:
         return

@@ -37,7 +37,8 @@ def _bodies(scene: Scene) -> Iterator[Fault]:
     for i, body in enumerate(scene.bodies):
         path = f"scene.bodies.{i}"
         if body.name == GROUND:
-            yield Fault(f"{path}.name", f"{GROUND!r} is the fixed body every scene has; choose another name")
+            text = f"{GROUND!r} is the fixed body of every scene; choose another name"
+            yield Fault(f"{path}.name", text)
         yield from norm_faults(f"{path}.orientation", body.orientation)
         if body.held or body.name in driven:
             continue

@@ -60,7 +60,8 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
         raise CaseError(faults)
     spatial = spatial or bool(out_of_plane(scene))
     if spatial and any(element.frame == "chord" for element in scene.elements):
-        text = 'ligaments (frame = "chord", hinges of a lattice) are of the plane; keep everything in it'
+        text = 'ligaments (frame = "chord", hinges of a lattice) exist only in a plane model'
+        text += "; keep all bodies, drives and loads in the plane"
         raise CaseError(Fault("solve.spatial", text))
     return SceneCompiler(scene, spatial).system()
 

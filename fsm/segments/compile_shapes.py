@@ -1,6 +1,6 @@
 """Compile contact pairs of rigid plates and obstacles to contact geometries.
 
-Pairs of two surfaces are compiled elsewhere: panels divided into segments have smooth contact surfaces.
+`compile_surfaces` compiles pairs of two surfaces: panels divided into segments have smooth contact surfaces.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ __all__ = ["compile_shapes"]
 def compile_shapes(
     scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool
 ) -> tuple[ShapeContacts, ...]:
-    """Compile the geometries of all pairs except pairs of two surfaces; pairs that cannot move are left out.
+    """Compile the geometries of all pairs except pairs of two surfaces and pairs without a movable body.
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
 """Contacts of films and cables with plates and obstacles.
 
-Points of a film or a cable, rounded by half its thickness, are probes on the other shape. Each point represents an area. The
-stiffness of a whole face belongs to the smaller of both faces, as between plates. So the stiffness per area does not depend
-on the mesh. The other shape has no probes on the film: a corner or an edge passes between points that are too far apart.
+Points of a film or a cable, rounded by half its thickness, are probes on the other shape. Each point represents an
+area. The contact stiffness refers to the smaller of both faces, as between plates. The stiffness per area therefore
+does not depend on the mesh. The other shape has no probes on the film: a corner or an edge passes between points that
+are too far apart.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class FlexibleContacts(ShapeContacts):
     sides : sequence of Side
         Plates of each other side.
     pairs : (m, 2) int array
-        Film, and side or (from len(sides) on) obstacle.
+        Number of the film; number of the side, or of the obstacle plus len(sides).
     margin : float, m
     numbers : (m,) int array
         Number of the scene's contact pair for each row.

@@ -22,7 +22,8 @@ __all__ = ["AppliedLoad", "GravityGroup", "LoadGroup", "applied"]
 class AppliedLoad:
     """Wrench on one body: body index, point (body axes, m), force (N), moment (N m), follower or dead, function of time.
 
-    Vectors have the components of the dimension: (x, z) and one moment in the plane, three each in space.
+    The dimension determines the components of vectors: (x, z) and one moment in the plane, three components each in
+    space.
     """
 
     body: int
@@ -52,7 +53,7 @@ class AppliedLoad:
     def moved(self, start: np.ndarray, pose: np.ndarray) -> float:
         """Displacement of the point along the force (m), or rotation along a moment (rad), between two poses.
 
-        A follower load has its direction of the start.
+        A follower load counts with its direction at the start.
         """
         change = self.place(pose) - self.place(start)
         planar = len(pose) == 3
@@ -63,7 +64,7 @@ class AppliedLoad:
             return float(change @ turned @ self.force) / float(np.linalg.norm(self.force))
         if planar:
             return float(change[0] * np.sign(self.moment[0]))
-        turn = pose_difference(start, pose)[3:]  # in body axes, as long as in inertial ones
+        turn = pose_difference(start, pose)[3:]  # in body axes; the length is the same as in inertial axes
         return float(rotation_matrix(start[3:]) @ turn @ turned @ self.moment) / float(np.linalg.norm(self.moment))
 
 

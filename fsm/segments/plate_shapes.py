@@ -15,7 +15,7 @@ from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
 __all__ = ["corner_neighbours", "plate_shapes"]
 
 _SAME = 1e-6
-"""Distance of corners that are one vertex, relative to the size of the plates."""
+"""Distance of two corners, relative to the size of the plates, below which they are one vertex."""
 
 
 def plate_shapes(body: int, plate: Plate) -> list[Shape]:

@@ -201,13 +201,14 @@ def stick_slip(view: CheckContext) -> Iterator[str]:
     if fast is None or not speeds or not slow < max(speeds) < fast:
         return
     yield (
-        f"drive speed {millimetres(max(speeds))}/s, where friction falls with speed: contacts may stick and slip in turn, "
-        f"and a run may take long; avoided below v_static = {millimetres(slow)}/s or above {millimetres(fast)}/s"
+        f"drive speed {millimetres(max(speeds))}/s, where friction falls with speed: contacts may alternately stick "
+        f"and slip, and a run may take long; use a speed below v_static = {millimetres(slow)}/s or above "
+        f"{millimetres(fast)}/s"
     )
 
 
 def soft_contact(view: CheckContext) -> Iterator[str]:
-    """Warning about a contact stiffness that lowers the peak of a strip."""
+    """Warning about a low contact stiffness, which lowers the peak of a strip."""
     contact, strip, material = view.scene.contact, view.case.strip, view.case.material
     if contact is None or strip is None or material is None or not view.pairs:
         return

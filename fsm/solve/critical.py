@@ -28,7 +28,7 @@ class Critical(ShortRepr):
     Attributes
     ----------
     mode : (nu,) array
-        Largest component, over the span, 1.
+        Mode, scaled so that its largest component relative to the span is 1.
     bifurcation : bool
         Whether loads and drives do no work along the mode; otherwise the point is a limit point.
     """
@@ -91,7 +91,7 @@ def stable_branch(
     Parameters
     ----------
     step : EquilibriumStep
-    t, guess, efforts : time just past the bifurcation, and the configuration and springs' efforts of the path there
+    t, guess, efforts : time just past the bifurcation, and configuration and spring efforts of the path at that time
     critical : Critical
     side : sign of the critical mode; 0: try both signs and select the lower energy
 

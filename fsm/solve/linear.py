@@ -41,7 +41,8 @@ Backend = Literal["block", "splu", "pardiso"]
 
 _REAL = np.dtype(np.float64)
 _NONZERO = 0.75
-"""Least part of blocks that are not zero for fronts, which do not skip blocks of open contacts and held nodes."""
+"""Smallest fraction of nonzero blocks for which fronts are used; fronts do not skip zero blocks of open contacts and
+held nodes."""
 
 
 _FEW = 100
@@ -49,15 +50,15 @@ _FEW = 100
 
 
 def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
-    """Order of the rows by minimum degree on the graph of the blocks; for large patterns by that of SuperLU."""
+    """Order of the rows by minimum degree on the graph of the blocks; large patterns use the order of SuperLU."""
     return few_by_minimum_degree(pattern) if pattern.order <= _FEW else many_by_minimum_degree(pattern)
 
 
 def few_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
     """Order of the rows; the neighbours of a row are the bits of an integer.
 
-    All rows of the lowest degree that are not neighbours follow one another (multiple minimum degree: Liu, 1985). So a chain
-    is eliminated from both of its ends, with less round-off than from one.
+    All rows of the lowest degree that are not neighbours follow one another (multiple minimum degree: Liu, 1985). A
+    chain is thus eliminated from both ends, with less round-off than from one end.
     """
     bits = [1 << row for row in range(pattern.order)]
     starts, columns = pattern.indptr.tolist(), pattern.indices.tolist()
@@ -215,10 +216,11 @@ class LinearSolver:
     def negative_pivots(self, recount: bool = True) -> int:
         """Number of negative eigenvalues of a symmetric matrix; by a dense solver if the block pivots failed.
 
-        Block pivots are eliminated by their inverses. The round-off of an inverse is in proportion to the square of the
-        condition number of its block, and can make a soft pivot negative. Unless a test vector shows that the factors are
-        accurate (`_signs_hold`), negative pivots are therefore counted again in a factorisation by scalars, whose round-off
-        is in proportion to the largest stiffness. With `recount` false, the signs of the block pivots count as they are.
+        Block pivots are eliminated by their inverses. The round-off of an inverse is proportional to the square of the
+        condition number of its block, and can make a small pivot negative. Unless a test vector shows that the factors
+        are accurate (`_signs_hold`), negative pivots are therefore counted again in a factorisation by scalars, whose
+        round-off is in proportion to the largest stiffness. With `recount` false, the signs of the block pivots are
+        used without this check.
         """
         assert self._matrix is not None
         if self._other is None and self._elimination is not None:
@@ -235,7 +237,8 @@ class LinearSolver:
     def negative_real_pivots(self) -> int:
         """Number of negative real eigenvalues of the pivot blocks; `negative_pivots` for a symmetric matrix.
 
-        For an unsymmetric matrix it is even or odd as the number of negative real eigenvalues of the matrix.
+        For an unsymmetric matrix this number and the number of negative real eigenvalues of the matrix are both even or
+        both odd.
         """
         assert self._matrix is not None
         if self._other is None and self._symmetric:

@@ -93,7 +93,7 @@ class SystemModel:
         return self._linear.damping.times(vector)
 
     def unable(self) -> bool:
-        """See `fsm.stepping.model`; false, since SciPy solves the equations if the block solver fails."""
+        """See `fsm.stepping.model`; always false, since SciPy solves the equations if the block solver fails."""
         return False
 
     def energies(

@@ -167,7 +167,7 @@ def plates(place: Place) -> Iterator[Check]:
             if cells == 32:
                 what = f"{name}, {cells} x {cells}{', random' if shift else ''}"
                 rows += [(k, what, float(found[k]), exact, source, tolerance) for k, exact in enumerate(reference)]
-    picture = convergence(place.out / "plates.png", (16, 32), errors, 2, x="cells a side")
+    picture = convergence(place.out / "plates.png", (16, 32), errors, 2, x="cells per side")
     for k, what, value, exact, source, tolerance in rows:
         yield against(f"mode {k + 1}, omega a^2 sqrt(m/D)", what, value, exact, source, picture, rtol=tolerance)
     free = _frequencies([], 16, 0.3, place.out) / unit

@@ -28,13 +28,14 @@ from fsm.scene.time_program import Ramp
 __all__ = ["build_flexible"]
 
 _DRIVEN = 1e3
-"""Stiffness of the springs between a driven place and its nodes, all together, over E t."""
+"""Total stiffness of the springs between a driven place and its nodes, relative to E t."""
 _JOINED = 100.0
-"""Stiffness per length of joints that do not fold, over the bending stiffness of a cell beside them."""
+"""Stiffness per length of joints that do not fold, relative to the bending stiffness of a cell beside them."""
 _SYMMETRIC = 1e-9
-"""Coupling of stretch and bending over the stiffness in stretch times the thickness, below which it is round-off."""
+"""Coupling of stretch and bending, relative to the stiffness in stretch times the thickness, below which the coupling
+is round-off."""
 _AXIS = 1.0 - 1e-9
-"""Cosine of the angle between two directions above which they are one."""
+"""Cosine of the angle between two directions above which they count as one direction."""
 
 
 def build_flexible(case: Case) -> Scene:
@@ -109,7 +110,9 @@ class _FlexibleBuilder:
     # supports -------------------------------------------------------------------------------------------------------
 
     def _hold(self, support: SheetSupport, place: MeshPlace, path: str) -> None:
-        """Hold the nodes of a place; on an edge also the slopes along it, so that it does not move between the nodes."""
+        """Hold the nodes of a place. On an edge the slopes along the edge are held too, so that the edge does not move
+        between the nodes.
+        """
         mesh, fixed = self.facets.mesh, {"xyz".index(axis) for axis in support.fixed}
         along = mesh.along_edges(place.edges)
         if support.mirror is not None:
@@ -154,7 +157,7 @@ class _FlexibleBuilder:
         return name
 
     def _load(self, load: Load, path: str) -> Iterator[Load]:
-        """Loads on the frames of a place, which together are a load of the case."""
+        """Loads on the frames of a place; their sum is one load of the case."""
         if load.at is None or load.pressure is not None:
             if load.pressure is not None:
                 pressed_facets(self.facets.mesh, load, path)
@@ -166,7 +169,7 @@ class _FlexibleBuilder:
             yield self._in_time(part)
 
     def _in_time(self, load: Load) -> Load:
-        """Load that grows over the run, if it is static and has no function of time."""
+        """Load that grows over the run if the run is static and the load has no function of time."""
         method, end = self.case.solve.method, self.case.solve.end_time
         if load.time is not None or self.case.step or end is None or method not in ("static", "arc-length"):
             return load

@@ -1,4 +1,4 @@
-"""Scene of a sheet of bars and hinges: bars along all edges and bend lines, and rotational springs about them."""
+"""Scene of a bar-and-hinge model: bars along all edges and bend lines of a sheet, and rotational springs about them."""
 
 from __future__ import annotations
 
@@ -59,8 +59,9 @@ def build_bars(case: Case) -> Scene:
 def bar_areas(case: Case, pattern: Pattern) -> np.ndarray:
     """Cross-section of the bar of each edge, (m,), m^2: as given, or a preset.
 
-    With the preset, bars and plate have the same energy in a uniform expansion: a triangle of area S and thickness t
-    gives each of its bars of lengths L the area 2 S t/((1 - nu) sum L) (Filipov, Liu, Tachi, Schenk and Paulino, 2017).
+    With the preset, bars and plate have the same energy in a uniform expansion. A triangle of area S and thickness t
+    with bars of the lengths L gives each bar the area 2 S t/((1 - nu) sum L) (Filipov, Liu, Tachi, Schenk and Paulino,
+    2017).
     """
     sheet, material = case.sheet, case.material
     assert sheet is not None and material is not None

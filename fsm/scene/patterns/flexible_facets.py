@@ -51,7 +51,9 @@ class FlexibleFacets:
 
     @property
     def hinge_stiffness(self) -> list[float]:
-        """Stiffness of each crease that has one, and of a square plate against uniform bending, N m/rad."""
+        """Stiffness of all creases with a stiffness, and stiffness of a square plate against uniform bending, N
+        m/rad.
+        """
         folds = self.folds
         creases: list[float] = []
         if folds is not None:

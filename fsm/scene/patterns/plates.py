@@ -196,8 +196,8 @@ def plate_mesh(sheet: Sheet) -> FacetMesh:
 def _displacements(sheet: Sheet, mesh: tuple[int, int], sides: tuple[float, float]) -> np.ndarray | None:
     """Displacements of the nodes from a uniform mesh; None: none.
 
-    Inner nodes are displaced at random by at most a part of a cell, always by the same for the same mesh. Then coordinates x
-    in -1 to 1 along each side become (1 - g) x + g sin(pi x/2) with the grading g.
+    Inner nodes are displaced at random by at most a part of a cell; the same mesh always has the same displacements.
+    Then the coordinate x along each side, from -1 to 1, becomes (1 - g) x + g sin(pi x/2) with the grading g.
     """
     if not sheet.mesh_shift and not any(sheet.mesh_grading):
         return None
