@@ -48,6 +48,7 @@ from fsm.scene.membrane import (
 )
 from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
+from fsm.scene.point_element import BodyPoint, PointElement
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.scene.sheet import BarsOfSheet, Sheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
@@ -71,7 +72,7 @@ TABLES: list[tuple[type[BaseModel], ...]] = [
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
     (Deployed,), (Air,), (Damping,), (HalfSinePulse, RectanglePulse, MeasuredPulse), (Vibration,), (Scene,), (Body,),
-    (Plate,), (ForceElement,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneTruss,), (SceneFrame,),
+    (Plate,), (ForceElement,), (PointElement,), (BodyPoint,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneTruss,), (SceneFrame,),
     (SceneSeam,), (Surface,),
     (scenes.PlateGroup,), (ContactPair,),
 ]  # fmt: skip
