@@ -118,12 +118,12 @@ Every run draws its figures. `fsm plot RESULT.h5` draws them again, and `result.
 font, and a PDF file contains it. The colours are those of Okabe and Ito (2008), for colour-blind readers; a colour has one
 meaning in a figure.
 
-The command `make figures` computes this page. Data of creases, creep and the cantilever are synthetic.
+The command `make figures` computes this page. Data of creases, relaxation and the cantilever are synthetic.
 """
 
 
 def measured(folder: Path) -> None:
-    """Write synthetic tests: loading and unloading of creases with repeats, creep, and a cantilever."""
+    """Write synthetic tests: loading and unloading of creases with repeats, relaxation, and a cantilever."""
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(3)
     rows = ["press_time [h],repeat,branch,angle [deg],moment [N mm]"]

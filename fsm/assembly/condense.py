@@ -179,7 +179,7 @@ def fold_forces(wrenches: np.ndarray, first: np.ndarray, rows: np.ndarray, maps:
     Parameters
     ----------
     wrenches : (n, 6) array
-        Free bodies, then frames.
+        Force and moment of every free body, and then of every frame.
     first, rows : see `members_of`
     maps : (m, 6, 3) array
     out : (3 n_rows,) array, changed in place

@@ -98,7 +98,7 @@ def _bar_lines(case: Case, pattern: Pattern) -> Iterator[str]:
     low, high = f"{areas.min():.4g}", f"{areas.max():.4g}"
     exponents = f" with exponents {bars.exponents[0]:g} and {bars.exponents[1]:g}" if bars.law == "ogden" else ""
     law = AXIAL_LAWS[bars.law] + exponents
-    preset = "" if bars.area is not None else ", a preset: energy of the plate in a uniform expansion"
+    preset = "" if bars.area is not None else " (preset: with the energy of the plate in a uniform expansion)"
     yield f"{len(areas)} bars, E {stress_text(young)}, area {low if low == high else f'{low} to {high}'} mm^2{preset}; {law}"
     if bars.linear_to < math.pi:
         yield f"moments of springs rise steeply beyond a fold angle of {degrees(bars.linear_to)}, so facets do not penetrate"
