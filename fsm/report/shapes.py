@@ -142,19 +142,12 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
 
 
 def _flexible_mesh_of(solution: Solution) -> FacetMesh | None:
-    """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles."""
-    from fsm.scene.case import Case
-    from fsm.scene.patterns.flexible_mesh import flexible_mesh
+    """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles; a plate has no facets."""
+    from fsm.scene.patterns.flexible_mesh import mesh_of_result
 
-    sheet = solution.layout.case.get("sheet")
-    if not isinstance(sheet, dict) or sheet.get("facets") != "flexible" or sheet.get("kind") == "plate":
-        return None
-    try:
-        case = Case.model_validate(solution.layout.case)
-        mesh = flexible_mesh(case.sheet) if case.sheet is not None else None
-    except (CaseError, ValueError, TypeError, OSError):
-        return None
-    return mesh if mesh is not None and len(mesh.triangles) == solution.shape.shape[1] else None
+    case = solution.layout.case
+    is_plate = isinstance(case.get("sheet"), dict) and case["sheet"].get("kind") == "plate"
+    return None if is_plate else mesh_of_result(case, solution.shape.shape[1])
 
 
 def _creases_of_mesh(mesh: FacetMesh, joints: Sequence[SheetJoint]) -> list[Crease]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from fsm.atomic_write import atomic_write
 from fsm.hdf5_checked import names_in, numbers_in
-from fsm.load_names import PRESSURE
+from fsm.load_names import load_units
 from fsm.results.datasets import add_scale, set_description
 from fsm.short_repr import ShortRepr
 
@@ -184,9 +184,10 @@ def write_load_path_csv(path: LoadPath, target: Path) -> None:
     columns = {"step": path.step, "program time (s)": path.time, "stable": path.stable}
     columns["negative modes"] = path.negative_modes
     for k, name in enumerate(path.names):
-        pressure = name.endswith(PRESSURE)
-        columns[f"{name} ({'Pa' if pressure else 'N, N m'})"] = path.size[:, k]
-        columns[f"{'volume' if pressure else 'displacement'} of {name} ({'m^3' if pressure else 'm, rad'})"] = path.way[:, k]
+        units = load_units(name)
+        columns[f"{name} ({units.size})"] = path.size[:, k]
+        way = "volume" if units.displacement == "m^3" else "displacement"
+        columns[f"{way} of {name} ({units.displacement})"] = path.way[:, k]
     with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)

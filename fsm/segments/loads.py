@@ -10,7 +10,8 @@ import numpy as np
 from fsm.interactions.applied import add_applied, add_applied_stiffness, applied_power
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.rotation import rotation_matrix
-from fsm.scene.loads import Constant, Load, TimeFunction
+from fsm.load_names import MOMENT, force_name
+from fsm.scene.loads import PART, Constant, Load, TimeFunction
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.time_function import breaks, factor, slope
@@ -38,6 +39,12 @@ class AppliedLoad:
     def full_size(self) -> float:
         """Force (N), or moment (N m) of a load without force, at a factor of 1."""
         return float(np.linalg.norm(self.force) or np.linalg.norm(self.moment))
+
+    @property
+    def called(self) -> str:
+        """Name in results, which tells a moment from a force; parts of a load have the name of the load."""
+        name = self.name.partition(PART)[0]
+        return force_name(name) if self.force.any() else name + MOMENT
 
     def size(self, t: float) -> float:
         """Force (N), or moment (N m) of a load without force."""

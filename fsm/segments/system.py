@@ -17,7 +17,7 @@ from fsm.kernels.newton_euler import (
     motion_energy,
     support_reactions,
 )
-from fsm.scene.loads import PART, Load
+from fsm.scene.loads import Load
 from fsm.segments.configuration import Bodies
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
@@ -86,7 +86,7 @@ class SegmentSystem(SegmentForces):
             occurred[load.name] += 1
             number = f"#{occurred[load.name]}" if occurred[load.name] > 1 else ""
             part = load.size(t), load.moved(first[load.body], poses[load.body]), load.full_size
-            parts.setdefault(load.name.partition(PART)[0] + number, []).append(part)
+            parts.setdefault(load.called + number, []).append(part)
         found = {}
         for name, of in parts.items():
             size, way, weight = np.array(of).T
