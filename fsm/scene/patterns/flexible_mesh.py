@@ -25,4 +25,4 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
     if sheet.kind == "plate":
         return plate_mesh(sheet)
     assert sheet.mesh_size is not None
-    return pattern_mesh(pattern_of(sheet), sheet.mesh_size)
+    return pattern_mesh(pattern_of(sheet), sheet.mesh_size, sheet.mesh_grading[0])

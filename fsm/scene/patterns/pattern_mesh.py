@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, MeshCrease, many
+from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, MeshCrease, graded, many
 from fsm.scene.patterns.facets import facet_frames
 from fsm.scene.patterns.pattern import Pattern
 
@@ -24,14 +24,16 @@ _EQUAL = 1e-9
 """Relative difference below which two diagonals are of one length."""
 
 
-def pattern_mesh(pattern: Pattern, size: float) -> FacetMesh:
+def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0) -> FacetMesh:
     """Mesh of a pattern at its start.
 
     Parameters
     ----------
     pattern : Pattern
     size : m
-        Largest length of the divisions of an edge.
+        Largest length of the divisions of an edge, if they are equal.
+    grading : -
+        Grading of the cells of each facet towards its edges (`graded`).
 
     Raises
     ------
@@ -44,7 +46,7 @@ def pattern_mesh(pattern: Pattern, size: float) -> FacetMesh:
     if count > MOST_TRIANGLES:
         text = f"{size:g} m gives {many(count)} triangles; at most {MOST_TRIANGLES:,} are allowed: use larger cells"
         raise CaseError(Fault("sheet.mesh_size", text))
-    return _Mesher(pattern, fine, divisions).mesh()
+    return _Mesher(pattern, fine, divisions, grading).mesh()
 
 
 def _pair(a: int, b: int) -> tuple[int, int]:
@@ -85,6 +87,7 @@ class _Mesher:
     pattern: Pattern
     fine: Pattern
     divisions: dict[tuple[int, int], int]
+    grading: float
     places: list[np.ndarray] = field(default_factory=list)
     nodes: dict[tuple[int, ...], int] = field(default_factory=dict)
     sectors: dict[tuple[int, int], int] = field(default_factory=dict)
@@ -132,13 +135,18 @@ class _Mesher:
             self.face_of.append(face)
         return self.sectors[face, node]
 
+    def _parts(self, count: int) -> np.ndarray:
+        """Places of the divisions of an edge, from 0 to 1."""
+        return 0.5 * (1.0 + graded(np.linspace(-1.0, 1.0, count + 1), self.grading))
+
     def _side(self, face: int, a: int, b: int) -> list[int]:
         """Sectors of a face along its edge from vertex a to b."""
         low, high = _pair(a, b)
         start, end = self.fine.vertices[low], self.fine.vertices[high]
         count = self.divisions[low, high]
         keys = [(low,), *((low, high, i) for i in range(1, count)), (high,)]
-        line = [self._sector(face, self._node(key, start + (end - start) * i / count)) for i, key in enumerate(keys)]
+        parts = self._parts(count).tolist()
+        line = [self._sector(face, self._node(key, start + (end - start) * x)) for x, key in zip(parts, keys, strict=True)]
         self.of_edge.setdefault((low, high), {})[face] = line
         return line if a < b else line[::-1]
 
@@ -151,9 +159,11 @@ class _Mesher:
         grid[:, 0] = self._side(number, a, b)
         grid[0] = self._side(number, a, c)
         grid[np.arange(count, -1, -1), np.arange(count + 1)] = self._side(number, b, c)
+        parts = self._parts(count)
         for i in range(1, count):
             for j in range(1, count - i):
-                place = pa + (pb - pa) * i / count + (pc - pa) * j / count
+                shares = parts[[count - i - j, i, j]]  # those of an edge have the sum 1
+                place = shares @ np.array([pa, pb, pc]) / shares.sum()
                 grid[i, j] = self._sector(number, self._node((-1, number, i, j), place))
         return grid
 
@@ -165,9 +175,10 @@ class _Mesher:
         grid = np.full((m + 1, n + 1), -1, dtype=np.int64)
         grid[:, 0], grid[:, n] = self._side(number, a, b), self._side(number, d, c)
         grid[0], grid[m] = self._side(number, a, d), self._side(number, b, c)
+        along, across = self._parts(m).tolist(), self._parts(n).tolist()
         for i in range(1, m):
             for j in range(1, n):
-                x, y = i / m, j / n
+                x, y = along[i], across[j]
                 place = (1 - x) * (1 - y) * pa + x * (1 - y) * pb + x * y * pc + (1 - x) * y * pd
                 grid[i, j] = self._sector(number, self._node((-1, number, i, j), place))
         return grid
@@ -234,9 +245,8 @@ class _Mesher:
                 x, y = flat[line[-1]] - flat[line[0]]
                 turned = math.atan2(y, x) - angle[line]
                 directions.append(np.stack([np.cos(turned), np.sin(turned)], axis=-1))
-            count = len(lines[0]) - 1
-            share = np.full(count + 1, 1.0 / count)
-            share[[0, -1]] *= 0.5
+            steps = np.diff(self._parts(len(lines[0]) - 1))
+            share = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
             length = float(np.linalg.norm(self.fine.vertices[b] - self.fine.vertices[a]))
             found.append(MeshCrease(number, np.array(lines).T, np.stack(directions, axis=1), share * length))
         return tuple(found)
