@@ -372,8 +372,10 @@ class Sheet(Model):
             raise ValueError(f'`probe` is for flexible facets only, not for facets = "{self.facets}"; remove `probe`')
         if any(support.clamped or support.mirror for support in self.support):
             raise ValueError(f'`clamped` and `mirror` are for flexible facets only, not for facets = "{self.facets}"')
-        for name in ("mesh_size", "mesh", "mesh_grading"):
-            if name in self.model_fields_set and getattr(self, name) is not None:
+        grading = self.mesh_grading if any(self.mesh_grading) else None
+        own = {"mesh_size": self.mesh_size, "mesh": self.mesh, "mesh_grading": grading}
+        for name, value in own.items():
+            if value is not None:
                 raise ValueError(f'`{name}` is for flexible facets only, not for facets = "{self.facets}"; remove `{name}`')
         if self.bend_stiffness_per_length is not None and self.facets == "rigid":
             raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" and "bars" only; remove this key')
