@@ -73,13 +73,13 @@ class SheetSupport(Model):
 
 
 class SheetPly(Model):
-    """Ply of a laminate, from the lowest to the highest along the normal of a plate.
+    """Ply of a laminate, from the lowest to the highest along the normal of flexible facets.
 
     Attributes
     ----------
     thickness : m
     angle : rad
-        Direction of the fibres, from x towards y.
+        Direction of the fibres, from x towards y of the plate or of the flat pattern.
     young, young_across : Pa
         Along and across the fibres.
     shear : Pa
@@ -269,8 +269,8 @@ class Sheet(Model):
     def _laminate(self) -> Self:
         if not self.ply:
             return self
-        if self.kind != "plate":
-            raise ValueError('`ply` is for kind = "plate", whose x axis is the origin of `angle`; remove `ply`')
+        if self.facets != "flexible":
+            raise ValueError(f'`ply` is for flexible facets only, not for facets = "{self.facets}"; remove `ply`')
         whole = sum(ply.thickness for ply in self.ply)
         if abs(whole - self.thickness) > 1e-6 * whole:
             text = f"the plies are {whole:g} m thick together, but thickness = {self.thickness:g} m; make them equal"

@@ -101,15 +101,15 @@ class _Mesher:
         for number, face in enumerate(self.fine.faces):
             grid = self._triangle(number, face) if len(face) == 3 else self._quadrilateral(number, face)
             self._cells(grid, len(face) == 3)
-        frames = facet_frames(self.fine)
         node_of, face_of = np.array(self.node_of), np.array(self.face_of)
-        positions = np.array(self.places)[node_of]
-        flat = frames.local(face_of, positions)[:, :2]
+        positions, axes = np.array(self.places)[node_of], self._axes()[face_of]
+        first_corner = self.fine.vertices[[face[0] for face in self.fine.faces]][face_of]
+        flat = np.einsum("sij,si->sj", axes, positions - first_corner)
         triangles = np.array(self.triangles)
         angle = self._angles(flat)
         along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         across = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
-        slopes = np.stack([np.einsum("sij,sj->si", frames.axes[face_of][:, :, :2], d) for d in (along, across)], axis=1)
+        slopes = np.stack([np.einsum("sij,sj->si", axes, d) for d in (along, across)], axis=1)
         first: dict[int, int] = {}
         owner = np.array([first.setdefault(node, sector) for sector, node in enumerate(self.node_of)])
         vertices = np.array([first[self.nodes[v,]] for v in range(len(self.fine.vertices))])
@@ -119,6 +119,19 @@ class _Mesher:
             positions, slopes, owner, triangles, flat[triangles], angle[triangles], vertices, facet, self._edges(triangles),
             False, self._creases(flat, angle),
         )  # fmt: skip
+
+    def _axes(self) -> np.ndarray:
+        """Axes in the plane of each face, (n, 3, 2): those of the flat pattern if there is one, for the angles of plies."""
+        axes = facet_frames(self.fine).axes[:, :, :2].copy()
+        if self.fine.flat is None:
+            return axes
+        for number, (a, b, *_) in enumerate(self.fine.faces):
+            x, y = (self.fine.vertices[b] - self.fine.vertices[a]) @ axes[number]
+            u, v = self.fine.flat[b] - self.fine.flat[a]
+            turn = math.atan2(v, u) - math.atan2(y, x)
+            c, s = math.cos(turn), math.sin(turn)
+            axes[number] = axes[number] @ np.array([[c, s], [-s, c]])
+        return axes
 
     # nodes ------------------------------------------------------------------------------------------------------------
 
