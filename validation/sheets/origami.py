@@ -137,9 +137,10 @@ def miura_pop_through(place: Place) -> Iterator[Check]:
     ]  # fmt: skip
     path = _path(_bars("30 deg", support, (61,)), place.out)
     back = int(np.flatnonzero(np.diff(path.way) < 0.0)[0])
-    near = slice(back - 1, back + 2)
-    turn = np.polyfit(path.size[near] - path.size[back], path.way[near], 2)
-    load = -0.5 * turn[1] / turn[0]
+    near = slice(back - 2, back + 3)
+    turn = np.polyfit(path.size[near] - path.size[back], path.way[near], 4)
+    roots = np.roots(np.polyder(turn))
+    load = float(roots[np.argmin(np.abs(roots))].real)
     first = path.limits[0]
     found = {
         "limit load": (first["program_time"], 2.312),
