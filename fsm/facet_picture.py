@@ -1,4 +1,4 @@
-"""Picture of the mesh of flexible facets at the start: triangles, supports, loaded and driven places, probes."""
+"""Picture of the mesh of flexible facets at the start: triangles, creases, supports, loaded and driven places, probes."""
 
 from __future__ import annotations
 
@@ -16,9 +16,17 @@ from fsm.scene.case import Case
 from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.mesh_places import mesh_place
+from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.scene.patterns.pattern import ASSIGNMENTS
 from fsm.scene.sheet import Sheet
 
-__all__ = ["draw_facets"]
+__all__ = ["CREASES", "draw_facets"]
+
+CREASES: dict[str, tuple[str, str, float]] = {
+    "B": ("#000000", "-", 1.2), "M": ("#D55E00", "-", 1.4), "V": ("#0072B2", "--", 1.4), "F": ("#999999", "-", 0.6),
+    "U": ("#CC79A7", "-", 1.2), "C": ("#009E73", "-", 1.2), "J": ("#999999", ":", 1.0),
+}  # fmt: skip
+"""Colour, dashes and width of the edges of each assignment; colours of Okabe and Ito (2008)."""
 
 _MARKS = {
     "support": ("^", "#000000"), "load": ("v", "#D55E00"), "driven": ("o", "#E69F00"), "probe": ("s", "#0072B2"),
@@ -27,7 +35,7 @@ _MARKS = {
 
 
 def draw_facets(case: Case, path: Path) -> None:
-    """Draw the mesh of the flexible facets of a case into a PNG file."""
+    """Draw the mesh of the flexible facets of a case into a PNG, SVG or PDF file."""
     assert case.sheet is not None
     mesh = flexible_mesh(case.sheet)
     figure = Figure(figsize=(8.0, 6.0), dpi=150)
@@ -37,10 +45,7 @@ def draw_facets(case: Case, path: Path) -> None:
     ax.add_collection3d(
         Poly3DCollection(points[mesh.triangles], facecolors="#F4F1E8", edgecolors="#999999", linewidths=0.3, alpha=0.7)
     )
-    creases = [points[crease.sectors[:, 0]] for crease in mesh.creases]
-    if creases:
-        ax.add_collection3d(Line3DCollection(creases, colors="#CC79A7", linewidths=1.4))
-    seen = {}
+    seen = {} if case.sheet.kind == "plate" else _draw_creases(ax, mesh, case.sheet)
     for kind, at in _places(case, case.sheet):
         seen[kind] = _mark(ax, mesh, kind, at)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -51,7 +56,20 @@ def draw_facets(case: Case, path: Path) -> None:
     ax.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)", title=f"{len(mesh.triangles)} triangles at the start")
     figure.legend(handles=list(seen.values()), loc="lower center", ncols=4, fontsize=8, frameon=False)
     with atomic_write(path) as part:
-        figure.savefig(part, format="png")
+        figure.savefig(part, format=path.suffix.removeprefix(".").lower())
+
+
+def _draw_creases(ax: Any, mesh: FacetMesh, sheet: Sheet) -> dict[str, Line2D]:
+    """Draw the creases by their assignments; returns the entries of the legend."""
+    points, letters = 1e3 * mesh.positions, pattern_of(sheet).with_bend_lines(most=4).assignment
+    seen = {}
+    for letter, name in ASSIGNMENTS.items():
+        lines = [points[crease.sectors[:, 0]] for crease in mesh.creases if letters[crease.edge] == letter]
+        if lines:
+            colour, dashes, width = CREASES[letter]
+            ax.add_collection3d(Line3DCollection(lines, colors=colour, linestyles=dashes, linewidths=width))
+            seen[name] = Line2D([], [], color=colour, ls=dashes, lw=width, label=name)
+    return seen
 
 
 def _places(case: Case, sheet: Sheet) -> list[tuple[str, Any]]:

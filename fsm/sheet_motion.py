@@ -16,7 +16,9 @@ from fsm.scene.builders.sheet_joints import rest_angle, sheet_joints
 from fsm.scene.builders.sheet_loads import facet_name
 from fsm.scene.case import Case
 from fsm.scene.load_case import read_case
+from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.facets import facet_frames
+from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.foldability import foldability
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
@@ -31,7 +33,7 @@ _RESISTING = 0.01
 
 
 def vertices_of(solution: Solution) -> Floats:
-    """Positions of the vertices of a sheet at all records, (n, n_vertices, 3), m.
+    """Positions of the vertices of a sheet at all records, (n, n_vertices, 3), m; of the nodes of flexible facets.
 
     Facets that meet in a vertex have the same corner there, except for the opening of their joints; the result is the
     mean.
@@ -45,7 +47,7 @@ def vertices_of(solution: Solution) -> Floats:
     count = len(pattern.vertices)
     assert case.sheet is not None
     if case.sheet.facets == "flexible":
-        raise CaseError("a flexible facet has no single position; use rigid facets or bars")
+        return _nodes_of(solution, flexible_mesh(case.sheet))
     if case.sheet.facets == "bars":
         return np.asarray(solution.q[:, -3 * count :].reshape(-1, count, 3))
     frames = facet_frames(pattern)
@@ -62,6 +64,15 @@ def vertices_of(solution: Solution) -> Floats:
         poses = solution.q[:, 7 * row : 7 * row + 7]
         total[:, corners] += np.array([pose[:3] + local @ rotation_matrix(pose[3:]).T for pose in poses])
     return np.asarray(total / shares[:, None])
+
+
+def _nodes_of(solution: Solution, mesh: FacetMesh) -> Floats:
+    """Positions of the nodes of flexible facets at all records, from the drawn triangles."""
+    if len(mesh.triangles) != solution.shape.shape[1]:
+        raise CaseError("the result does not have the triangles of its case; it may come from another version, run it again")
+    owners, first = np.unique(mesh.owner[mesh.triangles].ravel(), return_index=True)
+    assert np.array_equal(owners, mesh.nodes)
+    return np.asarray(solution.shape[:, first // 3, first % 3], dtype=float)
 
 
 def sheet_of(solution: Solution) -> tuple[Case, Pattern]:

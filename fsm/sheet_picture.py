@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from fsm.errors import CaseError
-from fsm.facet_picture import draw_facets
+from fsm.facet_picture import CREASES, draw_facets
 from fsm.plots.drawing import FORMATS
 from fsm.plots.legend import add_legend_across
 from fsm.plots.space import draw_axes
@@ -26,11 +26,6 @@ from fsm.scene.step_items import loads_of
 
 __all__ = ["draw_sheet"]
 
-_STYLES: dict[str, tuple[str, str, float]] = {
-    "B": ("#000000", "-", 1.2), "M": ("#D55E00", "-", 1.4), "V": ("#0072B2", "--", 1.4), "F": ("#999999", "-", 0.6),
-    "U": ("#CC79A7", "-", 1.2), "C": ("#009E73", "-", 1.2), "J": ("#999999", ":", 1.0),
-}  # fmt: skip
-"""Colour, dashes and width of each letter; colours of Okabe and Ito (2008)."""
 _NUMBERED = 130
 """Largest number of vertices and facets with numbers in the picture."""
 
@@ -65,7 +60,7 @@ def draw_sheet(case: Case, path: str | Path) -> None:
         columns = 1 if pattern.flat is None else 2
         _draw_space(fig.add_subplot(1, columns, columns, projection="3d"), pattern, marks)
         letters = [letter for letter in ASSIGNMENTS if letter in pattern.assignment]
-        styles = [(ASSIGNMENTS[letter], *_STYLES[letter]) for letter in letters]
+        styles = [(ASSIGNMENTS[letter], *CREASES[letter]) for letter in letters]
         handles = [Line2D([], [], color=c, ls=dashes, lw=width, label=name) for name, c, dashes, width in styles]
         roles = {"^": "support", "o": "driven", "s": "loaded"}
         shown = dict.fromkeys((marker, colour) for _, marker, colour in marks)
@@ -108,7 +103,7 @@ def _is_numbered(pattern: Pattern) -> bool:
 
 
 def _draw_flat(ax: Any, pattern: Pattern, flat: np.ndarray, marks: Marks) -> None:
-    for letter, (colour, dashes, width) in _STYLES.items():
+    for letter, (colour, dashes, width) in CREASES.items():
         chosen = [k for k, own in enumerate(pattern.assignment) if own == letter]
         lines = list(flat[pattern.edges[chosen]])
         ax.add_collection(LineCollection(lines, colors=colour, linestyles=dashes, linewidths=width))
@@ -128,7 +123,7 @@ def _draw_space(ax: Any, pattern: Pattern, marks: Marks) -> None:
     points = 1e3 * pattern.vertices
     _draw_marks(ax, pattern, points, marks)
     ax.add_collection3d(Poly3DCollection([points[list(face)] for face in pattern.faces], facecolors="#F4F1E8", alpha=0.7))
-    for letter, (colour, dashes, width) in _STYLES.items():
+    for letter, (colour, dashes, width) in CREASES.items():
         chosen = [k for k, own in enumerate(pattern.assignment) if own == letter]
         if chosen:
             lines = list(points[pattern.edges[chosen]])

@@ -10,6 +10,7 @@ import numpy as np
 
 from fsm.exporters.registry import exporter
 from fsm.results.solution import Floats, Solution
+from fsm.scene.patterns.flexible_mesh import mesh_as_pattern
 from fsm.scene.patterns.pattern import Pattern
 from fsm.sheet_motion import sheet_of, vertices_of
 
@@ -20,7 +21,8 @@ __all__ = ["write_fold"]
 def write_fold(solution: Solution, path: Path) -> None:
     """Write the crease pattern as the first frame, and each record as a folded frame, in m and degrees.
 
-    A pattern without a flat state, for example a tube, has its start as the first frame.
+    A pattern without a flat state, for example a tube, has its start as the first frame. Flexible facets are written by the
+    triangles of their mesh, with bend lines between triangles of one facet.
 
     Raises
     ------
@@ -28,6 +30,8 @@ def write_fold(solution: Solution, path: Path) -> None:
         The result is not that of a sheet, or its case is damaged.
     """
     case, pattern = sheet_of(solution)
+    if case.sheet is not None and case.sheet.facets == "flexible":
+        pattern = mesh_as_pattern(case.sheet)
     flat = pattern.flat
     names = [f"record {number}, {time:.6g} s" for number, time in enumerate(solution.time.tolist(), 1)]
     data: dict[str, Any] = {

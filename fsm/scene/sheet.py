@@ -73,13 +73,13 @@ class SheetSupport(Model):
 
 
 class SheetPly(Model):
-    """Ply of a laminate, from the lowest to the highest along the normal of a plate.
+    """Ply of a laminate, from the lowest to the highest along the normal of flexible facets.
 
     Attributes
     ----------
     thickness : m
     angle : rad
-        Direction of the fibres, from x towards y.
+        Direction of the fibres, from x towards y of the plate or of the flat pattern.
     young, young_across : Pa
         Young's moduli along and across the fibres.
     shear : Pa
@@ -217,7 +217,7 @@ class Sheet(Model):
         mesh.
     mesh_grading : -
         Grading of the cells of a plate towards both ends of its length and of its width, or of radius and circumference;
-        0: uniform, 1: strongest.
+        of other sheets twice the same number, for the cells of each facet towards its edges. 0: uniform, 1: strongest.
     probe : points whose displacements are in the summary
     ply : plies of a laminate, from the lowest to the highest along the normal
     thickness : m
@@ -270,8 +270,8 @@ class Sheet(Model):
     def _laminate(self) -> Self:
         if not self.ply:
             return self
-        if self.kind != "plate":
-            raise ValueError('`ply` is for kind = "plate", whose x axis is the origin of `angle`; remove `ply`')
+        if self.facets != "flexible":
+            raise ValueError(f'`ply` is for flexible facets only, not for facets = "{self.facets}"; remove `ply`')
         whole = sum(ply.thickness for ply in self.ply)
         if abs(whole - self.thickness) > 1e-6 * whole:
             text = f"the plies are {whole:g} m thick together, but thickness = {self.thickness:g} m; make them equal"
@@ -342,9 +342,11 @@ class Sheet(Model):
     @model_validator(mode="after")
     def _plate(self) -> Self:
         if self.kind != "plate":
-            if self.mesh is not None or self.mesh_shift or any(self.mesh_grading):
-                text = '`mesh`, `mesh_shift` and `mesh_grading` are for kind = "plate"; give `mesh_size` for other sheets'
-                raise ValueError(text)
+            if self.mesh is not None or self.mesh_shift:
+                raise ValueError('`mesh` and `mesh_shift` are for kind = "plate"; give `mesh_size` for other sheets')
+            if self.mesh_grading[0] != self.mesh_grading[1]:
+                text = f"mesh_grading = {list(self.mesh_grading)} must have two equal numbers, as facets are graded"
+                raise ValueError(f'{text} towards all their edges; only kind = "plate" has two directions')
             return self
         if self.facets != "flexible":
             raise ValueError('kind = "plate" is one facet; give facets = "flexible"')
@@ -372,8 +374,10 @@ class Sheet(Model):
             raise ValueError(f'`probe` is for flexible facets only, not for facets = "{self.facets}"; remove `probe`')
         if any(support.clamped or support.mirror for support in self.support):
             raise ValueError(f'`clamped` and `mirror` are for flexible facets only, not for facets = "{self.facets}"')
-        for name in ("mesh_size", "mesh"):
-            if getattr(self, name) is not None:
+        grading = self.mesh_grading if any(self.mesh_grading) else None
+        own = {"mesh_size": self.mesh_size, "mesh": self.mesh, "mesh_grading": grading}
+        for name, value in own.items():
+            if value is not None:
                 raise ValueError(f'`{name}` is for flexible facets only, not for facets = "{self.facets}"; remove `{name}`')
         if self.bend_stiffness_per_length is not None and self.facets == "rigid":
             raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" and "bars" only; remove this key')

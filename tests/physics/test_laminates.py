@@ -12,7 +12,9 @@ import pytest
 import fsm
 from fsm.errors import CaseError
 from fsm.scene.laminate import laminate_of
-from fsm.scene.sheet import SheetPly
+from fsm.scene.patterns.flexible_mesh import flexible_mesh
+from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.scene.sheet import Sheet, SheetPly
 
 PLY = {"young": 140e9, "young_across": 10e9, "shear": 5e9, "poisson": 0.3}
 SIDE, DENSITY = 0.2, 1600.0
@@ -56,6 +58,51 @@ def test_isotropic_plies_are_an_isotropic_plate(tmp_path: Path) -> None:
     plies = [isotropic | {"thickness": 2.5e-4, "angle": angle} for angle in (0.3, -1.1, 0.7, 2.0)]
     found = frequencies(plate(plies, 4), tmp_path)
     np.testing.assert_allclose(found, frequencies(plate([], 4), tmp_path), rtol=1e-6)
+
+
+def test_plies_of_a_pattern_have_angles_in_its_flat_state() -> None:
+    """Corners of all triangles of a folded Miura sheet have the places of the flat pattern, up to a translation."""
+    sheet = {
+        "kind": "miura", "columns": 3, "rows": 2, "a": 0.1, "b": 0.08, "sector_angle": 1.0, "fold_angle": 0.7,
+        "facets": "flexible", "mesh_size": 0.2, "thickness": 2.5e-4, "ply": [PLY | {"thickness": 2.5e-4, "angle": 0.3}],
+    }  # fmt: skip
+    made = Sheet.model_validate(sheet)
+    mesh, pattern = flexible_mesh(made), pattern_of(made)
+    vertex = np.argmin(np.linalg.norm(mesh.positions[:, None] - pattern.vertices, axis=2), axis=1)
+    for triangle, plane in zip(mesh.triangles, mesh.plane, strict=True):
+        np.testing.assert_allclose(np.diff(plane, axis=0), np.diff(pattern.flat[vertex[triangle]], axis=0), atol=1e-12)
+
+
+def test_folded_strip_of_plies(tmp_path: Path) -> None:
+    """A zigzag strip bends along x: plies without contraction have the force of an isotropic sheet with their D11."""
+    sheet = {
+        "kind": "zigzag", "columns": 4, "a": 0.08, "b": 0.01, "fold_angle": "60 deg", "facets": "flexible",
+        "mesh_size": 0.02, "thickness": 3e-4, "support": [{"at": "facet 1"}],
+    }  # fmt: skip
+    case = {
+        "crease": {"stiffness_per_length": 0.2}, "solve": {"method": "static"}, "save": {"every": 0.01},
+        "drive": [{"edge": "right", "direction": [1, 0, 0], "speed": 1e-3, "travel": 0.02}],
+    }  # fmt: skip
+
+    def force(young: float, **plies: Any) -> float:
+        data = case | {"sheet": sheet | plies, "material": {"young": young, "poisson": 0.0, "density": DENSITY}}
+        return float(fsm.load(data, folder=tmp_path).run(tmp_path / "out", figures=False).summary["final_force"])
+
+    along, across = 20e9, 5e9
+    ply = {"young": along, "young_across": across, "poisson": 0.0, "thickness": 3e-4}
+    assert force(along, ply=[ply | {"shear": along / 2.0}]) == pytest.approx(force(along), rel=2e-3)
+    turned = ply | {"shear": across / 2.0, "angle": "90 deg"}
+    assert force(along, ply=[turned]) == pytest.approx(force(across), rel=2e-3)
+
+
+def test_tubes_have_no_flat_pattern_for_plies() -> None:
+    sheet = {
+        "kind": "kresling", "sides": 6, "rows": 1, "radius": 0.1, "height": 0.1, "twist": 0.5, "facets": "flexible",
+        "mesh_size": 0.05, "thickness": 2.5e-4, "ply": [PLY | {"thickness": 2.5e-4}],
+    }  # fmt: skip
+    data = {"sheet": sheet, "material": {"young": 70e9, "density": DENSITY}, "crease": {"stiffness_per_length": 0.1}}
+    with pytest.raises(CaseError, match="the angles of plies need a flat pattern"):
+        fsm.load(data | {"solve": {"method": "static", "end_time": 1.0}}, folder=Path.cwd()).check()
 
 
 def test_off_axis_modulus() -> None:

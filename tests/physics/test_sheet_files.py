@@ -75,6 +75,22 @@ def test_folded_pattern_and_motion_are_read_back(name: str, changes: list[str], 
         np.testing.assert_allclose(np.sort(flat.lengths), np.sort(pattern.lengths), rtol=1e-9)
 
 
+def test_flexible_facets_are_written_by_their_triangles(tmp_path: Path) -> None:
+    """Nodes and creases of the mesh at each record; the nodes of the driven edge move by the travel."""
+    changes = ["sheet.columns=2", "sheet.rows=2", "drive.0.travel=0.2", "save.every=0.1"]
+    solution, pattern, text = exported("miura_push", [*changes, "sheet.facets=flexible", "sheet.mesh_size=1.0"], tmp_path)
+    start, last = (read_fold(text, None, number) for number in (1, len(solution)))
+    assert len(start.faces) == 4 * 2 * 2 * 2
+    assert sum(start.lengths[[letter in "MV" for letter in start.assignment]]) == pytest.approx(
+        sum(pattern.lengths[pattern.creases]), rel=1e-6
+    )
+    x = start.vertices[:, 0]
+    moved = vertices_of(solution)[-1] - vertices_of(solution)[0]
+    np.testing.assert_allclose(moved[x < 1e-6, 0], 0.0, atol=1e-9)  # held
+    assert moved[x > x.max() - 1e-6, 0].mean() == pytest.approx(-0.2, rel=1e-2)  # driven by springs
+    np.testing.assert_allclose(last.vertices, vertices_of(solution)[-1], atol=1e-12)
+
+
 def test_flat_pattern_is_read_back_with_its_fold_angles(tmp_path: Path) -> None:
     solution, pattern, text = exported("fold_file", FLAT, tmp_path)
     read = read_fold(text, None, 0)

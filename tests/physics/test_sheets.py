@@ -11,7 +11,7 @@ from scipy.optimize import fsolve
 
 import fsm
 from fsm.analyses.choose import analysis_of
-from fsm.errors import CaseError
+from fsm.errors import CaseError, NotConverged
 from fsm.run import run_case
 from fsm.scene.builders import sheet as builder
 from fsm.scene.builders.scene import build_scene
@@ -20,36 +20,9 @@ from fsm.scene.load_case import load_case
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.segments.actuators import ActuatorGroup
 from fsm.solve.newton import equilibrium
+from validation.sheets.origami import miura_force
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "miura_push" / "case.toml"
-
-
-def miura_force(
-    shortening: float, columns: int, rows: int, a: float, b: float, sector: float, start: float, stiffness: float
-) -> float:
-    """Force dU/dX of a Miura sheet with one degree of freedom, from the formulas of Schenk and Guest (2013)."""
-
-    def length(fold: float) -> float:
-        tangent = math.cos(fold) * math.tan(sector)
-        return columns * b * tangent / math.sqrt(1.0 + tangent * tangent)
-
-    def angles(fold: float) -> tuple[float, float]:
-        flat = math.sqrt(1.0 - (math.sin(fold) * math.sin(sector)) ** 2)
-        return 2.0 * fold, 2.0 * math.asin(math.sin(fold) * math.cos(sector) / flat)
-
-    def energy(fold: float) -> float:
-        lengths = columns * (rows - 1) * b, rows * (columns - 1) * a
-        turned = zip(lengths, angles(fold), angles(start), strict=True)
-        return 0.5 * stiffness * sum(along * (now - before) ** 2 for along, now, before in turned)
-
-    low, high = start, 0.5 * math.pi
-    for _ in range(80):
-        fold = 0.5 * (low + high)
-        low, high = (fold, high) if length(start) - length(fold) < shortening else (low, fold)
-    weights, h = (1.0, -8.0, 8.0, -1.0), 1e-3
-    places = [fold + step * h for step in (-2.0, -1.0, 1.0, 2.0)]
-    slope = sum(w * energy(place) for w, place in zip(weights, places, strict=True))
-    return -slope / sum(w * length(place) for w, place in zip(weights, places, strict=True))
 
 
 def curve(folder: Path) -> np.ndarray:
@@ -402,6 +375,16 @@ def test_rigid_facets_that_cannot_follow_a_drive(tmp_path: Path) -> None:
     summary = run_case(load_case(case), tmp_path / "out", progress=False)
     assert any("its rigid facets cannot follow this motion" in warning for warning in summary["warnings"])
     assert summary["joint_opening"] > 1e-4
+
+
+def test_a_vertex_that_does_not_move_cannot_be_driven(tmp_path: Path) -> None:
+    """Vertex 5 belongs to the fixed facet; the springs of its drive count as joints that open."""
+    template = Path(fsm.__file__).parent / "commands" / "templates" / "pattern.toml"
+    drive = "drive=[{at='vertex 5', direction=[1, 0, 0], guide=false, speed='1 mm/s', travel='12 mm'}]"
+    changes = ["sheet.fold_to=none", "sheet.fold=0.5", "sheet.facets=rigid", drive, "solve.end_time=none", "save=none"]
+    case = load_case(template, changes)
+    with pytest.raises(NotConverged, match="the drive pulls beyond the reach of the structure"):
+        run_case(case, tmp_path, progress=False, figures=False)
 
 
 def test_a_long_chain_of_facets(tmp_path: Path) -> None:

@@ -263,3 +263,18 @@ def test_random_lines_cover_their_square() -> None:
         assert sum(areas) == pytest.approx(1.0, abs=1e-12)
         used = {v for face in pattern.faces for v in face}
         assert len(used) - len(pattern.edges) + len(pattern.faces) == 1
+
+
+def test_order_of_a_fold_file_is_kept() -> None:
+    """Vertices, edges and faces have the numbers of the file, whatever their order."""
+    at = [[60, 60], [0, 0], [30, 60], [30, 0], [60, 0], [0, 60]]
+    edges = [[2, 3], [0, 2], [1, 3], [3, 4], [4, 0], [2, 5], [5, 1]]
+    data = {
+        "vertices_coords": at, "edges_vertices": edges, "edges_assignment": [*"VBBBBBB"],
+        "faces_vertices": [[3, 4, 0, 2], [1, 3, 2, 5]], "frame_unit": "mm",
+    }  # fmt: skip
+    pattern = read_fold(json.dumps(data), None)
+    np.testing.assert_allclose(pattern.vertices[:, :2], 1e-3 * np.array(at), atol=1e-12)
+    assert [set(edge) for edge in pattern.edges.tolist()] == [set(edge) for edge in edges]
+    assert [set(face) for face in pattern.faces] == [{0, 2, 3, 4}, {1, 2, 3, 5}]
+    assert pattern.assignment == tuple("VBBBBBB") and pattern.groups["right"] == (0, 4)

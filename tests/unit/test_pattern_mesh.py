@@ -32,10 +32,11 @@ def case(**sheet: Any) -> Case:
     )
 
 
+@pytest.mark.parametrize("grading", [0.0, 1.0])
 @pytest.mark.parametrize("kind", list(KINDS))
-def test_mesh_of_a_pattern(kind: str) -> None:
+def test_mesh_of_a_pattern(kind: str, grading: float) -> None:
     """All triangles are counter-clockwise and fill the faces; nodes are common, and the start has no force."""
-    data = case(kind=kind, **KINDS[kind])
+    data = case(kind=kind, mesh_grading=[grading, grading], **KINDS[kind])
     assert data.sheet is not None
     mesh, pattern = build_scene(data).facets.mesh, pattern_of(data.sheet)
     along = np.roll(mesh.plane, -1, axis=1) - mesh.plane
@@ -99,3 +100,20 @@ def test_polygons_are_divided() -> None:
 def test_too_fine_a_mesh_is_refused() -> None:
     with pytest.raises(CaseError, match="at most 100,000 are allowed"):
         build_scene(case(kind="zigzag", **KINDS["zigzag"] | {"mesh_size": 1e-4}))
+
+
+def test_graded_mesh_of_a_pattern() -> None:
+    """Divisions of a graded crease follow a sine, and each node has half of the divisions beside it."""
+    data = case(kind="miura", mesh_grading=[1.0, 1.0], **(KINDS["miura"] | {"mesh_size": 0.025}))
+    mesh = build_scene(data).facets.mesh
+    crease = max(mesh.creases, key=lambda one: len(one.sectors))
+    places = mesh.positions[crease.sectors[:, 0]]
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    ends = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, len(places)))
+    np.testing.assert_allclose(steps, 0.5 * np.diff(ends) * steps.sum(), rtol=1e-9)
+    np.testing.assert_allclose(crease.lengths, 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps)), rtol=1e-9)
+
+
+def test_directions_of_grading_are_for_plates() -> None:
+    with pytest.raises(ValueError, match=r"mesh_grading = \[1.0, 0.0\] must have two equal numbers"):
+        case(kind="miura", mesh_grading=[1.0, 0.0], **KINDS["miura"])

@@ -216,17 +216,18 @@ def number(value: float | str) -> str:
 def show(found: Iterable[Check | NotCompared]) -> int:
     """Print a table as the checks come; 1 if one is red, for an exit code."""
     red = 0
-    print("| check | value | reference | error | allowed | | detail |")
-    print("|---|---|---|---|---|---|---|")
+    print("| check | case | value | reference | source | error | allowed | | detail |")
+    print("|---" * 9 + "|")
     for check in found:
         if isinstance(check, NotCompared):
-            print(f"| {check.name} | | not compared | | | | {check.reason} |", flush=True)
+            print(f"| {check.name} | | | not compared | {check.source} | | | | {check.reason} |", flush=True)
             continue
         red += not check.passed
         numbers = "| |" if check.kind == "said" else f"| {check.error:.2e} | {check.tolerance:g} |"
         unit = f" {check.unit}" if check.unit else ""
+        reference = f"{number(check.reference)} | {check.source}"
         print(
-            f"| {check.name} | {number(check.value)}{unit} | {number(check.reference)} {numbers} "
+            f"| {check.name} | {check.what} | {number(check.value)}{unit} | {reference} {numbers} "
             f"{'ok' if check.passed else 'RED'} | {' '.join(filter(None, (check.told, check.detail)))} |",
             flush=True,
         )

@@ -57,11 +57,14 @@ def build_flexible(case: Case) -> Scene:
 
 
 def _laminate(case: Case) -> Laminate | None:
-    """Stiffness of the plies of a plate; None without plies."""
+    """Stiffness of the plies of a sheet; None without plies."""
     assert case.sheet is not None and case.material is not None
     plies = case.sheet.ply
     if not plies:
         return None
+    if case.sheet.kind != "plate" and pattern_of(case.sheet).flat is None:
+        text = "the angles of plies need a flat pattern, and this sheet has none; remove `ply`, or give the flat pattern"
+        raise CaseError(Fault("sheet.ply", text))
     found = laminate_of(plies, case.material.density)
     largest = float(np.abs(found.coupling).max())
     if largest > _SYMMETRIC * float(np.abs(found.stretch).max()) * case.sheet.thickness:

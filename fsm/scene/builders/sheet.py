@@ -268,6 +268,7 @@ class _Attachment(NamedTuple):
                     axes_inner=tuple(inner.tolist()),
                     axes_outer=tuple(quaternions(turn[None])[0].tolist()),
                     translation=(stiffness[0], stiffness[1], stiffness[2]),
+                    kind="joint" if body == GROUND else "drive",
                 )
             )
         return found

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["MOST_TRIANGLES", "FacetMesh", "MeshCrease", "MeshPoint", "facet_vectors", "many"]
+__all__ = ["MOST_TRIANGLES", "FacetMesh", "MeshCrease", "MeshPoint", "facet_vectors", "graded", "many"]
 
 MOST_TRIANGLES = 100_000
 """Largest number of triangles of a sheet."""
@@ -30,6 +30,11 @@ _GAUSS = 0.5 - 0.5 / np.sqrt(3.0)
 def many(number: int) -> str:
     """Text of a number with commas; very large numbers in scientific notation."""
     return f"{number:,}" if number < _LONG else "10^" + str(len(str(number)) - 1)
+
+
+def graded(place: np.ndarray, grading: float | np.ndarray) -> np.ndarray:
+    """Places from -1 to 1 of a uniform mesh, moved towards both ends: (1 - g) x + g sin(pi x/2) with the grading g."""
+    return np.asarray((1.0 - grading) * place + grading * np.sin(0.5 * np.pi * place))
 
 
 class MeshPoint(NamedTuple):

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
+
+import numpy as np
 
 from fsm.errors import CaseError
 from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.pattern_mesh import pattern_mesh
 from fsm.scene.patterns.plates import plate_mesh
 from fsm.scene.sheet import Sheet
 
-__all__ = ["flexible_mesh", "mesh_of_result"]
+__all__ = ["flexible_mesh", "mesh_as_pattern", "mesh_of_result"]
 
 
 @lru_cache(maxsize=4)
@@ -28,7 +32,31 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
     if sheet.kind == "plate":
         return plate_mesh(sheet)
     assert sheet.mesh_size is not None
-    return pattern_mesh(pattern_of(sheet), sheet.mesh_size)
+    return pattern_mesh(pattern_of(sheet), sheet.mesh_size, sheet.mesh_grading[0])
+
+
+def mesh_as_pattern(sheet: Sheet) -> Pattern:
+    """Pattern whose facets are the triangles of the mesh; edges inside of a facet are bend lines.
+
+    The vertices are the nodes in the order of `FacetMesh.nodes`. The pattern is flat if the sheet starts flat.
+    """
+    pattern, mesh = pattern_of(sheet), flexible_mesh(sheet)
+    number = np.full(len(mesh.owner), -1)
+    number[mesh.nodes] = np.arange(len(mesh.nodes))
+    number = number[mesh.owner]
+    vertices = mesh.positions[mesh.nodes]
+    flat = None if pattern.flat is None or np.ptp(vertices[:, 2]) else vertices[:, :2]
+    fine = Pattern.of_faces(vertices, [tuple(face) for face in number[mesh.triangles].tolist()], flat)
+    letters = ["B" if face < 0 else "J" for face in fine.edge_faces.min(axis=1).tolist()]
+    target = np.zeros(len(letters))
+    edges = {frozenset(pair): k for k, pair in enumerate(fine.edges.tolist())}
+    coarse = pattern.with_bend_lines(most=4)
+    for crease in mesh.creases:
+        nodes = number[crease.sectors[:, 0]].tolist()
+        for pair in pairwise(nodes):
+            letters[edges[frozenset(pair)]] = coarse.assignment[crease.edge]
+            target[edges[frozenset(pair)]] = coarse.target[crease.edge]
+    return fine.assigned(letters, target)
 
 
 def mesh_of_result(case: Mapping[str, Any], triangles: int) -> FacetMesh | None:

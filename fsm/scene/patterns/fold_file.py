@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -161,9 +162,35 @@ def _flat(frame: Mapping[str, Any], scale: float | None) -> Pattern:
     pattern = planar_pattern(lines, _scale(frame, scale), split=False, tolerance=_NEAR)
     scale = _scale(frame, scale)
     _check_edges(pattern, lines, scale)
-    if frame.get("faces_vertices") is not None:
-        _check_faces(pattern, _faces(frame, len(points)), points[:, :2] * scale)
-    return pattern
+    faces = None if frame.get("faces_vertices") is None else _faces(frame, len(points))
+    if faces is not None:
+        _check_faces(pattern, faces, points[:, :2] * scale)
+    return _in_order(pattern, points[:, :2] * scale, [line[:2] for line in _edges(frame, len(points))], faces)
+
+
+def _in_order(pattern: Pattern, points: np.ndarray, edges: list[tuple[int, int]], faces: list[list[int]] | None) -> Pattern:
+    """Pattern with its vertices, edges and faces in the order of the file."""
+    from scipy.spatial import KDTree
+
+    assert pattern.flat is not None
+    listed = KDTree(pattern.flat).query(points)[1].tolist()  # vertex of the pattern of each vertex of the file
+    before = list(dict.fromkeys(listed))
+    number = {old: new for new, old in enumerate(before)}
+
+    def place(pairs: list[frozenset[int]], wanted: list[frozenset[int]]) -> list[int]:
+        rank = {pair: k for k, pair in reversed([*enumerate(wanted)])}
+        return sorted(range(len(pairs)), key=lambda k: rank.get(pairs[k], len(wanted)))
+
+    rows = place([frozenset(pair) for pair in pattern.edges.tolist()], [frozenset((listed[u], listed[v])) for u, v in edges])
+    known = [frozenset(face) for face in pattern.faces]
+    order = list(range(len(known))) if faces is None else place(known, [frozenset(listed[v] for v in f) for f in faces])
+    renumbered = np.array([number[v] for v in range(len(pattern.vertices))])
+    return replace(
+        pattern, vertices=pattern.vertices[before], flat=pattern.flat[before], edges=renumbered[pattern.edges[rows]],
+        assignment=tuple(pattern.assignment[k] for k in rows), target=pattern.target[rows],
+        faces=tuple(tuple(number[v] for v in pattern.faces[k]) for k in order),
+        groups={name: tuple(sorted(number[v] for v in group)) for name, group in pattern.groups.items()},
+    )  # fmt: skip
 
 
 def _check_edges(pattern: Pattern, lines: list[Line], scale: float) -> None:

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, MeshCrease, many
+from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, MeshCrease, graded, many
 from fsm.scene.patterns.facets import facet_frames
 from fsm.scene.patterns.pattern import Pattern
 
@@ -25,14 +25,16 @@ _EQUAL = 1e-9
 """Relative difference below which two diagonals are of one length."""
 
 
-def pattern_mesh(pattern: Pattern, size: float) -> FacetMesh:
+def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0) -> FacetMesh:
     """Mesh of a pattern at its start.
 
     Parameters
     ----------
     pattern : Pattern
     size : m
-        Largest length of the divisions of an edge.
+        Largest length of the divisions of an edge, if they are equal.
+    grading : -
+        Grading of the cells of each facet towards its edges (`graded`).
 
     Raises
     ------
@@ -45,7 +47,7 @@ def pattern_mesh(pattern: Pattern, size: float) -> FacetMesh:
     if count > MOST_TRIANGLES:
         text = f"{size:g} m gives {many(count)} triangles; at most {MOST_TRIANGLES:,} are allowed: use larger cells"
         raise CaseError(Fault("sheet.mesh_size", text))
-    return _Mesher(pattern, fine, divisions).mesh()
+    return _Mesher(pattern, fine, divisions, grading).mesh()
 
 
 def _pair(a: int, b: int) -> tuple[int, int]:
@@ -86,6 +88,7 @@ class _Mesher:
     pattern: Pattern
     fine: Pattern
     divisions: dict[tuple[int, int], int]
+    grading: float
     places: list[np.ndarray] = field(default_factory=list)
     nodes: dict[tuple[int, ...], int] = field(default_factory=dict)
     sectors: dict[tuple[int, int], int] = field(default_factory=dict)
@@ -99,15 +102,15 @@ class _Mesher:
         for number, face in enumerate(self.fine.faces):
             grid = self._triangle(number, face) if len(face) == 3 else self._quadrilateral(number, face)
             self._cells(grid, len(face) == 3)
-        frames = facet_frames(self.fine)
         node_of, face_of = np.array(self.node_of), np.array(self.face_of)
-        positions = np.array(self.places)[node_of]
-        flat = frames.local(face_of, positions)[:, :2]
+        positions, axes = np.array(self.places)[node_of], self._axes()[face_of]
+        first_corner = self.fine.vertices[[face[0] for face in self.fine.faces]][face_of]
+        flat = np.einsum("sij,si->sj", axes, positions - first_corner)
         triangles = np.array(self.triangles)
         angle = self._angles(flat)
         along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         across = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
-        slopes = np.stack([np.einsum("sij,sj->si", frames.axes[face_of][:, :, :2], d) for d in (along, across)], axis=1)
+        slopes = np.stack([np.einsum("sij,sj->si", axes, d) for d in (along, across)], axis=1)
         first: dict[int, int] = {}
         owner = np.array([first.setdefault(node, sector) for sector, node in enumerate(self.node_of)])
         vertices = np.array([first[self.nodes[v,]] for v in range(len(self.fine.vertices))])
@@ -117,6 +120,19 @@ class _Mesher:
             positions, slopes, owner, triangles, flat[triangles], angle[triangles], vertices, facet, self._edges(triangles),
             False, self._creases(flat, angle),
         )  # fmt: skip
+
+    def _axes(self) -> np.ndarray:
+        """Axes in the plane of each face, (n, 3, 2): those of the flat pattern if there is one, for the angles of plies."""
+        axes = facet_frames(self.fine).axes[:, :, :2].copy()
+        if self.fine.flat is None:
+            return axes
+        for number, (a, b, *_) in enumerate(self.fine.faces):
+            x, y = (self.fine.vertices[b] - self.fine.vertices[a]) @ axes[number]
+            u, v = self.fine.flat[b] - self.fine.flat[a]
+            turn = math.atan2(v, u) - math.atan2(y, x)
+            c, s = math.cos(turn), math.sin(turn)
+            axes[number] = axes[number] @ np.array([[c, s], [-s, c]])
+        return axes
 
     # nodes ------------------------------------------------------------------------------------------------------------
 
@@ -133,13 +149,18 @@ class _Mesher:
             self.face_of.append(face)
         return self.sectors[face, node]
 
+    def _parts(self, count: int) -> np.ndarray:
+        """Places of the divisions of an edge, from 0 to 1."""
+        return 0.5 * (1.0 + graded(np.linspace(-1.0, 1.0, count + 1), self.grading))
+
     def _side(self, face: int, a: int, b: int) -> list[int]:
         """Sectors of a face along its edge from vertex a to b."""
         low, high = _pair(a, b)
         start, end = self.fine.vertices[low], self.fine.vertices[high]
         count = self.divisions[low, high]
         keys = [(low,), *((low, high, i) for i in range(1, count)), (high,)]
-        line = [self._sector(face, self._node(key, start + (end - start) * i / count)) for i, key in enumerate(keys)]
+        parts = self._parts(count).tolist()
+        line = [self._sector(face, self._node(key, start + (end - start) * x)) for x, key in zip(parts, keys, strict=True)]
         self.of_edge.setdefault((low, high), {})[face] = line
         return line if a < b else line[::-1]
 
@@ -152,9 +173,11 @@ class _Mesher:
         grid[:, 0] = self._side(number, a, b)
         grid[0] = self._side(number, a, c)
         grid[np.arange(count, -1, -1), np.arange(count + 1)] = self._side(number, b, c)
+        parts = self._parts(count)
         for i in range(1, count):
             for j in range(1, count - i):
-                place = pa + (pb - pa) * i / count + (pc - pa) * j / count
+                shares = parts[[count - i - j, i, j]]  # those of an edge have the sum 1
+                place = shares @ np.array([pa, pb, pc]) / shares.sum()
                 grid[i, j] = self._sector(number, self._node((-1, number, i, j), place))
         return grid
 
@@ -166,9 +189,10 @@ class _Mesher:
         grid = np.full((m + 1, n + 1), -1, dtype=np.int64)
         grid[:, 0], grid[:, n] = self._side(number, a, b), self._side(number, d, c)
         grid[0], grid[m] = self._side(number, a, d), self._side(number, b, c)
+        along, across = self._parts(m).tolist(), self._parts(n).tolist()
         for i in range(1, m):
             for j in range(1, n):
-                x, y = i / m, j / n
+                x, y = along[i], across[j]
                 place = (1 - x) * (1 - y) * pa + x * (1 - y) * pb + x * y * pc + (1 - x) * y * pd
                 grid[i, j] = self._sector(number, self._node((-1, number, i, j), place))
         return grid
@@ -237,9 +261,8 @@ class _Mesher:
                 x, y = flat[line[-1]] - flat[line[0]]
                 turned = math.atan2(y, x) - angle[line]
                 directions.append(np.stack([np.cos(turned), np.sin(turned)], axis=-1))
-            count = len(lines[0]) - 1
-            share = np.full(count + 1, 1.0 / count)
-            share[[0, -1]] *= 0.5
+            steps = np.diff(self._parts(len(lines[0]) - 1))
+            share = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
             length = float(np.linalg.norm(self.fine.vertices[b] - self.fine.vertices[a]))
             found.append(MeshCrease(number, np.array(lines).T, np.stack(directions, axis=1), share * length))
         return tuple(found)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, many
+from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, graded, many
 from fsm.scene.sheet import Sheet
 
 __all__ = ["annulus_mesh", "disc_mesh", "plate_mesh", "rectangle_mesh"]
@@ -197,7 +197,7 @@ def _displacements(sheet: Sheet, mesh: tuple[int, int], sides: tuple[float, floa
     """Displacements of the nodes from a uniform mesh; None: none.
 
     Inner nodes are displaced at random by at most a part of a cell; the same mesh always has the same displacements.
-    Then the coordinate x along each side, from -1 to 1, becomes (1 - g) x + g sin(pi x/2) with the grading g.
+    Then coordinates from -1 to 1 along each side are `graded`.
     """
     if not sheet.mesh_shift and not any(sheet.mesh_grading):
         return None
@@ -207,6 +207,4 @@ def _displacements(sheet: Sheet, mesh: tuple[int, int], sides: tuple[float, floa
         random = np.random.default_rng(mesh).uniform(-sheet.mesh_shift, sheet.mesh_shift, moved.shape)
         random[[0, -1]] = random[:, [0, -1]] = 0.0
         moved += random * (2.0 / np.array(mesh))
-    grading = np.array(sheet.mesh_grading)
-    moved = (1.0 - grading) * moved + grading * np.sin(0.5 * np.pi * moved)
-    return np.asarray(0.5 * (moved - uniform) * np.array(sides))
+    return np.asarray(0.5 * (graded(moved, np.array(sheet.mesh_grading)) - uniform) * np.array(sides))
