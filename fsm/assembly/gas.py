@@ -27,6 +27,9 @@ __all__ = ["Gases", "GasState", "Supply", "nozzle"]
 _STAGE = 1.0 - math.sqrt(0.5)
 _LAMINAR = 0.999
 """Ratio of pressures above which the flow is proportional to their difference."""
+_PIECES = 4.0
+"""Parts of a step for each change of a mass or energy by itself."""
+_MOST_PIECES = 1000
 _NEWTON = 30
 _TOLERANCE = 1e-13
 
@@ -247,19 +250,31 @@ class Gases:
         if step == 0.0:
             now = self._rates(t, volume, start, [supply.flow(t) for supply in self.supplies])[0]
             return start[:count], start[count:], np.zeros((2, count, count)), now.reshape(2, count)
-        part = _STAGE * step
-        middle = begin + part
-        masses = [np.array([supply.mass(time) for supply in self.supplies]) for time in (begin, middle, t)]
-        first = (masses[1] - masses[0]) / part
-        second = (masses[2] - masses[0] - (1.0 - _STAGE) * step * first) / part
-        between = before + _STAGE * (volume - before)
-        y, rates, by_y, by_v = self._stage(middle, between, start, part, first)
-        dy = np.linalg.solve(np.eye(2 * count) - part * by_y, part * _STAGE * by_v)
-        drates = by_y @ dy + _STAGE * by_v
-        rest = (1.0 - _STAGE) * step
-        y, rates, by_y, by_v = self._stage(t, volume, start + rest * rates, part, second)
-        dy = np.linalg.solve(np.eye(2 * count) - part * by_y, rest * drates + part * by_v)
+        y, dy, pieces = start, np.zeros((2 * count, count)), self._pieces(t, before, step)
+        for piece in range(pieces):
+            h, at = step / pieces, begin + piece / pieces * step
+            part, rest = _STAGE * h, (1.0 - _STAGE) * h
+            given = [np.array([supply.mass(time) for supply in self.supplies]) for time in (at, at + part, at + h)]
+            first = (given[1] - given[0]) / part
+            second = (given[2] - given[0] - rest * first) / part
+            ways = (piece + _STAGE) / pieces, (piece + 1.0) / pieces
+            _, rates, by_y, by_v = self._stage(at + part, before + ways[0] * (volume - before), y, part, first)
+            done = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[0] * by_v)
+            dy = dy + rest * (by_y @ done + ways[0] * by_v)
+            y, rates, by_y, by_v = self._stage(
+                at + h, before + ways[1] * (volume - before), y + rest * rates, part, second
+            )
+            dy = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[1] * by_v)
         return y[:count], y[count:], dy.reshape(2, count, count), rates.reshape(2, count)
+
+    def _pieces(self, t: float, volume: np.ndarray, step: float) -> int:
+        """Number of parts of a step in which masses and energies change by a moderate factor."""
+        start = self._last[1 + len(volume) :]
+        rates = self._rates(t, volume, start, [supply.flow(t) for supply in self.supplies])[0]
+        sizes = start.reshape(2, -1)
+        scale = np.maximum(sizes, 0.1 * sizes.mean(axis=1)[:, None]).ravel()
+        change = abs(step) * np.abs(rates / np.where(scale > 0.0, scale, 1.0)).max(initial=0.0)
+        return int(min(max(math.ceil(_PIECES * change), 1), _MOST_PIECES)) if math.isfinite(change) else 1
 
     def _stage(
         self, t: float, volume: np.ndarray, start: np.ndarray, part: float, supply: np.ndarray
@@ -287,7 +302,7 @@ class Gases:
         pressure, by_state = self._pressure(t, volume, mass, entropy)
         warmth, by_warmth = self._warmths(volume, mass, pressure, by_state)
         less, capacity = self._ratio - 1.0, self._heat_capacity / self._constant  # of R T
-        grown = less * volume**less
+        grown = np.where(self._adiabatic, less * volume**less, 0.0)
         rates, by_y, by_v = np.zeros(2 * count), np.zeros((2 * count, 2 * count)), np.zeros((2 * count, count))
         for i, flow in enumerate(supply):
             heat = grown[i] * capacity[i] * self._constant[i] * self._warmth[i] * flow
