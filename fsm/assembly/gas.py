@@ -30,6 +30,8 @@ _LAMINAR = 0.999
 _PIECES = 4.0
 """Parts of a step for each change of a mass or energy by itself."""
 _MOST_PIECES = 1000
+_NO_TIME = 1e-12
+"""Length of a step in which nothing flows, s."""
 _NEWTON = 30
 _TOLERANCE = 1e-13
 
@@ -247,7 +249,7 @@ class Gases:
         count, begin = len(self.gases), float(self._last[0])
         before, start = self._last[1 : 1 + count], self._last[1 + count :]
         step = t - begin
-        if step == 0.0:
+        if abs(step) <= _NO_TIME:
             now = self._rates(t, volume, start, [supply.flow(t) for supply in self.supplies])[0]
             return start[:count], start[count:], np.zeros((2, count, count)), now.reshape(2, count)
         y, dy, pieces = start, np.zeros((2 * count, count)), self._pieces(t, before, step)
