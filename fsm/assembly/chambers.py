@@ -177,8 +177,11 @@ class Chambers:
 
     def add_linearised(
         self, t: float, nodes: np.ndarray, slots: list[list[np.ndarray]], force: np.ndarray, stiffness: np.ndarray
-    ) -> LowRank:
-        """Add the forces, and the sparse part of their negative derivatives to block data; returns the other part."""
+    ) -> LowRank | None:
+        """Add the forces, and the sparse part of their negative derivatives to block data; returns the other part.
+
+        None if the pressures do not depend on the volumes and there are no lids.
+        """
         state = self.state(t, nodes)
         above = (state.pressure - self.gases.outside).tolist()
         gradients = []
@@ -186,10 +189,10 @@ class Chambers:
             gradients.append(surface.gradient(nodes))
             force += pressure * gradients[-1]
             surface.add_stiffness(nodes, pressure, own, stiffness)
-        found = LowRank(np.array(gradients), -state.by_volume)
+        found = LowRank(np.array(gradients), -state.by_volume) if np.any(state.by_volume) else None
         for surface, pressure in zip(self._surfaces, above, strict=True):
             for lid in surface.lids:
-                found = found.plus(lid.low_rank(nodes, surface.sign * pressure))
+                found = lid.low_rank(nodes, surface.sign * pressure).plus(found)
         return found
 
     def compressions(self, nodes: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:

@@ -131,7 +131,7 @@ class _Parts:
             start = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1)
             numbers = facet_vectors(mesh)
             shape = start, mesh.owner, numbers, mesh.plane, mesh.angle
-            first = builder.facets(*shape, material, mesh.curved, facets.viscosity)
+            first = builder.facets(*shape, material, mesh.curved, facets.viscosity, facets.tension_field)
             if facets.folds is not None:
                 builder.add(_facet_creases(facets, facets.folds, first))
             for vector, components in facets.held.items():

@@ -263,9 +263,7 @@ class Gases:
             _, rates, by_y, by_v = self._stage(at + part, before + ways[0] * (volume - before), y, part, first)
             done = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[0] * by_v)
             dy = dy + rest * (by_y @ done + ways[0] * by_v)
-            y, rates, by_y, by_v = self._stage(
-                at + h, before + ways[1] * (volume - before), y + rest * rates, part, second
-            )
+            y, rates, by_y, by_v = self._stage(at + h, before + ways[1] * (volume - before), y + rest * rates, part, second)
             dy = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[1] * by_v)
         return y[:count], y[count:], dy.reshape(2, count, count), rates.reshape(2, count)
 

@@ -248,10 +248,12 @@ class JoinedSystem(JoinedConfiguration):
         tangent = BlockMatrix(joined.pattern, stiffness, low_rank)
         return Linearised(force, tangent, BlockMatrix(joined.pattern, damping))
 
-    def _add_gas(self, t: float, nodes: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> LowRank:
-        """Add forces and stiffness of gas at coordinates of the nodes; returns its stiffness of low rank."""
+    def _add_gas(self, t: float, nodes: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> LowRank | None:
+        """Add forces and stiffness of gas at coordinates of the nodes; returns its stiffness of low rank, if any."""
         assert self.chambers is not None
         found = self.chambers.add_linearised(t, nodes, self._enclosed, force, stiffness)
+        if found is None:
+            return None
         vectors = np.zeros((len(found.vectors), self.nu))
         vectors[:, self._nu :] = np.where(self.elements.fixed, 0.0, found.vectors)
         return LowRank(vectors, found.weights)

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import fsm
 from fsm.compile_case import compile_case
+from fsm.errors import CaseError
 
 BOX = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
 WALLS = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -37,6 +39,7 @@ def case(sheet: dict[str, Any], gas: Sequence[dict[str, Any]], **more: Any) -> d
 
 KRESLING = {
     "kind": "kresling", "sides": 6, "rows": 1, "radius": 0.05, "height": 0.05, "twist": "40 deg", "thickness": 1e-3,
+    "support": [{"at": "edge bottom"}],
 }  # fmt: skip
 QUARTER = {
     "kind": "plate", "length": 0.05 * np.pi, "width": 0.05, "radius": 0.1, "mesh": [3, 2], "facets": "flexible",
@@ -144,3 +147,88 @@ def test_work_of_an_ideal_gas(law: str, exponent: float, tmp_path: Path) -> None
     expected = work - 1e5 * (volume - first) - elastic(volume / AREA)[1]
     np.testing.assert_allclose(kinetic, expected, rtol=0.0, atol=1e-6 * np.abs(work).max())
     assert run.summary["energy_error"] < 1e-6
+
+
+def test_flow_between_two_storeys(tmp_path: Path) -> None:
+    """A tube with a lid between its storeys: gas flows until both pressures are equal; mass and energy are conserved."""
+    sheet = SQUARE | {
+        "rows": 2,
+        "support": [{"at": "edge bottom"}, {"at": "edge top", "fixed": ["x", "y"]},
+                    {"at": "vertices 5, 6, 7, 8", "fixed": ["x", "y"]}],
+    }  # fmt: skip
+    gases = [
+        {"name": "low", "at": f"facets {', '.join(map(str, range(1, 9)))}", "pressure": 1.5e5,
+         "closed_by": [{"cap": "edge bottom"}, {"cap": "vertex 5"}]},
+        {"name": "up", "at": f"facets {', '.join(map(str, range(9, 17)))}", "pressure": 1e5,
+         "closed_by": [{"cap": "vertex 5"}, {"cap": "edge top"}]},
+    ]  # fmt: skip
+    gases = [gas | {"law": "adiabatic", "outside_pressure": 1e5} for gas in gases]
+    flow = {"between": ["low", "up"], "area": 2e-6, "discharge": 0.7}
+    run = fsm.load(case(sheet, gases, orifice=[flow]), folder=tmp_path).run(tmp_path / "out", figures=False)
+    masses, pressures = (
+        np.array([run.solution.channels[f"gas.{name}.{key}"].values for name in ("low", "up")])
+        for key in ("mass", "pressure")
+    )
+    assert masses[0, -1] < 0.9 * masses[0, 0]
+    assert np.ptp(masses.sum(axis=0)) <= 1e-15 * masses.sum()
+    assert pressures[1, -1] == pytest.approx(pressures[0, -1], rel=1e-3)
+    assert run.summary["energy_error"] < 1e-4
+
+
+def test_limit_points(tmp_path: Path) -> None:
+    """A Kresling tube collapses as gas is taken out. Its equilibria do not depend on the supply, but their stability does.
+
+    With a given pressure the tube is unstable from the extremum of the pressure on, and with a given mass from that of the
+    mass on, which comes later.
+    """
+    sheet = KRESLING | {
+        "sides": 8, "radius": 1.0, "height": 1.0, "twist": "45 deg", "facets": "bars", "thickness": 1e-3,
+        "bars": {"young": 5e3, "area": 0.1, "law": "ogden", "linear_to": "135 deg"}, "support": [{"at": "edge bottom"}],
+    }  # fmt: skip
+    table = {"kind": "table", "time": [0.0, 1.0], "value": [1.0, 0.2]}
+    curves = {}
+    for key, supply in (("mass", {"supply_mass": -5e-5}), ("pressure", {"supply_pressure": 2.0, "time": table})):
+        gas = {"name": "air", "closed_by": LIDS, "outside_pressure": 2.0} | supply
+        data = case(sheet, [gas], solve={"method": "arc-length", "end_time": 1.0})
+        data["crease"] = {"law": "linear", "stiffness_per_length": 1e-3}
+        data["save"] = {"channels": ["gas.*"], "interval": 0.01}
+        found = fsm.load(data, folder=tmp_path).run(tmp_path / key, figures=False).solution
+        names = ("volume", "pressure", "mass")
+        volume, *others = (found.channels[f"gas.air.{name}"].values for name in names)
+        part = slice(0, int(np.argmin(np.where(volume > 1.2, volume, np.inf))) + 1)
+        curves[key] = volume[part], dict(zip(names[1:], others, strict=True))[key][part], found.negative_pivots[part]
+        at = int(np.argmin(curves[key][1]))
+        assert 5 < at < len(volume[part]) - 5
+        assert not np.any(curves[key][2][: at - 1])
+        assert np.all(curves[key][2][at + 2 :] > 0)
+        if key == "mass":
+            known = CubicSpline(volume[part][::-1], others[0][part][::-1])
+        else:
+            np.testing.assert_allclose(known(volume[part]), others[0][part], rtol=0.0, atol=1e-5)
+    assert curves["mass"][0][np.argmin(curves["mass"][1])] < curves["pressure"][0][np.argmin(curves["pressure"][1])] - 0.03
+
+
+@pytest.mark.parametrize(
+    ("gas", "sheet", "text"),
+    [
+        (AIR, KRESLING | BARS, r"the chamber is open at the edge .*closed_by"),
+        ({"closed_by": [{"cap": "edge left"}]} | AIR, KRESLING | BARS, "is not a place of the sheet"),
+        ({"closed_by": LIDS, "pressure": 0.0}, KRESLING | BARS, "the chamber is empty and has no supply"),
+        ({"closed_by": LIDS} | AIR, KRESLING | {"facets": "rigid"}, 'not available with facets = "rigid"'),
+        ({"closed_by": PLANES[1:]} | AIR, QUARTER, "open at the edge"),
+        ({"closed_by": PLANES, "supply_mass": 1.0, "supply_flow": 1.0}, QUARTER, "give one supply"),
+        ({"at": "facet 9"} | AIR, QUARTER, "there is no number 9"),
+        ({"closed_by": [{"axis": "x", "cap": "edge top"}]} | AIR, QUARTER, "both are given"),
+    ],
+)
+def test_faults(gas: dict[str, Any], sheet: dict[str, Any], text: str, tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match=text):
+        fsm.load(case(sheet, [gas]), folder=tmp_path).check()
+
+
+def test_orifice_between_different_gases(tmp_path: Path) -> None:
+    gases = [{"name": "a", "closed_by": LIDS} | AIR, {"name": "b", "closed_by": LIDS, "gas_constant": 2077.0} | AIR]
+    for between, text in ((["a", "b"], "joins gases with gas_constant"), (["a", "c"], "there is no gas 'c'")):
+        data = case(KRESLING | BARS, gases, orifice=[{"between": between, "area": 1e-6}])
+        with pytest.raises(CaseError, match=text):
+            fsm.load(data, folder=tmp_path).check()

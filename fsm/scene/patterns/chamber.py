@@ -162,7 +162,7 @@ def _check_closed(gas: Gas, surface: SheetSurface, free: dict[int, int], path: s
     for edge in free.items():
         ends = surface.positions[list(edge)]
         axes = {axis for axis, at in planes if np.all(np.abs(ends[:, axis] - at) <= margin)}
-        where = " to ".join(f"({', '.join(f'{1e3 * x:.4g}' for x in end)})" for end in ends)
+        where = " to ".join(f"({', '.join(f'{round(1e3 * x, 6) + 0.0:.4g}' for x in end)})" for end in ends)
         if not axes:
             text = f"the chamber is open at the edge {where} mm and {len(free) - 1} others"
             ways = 'add facets, or close it by `closed_by`: { axis = "z", at = 0 } for a plane of symmetry'
