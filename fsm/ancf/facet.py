@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.ancf.curvature import add_curvature_hessian, curvature_effort, curvature_gradient, normal
+from fsm.ancf.facet_tension import relax_efforts, relax_energy, relax_moduli
 from fsm.kernels.jit import kernel
 
 __all__ = [
@@ -48,6 +49,10 @@ class FacetArrays(NamedTuple):
     bend_moduli : (m, 3, 3) array, N m^3
         Moduli of bending for kxx, kyy, kxy times a third of the area.
     rest_curvature : (m, 3, 3) array, 1/m
+    points : (m, 3, 3, 15) array
+        Strain at the middles of the edges from these strains; empty if the law is plain.
+    tension : (m, 5) array
+        Tension field, as in `fsm.ancf.facet_tension.relax_energy`; empty if the law is plain.
     """
 
     vectors: np.ndarray
@@ -59,6 +64,8 @@ class FacetArrays(NamedTuple):
     rows: np.ndarray
     bend_moduli: np.ndarray
     rest_curvature: np.ndarray
+    points: np.ndarray
+    tension: np.ndarray
 
 
 @kernel(inline=True)
@@ -154,6 +161,8 @@ def facet_energy(facets: FacetArrays, q: np.ndarray) -> tuple[float, float]:
         stretch_efforts(facets.moduli[k], strains, efforts)
         for part in range(5):
             stretch += 0.5 * _dot(strains[part], efforts[part])
+        if facets.tension.shape[0] > 0:
+            stretch += relax_energy(facets.points[k], facets.tension[k], strains)
         if flat:
             for i in range(9):
                 for j in range(9):
@@ -203,6 +212,8 @@ def add_facet_force(facets: FacetArrays, q: np.ndarray, force: np.ndarray) -> No
         gather(facets.vectors[k], q, e)
         stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
         stretch_efforts(facets.moduli[k], strains, efforts)
+        if facets.tension.shape[0] > 0:
+            relax_efforts(facets.points[k], facets.tension[k], strains, efforts)
         f[:] = 0.0
         for edge in range(3):
             for point in range(3):
@@ -332,6 +343,8 @@ def facet_efforts(facets: FacetArrays, q: np.ndarray, dx: np.ndarray, out: np.nd
             strains[1 + edge, 1] += _dot(e[y], change[y])
             strains[1 + edge, 2] += _dot(e[x], change[y]) + _dot(e[y], change[x])
         stretch_efforts(facets.moduli[k], strains, out[k])
+        if facets.tension.shape[0] > 0:
+            relax_efforts(facets.points[k], facets.tension[k], strains, out[k])
 
 
 @kernel
@@ -352,7 +365,7 @@ def add_facet_tangent(
     """
     e, slopes, strains, efforts = np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3)), np.empty((5, 3))
     gradients, weighed = np.empty((15, 27)), np.empty((15, 27))
-    h, plain = np.empty((27, 27)), np.empty((9, 9))
+    h, plain, moduli = np.empty((27, 27)), np.empty((9, 9)), np.empty((15, 15))
     g, n, kappa, m, c, turned = np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((8, 6))
     gradient, moments, bend, half = np.empty((3, 15)), np.empty((3, 15)), np.empty((15, 15)), np.empty((15, 27))
     flat = facets.bending.shape[0] > 0
@@ -363,7 +376,11 @@ def add_facet_tangent(
             efforts[:] = given[k]
         else:
             stretch_efforts(facets.moduli[k], strains, efforts)
-        moduli = facets.moduli[k]
+            if facets.tension.shape[0] > 0:
+                relax_efforts(facets.points[k], facets.tension[k], strains, efforts)
+        moduli[:] = facets.moduli[k]
+        if facets.tension.shape[0] > 0:
+            relax_moduli(facets.points[k], facets.tension[k], strains, moduli)
         # material part
         stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
         for i in range(15):

@@ -18,9 +18,10 @@ from fsm.ancf.facet import (
     facet_strains,
 )
 from fsm.ancf.facet_damping import add_facet_damping, facet_dissipation, facet_rates
-from fsm.ancf.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli
+from fsm.ancf.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli, mid_edge_strains
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.group import MassPart
+from fsm.ancf.tension_field import REMAINDER
 from fsm.system_records import PreviousState
 
 __all__ = ["FacetGroup"]
@@ -46,6 +47,8 @@ class FacetGroup:
     first : index of the first coordinate of the facets in the coordinates of the mesh
     viscosity : s
         Kelvin-Voigt time tau.
+    tension_field : bool
+        Whether facets carry no compression (`fsm.ancf.facet_tension`).
     name : of its energy
     """
 
@@ -56,6 +59,7 @@ class FacetGroup:
     rest: np.ndarray | None = None
     first: int = 0
     viscosity: float = 0.0
+    tension_field: bool = False
     name: str = "panels"
     _before: PreviousState | None = field(default=None, init=False)
     _duration: float = field(default=0.0, init=False)
@@ -163,6 +167,17 @@ class FacetGroup:
         """Rows over the nodal vectors."""
         return facet_rows(self.plane, self.angle)
 
+    def _tension(self) -> tuple[np.ndarray, np.ndarray]:
+        """Arrays of the tension field; empty if the law is plain."""
+        material, count = self.material, len(self.vectors)
+        if not self.tension_field:
+            return np.zeros((0, 3, 3, 15)), np.zeros((0, 5))
+        points = np.ascontiguousarray(mid_edge_strains(self.rows, self.plane, self.angle))
+        tension = np.empty((count, 5))
+        tension[:, 0] = self.rows.area / 3.0
+        tension[:, 1:] = material.stretch, material.poisson, REMAINDER, 0.0
+        return points, tension
+
     @cached_property
     def arrays(self) -> FacetArrays:
         """Arrays of the kernels."""
@@ -180,7 +195,7 @@ class FacetGroup:
         arrays = FacetArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(rows.edges),
             np.ascontiguousarray(rows.bend[:, :, 1]), strains, moduli,
-            np.ascontiguousarray(bending), of_points, np.ascontiguousarray(bend), rest,
+            np.ascontiguousarray(bending), of_points, np.ascontiguousarray(bend), rest, *self._tension(),
         )  # fmt: skip
         if self.rest is None:
             return arrays

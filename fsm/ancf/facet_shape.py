@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["FacetRows", "cubic_rows", "cubic_shapes", "facet_masses", "facet_rows", "membrane_moduli"]
+__all__ = ["FacetRows", "cubic_rows", "cubic_shapes", "facet_masses", "facet_rows", "membrane_moduli", "mid_edge_strains"]
 
 FOLLOW = 1.0
 """Stiffness with which the mean strain of the corners follows that of the triangle, relative to that of the film."""
@@ -173,12 +173,31 @@ def membrane_moduli(rows: FacetRows, plane: np.ndarray, angle: np.ndarray, stret
 
     A linear strain is exact. The last term couples the slopes at the corners to the positions.
     """
+    centre, at_corner = _mean_strains(rows, plane, angle)
+    mean = at_corner.mean(axis=1)
+    apart = at_corner - mean[:, None]
+    moduli = np.einsum("mki,kl,mlj->mij", centre, stretch, centre)
+    moduli += np.einsum("mcki,kl,mclj->mij", apart, stretch, apart) / 12.0
+    moduli += FOLLOW * np.einsum("mki,kl,mlj->mij", mean - centre, stretch, mean - centre)
+    return np.asarray(rows.area[:, None, None] * moduli)
+
+
+def mid_edge_strains(rows: FacetRows, plane: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Strains exx, eyy, 2 exy at the middles of the edges (m, 3, 3, 15) from the strains of `membrane_moduli`.
+
+    The mean of W at these points is the mean of W over the triangle.
+    """
+    centre, at_corner = _mean_strains(rows, plane, angle)
+    apart = at_corner - at_corner.mean(axis=1)[:, None]
+    return np.asarray(centre[:, None] + 0.5 * (apart + np.roll(apart, -1, axis=1)))
+
+
+def _mean_strains(rows: FacetRows, plane: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """e_0 (m, 3, 15) and E_i (m, 3, 3, 15) of `membrane_moduli`."""
     count = len(angle)
     at_corner = np.zeros((count, 3, 3, 15))
     for i in range(3):
         at_corner[:, i, :, 3 + 3 * i : 6 + 3 * i] = _strain_turns(-angle[:, i])
-    mean = at_corner.mean(axis=1)
-    apart = at_corner - mean[:, None]
     along = np.roll(plane, -1, axis=1) - plane
     length = np.linalg.norm(along, axis=2)
     t = along / length[..., None]
@@ -193,10 +212,7 @@ def membrane_moduli(rows: FacetRows, plane: np.ndarray, angle: np.ndarray, stret
         centre[:, :, 12 + k] += size[:, None] * bend[:, k]
         change = np.einsum("mj,mjs->ms", of_edges[:, k], at_corner[:, (k + 1) % 3] - at_corner[:, k])
         centre += size[:, None, None] * shear[:, k, :, None] * change[:, None]
-    moduli = np.einsum("mki,kl,mlj->mij", centre, stretch, centre)
-    moduli += np.einsum("mcki,kl,mclj->mij", apart, stretch, apart) / 12.0
-    moduli += FOLLOW * np.einsum("mki,kl,mlj->mij", mean - centre, stretch, mean - centre)
-    return np.asarray(rows.area[:, None, None] * moduli)
+    return centre, at_corner
 
 
 def _strain_turns(angle: np.ndarray) -> np.ndarray:

@@ -56,6 +56,13 @@ class PressedFaces:
             self.plane if linear else self.plane[here], self.angle if linear else self.angle[here],
         )  # fmt: skip
 
+    def straight(self) -> PressedFaces:
+        """The same triangles with linear shapes between their corners, which all facets at a crease share."""
+        if not len(self.plane):
+            return self
+        vectors = np.ascontiguousarray(self.vectors[:, ::3])
+        return PressedFaces(vectors, self.facet, np.zeros((0, 3, 2)), np.zeros((0, 3)))
+
     @cached_property
     def _coefficients(self) -> np.ndarray:
         if not len(self.plane):

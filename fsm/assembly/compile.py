@@ -15,6 +15,7 @@ from fsm.ancf.pressure import PressedFaces
 from fsm.ancf.shape import cable_shape, membrane_shape
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.truss import BarGroup
+from fsm.assembly.chambers import Chambers
 from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.fold_laws_of import fold_laws_of
 from fsm.assembly.frames import FramePoint, Frames
@@ -73,7 +74,9 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     elements = AncfSystem(parts.mesh, Loading(gravity=scene.gravity))
     compiler = SceneCompiler(scene, True)
     pressures = tuple(load for load in scene.loads if load.pressure is not None)
-    joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), parts.pressed(scene), pressures)
+    faces = parts.pressed(scene)
+    chambers = parts.chambers(scene, faces)
+    joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), faces, pressures, chambers)
     return compiler.switched(joined)
 
 
@@ -128,7 +131,7 @@ class _Parts:
             start = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1)
             numbers = facet_vectors(mesh)
             shape = start, mesh.owner, numbers, mesh.plane, mesh.angle
-            first = builder.facets(*shape, material, mesh.curved, facets.viscosity)
+            first = builder.facets(*shape, material, mesh.curved, facets.viscosity, facets.tension_field)
             if facets.folds is not None:
                 builder.add(_facet_creases(facets, facets.folds, first))
             for vector, components in facets.held.items():
@@ -165,6 +168,19 @@ class _Parts:
                 vectors = places[np.array(truss.faces, dtype=np.int64)]
                 return PressedFaces(vectors, np.arange(len(vectors)), np.zeros((0, 3, 2)), np.zeros((0, 3)))
         return None
+
+    def chambers(self, scene: Scene, faces: PressedFaces | None) -> Chambers | None:
+        """Chambers of gas of the sheet."""
+        if not scene.chambers or faces is None:
+            return None
+        if scene.facets is not None:
+            mesh, lids = scene.facets.mesh, any(chamber.caps for chamber in scene.chambers)
+            if mesh.creases or lids:
+                faces = faces.straight()
+            places = self.first + 9 * np.arange(len(mesh.owner))
+        else:
+            places = next(places for truss, places in self.trusses.values() if truss.faces)
+        return Chambers(scene.chambers, scene.orifices, faces, places, self.mesh.coordinates)
 
     def point(self, frame: SceneFrame) -> FramePoint:
         """Frame as sums of nodal vectors."""

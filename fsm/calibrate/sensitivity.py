@@ -249,4 +249,4 @@ class PathSensitivity:
         if before is None:
             return linear.stiffness, None
         pattern, damping = linear.damping.pattern, linear.damping.data / (t - before[0])
-        return BlockMatrix(pattern, linear.stiffness.data + damping), BlockMatrix(pattern, damping)
+        return linear.stiffness.with_data(linear.stiffness.data + damping), BlockMatrix(pattern, damping)

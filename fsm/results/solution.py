@@ -35,6 +35,7 @@ ENERGIES: dict[str, str] = {
     "cable": "elastic energy of the cables",
     "beam": "elastic energy of the beams",
     "contact": "elastic energy of the contacts",
+    "gas": "energy of gas in chambers, and of the surroundings that it displaces",
     "gravity": "potential energy of gravity and of dead loads",
     "drives": "elastic energy of the drives",
     "dissipated": "energy dissipated since the start",

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from fsm.scene.contact import Contact, Friction, with_stiffness
+from fsm.scene.gas import Gas, Orifice
 from fsm.scene.lattice import Lattice
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease, Material
@@ -160,6 +161,8 @@ class Case(Model):
     friction: Friction | None = None
     drive: tuple[Drive, ...] = ()
     load: tuple[Load, ...] = ()
+    gas: tuple[Gas, ...] = ()
+    orifice: tuple[Orifice, ...] = ()
     step: tuple[Step, ...] = ()
     obstacle: tuple[Obstacle, ...] = ()
     patch: tuple[Patch, ...] = ()

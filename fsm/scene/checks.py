@@ -21,7 +21,7 @@ __all__ = ["check_sections"]
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
 _DEPLOY = (
     "start", "release", "strip", "lattice", "sheet", "scene", "crease", "contact", "friction", "drive", "load", "step",
-    "obstacle",
+    "obstacle", "gas", "orifice",
 )  # fmt: skip
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")
@@ -66,6 +66,7 @@ def _unused(sections: Sections) -> Iterable[Fault]:
 def _check_deployment(sections: Sections) -> list[Fault]:
     return [
         *_missing_sections(sections),
+        *_gas(sections),
         *_held_panels(sections.strip),
         *_contact_pairs(sections),
         *_beside_scene(sections),
@@ -105,6 +106,19 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
             plate = part == "sheet" and (sections.sheet is None or sections.sheet.kind == "plate")
             if name not in sections.written and not (plate and name == "crease"):
                 yield Fault(name, f"section [{name}] is missing; a {part} needs this section")
+
+
+def _gas(sections: Sections) -> Iterable[Fault]:
+    """Gas without a sheet whose nodes can carry it, and orifices without gas."""
+    if "gas" in sections.written:
+        facets = None if sections.sheet is None else sections.sheet.facets
+        if "sheet" not in sections.written:
+            yield Fault("gas", "only a [sheet] has closed chambers; remove [[gas]], or give a [sheet]")
+        elif facets is not None and facets not in ("bars", "flexible"):
+            text = f'is not available with facets = "{facets}"; give sheet.facets = "flexible" or "bars"'
+            yield Fault("gas", text)
+    elif "orifice" in sections.written:
+        yield Fault("orifice", "[[orifice]] joins chambers of [[gas]], which is missing; add [[gas]], or remove [[orifice]]")
 
 
 _ALSO_IN_SCENE = {

@@ -207,7 +207,7 @@ def _build(
     return data, faults
 
 
-_LISTS = ("drive", "load", "step", "obstacle", "patch", "cable", "support", "hold", "force")
+_LISTS = ("drive", "load", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")
 """Sections that may appear several times."""
 
 
@@ -310,7 +310,7 @@ def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple
         faults.extend(found)
         return item
 
-    for name in ("drive", "load", "force"):
+    for name in ("drive", "load", "gas", "force"):
         if isinstance(result.get(name), dict):
             result[name] = {index: read(item, f"{name}.{index}") for index, item in result[name].items()}
     if isinstance(result.get("step"), dict):

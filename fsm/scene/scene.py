@@ -40,6 +40,8 @@ from fsm.scene.units import (
 )
 
 if TYPE_CHECKING:
+    from fsm.scene.gas import Orifice
+    from fsm.scene.patterns.chamber import Chamber
     from fsm.scene.patterns.flexible_facets import FlexibleFacets
     from fsm.scene.patterns.fold_data import FoldData
 
@@ -253,6 +255,8 @@ class Scene(Model):
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     _facets: FlexibleFacets | None = PrivateAttr(default=None)
     _folds: FoldData | None = PrivateAttr(default=None)
+    _chambers: tuple[Chamber, ...] = PrivateAttr(default=())
+    _orifices: tuple[Orifice, ...] = PrivateAttr(default=())
 
     @property
     def lines(self) -> dict[str, SceneCable | SceneBeam]:
@@ -284,4 +288,20 @@ class Scene(Model):
         """Copy of the scene with the folds of its truss."""
         scene = self.model_copy()
         scene._folds = folds
+        return scene
+
+    @property
+    def chambers(self) -> tuple[Chamber, ...]:
+        """Chambers of gas; only the builder of a sheet gives them."""
+        return self._chambers
+
+    @property
+    def orifices(self) -> tuple[Orifice, ...]:
+        """Orifices of the chambers."""
+        return self._orifices
+
+    def with_chambers(self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...]) -> Scene:
+        """Copy of the scene with chambers of gas."""
+        scene = self.model_copy()
+        scene._chambers, scene._orifices = chambers, orifices
         return scene

@@ -221,6 +221,8 @@ class Sheet(Model):
     probe : points whose displacements are in the summary
     ply : plies of a laminate, from the lowest to the highest along the normal
     thickness : m
+    film : str
+        "tension-field": flexible facets carry no compression and wrinkle instead, without resolving each wrinkle; "plain".
     bend_stiffness_per_length : N m/rad per m
         Stiffness of bend lines over their length; absent: fit of Liu and Paulino, 2017, to plates (a preset).
     crease : stiffness and rest angles of some creases; later items replace earlier ones
@@ -260,6 +262,7 @@ class Sheet(Model):
     mesh_shift: Annotated[Number, Field(ge=0, le=0.4)] = 0.0
     mesh_grading: tuple[Grading, Grading] = (0.0, 0.0)
     thickness: Annotated[Length, Field(gt=0)]
+    film: Literal["plain", "tension-field"] = "plain"
     bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = None
     crease: tuple[SheetCrease, ...] = ()
     support: tuple[SheetSupport, ...] = ()
@@ -368,6 +371,9 @@ class Sheet(Model):
     def _used(self) -> Self:
         if self.bars is not None and self.facets != "bars":
             raise ValueError(f'`bars` is used by facets = "bars" only, not by "{self.facets}"; remove this section')
+        if self.film != "plain" and (self.facets != "flexible" or self.ply):
+            kind = "plies" if self.ply else f'facets = "{self.facets}"'
+            raise ValueError(f'film = "tension-field" is for flexible facets of one material, not for {kind}; remove `film`')
         if self.facets == "flexible":
             return self._flexible_only()
         if self.probe:

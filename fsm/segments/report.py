@@ -34,6 +34,7 @@ from fsm.segments.report_contact import (
 )
 from fsm.segments.report_facets import pressure_line
 from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
+from fsm.segments.report_gas import gas_lines
 from fsm.segments.report_numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
 from fsm.segments.report_sheet import sheet_lines, sheet_support_lines
 from fsm.segments.report_view import CheckContext
@@ -373,6 +374,7 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("damping", _damping),
     ("drive", _drives),
     ("loads", _loads),
+    ("gas", gas_lines),
     ("start", _start),
     ("steps", _steps),
     ("method", _method),

@@ -46,6 +46,8 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
         low, high = f"{angles.min():.4g}", f"{angles.max():.4g}"
         between = low if low == high else f"{low} to {high}"
         yield f"{count(len(mesh.creases), 'joint')} between facets, fold angles {between} deg; facets bend up to the creases"
+    if facets.tension_field:
+        yield "tension field: no compression in the facets; wrinkles are not resolved, and their bending has no energy"
     if mesh.curved:
         yield "curved at the start without stress"
     slender = facets.thickness / float(mesh.lengths.max())

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.blocks import BlockMatrix
 from fsm.short_repr import ShortRepr
 from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.linear import LinearSolver
@@ -70,7 +69,7 @@ def softest_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
     shift = 1e-9 * float(np.max(np.abs(data[diagonal][:, size, size]) * scale)) or 1.0
     data[diagonal[:, None], size, size] += shift / scale
     solver = LinearSolver()
-    solver.factorise(BlockMatrix(stiffness.pattern, data))
+    solver.factorise(stiffness.with_data(data))
     mode = np.random.default_rng(0).standard_normal(system.nu)
     for _ in range(_ITERATIONS):
         mode = solver.solve(mode / span) / span

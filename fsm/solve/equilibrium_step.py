@@ -270,7 +270,7 @@ class _Model:
         if self._rates is not None:
             pattern, by_rate = stiffness.pattern, 1.0 / (self._t - self._before[0])
             data = effective_stiffness(stiffness.data, self._linear.damping.data, by_rate, None, pattern.indices)
-            self.matrix = BlockMatrix(pattern, data)
+            self.matrix = stiffness.with_data(data)
         try:
             self.solver.factorise(self.matrix)
         except NotConverged:

@@ -4,6 +4,8 @@
   factorised by dense fronts in nearly the same order (`fsm.kernels.fronts`).
 * ``splu``: SuperLU. It replaces ``block`` for one matrix if a pivot fails or the residual is poor.
 * ``pardiso``: PARDISO of Intel MKL, for large membranes; requires the extra ``mkl``.
+
+`fsm.solve.low_rank` adds a part of low rank to solutions and to the number of negative pivots.
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ from fsm.kernels.fronts import (
     factorise_fronts,
     solve_by_fronts,
 )
+from fsm.solve.low_rank import LowRankSolution, shifted
 from fsm.solve.supernodes import supernodes
 
 __all__ = ["Backend", "LinearSolver", "few_by_minimum_degree", "many_by_minimum_degree"]
@@ -102,6 +105,8 @@ def many_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
 
 _ACCURATE = 1e-4
 """Largest error of a test vector with entries of size 1, up to which the signs of block pivots hold."""
+_SHIFT = 1e-9
+"""Stiffness over the largest one that makes a singular matrix regular."""
 _REAL_TO = 1e-9
 """Ratio of imaginary to real part, below which an eigenvalue is real."""
 
@@ -140,6 +145,8 @@ class LinearSolver:
         self._front_factors = np.zeros(0)
         self._other: Any = None
         self._symmetric = self._trusted = False
+        self._low_rank: LowRankSolution | None = None
+        self._places: np.ndarray | None = None
 
     def factorise(self, matrix: BlockMatrix) -> None:
         """Factorise a real or complex matrix; it must not change until the last `solve` with it.
@@ -149,6 +156,31 @@ class LinearSolver:
         NotConverged
             The matrix is singular.
         """
+        self._low_rank = None
+        if matrix.low_rank is None:
+            self._factorise_blocks(matrix)
+            return
+        self._low_rank = self._with_low_rank(matrix)
+        if self._low_rank.singular:
+            self._low_rank = self._with_low_rank(matrix)
+
+    def _with_low_rank(self, matrix: BlockMatrix) -> LowRankSolution:
+        base, terms = shifted(matrix, self._places)
+        try:
+            self._factorise_blocks(base)
+            found = LowRankSolution(matrix, terms, self._solve_blocks)
+            self._places = found.places
+        except NotConverged:  # a mode without any stiffness: its component follows from a slightly stiffer matrix
+            data, diagonal, entries = base.data.copy(), matrix.pattern.diagonal, range(matrix.pattern.size)
+            data[diagonal[:, None], entries, entries] += _SHIFT * np.abs(data).max(initial=0.0)
+            self._factorise_blocks(base.with_data(data))
+            self._places = LowRankSolution(matrix, terms, self._solve_blocks).places
+            base, terms = shifted(matrix, self._places)
+            self._factorise_blocks(base)
+            found = LowRankSolution(matrix, terms, self._solve_blocks)
+        return found
+
+    def _factorise_blocks(self, matrix: BlockMatrix) -> None:
         self.factorisations += 1
         self._matrix, self._other, self._trusted, self._supernodes = matrix, None, False, None
         if self.backend != "block":
@@ -179,6 +211,7 @@ class LinearSolver:
     def adopt(self, matrix: BlockMatrix, symmetric: bool, times: int) -> None:
         """Use factors that the caller has computed in the data of `ready`, in the last of `times` factorisations."""
         self.factorisations += times
+        self._low_rank = None
         self._matrix, self._other, self._trusted, self._symmetric = matrix, None, False, symmetric
         self._supernodes = None
 
@@ -188,6 +221,9 @@ class LinearSolver:
         After a solution with a small backward error, the check is skipped for the same factors, since it costs as much as a
         solution.
         """
+        return self._solve_blocks(right) if self._low_rank is None else self._low_rank.solve(right)
+
+    def _solve_blocks(self, right: np.ndarray) -> np.ndarray:
         if self._other is not None:
             return np.asarray(self._other(right))
         matrix = self._matrix
@@ -222,6 +258,10 @@ class LinearSolver:
         round-off is in proportion to the largest stiffness. With `recount` false, the signs of the block pivots are
         used without this check.
         """
+        found = self._negative_pivots(recount)
+        return found if self._low_rank is None else found + self._low_rank.more_negative
+
+    def _negative_pivots(self, recount: bool) -> int:
         assert self._matrix is not None
         if self._other is None and self._elimination is not None:
             if self._supernodes is not None:
@@ -241,7 +281,7 @@ class LinearSolver:
         both odd.
         """
         assert self._matrix is not None
-        if self._other is None and self._symmetric:
+        if (self._other is None and self._symmetric) or self._low_rank is not None:
             return self.negative_pivots()
         if self._other is None and self._elimination is not None:
             values = np.linalg.eigvals(self._factors[self._elimination.diagonal])
@@ -297,7 +337,7 @@ class LinearSolver:
 
     def _library_factors(self, matrix: BlockMatrix) -> Any:
         """Function that solves with the matrix, by PARDISO if selected, else by SuperLU."""
-        scalar = matrix.bsr()
+        scalar = matrix.blocks()
         if self._pardiso is not None:
             csr = scalar.tocsr()
             self._pardiso.factorize(csr)

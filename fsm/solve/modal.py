@@ -159,7 +159,7 @@ class _Problem:
     def factorise(self, shift: float) -> LinearSolver:
         """Factors of K - shift M."""
         solver = LinearSolver()
-        solver.factorise(BlockMatrix(self.pattern, self.stiffness.data - shift * self.inertia.data))
+        solver.factorise(self.stiffness.with_data(self.stiffness.data - shift * self.inertia.data))
         return solver
 
     def below(self, shift: float) -> int:

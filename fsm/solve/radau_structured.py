@@ -191,7 +191,7 @@ class _Reduced:
             product = _multiply_pairs(self.damped, self.rate, jacobian.damped.indices)
         data = jacobian.stiffness.data.astype(product.dtype)
         data[jacobian.damped.place] += product
-        solver.factorise(BlockMatrix(jacobian.stiffness.pattern, data))
+        solver.factorise(jacobian.stiffness.with_data(data))
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """(a, b) for (f, g)."""

@@ -121,7 +121,7 @@ def relaxed(
             pattern = linear.stiffness.pattern
             inertia = system.inertia(q, pattern)
             mass = BlockMatrix(pattern, inertia)
-        solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))
+        solver.factorise(_shifted(linear.stiffness, mu * inertia))
         count = solver.negative_pivots()
         if mu == 0.0:
             negative = count
@@ -204,12 +204,18 @@ def _corrected(
         if len(pattern.indices) != len(inertia):  # more bodies are near now
             return None
         mass = BlockMatrix(pattern, inertia)
-        solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))
+        solver.factorise(_shifted(linear.stiffness, mu * inertia))
         step = solver.solve(linear.force - mu * mass.times(system.difference(start, trial)))
         if solver.negative_pivots() or float(np.abs(step / size).max(initial=0.0)) > _LARGEST:
             return None
         trial = system.retract(trial, step)
     return trial if _work(system, t, start, system.difference(start, trial)) > 0.0 else None
+
+
+def _shifted(stiffness: BlockMatrix, shift: np.ndarray) -> BlockMatrix:
+    """Symmetric part of a stiffness, plus block data."""
+    symmetric = stiffness.symmetric()
+    return symmetric.with_data(symmetric.data + shift)
 
 
 def _work(system: System, t: float, start: np.ndarray, way: np.ndarray) -> float:

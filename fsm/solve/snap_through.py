@@ -177,7 +177,7 @@ def slide(system: System, recorder: PathRecorder, t: float) -> bool:
             softness = _ratio(inertia[diagonal], stiffness.data[diagonal])
             theta = 4.0 * theta if theta else 1e3 * softness
             while step is None:
-                held = BlockMatrix(stiffness.pattern, stiffness.data + inertia / theta)
+                held = stiffness.with_data(stiffness.data + inertia / theta)
                 step, size = _downhill(system, solver, held, linear.force)
                 theta *= 0.5 if step is None else 1.0
                 if theta < 1e-3 * softness:

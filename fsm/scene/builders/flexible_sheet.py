@@ -10,11 +10,13 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.flexible_loads import load_parts, place_points, pressed_facets
 from fsm.scene.builders.sheet_folding import Folds, facet_damping
+from fsm.scene.builders.sheet_gas import with_gas
 from fsm.scene.builders.sheet_joints import sheet_joints
 from fsm.scene.case import Case
 from fsm.scene.flexible import SceneFrame
 from fsm.scene.laminate import Laminate, laminate_of
 from fsm.scene.loads import Drive, Load
+from fsm.scene.patterns.chamber import SheetSurface
 from fsm.scene.patterns.facet_mesh import FacetMesh, MeshPoint
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.flexible_mesh import flexible_mesh
@@ -52,6 +54,7 @@ def build_flexible(case: Case) -> Scene:
     facets = FlexibleFacets(
         mesh, material.young, material.poisson, material.density, thickness,
         facet_damping(case), _folds(case, mesh), laminate=_laminate(case),
+        tension_field=case.sheet.film == "tension-field",
     )  # fmt: skip
     return _FlexibleBuilder(case, case.sheet, facets).scene()
 
@@ -102,7 +105,12 @@ class _FlexibleBuilder:
             bodies=tuple(self.bodies), frames=tuple(self.frames), elements=tuple(self.elements), loads=tuple(loads),
             drives=tuple(drives), gravity=self.case.gravity,
         )  # fmt: skip
-        return scene.with_facets(self.facets)
+        mesh = self.facets.mesh
+        held = {vector // 3: axes for vector, axes in self.facets.held.items() if vector % 3 == 0}
+        facet = mesh.facet[mesh.triangles[:, 0]]
+        groups = {name: tuple(mesh.owner[mesh.ends(edges)].ravel().tolist()) for name, edges in mesh.edges.items()}
+        surface = SheetSurface(mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices])
+        return with_gas(self.case, scene.with_facets(self.facets), surface)
 
     def _place(self, at: str | Box, path: str) -> MeshPlace:
         try:

@@ -29,6 +29,7 @@ class FlexibleFacets:
     points : points of the mesh by the name of their frame
     probes : points by the name of a probe
     laminate : stiffness of plies, in place of that of an isotropic plate
+    tension_field : whether facets carry no compression
     """
 
     mesh: FacetMesh
@@ -42,6 +43,7 @@ class FlexibleFacets:
     points: dict[str, MeshPoint] = field(default_factory=dict)
     probes: dict[str, MeshPoint] = field(default_factory=dict)
     laminate: Laminate | None = None
+    tension_field: bool = False
 
     @property
     def mass(self) -> float:
