@@ -29,6 +29,7 @@ class FlexibleFacets:
     points : points of the mesh by the name of their frame
     probes : points by the name of a probe
     laminate : stiffness of plies, in place of that of an isotropic plate
+    nodes : names of the frames at the `nodes` of the mesh, for contact; empty without contact
     """
 
     mesh: FacetMesh
@@ -42,12 +43,22 @@ class FlexibleFacets:
     points: dict[str, MeshPoint] = field(default_factory=dict)
     probes: dict[str, MeshPoint] = field(default_factory=dict)
     laminate: Laminate | None = None
+    nodes: list[str] = field(default_factory=list)
+
+    @property
+    def mean_facet(self) -> float:
+        """Area of a mean facet of the pattern, which has the whole contact stiffness, m^2."""
+        return float(self.mesh.facet_areas.mean())
+
+    @property
+    def areal_density(self) -> float:
+        """Mass per area, kg/m^2."""
+        return self.density * self.thickness if self.laminate is None else self.laminate.areal_density
 
     @property
     def mass(self) -> float:
         """Mass of all facets, kg."""
-        areal = self.density * self.thickness if self.laminate is None else self.laminate.areal_density
-        return areal * self.mesh.area
+        return self.areal_density * self.mesh.area
 
     @property
     def hinge_stiffness(self) -> list[float]:
