@@ -98,8 +98,8 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
     if given == ["sheet"]:
         facets = "rigid" if sections.sheet is None else sections.sheet.facets
         for name in sorted({"contact", "friction", "obstacle"} & sections.written):
-            if facets in ("bars", "flexible"):
-                text = f'contact is not available with facets = "{facets}"; remove section [{name}], or use rigid facets'
+            if facets == "bars":
+                text = f'contact is not available with facets = "{facets}"; remove section [{name}], or use other facets'
                 yield Fault(name, text)
     for part in ("strip", "sheet"):
         for name in ("material", "crease") if part in sections.written else ():

@@ -9,6 +9,7 @@ from fsm.errors import Fault
 from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.frame_bodies import norm_faults
 from fsm.scene.known_names import nearest_name
+from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 
 __all__ = ["contact_faults"]
@@ -100,6 +101,8 @@ def _pair(
     if len(found) < 2:
         return
     kinds = [party.kind for party in found]
+    if pair.first == pair.second == SHEET:
+        return
     if kinds == ["film", "film"]:
         text = "films, cables and beams do not touch each other; the other side must have a plate or be an obstacle"
         yield Fault(path, f"{pair.first!r} and {pair.second!r}: {text}")

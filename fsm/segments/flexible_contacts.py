@@ -32,7 +32,7 @@ class FlexibleContacts(ShapeContacts):
         Area that each point represents.
     plates, obstacles : shapes
     films : sequence of Side
-        Points of each film or cable.
+        Points of each film or cable; `parts` is its area over the area with the whole stiffness.
     sides : sequence of Side
         Plates of each other side.
     pairs : (m, 2) int array
@@ -70,7 +70,7 @@ class FlexibleContacts(ShapeContacts):
         members += [np.array([first + k]) for k in range(len(obstacles))]
         listed = ListedPairs(members, pairs + [0, len(films)], len(builder.shapes), numbers)
         self._area = np.concatenate([areas, [_face(shape) for shape in (*plates, *obstacles)]])
-        whole = [np.full(len(side.shapes), areas[side.shapes].sum()) for side in films]
+        whole = [areas[side.shapes].sum() / side.parts for side in films]
         whole += [np.full(len(side.shapes), _face(plates[side.shapes[0]]) / side.parts[0]) for side in sides]
         whole += [np.array([_face(shape)]) for shape in obstacles]
         self._whole = np.concatenate(whole)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place
 from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.scene.scene import Body, ContactPair, ForceElement, Scene
 from fsm.scene.sheet import Box, Sheet, SheetSupport
 from fsm.scene.time_program import Ramp
 
@@ -101,9 +102,10 @@ class _FlexibleBuilder:
             self.facets.probes[probe.name] = self.facets.mesh.at_node(int(place.sectors[0]))
         loads = [part for number, load in enumerate(self.case.load) for part in self._load(load, f"load.{number}")]
         drives = [self._drive(drive, f"drive.{number}") for number, drive in enumerate(self.case.drive)]
+        touching = self._contact()
         scene = Scene(
             bodies=tuple(self.bodies), frames=tuple(self.frames), elements=tuple(self.elements), loads=tuple(loads),
-            drives=tuple(drives), gravity=self.case.gravity,
+            drives=tuple(drives), gravity=self.case.gravity, **touching,
         )  # fmt: skip
         mesh = self.facets.mesh
         held = {vector // 3: axes for vector, axes in self.facets.held.items() if vector % 3 == 0}
@@ -111,6 +113,21 @@ class _FlexibleBuilder:
         groups = {name: tuple(mesh.owner[mesh.ends(edges)].ravel().tolist()) for name, edges in mesh.edges.items()}
         surface = SheetSurface(mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices])
         return with_gas(self.case, scene.with_facets(self.facets), surface)
+
+    def _contact(self) -> dict[str, Any]:
+        """Contact of the nodes of all facets with the other facets and with every obstacle."""
+        case, mesh = self.case, self.facets.mesh
+        if case.contact is None:
+            return {}
+        if case.friction is not None and case.friction.across != 1.0:
+            text = f"{case.friction.across:g} is not available with flexible facets, whose points have no axes; give 1"
+            raise CaseError(Fault("friction.across", text))
+        nodes = mesh.nodes.tolist()
+        self.facets.nodes[:] = [self._frame(f"node {row + 1}", mesh.at_node(node)) for row, node in enumerate(nodes)]
+        pairs = [ContactPair(first=SHEET, second=name) for name in (SHEET, *(obstacle.name for obstacle in case.obstacle))]
+        return {
+            "pairs": tuple(pairs), "contact": case.contact, "friction": case.friction, "obstacles": case.obstacle,
+        }  # fmt: skip
 
     def _place(self, at: str | Box, path: str) -> MeshPlace:
         try:

@@ -127,6 +127,14 @@ class FacetMesh:
         """Sectors that own their node."""
         return np.flatnonzero(self.owner == np.arange(len(self.owner)))
 
+    @cached_property
+    def node_areas(self) -> np.ndarray:
+        """Area that each of the `nodes` represents, a third of its triangles, m^2."""
+        along = np.roll(self.plane, -1, axis=1) - self.plane
+        areas = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0])
+        owners = self.owner[self.triangles].ravel()
+        return np.bincount(owners, np.repeat(areas / 3.0, 3), len(self.owner))[self.nodes]
+
     def ends(self, edge: np.ndarray) -> np.ndarray:
         """Sectors at both ends of edges (k, 2) of triangles, (k, 2)."""
         triangle, number = edge.T
