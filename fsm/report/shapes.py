@@ -112,7 +112,7 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
 
     try:
         case = Case.model_validate(solution.layout.case)
-        if case.sheet is None or case.sheet.kind == "plate":
+        if case.sheet is None or case.sheet.is_shell:
             return []
         pattern = pattern_of(case.sheet)
         joints = [joint for joint in sheet_joints(case, pattern) if joint.kind == "crease"]
@@ -145,9 +145,10 @@ def _flexible_mesh_of(solution: Solution) -> FacetMesh | None:
     """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles."""
     from fsm.scene.case import Case
     from fsm.scene.patterns.flexible_mesh import flexible_mesh
+    from fsm.scene.sheet import SHELLS
 
     sheet = solution.layout.case.get("sheet")
-    if not isinstance(sheet, dict) or sheet.get("facets") != "flexible" or sheet.get("kind") == "plate":
+    if not isinstance(sheet, dict) or sheet.get("facets") != "flexible" or sheet.get("kind") in SHELLS:
         return None
     try:
         case = Case.model_validate(solution.layout.case)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+from fsm.scene.patterns.booms import boom_mesh
 from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern_mesh import pattern_mesh
@@ -24,5 +25,7 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
     """
     if sheet.kind == "plate":
         return plate_mesh(sheet)
+    if sheet.is_shell:
+        return boom_mesh(sheet)
     assert sheet.mesh_size is not None
     return pattern_mesh(pattern_of(sheet), sheet.mesh_size)
