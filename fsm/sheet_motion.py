@@ -86,7 +86,7 @@ def sheet_of(solution: Solution) -> tuple[Case, Pattern]:
     case, faults = read_case(solution.layout.case, Path())
     if case is None:
         raise CaseError(faults)
-    if case.sheet is None or case.sheet.kind == "plate":
+    if case.sheet is None or case.sheet.is_shell:
         raise CaseError("the result has no crease pattern; this format shows results of a [sheet]")
     return case, pattern_of(case.sheet)
 

@@ -112,7 +112,7 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
 
     try:
         case = Case.model_validate(solution.layout.case)
-        if case.sheet is None or case.sheet.kind == "plate":
+        if case.sheet is None or case.sheet.is_shell:
             return []
         pattern = pattern_of(case.sheet)
         joints = [joint for joint in sheet_joints(case, pattern) if joint.kind == "crease"]
@@ -142,12 +142,13 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
 
 
 def _flexible_mesh_of(solution: Solution) -> FacetMesh | None:
-    """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles; a plate has no facets."""
+    """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles; plates and booms have no facets."""
     from fsm.scene.patterns.flexible_mesh import mesh_of_result
+    from fsm.scene.sheet import SHELLS
 
     case = solution.layout.case
-    is_plate = isinstance(case.get("sheet"), dict) and case["sheet"].get("kind") == "plate"
-    return None if is_plate else mesh_of_result(case, solution.shape.shape[1])
+    is_shell = isinstance(case.get("sheet"), dict) and case["sheet"].get("kind") in SHELLS
+    return None if is_shell else mesh_of_result(case, solution.shape.shape[1])
 
 
 def _creases_of_mesh(mesh: FacetMesh, joints: Sequence[SheetJoint]) -> list[Crease]:

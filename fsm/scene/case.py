@@ -211,9 +211,9 @@ class Case(Model):
         if sum(given) != 1 and given != [True, False, False, True]:
             raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] with a [scene] that adds to it")
         for name, part in (("strip", self.strip), ("sheet", self.sheet)):
-            plate = self.sheet is not None and self.sheet.kind == "plate"
-            if part is not None and (self.material is None or (self.crease is None and not plate)):
-                raise ValueError(f"[{name}] needs [material]" + ("" if plate else " and [crease]"))
+            shell = self.sheet is not None and self.sheet.is_shell
+            if part is not None and (self.material is None or (self.crease is None and not shell)):
+                raise ValueError(f"[{name}] needs [material]" + ("" if shell else " and [crease]"))
         return self
 
 

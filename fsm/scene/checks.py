@@ -103,8 +103,8 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
                 yield Fault(name, text)
     for part in ("strip", "sheet"):
         for name in ("material", "crease") if part in sections.written else ():
-            plate = part == "sheet" and (sections.sheet is None or sections.sheet.kind == "plate")
-            if name not in sections.written and not (plate and name == "crease"):
+            shell = part == "sheet" and (sections.sheet is None or sections.sheet.is_shell)
+            if name not in sections.written and not (shell and name == "crease"):
                 yield Fault(name, f"section [{name}] is missing; a {part} needs this section")
 
 
@@ -225,6 +225,12 @@ def _lattice_drives(sections: Sections) -> Iterable[Fault]:
             yield Fault(f"{path}.at", "only a [sheet] has such places; give `crease` in a [strip], else `body` or `bodies`")
         if drive.crease is not None and {"lattice", "sheet"} & sections.written:
             yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `edge` in a [lattice] or [sheet]")
+        if drive.edge is not None and drive.turn is not None and "sheet" not in sections.written:
+            yield Fault(f"{path}.turn", "the edge of a [lattice] does not turn; give `travel`")
+        facets = None if sections.sheet is None else sections.sheet.facets
+        if drive.turn is not None and not drive.guide and facets not in (None, "flexible"):
+            text = 'a turn without a guide is for flexible facets; remove `guide`, or give facets = "flexible"'
+            yield Fault(f"{path}.guide", text)
         lattice = sections.lattice
         if "lattice" in sections.written and drive.edge is not None and drive.edge not in get_args(Edge):
             yield Fault(f"{path}.edge", f'must be "bottom", "top", "left" or "right" in a [lattice]; it is "{drive.edge}"')

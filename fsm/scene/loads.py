@@ -137,13 +137,15 @@ class Drive(Model):
     turn, rate : rad, rad/s
         Rotation about the axis.
     axis, point : -, m
-        Direction of the axis, of any length, and a point on it; absent: the centre of mass of the first body.
+        Direction of the axis, of any length, and a point on it; absent: the centre of mass of the first body, or the centre
+        of the place.
     time : function of time that multiplies `travel` or `turn`
     step : str
         Step in which the drive begins; absent: the first.
     guide : bool
         For a crease line, and for vertices of a sheet. True: they move along `direction` only, and a line cannot rotate.
-        False: only the motion along `direction` is prescribed.
+        False: only the motion along `direction` is prescribed. A turn clamps a place of flexible facets in a rigid end.
+        False: this end can translate.
     """
 
     name: Name | None = None
@@ -244,8 +246,8 @@ class Drive(Model):
         return isinstance(self.time, Table) and self.time.file is not None
 
     def _check_turn(self) -> None:
-        if self.crease is not None or self.edge is not None:
-            raise ValueError("`turn` rotates a `body` or `bodies`; a crease line and an edge have `travel`")
+        if self.crease is not None:
+            raise ValueError("`turn` rotates a `body`, `bodies` or a place of a sheet; a crease line has `travel`")
         if not any(self.axis):
             raise ValueError("axis [0, 0, 0] is not a direction; give for example [0, 1, 0]")
         if self.speed is not None or self.run_up is not None:

@@ -74,8 +74,8 @@ TABLES: list[tuple[type[BaseModel], ...]] = [
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
     (Deployed,), (Air,), (Damping,), (HalfSinePulse, RectanglePulse, MeasuredPulse), (Vibration,), (Scene,), (Body,),
-    (Plate,), (ForceElement,), (PointElement,), (BodyPoint,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneTruss,), (SceneFrame,),
-    (SceneSeam,), (Surface,),
+    (Plate,), (ForceElement,), (PointElement,), (BodyPoint,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneTruss,),
+    (SceneFrame,), (SceneSeam,), (Surface,),
     (scenes.PlateGroup,), (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""

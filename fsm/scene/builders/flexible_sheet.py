@@ -15,10 +15,13 @@ from fsm.scene.builders.sheet_gas import with_gas
 from fsm.scene.builders.sheet_joints import sheet_joints
 from fsm.scene.case import Case
 from fsm.scene.flexible import SceneFrame
+from fsm.scene.frame_bodies import quaternion_matrix
 from fsm.scene.laminate import Laminate, laminate_of
 from fsm.scene.loads import Drive, Load
+from fsm.scene.patterns.booms import seam_angle
 from fsm.scene.patterns.chamber import SheetSurface
 from fsm.scene.patterns.facet_mesh import FacetMesh, MeshPoint
+from fsm.scene.patterns.facets import quaternions
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.fold_data import FoldData
@@ -181,7 +184,13 @@ class _FlexibleBuilder:
         self.facets.points[name] = point
         self.frames.append(SceneFrame(name=name, on=SHEET, at=()))
         x, y, z = place.tolist()
-        self.bodies.append(Body(name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z), held=True))
+        body = Body(name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z), held=True)
+        if point.along.any():
+            along, across = (part @ vectors[point.vectors] for part in (point.along, point.across))
+            axes = np.array([along, np.cross(np.cross(along, across), along), np.cross(along, across)])
+            turned = quaternions((axes / np.linalg.norm(axes, axis=1)[:, None]).T[None])[0]
+            body = body.model_copy(update={"orientation": tuple(turned.tolist())})
+        self.bodies.append(body)
         return name
 
     def _load(self, load: Load, path: str) -> Iterator[Load]:
@@ -210,6 +219,8 @@ class _FlexibleBuilder:
         if at is None:
             return drive
         place = self._place(at, f"{path}.edge" if drive.edge is not None else f"{path}.at")
+        if drive.turn is not None:
+            return self._turn(drive, place)
         mesh, facets = self.facets.mesh, self.facets
         x, y, z = mesh.positions[place.sectors].mean(axis=0).tolist()
         stiffness = _DRIVEN * facets.young * facets.thickness
@@ -229,6 +240,44 @@ class _FlexibleBuilder:
             )  # fmt: skip
         return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
 
+    def _turn(self, drive: Drive, place: MeshPlace) -> Drive:
+        """Turn of a place that is clamped in a rigid end: springs join its points to a massless body that turns.
+
+        Without a guide the end can translate. Its points are then joined to the middle one of them in translation.
+        """
+        mesh, facets = self.facets.mesh, self.facets
+        at, stiffness = mesh.positions[place.sectors], _DRIVEN * facets.young * facets.thickness
+        size, extent = (float(np.ptp(of, axis=0).max()) or facets.thickness for of in (at, mesh.positions))
+        local = stiffness * facets.thickness**2 * size / (12.0 * float(mesh.lengths.min()))  # plate of a cell, all along
+        whole = stiffness * size**3 / (12.0 * extent)  # sheet as a beam with the end as its section
+        parts = [(self._frame(name, point), share) for name, point, share in place_points(mesh, place, place.name, True)]
+        known = {body.name: body for body in self.bodies}
+        x, y, z = at.mean(axis=0).tolist()
+        known[place.name] = Body(name=place.name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z))
+        self.bodies.append(known[place.name])
+        middle = parts[len(parts) // 2][0]
+        for name, share in parts:
+            move, turn = stiffness * share, local * share + (whole if name == middle and not drive.guide else 0.0)
+            if drive.guide:
+                self._join(name, known[name], known[place.name], move, turn)
+                continue
+            self._join(f"{name} turns", known[name], known[place.name], 0.0, turn)
+            if name != middle:
+                self._join(name, known[name], known[middle], move, 0.0)
+        return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
+
+    def _join(self, name: str, inner: Body, outer: Body, move: float, turn: float) -> None:
+        """Add springs (N/m, N m/rad) without force at the start between the centre of a body and a point of another one."""
+        from_inner, from_outer = (quaternion_matrix(body.orientation).T for body in (inner, outer))
+        apart = from_outer @ (np.array(inner.position) - np.array(outer.position))
+        axes = (tuple(quaternions(turned[None])[0].tolist()) for turned in (from_inner, from_outer))
+        self.elements.append(
+            ForceElement(
+                name=name, inner=inner.name, outer=outer.name, point_outer=tuple(apart.tolist()),
+                axes_inner=next(axes), axes_outer=next(axes), translation=(move,) * 3, rotation=(turn,) * 3,
+            )
+        )  # fmt: skip
+
 
 def _turned(along: np.ndarray) -> tuple[float, float, float, float]:
     """Quaternion that turns the x axis to a unit vector."""
@@ -244,10 +293,14 @@ def _folds(case: Case, mesh: FacetMesh) -> FoldData | None:
     if not mesh.creases:
         return None
     assert case.sheet is not None and case.material is not None
+    plate = case.material.young * case.sheet.thickness**3 / (12.0 * (1.0 - case.material.poisson**2))
+    if case.sheet.is_shell:  # a lenticular boom, whose seams are rigid
+        angles = np.concatenate([np.full(len(seam.lengths), seam_angle(case.sheet)) for seam in mesh.creases])
+        stiffness = np.concatenate([_JOINED * plate / seam.lengths.min() * seam.lengths for seam in mesh.creases])
+        return FoldData.linear(stiffness, angles, angles)
     coarse = pattern_of(case.sheet)
     joints = {joint.edge: joint for joint in sheet_joints(case, coarse)}
     start = coarse.with_bend_lines(most=4).start_angles()
-    plate = case.material.young * case.sheet.thickness**3 / (12.0 * (1.0 - case.material.poisson**2))
     folds = Folds(case, coarse)
     for crease in mesh.creases:
         joint, angle = joints.get(crease.edge), float(start[crease.edge])

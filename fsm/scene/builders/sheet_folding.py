@@ -73,7 +73,7 @@ def time_of_folding(case: Case) -> float | None:
 
 def _has_fold_angles(sheet: Sheet) -> bool:
     """Whether a sheet has mountains or valleys with fold angles."""
-    if sheet.kind == "plate":
+    if sheet.is_shell:
         return False
     pattern = pattern_of(sheet)
     return any(pattern.assignment[edge] in "MV" and pattern.target[edge] for edge in pattern.creases.tolist())

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError
+from fsm.scene.patterns.booms import boom_mesh
 from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
@@ -31,6 +32,8 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
     """
     if sheet.kind == "plate":
         return plate_mesh(sheet)
+    if sheet.is_shell:
+        return boom_mesh(sheet)
     assert sheet.mesh_size is not None
     return pattern_mesh(pattern_of(sheet), sheet.mesh_size, sheet.mesh_grading[0])
 
