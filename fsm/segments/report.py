@@ -146,10 +146,10 @@ def _joints(view: CheckContext) -> Iterator[str]:
             yield f"{count(linear, 'crease')}, linear"
     if tabulated:
         yield f"{count(len(tabulated), 'crease')}, tabulated: {_curve(tabulated[0])}"
-    kinds = Counter(element.kind for element in view.scene.point_elements)
-    for kind, number in kinds.items():
+    added = Counter(element.kind for element in view.scene.point_elements)
+    for kind, number in added.items():
         yield f"{count(number, 'element')} of kind {kind!r} between points, by an extension; steps are solved in Python"
-    if not view.elements and not kinds:
+    if not view.elements and not added:
         yield "none: bodies move freely"
 
 
