@@ -19,9 +19,9 @@ from fsm.ancf.facet import (
 )
 from fsm.ancf.facet_damping import add_facet_damping, facet_dissipation, facet_rates
 from fsm.ancf.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli, mid_edge_strains
+from fsm.ancf.facet_tension import REMAINDER, ROUNDED
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.group import MassPart
-from fsm.ancf.tension_field import REMAINDER
 from fsm.system_records import PreviousState
 
 __all__ = ["FacetGroup"]
@@ -175,7 +175,7 @@ class FacetGroup:
         points = np.ascontiguousarray(mid_edge_strains(self.rows, self.plane, self.angle))
         tension = np.empty((count, 5))
         tension[:, 0] = self.rows.area / 3.0
-        tension[:, 1:] = material.stretch, material.poisson, REMAINDER, 0.0
+        tension[:, 1:] = material.stretch, material.poisson, REMAINDER, ROUNDED
         return points, tension
 
     @cached_property
