@@ -60,8 +60,6 @@ class Found(NamedTuple):
     distance: np.ndarray
 
 
-
-
 @kernel
 def _on_triangle(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, weights: np.ndarray) -> int:
     """Weights (3,) of the corners in the point of a triangle closest to p (Ericson, 2005).

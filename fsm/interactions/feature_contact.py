@@ -29,9 +29,7 @@ _SIZE = 24
 
 
 @kernel
-def measure_features(
-    rates: np.ndarray, body: np.ndarray, found: Found
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def measure_features(rates: np.ndarray, body: np.ndarray, found: Found) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bodies (m, 4), rates (m, 4) and gradients (m, 4, 24) of gap and slip of closest points; `body` (n,) of the nodes."""
     count = found.nodes.shape[0]
     bodies = np.empty((count, 4), dtype=np.int64)
@@ -202,8 +200,8 @@ def parallel_weights(
                 for end in range(2):
                     for other in range(2):
                         sign = 1.0 if end == other else -1.0
-                        hessian[
-                            number, 6 * (2 * (one // 3) + end) + one % 3, 6 * (2 * (two // 3) + other) + two % 3
-                        ] = sign * value
+                        hessian[number, 6 * (2 * (one // 3) + end) + one % 3, 6 * (2 * (two // 3) + other) + two % 3] = (
+                            sign * value
+                        )
         number += 1
     return rows[:number].copy(), part[:number].copy(), gradient[:number].copy(), hessian[:number].copy()

@@ -280,9 +280,10 @@ class SheetContacts:
         a, b = pairs.T
         common = (edges[a][:, :, None] == edges[b][:, None, :]).any(axis=(1, 2))
         same = (self._edge_facets[a][:, :, None] == self._edge_facets[b][:, None, :]).any(axis=(1, 2))
-        far = np.linalg.norm(
-            self._middle[self._edge_owner[a]] - self._middle[self._edge_owner[b]], axis=1
-        ) > self._own_distance + self._longest
+        far = (
+            np.linalg.norm(self._middle[self._edge_owner[a]] - self._middle[self._edge_owner[b]], axis=1)
+            > self._own_distance + self._longest
+        )
         one_facet = self.surface.facet[self._edge_owner[a]] == self.surface.facet[self._edge_owner[b]]
         key = len(self.surface.body) * self._facets + a * len(edges) + b
         return pairs[~common & (~same | (one_facet & far)) & ~np.isin(key, self._closed)]
@@ -314,9 +315,7 @@ class SheetContacts:
     def _select(self, places: np.ndarray) -> None:
         """Select the triangles of the next step. A node keeps the side of a facet that it is known to be on."""
         slots = self._slots
-        self._triangle, self._part, self._side_now = select_faces(
-            places, slots.node, slots.start, slots.listed, self.faces
-        )
+        self._triangle, self._part, self._side_now = select_faces(places, slots.node, slots.start, slots.listed, self.faces)
         if len(self._side_key):
             key = self._key[: len(slots.node)]
             at = np.minimum(np.searchsorted(self._side_key, key), len(self._side_key) - 1)

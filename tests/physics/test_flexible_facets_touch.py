@@ -218,3 +218,47 @@ def test_a_plate_rests_on_a_floor(tmp_path: Path) -> None:
     assert sunk.min() > 0.0
     assert area @ sunk.mean(axis=1) / area.sum() == pytest.approx(weight / 1e4, rel=1e-6)
     assert summary["energy_error"] < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("method", "step"), [("mean-force", "30 us"), pytest.param("generalized-alpha", "10 us", marks=pytest.mark.slow)]
+)
+def test_a_panel_shuts_and_bounces(method: str, step: str, tmp_path: Path) -> None:
+    """A crease shuts a panel onto the held one. They do not pass through each other, and no energy comes from contact."""
+    data = zigzag(
+        crease={"stiffness_per_length": 0.5, "rest_angle": "175 deg"},
+        solve={"method": method, "end_time": "18 ms", "step": step}, save={"interval": "0.2 ms"},
+    )  # fmt: skip
+    data["sheet"] |= {"columns": 2}
+    data["material"] |= {"damping": "20 us"}  # of the waves that an impact starts
+    data["contact"] |= {"stiffness": "1e5 N/m"}
+    summary = load(data, folder=tmp_path).run(tmp_path / "out", figures=False).summary
+    solution = read_solution(tmp_path / "out" / "result.h5")
+    corners = solution.shape[:, :, :3].reshape(len(solution.shape), -1, 3)
+    lowest = corners[0, :, 2] < 1e-6
+    apart = np.ptp(corners[:, lowest, 0], axis=1)  # both lower edges
+    closest = int(np.argmin(apart))
+    assert 0 < closest < len(apart) - 1, "it bounces"
+    assert 0.5 * 0.5e-3 < apart[closest] < 3.0 * 0.5e-3
+    assert apart[-1] > 2.0 * apart[closest]
+    assert summary["energy_error"] < 5e-3
+
+
+@pytest.mark.slow
+def test_the_trial_strip(tmp_path: Path) -> None:
+    """The pulled strip of flexible facets has the peak of a strip with rigid contact, 2.0041 N, within 0.5 %."""
+    sheet = {
+        "kind": "zigzag", "columns": 6, "a": "80 mm", "b": "40 mm", "fold_angle": "80 deg", "thickness": "0.3 mm",
+        "facets": "flexible", "mesh_size": "10 mm", "support": [{"at": "facet 1"}, {"at": "facet 6"}],
+    }  # fmt: skip
+    pull = {"direction": [0, 0, 1], "speed": "2 mm/s", "travel": "30 mm"}
+    data = {
+        "sheet": sheet, "material": {"young": 3e9, "poisson": 0.0, "density": 800.0, "damping": "10 ms"},
+        "crease": {"stiffness_per_length": 0.225},
+        "contact": {"law": "hertz", "exponent": 1.5, "stiffness": "1e9 N/m^1.5", "thickness_in_gap": False},
+        "drive": [{"at": [["41 mm", "-1 m", "-1 m"], ["42 mm", "1 m", "1 m"]]} | pull],
+        "solve": {"method": "static", "rtol": 1e-4}, "save": {"every": "1 mm"},
+    }  # fmt: skip
+    summary = load(data, folder=tmp_path).run(tmp_path / "out", figures=False).summary
+    assert summary["peak_force"] == pytest.approx(2.0041, rel=5e-3)
+    assert summary["energy_error"] < 1e-3

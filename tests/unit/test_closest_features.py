@@ -87,9 +87,7 @@ def in_order(find: Callable[[np.ndarray], Found]) -> Callable[[np.ndarray], tupl
 def test_the_gradient_is_that_of_the_distance(name: str, find: Callable[..., Found], places: np.ndarray, free: int) -> None:
     found = find(places)
     assert found.free[0] == free
-    np.testing.assert_allclose(
-        in_order(find)(places)[0], central(lambda x: find(x).distance[0], places), atol=1e-8, rtol=0
-    )
+    np.testing.assert_allclose(in_order(find)(places)[0], central(lambda x: find(x).distance[0], places), atol=1e-8, rtol=0)
     r = found.coefficients[0] @ places[found.nodes[0]]
     assert found.normal[0] @ r == pytest.approx(found.distance[0], abs=1e-14)
     assert abs(found.coefficients[0].sum()) < 1e-14, "a translation changes nothing"
@@ -121,7 +119,12 @@ def test_the_tangent_is_that_of_the_force(name: str, find: Callable[..., Found],
         normal = depth_rate * depth + closing_rate * closing
         effort = slip @ sliding.T * normal[:, None]
         acting = ContactForces(
-            normal, np.full(1, depth_rate), np.full(1, closing_rate), effort, sliding[None] * normal[0], slip @ sliding.T,
+            normal,
+            np.full(1, depth_rate),
+            np.full(1, closing_rate),
+            effort,
+            sliding[None] * normal[0],
+            slip @ sliding.T,
             True,
         )
         wrench = np.zeros((4, 6))
