@@ -67,12 +67,12 @@ def summary_of(
     if energy_balance.relative_error > max(1e-3, round_off.part):
         residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the reference energy, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
-    told = [event for event in events if event.kind != "vibration"]
+    listed = [event for event in events if event.kind != "vibration"]
     turns = solution.travel.shape[1] > 0 and solution.layout.turns()
-    found += [_event_text(event, turns) for event in told[:_LISTED_EVENTS]]
-    if len(told) > _LISTED_EVENTS:
-        more = len(told) - _LISTED_EVENTS
-        found.append(f"{more} more events until {_where(told[-1], turns)}; `events` in summary.json lists all")
+    found += [_event_text(event, turns) for event in listed[:_LISTED_EVENTS]]
+    if len(listed) > _LISTED_EVENTS:
+        more = len(listed) - _LISTED_EVENTS
+        found.append(f"{more} more events until {_where(listed[-1], turns)}; `events` in summary.json lists all")
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
 

@@ -172,8 +172,8 @@ class Calibrated:
 
     def __repr__(self) -> str:
         count = len(self.warnings)
-        told = f", {count} warning{'s' if count > 1 else ''}" if count else ""
-        return f"Calibrated({self.kind!r}: {len(self)} quantities, {len(self.figures)} figures{told})"
+        warned = f", {count} warning{'s' if count > 1 else ''}" if count else ""
+        return f"Calibrated({self.kind!r}: {len(self)} quantities, {len(self.figures)} figures{warned})"
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(str(self))}</pre>"

@@ -28,7 +28,7 @@ _STAGE = 1.0 - math.sqrt(0.5)
 _LAMINAR = 0.999
 """Ratio of pressures above which the flow is proportional to their difference."""
 _PIECES = 4.0
-"""Parts of a step for each change of a mass or energy by itself."""
+"""Parts of a step for each relative change of a mass or energy by 1."""
 _MOST_PIECES = 1000
 _NO_TIME = 1e-12
 """Length of a step in which nothing flows, s."""

@@ -129,7 +129,7 @@ def _is_linkable(library: Any) -> bool:
 
 
 class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
-    """Optimised code of a function that other libraries link; it has no machine code of its own."""
+    """Optimised code of a function that other libraries link; it has no separate machine code."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()

@@ -13,7 +13,7 @@ Layout (groups and datasets of parts that a structure does not have are absent):
     /curve/travel, force (curve_time, drive_name), path, panels, creases (curve_time) at steps of the solver, decimated
     /contact/pair_force, pair_gap ...   (time, pair)   all of `fsm.results.solution.PAIRS`
     /shape               (time, quad, corner, axis)
-    /channels/<name>     (time, ...)            channels that the case asks for, with the coordinates of their dimensions
+    /channels/<name>     (time, ...)            channels selected in the case, with the coordinates of their dimensions
     /probes/displacement (probe_time, probe, axis)  of a film, denser than /time; rest (probe, axis)
     /modes/frequency, shape   (mode), (mode, quad, corner, axis)   natural modes about the tensioned state
     /points/displacement, velocity, acceleration (time, point, plane_axis), rigid_...; /bars/stress (time, bar)   of an array

@@ -48,7 +48,7 @@ UNITS: dict[str, tuple[float, Dimension]] = {
     "Pa": (1.0, _STRESS), "kPa": (1e3, _STRESS), "MPa": (1e6, _STRESS), "GPa": (1e9, _STRESS),
     "psi": (6894.757293168361, _STRESS),
     "J": (1.0, _ENERGY), "mJ": (1e-3, _ENERGY), "Hz": (1.0, (0, 0, -1, 0)),
-    "K": (1.0, _NONE),  # temperatures have no dimension of their own
+    "K": (1.0, _NONE),  # temperatures have no separate dimension
     "rpm": (2 * math.pi / 60, (0, 0, -1, 1)), "%": (1e-2, _NONE), "1": (1.0, _NONE),
 }  # fmt: skip
 

@@ -42,7 +42,7 @@ class AppliedLoad:
 
     @property
     def called(self) -> str:
-        """Name in results, which tells a moment from a force; parts of a load have the name of the load."""
+        """Name in results; it shows whether the load is a moment or a force. Parts of a load have the name of the load."""
         name = self.name.partition(PART)[0]
         return force_name(name) if self.force.any() else name + MOMENT
 

@@ -254,7 +254,7 @@ class SheetContacts:
         )  # fmt: skip
 
     def _allowed(self, node: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-        """Whether a node is no part of the triangle's facet, or far from the triangle along it."""
+        """Whether a node does not belong to the facet of the triangle, or is far from the triangle along this facet."""
         key = node * self._facets + self.surface.facet[triangle]
         at = np.minimum(np.searchsorted(self._on, key), len(self._on) - 1)
         own = self._on[at] == key
@@ -313,7 +313,7 @@ class SheetContacts:
         return slot, gap, Found(*found)
 
     def _select(self, places: np.ndarray) -> None:
-        """Select the triangles of the next step. A node keeps the side of a facet that it is known to be on."""
+        """Select the triangles of the next step. A node keeps its known side of a facet."""
         slots = self._slots
         self._triangle, self._part, self._side_now = select_faces(places, slots.node, slots.start, slots.listed, self.faces)
         if len(self._side_key):

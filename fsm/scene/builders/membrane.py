@@ -129,12 +129,12 @@ def _where(patch: PlacedPatch) -> str:
 
 
 def _outside(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault]:
-    told = set()
+    reported = set()
     for patch in placed:
         for axis, (name, size) in enumerate(zip(("length", "width"), _sizes(membrane), strict=True)):
             reach = max(abs(edge) for edge in patch.edges(axis))
-            if reach > (0.5 + _SAME) * size and patch.number not in told:
-                told.add(patch.number)
+            if reach > (0.5 + _SAME) * size and patch.number not in reported:
+                reported.add(patch.number)
                 yield Fault(
                     f"patch.{patch.number}",
                     f"extends {1e3 * (reach - 0.5 * size):.4g} mm beyond the film along its {name} ({_where(patch)}, its "
@@ -143,14 +143,14 @@ def _outside(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Faul
 
 
 def _overlapping(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault]:
-    told = set()
+    reported = set()
     near = _SAME * max(_sizes(membrane))
     for one, two in combinations(placed, 2):
         reach = 0.5 * (one.size + two.size)
         depth = reach - max(abs(one.x - two.x), abs(one.y - two.y))
         pair = (one.number, two.number)
-        if depth > near and pair not in told:
-            told.add(pair)
+        if depth > near and pair not in reported:
+            reported.add(pair)
             with_what = f"patch.{one.number}" if one.number != two.number else "another of the same section"
             yield Fault(
                 f"patch.{two.number}",
@@ -161,7 +161,7 @@ def _overlapping(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[
 
 def _coarse(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault]:
     """Faults of neighbouring elements with very different widths at the edge of a patch."""
-    told = set()
+    reported = set()
     for axis, (name, size) in enumerate(zip(("length", "width"), _sizes(membrane), strict=True)):
         lines = _lines(membrane, placed, axis)
         widths = [end - begin for begin, end in pairwise(lines)]
@@ -171,9 +171,9 @@ def _coarse(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault
                 continue
             edge = lines[k + 1]
             patch = min(placed, key=lambda patch: min(abs(edge - end) for end in patch.edges(axis)))
-            if patch.number in told:
+            if patch.number in reported:
                 continue
-            told.add(patch.number)
+            reported.add(patch.number)
             number = math.ceil(size / (COARSEST * small))
             yield Fault(
                 "membrane.mesh",
