@@ -1,6 +1,6 @@
 """Square matrices of dense square blocks, one block for each pair of coupled nodes.
 
-SciPy is imported when a function needs it, because its import takes longer than many a run of small models.
+SciPy is imported when a function needs it, because its import takes longer than many runs of small models.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 if TYPE_CHECKING:
     from scipy import sparse
 
-__all__ = ["FRONTS_FROM", "BlockMatrix", "BlockPattern", "Elimination"]
+__all__ = ["FRONTS_FROM", "BlockMatrix", "BlockPattern", "Elimination", "LowRank"]
 
 FRONTS_FROM = 5e7
-"""Multiplications of a symmetric factorisation from which dense fronts are faster than single blocks: a film of 20 x 20
-cells, measured (`validation/benchmarks/README.md`)."""
+"""Number of multiplications of a symmetric factorisation above which dense fronts are faster than single blocks;
+measured on a film of 20 x 20 cells (`validation/benchmarks/README.md`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,39 +71,95 @@ class BlockPattern:
 
 
 @dataclass(frozen=True, eq=False)
+class LowRank:
+    """Matrix V^T W V of low rank, which is not stored in a pattern because its vectors have few zeros.
+
+    Attributes
+    ----------
+    vectors : (k, n) array
+        V.
+    weights : (k, k) array
+        W.
+    """
+
+    vectors: np.ndarray
+    weights: np.ndarray
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """Product V^T W V x, (n,)."""
+        return np.asarray(self.vectors.T @ (self.weights @ (self.vectors @ vector)))
+
+    def scaled(self, factor: float) -> LowRank:
+        """Matrix times a number."""
+        return LowRank(self.vectors, factor * self.weights)
+
+    def plus(self, other: LowRank | None) -> LowRank:
+        """Sum of two such matrices."""
+        if other is None:
+            return self
+        own, both = len(self.weights), len(self.weights) + len(other.weights)
+        weights = np.zeros((both, both))
+        weights[:own, :own], weights[own:, own:] = self.weights, other.weights
+        return LowRank(np.concatenate([self.vectors, other.vectors]), weights)
+
+    def symmetric(self) -> LowRank:
+        """Symmetric part."""
+        return LowRank(self.vectors, 0.5 * (self.weights + self.weights.T))
+
+
+@dataclass(frozen=True, eq=False)
 class BlockMatrix:
-    """Square matrix as a pattern and its block data.
+    """Square matrix as a pattern and its block data, plus a matrix of low rank if there is one.
 
     Attributes
     ----------
     pattern : BlockPattern
     data : (n_blocks, size, size) array
+    low_rank : LowRank or None
     """
 
     pattern: BlockPattern
     data: np.ndarray
+    low_rank: LowRank | None = None
 
     @property
     def order(self) -> int:
         """Number of rows."""
         return self.pattern.order * self.pattern.size
 
+    def with_data(self, data: np.ndarray) -> BlockMatrix:
+        """Matrix with other block data and the same part of low rank."""
+        return BlockMatrix(self.pattern, data, self.low_rank)
+
     def times(self, vector: np.ndarray) -> np.ndarray:
         """Product A x, (order,)."""
-        return np.asarray(self.bsr() @ vector)
+        pattern = self.pattern
+        parts = np.einsum("bij,bj->bi", self.data, vector.reshape(-1, pattern.size)[pattern.indices])
+        product = np.add.reduceat(parts, pattern.indptr[:-1]).ravel()  # each row has its diagonal block
+        return product if self.low_rank is None else product + self.low_rank.times(vector)
 
     def symmetric(self) -> BlockMatrix:
         """Symmetric part, (A + A^T)/2."""
         data = np.take(self.data, self.pattern.mirrored).reshape(self.data.shape)
         data += self.data
         data *= 0.5
-        return BlockMatrix(self.pattern, data)
+        return BlockMatrix(self.pattern, data, None if self.low_rank is None else self.low_rank.symmetric())
 
-    def bsr(self) -> sparse.bsr_matrix:
-        """Block matrix of SciPy that shares the data."""
+    def blocks(self) -> sparse.bsr_matrix:
+        """Block matrix of SciPy that shares the data, without the part of low rank."""
         from scipy import sparse
 
         return sparse.bsr_matrix((self.data, self.pattern.indices, self.pattern.indptr), shape=(self.order, self.order))
+
+    def bsr(self) -> sparse.bsr_matrix:
+        """Block matrix of SciPy. It shares the data, or is nearly full if there is a part of low rank."""
+        blocks = self.blocks()
+        if self.low_rank is None:
+            return blocks
+        from scipy import sparse
+
+        vectors = sparse.csr_matrix(self.low_rank.vectors)
+        return (blocks + vectors.T @ sparse.csr_matrix(self.low_rank.weights) @ vectors).tobsr()
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from fsm.system_records import DriveState
 __all__ = ["RestartPoint", "check_point", "read_point", "write_point"]
 
 _STATE, _STATES, _MODES = "state_", "states_", "modes_"
-"""Prefixes of the arrays of `AcceptedStep.state`, of the states that the step began with, and of modes."""
+"""Prefixes of the arrays of `AcceptedStep.state`, of the states at the beginning of the step, and of modes."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class RestartPoint:
     n_points : number of points of the curve
     written : numbers of records and samples
     step : number of the step, from 0
-    states : what the step began from; None for the first
+    states : states at the beginning of the step; None for the first step
     done : results of the steps before
     modes : modes that steps before have found
     """

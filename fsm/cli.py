@@ -218,11 +218,13 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 
 @cli.command()
 @click.argument("case", metavar="CASE.toml")
-@click.option("--out", required=True, metavar="FILE.gif", help="Animation to write; of a sheet FILE.png, .svg or .pdf.")
+@click.option("--out", required=True, metavar="FILE.gif", help="Animation to write; for a sheet FILE.png, .svg or .pdf.")
 @set_option
 @debug_option
 def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
-    """Animate the deployment with rigid panels: fast, but only approximate. Of a sheet, draw the crease pattern."""
+    """Animate the deployment with rigid panels: fast, but only approximate. For a sheet, draw the crease pattern
+    instead.
+    """
     from fsm.scene.load_case import load_case
 
     loaded = load_case(case, overrides)
@@ -250,7 +252,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 @click.option(
     "--channel", "channels", multiple=True, metavar="PATTERN", help="Draw only these channels, into channels.png."
 )
-@click.option("--over-time", is_flag=True, help="Draw channels over the time also if there is a drive.")
+@click.option("--over-time", is_flag=True, help="Draw channels over time, even if there is a drive.")
 @drawing_options
 @debug_option
 def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: bool) -> None:
@@ -285,7 +287,7 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
 @click.argument("results", metavar="RESULT...", nargs=-1, required=True)
 @click.option("--out", required=True, metavar="FILE.html", help="Page to write.")
 @click.option("--title", default="", metavar="TEXT", help="Title of the page; default: the title of the case.")
-@click.option("--channel", "channels", multiple=True, metavar="PATTERN", help="Include these channels in any case.")
+@click.option("--channel", "channels", multiple=True, metavar="PATTERN", help="Always include these channels.")
 @debug_option
 def report(results: tuple[str, ...], out: str, title: str, channels: tuple[str, ...]) -> None:
     """Write results as one interactive page that works offline: motion, curves, and tables.
@@ -399,5 +401,5 @@ def main() -> None:
     try:
         with ignore_repeated_interrupts(), rare_gc(), one_thread():
             cli(prog_name="fsm")
-    except KeyboardInterrupt:  # before or after the command itself
+    except KeyboardInterrupt:  # an interrupt before or after the command itself
         sys.exit(130)

@@ -77,13 +77,13 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
 
 
 def compile_whole(case: Case, scene: Scene, plan: Plan | None) -> SegmentSystem:
-    """System in which all bodies are free that are free in any step, with the drives that act in all steps.
+    """System in which every body is free that is free in any step, with the drives of all steps.
 
     Parameters
     ----------
     case : Case
     scene : Scene
-        With all drives and loads.
+        Scene with all drives and loads.
     plan : Plan, or None for a case without `[[step]]`
     """
     if plan is None:

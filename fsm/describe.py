@@ -1,4 +1,6 @@
-"""Report of `fsm check` for a case of any kind; only a case with channels is compiled, but no kernel is."""
+"""Report of `fsm check` for a case of any kind. A case is compiled only if it records channels; kernels are never
+compiled.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,7 @@ def describe(case: Case) -> list[str]:
         files = ", ".join(name.partition("#")[0] for name in case.extensions)
         lines = labelled([("extensions", lambda _: [f"{files} (Python code, executed with the case)"])], case) + lines
     if case.save.channels:
-        from fsm.channels.sample import channel_lines  # imports numba, which other cases do not need
+        from fsm.channels.sample import channel_lines  # this module imports numba, which other cases do not need
 
         lines += labelled([("channels", channel_lines)], case)
     return lines

@@ -1,4 +1,4 @@
-"""Additions of users: contact laws, friction laws, laws of force elements, builders and output channels.
+"""Additions of users: contact laws, friction laws, laws and kinds of force elements, builders and output channels.
 
 A case names the Python file that makes the additions, ``extensions = ["my_law.py"]``. See docs/extend.
 """
@@ -16,16 +16,18 @@ from fsm.kernels.jit import kernel
 from fsm.laws.friction import FRICTION_LAWS as OWN_FRICTION_LAWS
 from fsm.laws.friction import FrictionLaw
 from fsm.laws.normal import NORMAL_LAWS, NormalLaw
-from fsm.registry import BUILDERS, CONTACT_LAWS, ELEMENT_LAWS, FRICTION_LAWS, AddedBuilder, AddedLaw
+from fsm.registry import BUILDERS, CONTACT_LAWS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS, AddedBuilder, AddedLaw
 from fsm.results.channel import AXES, Dim
 from fsm.scene.case import Case
 from fsm.scene.model import Model as Section
 from fsm.scene.scene import Scene
 from fsm.segments.law_elements import ElementLaw
+from fsm.segments.point_elements import PointKind
 
 __all__ = [
-    "AXES", "Dim", "ElementLaw", "FrictionLaw", "Model", "NormalLaw", "Offer", "Section", "State", "add_builder",
-    "add_contact_law", "add_element_law", "add_friction_law", "kernel", "motion_of_bodies", "offers",
+    "AXES", "Dim", "ElementLaw", "FrictionLaw", "Model", "NormalLaw", "Offer", "PointKind", "Section", "State",
+    "add_builder", "add_contact_law", "add_element_law", "add_friction_law", "add_point_element", "kernel",
+    "motion_of_bodies", "offers",
 ]  # fmt: skip
 
 Built = TypeVar("Built", bound=BaseModel)
@@ -38,7 +40,7 @@ def add_contact_law(name: str, law: NormalLaw, parameters: type[BaseModel] | Non
     ----------
     name : str
     law : NormalLaw
-        Its function `params` receives the section, whose `parameters` is a dict in SI.
+        The function `params` of the law receives the section, in which `parameters` is a dict in SI.
     parameters : model of the section ``[contact.parameters]``, a `Section`
     text : description for `fsm check`
 
@@ -58,6 +60,14 @@ def add_friction_law(name: str, law: FrictionLaw, parameters: type[BaseModel] | 
 def add_element_law(name: str, law: ElementLaw, parameters: type[BaseModel] | None = None, text: str = "") -> None:
     """Add a law of force elements, ``[[scene.elements]] law = name``; other arguments as in `add_contact_law`."""
     _add(ELEMENT_LAWS, {}, name, AddedLaw(law, parameters, text or name))
+
+
+def add_point_element(name: str, kind: PointKind, parameters: type[BaseModel] | None = None, text: str = "") -> None:
+    """Add a kind of elements between points, ``[[scene.point_elements]] kind = name``.
+
+    Other arguments as in `add_contact_law`.
+    """
+    _add(POINT_KINDS, {}, name, AddedLaw(kind, parameters, text or name))
 
 
 def add_builder(name: str, section: type[Built], build: Callable[[Built, Mapping[str, Any]], Scene]) -> None:
@@ -82,5 +92,5 @@ def add_builder(name: str, section: type[Built], build: Callable[[Built, Mapping
 
 def _add(kind: dict[str, Any], own: Mapping[str, Any], name: str, addition: Any) -> None:
     if name in own:
-        raise ValueError(f"{name!r} is a name of fsm itself; choose another name")
+        raise ValueError(f"{name!r} is already a name in fsm; choose another name")
     kind[name] = addition

@@ -20,7 +20,7 @@ _THRESHOLDS = (50_000, 20, 100)
 _MOST_KEPT = 100
 """Number of calls of `keep_garbage` that have an effect, after the first `imports_outside_gc` of a process."""
 _left: list[int] = []
-"""Number of these calls that are left; empty before `imports_outside_gc`."""
+"""Number of calls that still have an effect; empty before `imports_outside_gc`."""
 
 
 @contextmanager
@@ -44,8 +44,8 @@ def imports_outside_gc() -> Iterator[None]:
 def keep_garbage() -> None:
     """Exclude the garbage of a compilation from garbage collection, in processes of the command line.
 
-    To collect it takes a tenth of the time of a compilation, and to keep it takes 4 MB. After many calls, nothing more is
-    kept: results of earlier runs in the same process would stay, too.
+    Its collection would take a tenth of the time of a compilation; keeping it takes 4 MB. After many calls the function
+    has no effect any more, because results of earlier runs in the same process would be kept, too.
     """
     if _left and _left[0] > 0:
         _left[0] -= 1
@@ -56,14 +56,15 @@ def keep_garbage() -> None:
 def plain_matplotlib() -> Iterator[None]:
     """Import Matplotlib within the block without the tables of properties in its docstrings and in signatures of `set`.
 
-    The tables take half of the time.
+    The tables take half of the import time.
     """
     if "matplotlib.artist" in sys.modules:
         yield
         return
     import matplotlib.artist
 
-    name, artist = "_update_set_signature_and_docstring", matplotlib.artist.Artist  # called for each subclass
+    # Matplotlib calls this for each subclass
+    name, artist = "_update_set_signature_and_docstring", matplotlib.artist.Artist
     table, signature = matplotlib.artist.kwdoc, vars(artist)[name]
     matplotlib.artist.kwdoc = lambda artist: ""
     setattr(artist, name, lambda: None)

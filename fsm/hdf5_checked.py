@@ -41,7 +41,8 @@ def has_checksums(path: Path) -> bool:
 def written_from_memory(path: Path, old: Path | None = None) -> Iterator[Any]:
     """Build an HDF5 file in memory and write it to disk when the block ends.
 
-    HDF5 must not write to the disk itself: after a failed write it tries again at exit, and the program crashes.
+    HDF5 must not write to the disk itself: after a failed write the library tries again at exit, and the program
+    crashes.
 
     Parameters
     ----------
@@ -90,7 +91,7 @@ def check_contents(file: Any) -> None:
                 continue
             seen.add(address)
             if len(seen) > _MOST_OBJECTS:
-                raise OSError(f"it holds more than {_MOST_OBJECTS} objects")
+                raise OSError(f"it contains more than {_MOST_OBJECTS} objects")
             if isinstance(item, h5py.Group):
                 waiting.append(item)
             elif isinstance(item, h5py.Dataset) and (item.is_virtual or item.id.get_create_plist().get_external_count()):
@@ -127,7 +128,7 @@ def text_in(file: Any, path: str) -> str:
     """
     data = file[path]
     if getattr(data, "shape", None) != () or data.dtype.kind != "S" or _is_variable(data.id.get_type()):
-        raise OSError(f"/{path} does not hold a text of a fixed length")
+        raise OSError(f"/{path} is not a text of fixed length")
     if data.id.get_storage_size() < data.dtype.itemsize:
         raise OSError(f"/{path} declares {data.dtype.itemsize} bytes, more than the file holds")
     return str(data.asstr()[()])
@@ -176,7 +177,7 @@ def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool
     data = file[path]
     dtype, found = getattr(data, "dtype", None), getattr(data, "shape", None)
     if dtype is None or found is None or dtype.kind not in "fiu":
-        raise OSError(f"/{path} does not hold numbers")
+        raise OSError(f"/{path} does not contain numbers")
     wanted = shape if first is None else (None, *shape[1:])
     if len(found) != len(wanted) or any(n is not None and n != m for n, m in zip(wanted, found, strict=True)):
         raise OSError(f"/{path} has the shape {found}")
@@ -186,7 +187,7 @@ def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool
         raise OSError(f"/{path} has {found[0]} rows; at least {first} are needed")
     values = data[()] if first is None else data[:first]
     if finite and not np.all(np.abs(values) <= _LARGEST):
-        raise OSError(f"/{path} holds numbers that are not finite or exceed {_LARGEST:g}")
+        raise OSError(f"/{path} contains numbers that are not finite or exceed {_LARGEST:g}")
     return values
 
 
@@ -195,5 +196,5 @@ def names_in(file: Any, path: str) -> tuple[str, ...]:
     data = file[path]
     names = json.loads(attribute(data, "names_json"))
     if not isinstance(names, list):
-        raise OSError(f"/{path} does not hold names")
+        raise OSError(f"/{path} does not contain names")
     return tuple(str(name) for name in names)

@@ -1,7 +1,7 @@
 """Piecewise cubic interpolation of tables: not-a-knot splines, monotone cubics, and cubics with given slopes.
 
-The curves are those of `scipy.interpolate` (`CubicSpline`, `PchipInterpolator`, `CubicHermiteSpline`). The import of that
-package takes longer than the solution of a small model.
+The curves are those of `scipy.interpolate` (`CubicSpline`, `PchipInterpolator`, `CubicHermiteSpline`). SciPy is not
+used here, because its import takes longer than the solution of a small model.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class PiecewiseCubic:
     coefficients: np.ndarray
 
     def __call__(self, x: float | np.ndarray, derivative: int = 0) -> np.ndarray:
-        """Value, or derivative of order 1 or 2, at x; at a knot, of the piece on its right."""
+        """Value, or derivative of order 1 or 2, at x; at a knot, the piece on its right counts."""
         x = np.asarray(x, dtype=float)
         piece = np.clip(np.searchsorted(self.knots, x, side="right") - 1, 0, len(self.knots) - 2)
         s = x - self.knots[piece]
@@ -84,7 +84,9 @@ def monotone_slopes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _end_slope(width: float, next_width: float, secant: float, next_secant: float) -> float:
-    """Slope at an end of a monotone cubic, of the parabola through three points, limited to keep the shape."""
+    """Slope at an end of a monotone cubic: slope of the parabola through three points, limited so that the curve stays
+    monotone.
+    """
     slope = ((2.0 * width + next_width) * secant - width * next_secant) / (width + next_width)
     if np.sign(slope) != np.sign(secant):
         return 0.0

@@ -43,7 +43,7 @@ class Outline:
     name : str
     points : (m + 1, 2) array, m       x, z of the middle line
     thickness : m
-    neighbours : names of the panels that share a crease with this one, at an end of both
+    neighbours : names of the panels that share a crease with this panel, at an end of both
     """
 
     name: str

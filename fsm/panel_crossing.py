@@ -77,9 +77,9 @@ _QUARTER = np.array([[0.0, 1.0], [-1.0, 0.0]])
 def unwatched_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, float]]:
     """Pairs of panels that cross without a contact pair between them.
 
-    Spatial runs are examined until a panel turns out of the x-z plane; panels side by side along y do not cross.
-    Panels of a contact pair overlap by their penetration, and so can the ends of the panels next to them. Crossings
-    within `TIP` of the end of a panel therefore do not count.
+    Spatial runs are examined until a panel rotates out of the x-z plane; panels side by side along y do not cross.
+    Panels of a contact pair overlap by their penetration. The ends of neighbouring panels can then overlap too.
+    Crossings within `TIP` of the end of a panel therefore do not count.
 
     Returns
     -------

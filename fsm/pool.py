@@ -105,7 +105,7 @@ def _start(context: SpawnContext) -> _Worker:
 
 @contextlib.contextmanager
 def _no_interrupt() -> Iterator[None]:
-    """Start processes within the block with interrupts blocked; a worker unblocks them when it is ready."""
+    """Block interrupts while processes are started in the block; a worker unblocks them when it is ready."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -119,7 +119,7 @@ def _no_interrupt() -> Iterator[None]:
 
 
 def _give(worker: _Worker, work: Callable[[Any], Any], waiting: deque[int], jobs: Sequence[Any]) -> bool:
-    """Send the next job to a worker, with the function that runs it; False if no job is left."""
+    """Send the next job to a worker, with the function that runs it. Return False if no job is left."""
     if not waiting:
         return False
     worker.job = waiting.popleft()
@@ -165,7 +165,7 @@ def _stop(team: Sequence[_Worker]) -> None:
 
 def _serve(channel: Connection) -> None:
     """Run jobs in a worker until the channel closes."""
-    # its own process group: Ctrl-C then comes from the parent only, and not from the terminal as well
+    # own process group: Ctrl-C then comes from the parent only, not also from the terminal
     if hasattr(os, "setpgrp"):
         os.setpgrp()
     threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()

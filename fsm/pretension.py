@@ -23,8 +23,8 @@ _PASSES = (
 With 1e-3 in the last pass, a corner-pulled film of 8 x 8 elements keeps compression at its edges. Its second frequency is
 then 1 to 3 % too low. With three passes of 1e-3 in place of twelve, a slack film under .1 N keeps a compression of 2e-4 of
 its largest stress. After a single pass with 1e-4 the second frequency of a sail of 12 x 10 elements is 3 % too low. A
-pass takes about four iterations. The last pass hardly changes the state at rest. It gives the film the stiffness `MOVING`,
-which the motion needs."""
+pass takes about four iterations. The last pass hardly changes the state at rest. It gives the film the stiffness
+`MOVING`, with which the motion is solved."""
 
 
 def tensioned(
@@ -49,8 +49,8 @@ def tensioned(
         Load steps of the pull.
     end_time : float, s
     settle : bool
-        Whether to minimise the energy and so find a stable state. It is necessary for wrinkles, because the flat state is
-        unstable, and for tension fields, because their slack parts have no stiffness.
+        Whether to find a stable state by minimising the energy. This is necessary for wrinkles, because the flat state
+        is unstable, and for tension fields, because slack parts have no stiffness.
 
     Raises
     ------

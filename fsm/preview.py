@@ -34,19 +34,19 @@ PIECES = 4
 UNIT = 100.0
 """Mean length of a panel in units of the animation; the other units are the mass of a panel and the second."""
 STIFFNESS = 1e6
-"""Stiffness of a crease in these units; panels come to rest within a small part of the animation."""
+"""Stiffness of a crease in these units; with it, panels come to rest within a small part of the animation."""
 WORK_BUDGET = 350_000
-"""Number of steps times number of bodies; it takes about a third of a second."""
+"""Number of steps times number of bodies; this number takes about a third of a second."""
 SIZE = (480, 400)
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
 def preview(case: Case, path: str | Path) -> list[str]:
-    """Write an animation (GIF, 3 s) of the panels as the drives move them over their travel.
+    """Write an animation (GIF, 3 s) of the panels while the drives move over their travel.
 
     Panels are rigid, creases are rotary springs at rest as folded, and the drives are slow compared with the panels. If
-    the case has contact, each panel is cut into `PIECES` rigid pieces joined by springs, and panels touch. Without contact
-    they pass through each other, as in the simulation. The animation neglects loads and gravity.
+    the case has contact, each panel is cut into `PIECES` rigid pieces joined by springs, and panels touch. Without
+    contact, panels pass through each other, as in the simulation. The animation neglects loads and gravity.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def preview(case: Case, path: str | Path) -> list[str]:
     _check_kind(case)
     mechanism = _mechanism(build_scene(case))
     shots, intact = _run(mechanism, PIECES if mechanism.touching else 1)
-    if not intact:  # the pieces came apart: show whole panels without contact
+    if not intact:  # the pieces have separated, so show whole panels without contact
         shots, _ = _run(mechanism, 1)
     _write_film(mechanism, shots, path)
     note = "nothing moves: the case has no drive, and the preview leaves out loads and gravity"
@@ -81,7 +81,7 @@ def _check_path(path: Path) -> None:
 
 def _check_kind(case: Case) -> None:
     """Refuse a case that has no panels and creases."""
-    shown = "shown by the preview, which shows rigid panels and creases of a [strip] or a [scene]; run the case instead"
+    shown = "shown by the preview; it shows panels and creases of a [strip] or a [scene] only; run the case instead"
     if case.steps[0] != "deploy":
         raise CaseError(Fault("analysis", f'"{case.steps[0]}" is not {shown}'))
     if case.lattice is not None:
@@ -239,7 +239,7 @@ def _speed(mechanism: _Mechanism, pull: _Pull, frame: int) -> float:
     """Speed of a drive after a frame, m per second of animation; the slowest drive takes the whole animation."""
     share = pull.duration / max(other.duration for other in mechanism.pulls)
     last = (FRAMES - 1) * share
-    left = min(1.0, max(0.0, last - frame))  # part of the time to the next frame
+    left = min(1.0, max(0.0, last - frame))  # fraction of the time to the next frame
     return left * pull.travel / last * FRAMES / FILM_TIME
 
 

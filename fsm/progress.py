@@ -87,7 +87,7 @@ class Progress:
 
 
 def report_restart(show: bool | Callable[[float], None], old: Path) -> None:
-    """Report that a file belongs to another case and the run starts from the beginning; only where progress is shown."""
+    """Report that a file belongs to another case and the run starts from the beginning; only if progress is shown."""
     if show is True:
         print(f"{old} belongs to another case: the run starts from the beginning", file=sys.stderr, flush=True)
 

@@ -175,7 +175,7 @@ class RecordedSolve:
         return f"step {step.name!r} ({step.kind}): {text}" if self.loaded.case.step else text
 
     def _run_step(self, step: RunStep, writer: ResultWriter, bar: Progress) -> None:
-        """Run one step from the state in which the one before ended."""
+        """Run one step from the state at the end of the previous step."""
         after = self.resumed.end if self.resumed is not None and self.number == self.resumed.step else None
         self.current = system = self.analysis.enter(self.number, self.states)
         if after is None:
@@ -197,7 +197,7 @@ class RecordedSolve:
             found = step_modes(self.analysis, system, step, self.number, q)
             self.modes.append(found)
             result.frequencies = found.frequency.tolist()
-            if not self.records and self.number + 1 == len(self.steps):  # a run of nothing but natural modes
+            if not self.records and self.number + 1 == len(self.steps):  # a run with natural modes only
                 assert self.energy_balance is not None
                 self._record(writer, self._still(step.start, q, u, self.energy_balance))
         elif step.settings is None:
@@ -261,7 +261,7 @@ class RecordedSolve:
         return simulate(self.current, step.settings, times, on_save, on_step, begins, energy_balance, self.points, after)[0]
 
     def _open_energy_balance(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
-        """Open the energy balance with the first step after the search for the start; update it in later steps."""
+        """Open the energy balance at the first step after the search for the start, and update it in later steps."""
         state = (step.start, q, u)
         if self.energy_balance is None:
             if step.kind != "relax" or step is self.steps[-1]:
@@ -304,7 +304,7 @@ class RecordedSolve:
             self.samples += 1
 
     def _negative_pivots(self, saved: SavedState, t: float) -> int:
-        """Negative pivots of the stiffness at a saved state, by the solver or else by the analysis."""
+        """Negative pivots of the stiffness at a saved state, as counted by the solver, else by the analysis."""
         if saved.negative_pivots is not None:
             return saved.negative_pivots
         return self.analysis.negative_pivots(self.current, t, saved.q)

@@ -16,7 +16,10 @@ from typing import Any, Final, NamedTuple
 from fsm.errors import Fault
 from fsm.input_file import read_failure, read_input_file
 
-__all__ = ["BUILDERS", "CONTACT_LAWS", "ELEMENT_LAWS", "FRICTION_LAWS", "AddedBuilder", "AddedLaw", "load_extensions"]
+__all__ = [
+    "BUILDERS", "CONTACT_LAWS", "ELEMENT_LAWS", "FRICTION_LAWS", "POINT_KINDS", "AddedBuilder", "AddedLaw",
+    "load_extensions",
+]  # fmt: skip
 
 _MOST_CODE = 2**20
 """Largest size of an extension, bytes."""
@@ -28,7 +31,7 @@ class AddedLaw(NamedTuple):
 
     Attributes
     ----------
-    law : `NormalLaw`, `FrictionLaw` or `ElementLaw`
+    law : `NormalLaw`, `FrictionLaw`, `ElementLaw` or `PointKind`
     parameters : pydantic model of its `parameters` in a case, or None
     text : description for `fsm check`
     """
@@ -48,6 +51,7 @@ class AddedBuilder(NamedTuple):
 CONTACT_LAWS: Final[dict[str, AddedLaw]] = {}
 FRICTION_LAWS: Final[dict[str, AddedLaw]] = {}
 ELEMENT_LAWS: Final[dict[str, AddedLaw]] = {}
+POINT_KINDS: Final[dict[str, AddedLaw]] = {}
 BUILDERS: Final[dict[str, AddedBuilder]] = {}
 
 

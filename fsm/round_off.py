@@ -35,7 +35,7 @@ class RoundOff:
     force : N
         Largest stiffness times the round-off of positions.
     acting : N
-        Energy stored or dissipated, over the distance moved; infinite if no body moves.
+        Acting force: energy stored or dissipated, divided by the distance moved; infinite if no body moves.
     """
 
     stiffness: float

@@ -95,7 +95,8 @@ def run_in_locked_folder(
     figures: bool = True,
 ) -> dict[str, Any]:
     """Run a case as `run_case` does, for a caller that already holds the lock on `out`."""
-    _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)  # another process may have read the case
+    # the case may have been read by another process
+    _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)
     if faults:
         raise CaseError(faults, str(loaded.path))
     if loaded.case.save.channels:
@@ -138,7 +139,7 @@ def _run_analysis(
     solve = RecordedSolve(loaded, analysis, out, resume, warnings)
     try:
         solution = solve.run(progress, *begun)
-    except (NotConverged, EnergyAbort) as error:  # a warning about the case may name the cause
+    except (NotConverged, EnergyAbort) as error:  # a warning about the case may contain the cause
         if not solve.warnings:
             raise
         raise type(error)(" ".join([f"{error}.", *(f"Warning: {text}." for text in solve.warnings)])) from error
@@ -193,7 +194,7 @@ def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float],
         return None
     try:
         solution = read_solution(result)
-    except CaseError:  # damaged; solve again
+    except CaseError:  # the file is damaged, so solve again
         return None
     if solution.layout.case_text != loaded.text:
         report_restart(progress, result)
@@ -218,7 +219,7 @@ def _write(solution: Solution, out: Path, figures: bool) -> None:
     for name, write in tables.items():
         if write is not None:
             write(solution, out / name)
-        else:  # of an earlier run in this folder
+        else:  # this file belongs to an earlier run in the folder
             (out / name).unlink(missing_ok=True)
     if figures:
         draw(solution, out, alone=True)

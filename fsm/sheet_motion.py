@@ -1,4 +1,6 @@
-"""Vertices and fold angles of a sheet at the records of a run, and how far a sheet has folded."""
+"""Vertices and fold angles of a sheet at the records of a run, and the fraction of its fold angles that a sheet has
+reached.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ from fsm.scene.patterns.pattern import Pattern
 __all__ = ["fold_warning", "folded_parts", "sheet_of", "vertices_of"]
 
 _BEHIND = 0.5
-"""Part of the rest angle below which a crease has not folded as it should."""
+"""Fraction of the rest angle, below which a warning says that a crease has not folded."""
 _NAMED = 3
 _RESISTING = 0.01
 """Part of the strain energy in bend lines or unassigned creases above which a warning names it."""
@@ -33,7 +35,8 @@ _RESISTING = 0.01
 def vertices_of(solution: Solution) -> Floats:
     """Positions of the vertices of a sheet at all records, (n, n_vertices, 3), m; of the nodes of flexible facets.
 
-    Facets that meet in a vertex have the same place there, but for the opening of their joints; the mean is taken.
+    Facets that meet in a vertex have the same corner there, except for the opening of their joints; the result is the
+    mean.
 
     Raises
     ------
@@ -83,7 +86,7 @@ def sheet_of(solution: Solution) -> tuple[Case, Pattern]:
     case, faults = read_case(solution.layout.case, Path())
     if case is None:
         raise CaseError(faults)
-    if case.sheet is None or case.sheet.kind == "plate":
+    if case.sheet is None or case.sheet.is_shell:
         raise CaseError("the result has no crease pattern; this format shows results of a [sheet]")
     return case, pattern_of(case.sheet)
 
@@ -146,7 +149,7 @@ def fold_warning(solution: Solution, folded: dict[str, Any]) -> list[str]:
     case, pattern = sheet_of(solution)
     assert case.sheet is not None
     facets = "facets" if case.sheet.facets == "flexible" else "rigid facets"
-    reason = f"{facets} do not allow these fold angles together"
+    reason = f"{facets} do not allow all these fold angles together"
     reason += _stuck_vertices(pattern, case.sheet.facets != "rigid")
     energy = folded["strain_energy"]
     total = sum(energy.values())
@@ -156,7 +159,7 @@ def fold_warning(solution: Solution, folded: dict[str, Any]) -> list[str]:
             reason += f"; {what} have {100.0 * energy[kind] / total:.2g} % of the strain energy"
     wrong = sum(part < 0.0 for part in behind.values())
     if wrong:
-        reason += f"; {wrong} of the creases turned to the wrong side, on another branch of the path"
+        reason += f"; {wrong} of the creases folded to the wrong side, on another branch of the path"
     return [
         f"{len(behind)} {'crease has' if len(behind) == 1 else 'creases have'} folded by less than half of the rest angle "
         f"({named}{more}): {reason}"

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-import numpy as np
-
 __all__ = ["ShortRepr"]
 
 _LONGEST_TEXT = 60
@@ -28,7 +26,7 @@ class ShortRepr:
 
 
 def _text(value: Any) -> str:
-    if isinstance(value, np.ndarray):
+    if hasattr(value, "ndim") and hasattr(value, "shape"):  # an array; reading a case does not import numpy
         return f"<array {' x '.join(map(str, value.shape))}>" if value.ndim else repr(value.item())
     if isinstance(value, str):
         return repr(value) if len(value) <= _LONGEST_TEXT else f"<{len(value):,} characters>"

@@ -94,10 +94,11 @@ def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, A
 
 
 def unstable_passages(solution: Solution, events: Sequence[Event], arcs: Sequence[int] = ()) -> list[Event]:
-    """Events for unstable records that no event of the solve covers, one event for each run of successive records.
+    """Events for unstable records that no event of the solve covers; successive records give one event.
 
     An event lasts from the last stable record before to the first stable record after. The event is a "vibration" if the
-    drive stands still during it. The solver of a dynamic run reports no events. Steps `arcs` by arc length have none.
+    drive stands still during it. The solver of a dynamic run reports no events. Steps by arc length (`arcs`) have no
+    such events.
     """
     time, unstable = solution.time, (solution.negative_pivots > 0) & ~np.isin(solution.step, arcs)
     for event in events:
@@ -118,7 +119,7 @@ def _where(event: Event, turns: bool) -> str:
 
 
 def _event_text(event: Event, turns: bool) -> str:
-    """Warning about an event; the first drive turns a body, or moves a point."""
+    """Warning about an event; with `turns`, the first drive rotates a body."""
     where = f"at {_where(event, turns)}"
     way, effort, unit = ("mrad", "moment", "N m") if turns else ("mm", "force", "N")
     if event.kind == "bifurcation":

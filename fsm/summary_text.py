@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fsm.load_names import PRESSURE
+from fsm.load_names import load_units
 
 __all__ = ["summary_lines"]
 
@@ -80,8 +80,7 @@ def _limit_points(step: dict[str, Any]) -> list[str]:
     points, lines = step.get("limit_points", ()), []
     for point in points[:_LIMIT_POINTS]:
         loads = [
-            f"{name} {load['size']:.4g} Pa at {load['displacement']:.4g} m^3"
-            if name.endswith(PRESSURE) else f"{name} {load['size']:.4g} N at {1e3 * load['displacement']:.4g} mm"
+            f"{name} {load['size']:.4g} {load_units(name).size} at {1e3 * load['displacement']:.4g} {load_units(name).shown}"
             for name, load in point["loads"].items()
         ]
         text = ", ".join(loads) or f"program time {point['program_time']:.4g} s"

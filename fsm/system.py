@@ -34,8 +34,8 @@ class System(Protocol):
     """Protocol of a mechanical system; see the module docstring.
 
     Shapes: q (nq,); u, h and dx (nu,); K and D (nu, nu), sparse on one pattern. Statics passes u = None: all velocities
-    are zero, and drives are at their positions at time t. Quasi-statics passes the previous state as `before`: u holds the
-    mean velocities since then, and rates of deformation are differences over that time.
+    are zero, and drives are at their positions at time t. Quasi-statics passes the previous state as `before`. Then u
+    contains the mean velocities since that state, and rates of deformation are differences over that time.
 
     Systems derive from this class. The methods with a body suit a system without contacts and internal variables, whose
     configurations form a vector space.
@@ -71,7 +71,7 @@ class System(Protocol):
         return t
 
     def break_times(self) -> list[float]:
-        """Times (s) at which loads or drives are not smooth; a step should end there."""
+        """Times (s) at which loads or drives are not smooth; a step should end at each of them."""
         ...
 
     def scales(self) -> Scales:
@@ -95,7 +95,7 @@ class System(Protocol):
         return sparse.eye_array(self.nu, format="csr")
 
     def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
-        """Configuration moved by an increment of the tangent space."""
+        """Configuration after an increment of the tangent space."""
         return q + dx
 
     def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -195,7 +195,7 @@ class System(Protocol):
         return
 
     def lacks_arrays(self) -> bool:
-        """Whether an `ArraySystem` needs new arrays, because bodies have met that the arrays do not couple."""
+        """Whether an `ArraySystem` needs new arrays, because two bodies that the arrays do not couple have met."""
         return False
 
     def to_arrays(self, resolve: bool) -> None:
@@ -249,9 +249,11 @@ class ArraySystem(Protocol):
     """System that can take steps in kernels, if all its forces have arrays."""
 
     def arrays(self, ready: Ready) -> Any:
-        """`fsm.stepping.model.ArrayModel` of this system, always the same; None if something has no arrays.
+        """`fsm.stepping.model.ArrayModel` of this system, always the same object; None if any interaction has no
+        arrays.
 
-        The last of `arrays.flags` is 1 where a step was unable to solve its equations. If `lacks_arrays`, a new model.
+        The last of `arrays.flags` is 1 if a step was unable to solve its equations. If `lacks_arrays` is true, the
+        result is a new model.
         """
         ...
 
@@ -261,9 +263,9 @@ class ArrayRestSystem(Protocol):
     """System whose equilibria are found in kernels, if all its forces have arrays."""
 
     def arrays_at_rest(self, ready: Ready) -> Any:
-        """`fsm.stepping.equilibrium.RestModel` of this system, always the same.
+        """`fsm.stepping.equilibrium.RestModel` of this system, always the same object.
 
-        None if something has no arrays, or if the equations are large: `Elimination.large`.
+        None if any interaction has no arrays, or if the equations are large: `Elimination.large`.
         """
         ...
 
@@ -273,10 +275,10 @@ class MixedSystem(Protocol):
     """System of stiff springs for a mixed Newton method, with forces of springs as unknowns besides q.
 
     The efforts e = k (m(q) - x0) (forces and moments of springs) are separate equations. The geometric stiffness then uses
-    efforts that are advanced to first order in each iteration. The displacement method uses k (m(q) - x0) instead, which a
-    small error of position in a stiff spring makes meaningless. The equilibria are the same (Magisano, Leonetti and
-    Garcea, 2017). Contacts are linearised at depths that are advanced in the same way; they stay closed until their force
-    would become tensile.
+    efforts that are advanced to first order in each iteration. The displacement method uses k (m(q) - x0) instead; in a
+    stiff spring, a small error of position makes this force meaningless. The equilibria are the same (Magisano,
+    Leonetti and Garcea, 2017). Contacts are linearised at depths that are advanced in the same way; they stay closed
+    until their force would become tensile.
     """
 
     def efforts(
@@ -313,7 +315,9 @@ class ArrayStaticSystem(Protocol):
     """System whose quasi-static steps are solved in one kernel, if all its forces have arrays."""
 
     def static_arrays(self, ready: Ready) -> StaticArrays | None:
-        """Arrays of this system, always the same, with the factors of `ready`; None if something has no arrays."""
+        """Arrays of this system, always the same object, with the factors of `ready`; None if any interaction has no
+        arrays.
+        """
         ...
 
 
@@ -336,7 +340,7 @@ class StaticArrays(Protocol):
     def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray, most: float) -> None:
         """Set the time, the last state, and the efforts to begin with; q is any configuration.
 
-        The law of a new contact is linearised where its force is `most` (N), if it is above.
+        If the force of a new contact is above `most` (N), its law is linearised at the force `most`.
         """
         ...
 

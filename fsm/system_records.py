@@ -31,11 +31,11 @@ class Energy:
     pair_power : (2, n_pairs) array, W
         Part of the dissipated power due to friction (first row) and damping (second row) of each contact pair.
     sliding_power : W
-        Part of the dissipated power whose forces hold at rest, too: hysteresis of creases, friction with bristles.
+        Part of the dissipated power whose forces also act at rest: hysteresis of creases, friction with bristles.
     driven : J
         Kinetic energy of driven bodies, which follows from the prescribed motion.
     load_power : W
-        Part of the input power that loads give; None for all of it.
+        Part of the input power that comes from loads; None if loads give all input power.
     """
 
     kinetic: float
@@ -157,7 +157,7 @@ class PairState:
 class Observation:
     """Quantities of one state for the results file, besides q and u.
 
-    `reaction` (N) is the largest reaction at any body, with which statics scales its residual. In dynamics it may be 0.
+    `reaction` (N) is the largest reaction at any body; statics scales its residual by it. In dynamics it may be 0.
     """
 
     drive: DriveState
@@ -185,7 +185,7 @@ class StepRejection:
     Attributes
     ----------
     part : -
-        Recommended length of a new step, over that of the rejected one.
+        Recommended length of a new step, relative to the rejected step.
     reason : str
         Reason for the rejection; empty if a shorter step only reduces the error.
     """

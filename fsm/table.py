@@ -30,7 +30,7 @@ RESOLVED = "case.resolved.toml"
 
 RESULT = "result.h5"
 FAILURE = "error.txt"
-"""File with the error of a row that failed; a row that is finished or was interrupted has none."""
+"""File with the error of a row that failed; finished and interrupted rows have no such file."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 
 from fsm.analyses.choose import analysis_of
 from fsm.compile_case import compile_case
+from fsm.interactions.end_taper import add_taper_tangent
 from fsm.interactions.probe_sides import round_tips
 from fsm.kernels import jit
 from fsm.progress import report_compilation
@@ -55,8 +56,9 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
         system.commit(0.0, state, u)
     system.restore(memory)
     if any(isinstance(contacts.geometry, SurfaceContacts) for contacts in system.contacts):
-        _round_tips()
-    EquilibriumStep(system, max_iterations=1).solve(0.0, touching, (0.0, q))
+        _rare_contacts()
+    for earlier in (0.0, -1.0):  # at rest, and with dampers
+        EquilibriumStep(system, max_iterations=1, in_one_call=False).solve(0.0, touching, (earlier, q))
     end = 1e-3 * (system.end_time() or 1.0)
     if system.motions:
         follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
@@ -65,10 +67,12 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
         simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
 
 
-def _round_tips() -> None:
-    """The kernel of contacts that slide round the tip of a surface; few states need it, and no probe is given."""
-    none, numbers = np.zeros(0), np.zeros(0, dtype=np.int64)
+def _rare_contacts() -> None:
+    """Compile the kernels of contacts at the ends of surfaces by calls without contacts; few states use these kernels."""
+    none, numbers, block, blocks = np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros((0, 0, 0))
     round_tips(numbers, none, numbers, none, none, np.zeros((0, 6)), none, none, none)
+    bodies, gradient = np.zeros((0, 3), dtype=np.int64), blocks
+    add_taper_tangent(bodies, gradient, numbers, block, blocks, none, none, none, block, numbers, numbers, numbers, blocks)
 
 
 def _springs(spatial: bool, curved: bool) -> None:
@@ -79,7 +83,7 @@ def _springs(spatial: bool, curved: bool) -> None:
 
 
 def _many_steps(spatial: bool) -> None:
-    """Solve the first instants of a small strip that nothing drives, without contact."""
+    """Solve the first instants of a small strip without drive and without contact."""
     _, system = compile_case(warm_up_springs(spatial))
     alone = SegmentSystem(system.bodies, (), system.groups, (), ())
     simulate(alone, Settings("generalized-alpha", 1e-3, 1e-6), [0.0], lambda saved: None)
@@ -111,8 +115,8 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
-    **{f"many steps at once, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
-    **{f"statics in one call, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
+    **{f"steps in one kernel, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
+    **{f"statics in one kernel, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
     **{f"statics with tabulated creases, {space}": (partial(_springs, space == "spatial", True),) for space in SPACES},
     **{
         f"structured Radau, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial"), ("Radau-blocks",)),)

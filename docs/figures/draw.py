@@ -118,12 +118,12 @@ Every run draws its figures. `fsm plot RESULT.h5` draws them again, and `result.
 font, and a PDF file contains it. The colours are those of Okabe and Ito (2008), for colour-blind readers; a colour has one
 meaning in a figure.
 
-The command `make figures` computes this page. Data of creases, creep and the cantilever are synthetic.
+The command `make figures` computes this page. Data of creases, relaxation and the cantilever are synthetic.
 """
 
 
 def measured(folder: Path) -> None:
-    """Write synthetic tests: loading and unloading of creases with repeats, creep, and a cantilever."""
+    """Write synthetic tests: loading and unloading of creases with repeats, relaxation, and a cantilever."""
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(3)
     rows = ["press_time [h],repeat,branch,angle [deg],moment [N mm]"]
@@ -184,12 +184,13 @@ def compute(folder: Path) -> None:
 
 
 def small(source: Path, target: Path) -> None:
-    """Write a picture with at most `WIDTH` pixels across and 96 colours."""
+    """Write a picture with at most `WIDTH` pixels across and 256 colours, of which none is far from its original."""
     with Image.open(source) as picture:
         whole = picture.convert("RGB")
     if whole.width > WIDTH:
         whole = whole.resize((WIDTH, round(whole.height * WIDTH / whole.width)), Image.Resampling.LANCZOS)
-    whole.quantize(96, dither=Image.Dither.NONE).save(target, optimize=True)
+    # a palette by the median of all pixels merges the colours of thin lines
+    whole.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(target, optimize=True)
 
 
 def page() -> str:

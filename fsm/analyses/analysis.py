@@ -43,11 +43,11 @@ class Solver(Protocol):
 class Analysis(Protocol):
     """Compiled case of one kind of analysis: its system, and the methods that differ between kinds.
 
-    Analyses derive from this class. The methods with a body suit analyses without probes, bars and a special solver.
+    Analyses derive from this class. The default methods are for analyses without probes, bars and a special solver.
     """
 
     system: System
-    """System for the solvers; a film has it after `initialise`."""
+    """System for the solvers; for a film it exists after `initialise`."""
 
     @property
     def kernels(self) -> tuple[str, ...]:
@@ -103,7 +103,7 @@ class Analysis(Protocol):
         return None
 
     def compare(self, solution: Solution, watch: Watch) -> None:
-        """Solve again for errors that the summary states; `watch` receives the progress."""
+        """Solve again, to compute errors for the summary; `watch` receives the progress."""
         return
 
     def own_solver(self) -> Solver | None:

@@ -16,7 +16,7 @@ _RESTING = 1e-12
 """Distance to the equilibrium, relative to the size of an element or a radian, below which a configuration counts as the
 equilibrium."""
 _NEAR = 1.0
-"""Largest distance, likewise, for which the result of Newton's method alone is accepted."""
+"""Largest such distance for which the result of Newton's method alone is accepted."""
 _ITERATIONS = 3000
 
 

@@ -45,7 +45,7 @@ _NAMED = 3
 
 
 _STRETCHED = 0.01
-"""Opening of a joint relative to the length of a segment, above which a strip is pulled beyond its reach.
+"""Opening of a joint relative to the length of a segment, above which a strip is pulled beyond its full length.
 Real sheets yield earlier."""
 
 _TORN = 1e-3
@@ -96,7 +96,7 @@ class Deployment(Analysis):
 
             if has_static_arrays(self.system):
                 curved = any(isinstance(group, CreaseGroup) for group in self.system.groups)
-                found.append(f"statics {'with tabulated creases' if curved else 'in one call'}, {space}")
+                found.append(f"statics {'with tabulated creases' if curved else 'in one kernel'}, {space}")
             return tuple(found)
         found.append(f"in time, {space}")
         if method == "Radau-blocks":
@@ -105,7 +105,7 @@ class Deployment(Analysis):
             from fsm.segments.arrays_of import has_arrays  # imports the kernels of all steps
 
             if has_arrays(self.system):
-                found.append(f"many steps at once, {space}")
+                found.append(f"steps in one kernel, {space}")
         return tuple(found)
 
     def method(self) -> tuple[str, str]:
@@ -158,7 +158,7 @@ class Deployment(Analysis):
         )  # fmt: skip
 
     def enter(self, number: int, states: States | None) -> SegmentSystem:
-        """See `Analysis`: the system of the whole case, or one with the bodies that are free in this step."""
+        """See `Analysis`: the system of the whole case, or a system in which the bodies of this step are free."""
         if not self.plan.written:
             return self.system
         return system_in_step(self.system, self.scene, self.plan, number, states)
@@ -177,7 +177,7 @@ class Deployment(Analysis):
         return q, u if moves else self._at_first(number, system)
 
     def _refuse_overlap(self, system: SegmentSystem, t: float, q: np.ndarray) -> None:
-        """Refuse a state in which bodies are deep in each other where their contact begins."""
+        """Refuse a state in which bodies overlap deeply when their contact begins."""
         gaps = system.observe(t, q, None).pairs.gap
         if not len(gaps):
             return
@@ -222,7 +222,7 @@ class Deployment(Analysis):
         )
 
     def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
-        """None without a drive, since a free motion passes no equilibria."""
+        """See `Analysis`; zero without a drive, since a free motion passes no equilibria."""
         assert isinstance(system, SegmentSystem)
         return negative_pivots(system, t, q, self._pivots) if len(system.driven) and system.nu else 0
 
@@ -266,7 +266,7 @@ class Deployment(Analysis):
         return summary
 
     def _folded(self, solution: Solution) -> dict[str, Any]:
-        """Parts of the rest angles that creases have reached with `sheet.fold_to`."""
+        """Fractions of the rest angles that creases have reached with `sheet.fold_to`."""
         assert self.case.sheet is not None
         if not self.case.sheet.fold_to or self.scene.facets is None:
             return folded_parts(solution) if self.case.sheet.fold_to else {}
@@ -279,9 +279,12 @@ class Deployment(Analysis):
         return folded_parts(solution, dict(zip(folds.data.names, angles, strict=True)))
 
     def _mesh_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> dict[str, float | None]:
-        """Errors of peak and final force due to the segments: over the peak, and over the larger of both forces."""
+        """Errors of peak and final force due to the segments; the first is relative to the peak, the second to the
+        larger of both forces.
+        """
         strip, material = self.case.strip, self.case.material
-        forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))  # the errors are derivatives with respect to the travel
+        # these errors are derivatives with respect to the travel
+        forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))
         if strip is None or material is None or not forth or not self._same_throughout:
             return {}
         error, found = SegmentError(self.system, strip, material), dict[str, float | None]()
@@ -293,7 +296,9 @@ class Deployment(Analysis):
 
     @property
     def _same_throughout(self) -> bool:
-        """Whether `system` has the forces of all records: all steps are alike, and drives follow the time."""
+        """Whether `system` has the forces of all records: the same bodies and loads act in all steps, and drives follow
+        the time of records.
+        """
         steps = self.plan.steps
         loaded = self.plan.written and any(step.loads for step in steps)
         alike = len({(step.held, step.contact) for step in steps}) == 1 and not loaded
@@ -301,7 +306,7 @@ class Deployment(Analysis):
 
     @property
     def _ends_on_path(self) -> bool:
-        """Whether the last state belongs to a drive, and not to a free motion of a later step."""
+        """Whether a drive acts in the last state, so that this state is not part of a free motion of a later step."""
         return not self.plan.written or self.plan.steps[-1].kind != "dynamic"
 
     def _torn(self, summary: dict[str, Any]) -> list[str]:
@@ -325,8 +330,8 @@ class Deployment(Analysis):
                 apart, joint = self.system.max_joint_opening(float(solution.time[-1]), solution.q[-1])
                 return [
                     f"panels are stretched by over {100 * _STRETCHED:g} % from {1e3 * travel:.4g} mm of travel on, by "
-                    f"{100 * apart / length:.2g} % at its end ({joint}): a drive pulls beyond the reach of the strip; "
-                    "reduce its travel"
+                    f"{100 * apart / length:.2g} % at its end ({joint}): a drive pulls beyond the full length of the "
+                    "strip; reduce its travel"
                 ]
         return []
 
@@ -362,7 +367,7 @@ def _unstable_at_end(solution: Solution) -> list[str]:
     stable = np.flatnonzero(solution.negative_pivots == 0)
     since = float(solution.travel[stable[-1] if len(stable) else 0, 0])
     return [
-        f"the last state is unstable: friction and dampers alone hold back a snap from {1e3 * since:.4g} mm of travel on, "
+        f"the last state is unstable: only friction and dampers prevent a snap from {1e3 * since:.4g} mm of travel on, "
         "and final_force depends on the speed and on the segments; pull slower, or hold the drive at its end"
     ]
 
@@ -408,5 +413,5 @@ def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
     # if other drives continue, the force may have decreased at the same travel
     at_end = summary["peak_travel"] > 0.999 * solution.travel[-1, 0]
     if at_end and summary["final_force"] >= summary["peak_force"] - 1e-3 * abs(summary["peak_force"]):
-        found.append("the force is still rising at the end of the travel; the peak may lie beyond it")
+        found.append("the force is still rising at the end of the travel; the peak may lie beyond this travel")
     return found

@@ -41,7 +41,7 @@ class DeployedFilm:
     film : FilmMesh
     held : int array
     finer : DeployedFilm, optional
-        The same strip on a finer mesh, for the error of this one.
+        The strip on a finer mesh, to compute the error of this mesh.
     """
 
     film: FilmMesh
@@ -215,7 +215,7 @@ def _held(case: Case, grid: FilmGrid, panel_length: float, clamped: list[tuple[f
             continue
         line = grid.position[int(np.argmin(np.abs(grid.x - drive.crease * panel_length)))]
         (axes,) = np.nonzero(np.array(drive.direction))
-        if drive.guide or len(axes) > 1:  # the line stays straight, too
+        if drive.guide or len(axes) > 1:  # the line also stays straight
             vectors += [(line[:, None] + [0, 1, 2, 6, 7, 8]).ravel()]
         else:
             vectors += [line + axes[0]]

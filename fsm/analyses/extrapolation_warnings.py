@@ -34,7 +34,7 @@ def extrapolation_warnings(solution: Solution, scene: Scene, system: SegmentSyst
     opening = _openings(solution, system, group)
     closed = _past(creases, group, opening.min(axis=0), 0)
     opened = _past(creases, group, opening.max(axis=0), -1)
-    return [*_told(creases, opened, -1, "opened"), *_told(creases, closed, 0, "closed")]
+    return [*_warning(creases, opened, -1, "opened"), *_warning(creases, closed, 0, "closed")]
 
 
 def _openings(solution: Solution, system: SegmentSystem, group: CreaseGroup) -> np.ndarray:
@@ -49,8 +49,8 @@ def _openings(solution: Solution, system: SegmentSystem, group: CreaseGroup) -> 
 def _past(creases: list[ForceElement], group: CreaseGroup, opening: np.ndarray, end: int) -> np.ndarray:
     """Excess of each crease over the first (`end` 0) or last (-1) angle of its curve, (m,), rad.
 
-    The half segments in series carry a part of an opening. Beyond a curve its slope k is constant, and the crease has the
-    part 1 - k f of the opening.
+    The half segments in series take a part of an opening. Beyond a curve its slope k is constant, and the crease takes
+    the fraction 1 - k f of the opening.
     """
     table, number = group.table, group.curve
     knot = table.bounds[number] if end == 0 else table.bounds[number + 1] - 1
@@ -59,7 +59,7 @@ def _past(creases: list[ForceElement], group: CreaseGroup, opening: np.ndarray, 
     return np.asarray(part * (-beyond if end == 0 else beyond))
 
 
-def _told(creases: list[ForceElement], past: np.ndarray, end: int, moved: str) -> list[str]:
+def _warning(creases: list[ForceElement], past: np.ndarray, end: int, moved: str) -> list[str]:
     """Warning with the creases, the excess and the remedy."""
     far = [i for i, element in enumerate(creases) if past[i] > _margin(element)]
     if not far:

@@ -80,7 +80,7 @@ class FilmMesh:
     lines : MeshLines
     patches : places of the patches
     cells : (nx, ny) int array
-        0 the film, k + 1 the patch of section k.
+        0 for the film, k + 1 for the patch of section k.
     ends : (4,) int array
         First coordinates of the pulled points: ends of the cables, or corners.
     outwards : (4, 3) array
@@ -187,7 +187,9 @@ def build_film(case: Case) -> FilmMesh:
 
 
 def on_other_mesh(case: Case) -> Case | None:
-    """The same film on a finer mesh, or on a coarser one if it has many elements; None if patches determine the mesh."""
+    """Film of the case on a finer mesh, or on a coarser mesh if it has many elements; None if patches determine the
+    mesh.
+    """
     membrane = case.membrane
     assert membrane is not None
     placed = place_patches(membrane, dict(enumerate(case.patch)))
@@ -206,7 +208,8 @@ def on_other_mesh(case: Case) -> Case | None:
 
 
 def _tension_fields(case: Case, film: FilmMaterial, patches: list[FilmMaterial]) -> tuple[bool, ...]:
-    """Whether the film and each kind of patch carry no compression: patches that buckle under less than the film's tension.
+    """Whether the film and each kind of patch carry no compression. A patch carries none if it buckles under less than
+    the tension of the film.
 
     A square plate of side a on simple supports buckles under a compression of 4 pi^2 D/a^2 (N/m).
     """

@@ -24,7 +24,7 @@ def static_load_path(
     system, whole : system of the step, and of all steps
     solution : records so far
     number : number of the step, from 1
-    points : points of the curve of the step, which tell equilibria from states of a snap
+    points : points of the curve of the step; they distinguish equilibria from states of a snap
 
     Returns
     -------
@@ -36,7 +36,7 @@ def static_load_path(
     records = records[[float(t) not in moving for t in solution.time[records]]]
     if not len(records):
         return {}
-    origin = max(int(records[0]) - 1, 0) if number > 1 else int(records[0])  # the last record of the step before
+    origin = max(int(records[0]) - 1, 0) if number > 1 else int(records[0])  # the last record of the previous step
     first = _state(system, whole, solution, origin)
     ways: dict[str, list[list[float]]] = {}
     for record in records.tolist():

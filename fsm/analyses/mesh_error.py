@@ -2,9 +2,10 @@
 
 The natural frequencies on both meshes have an error of order p in the size of the elements (Richardson extrapolation). With
 n and m elements the error on the first mesh is (f_m - f_n)/(1 - (n/m)^p). The order is 2, or 1 if parts of a film are
-wrinkled or slack, since edges of these parts cross elements. The largest displacement of a motion in many modes depends on
-their phases. After many periods these depend on small errors of frequencies. The error is therefore computed from linear
-responses on the other mesh, and on the mesh itself with frequencies changed in steps by up to their errors.
+wrinkled or slack, since edges of these parts cross elements. The largest displacement of a motion in many modes depends
+on the phases of these modes. After many periods the phases depend on small errors of frequencies. The error is
+therefore computed from linear responses: one on the other mesh, and some on the mesh itself with frequencies changed in
+steps up to their errors.
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 
 The solver controls the error of each step. Impacts amplify the errors of earlier steps, so neither the tolerance nor the
 energy balance gives the error of the motion. The motion is therefore solved again with ten times the tolerance (or twice a
-fixed step) and half as many steps in an impact. The stated error is the difference of both motions. The error of a method of
-second order is a third of it or less. Where the motion is chaotic, the error is as large as the difference.
+fixed step) and half as many steps in an impact. The stated error is the difference of both motions. For a method of
+second order the true error is a third of this difference or less. In a chaotic motion the error is as large as the
+difference.
 """
 
 from __future__ import annotations

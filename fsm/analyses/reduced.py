@@ -54,7 +54,8 @@ def reduced_model(system: AncfSystem, found: Modes, stretch: bool) -> ReducedMod
 
 @dataclass(frozen=True)
 class ModelError:
-    """Errors of a reduced model against the full one; None if the full one needs shorter steps for the comparison.
+    """Errors of a reduced model relative to the full model; None if the full model needs shorter steps for the
+    comparison.
 
     Attributes
     ----------
@@ -77,15 +78,15 @@ class ModelError:
     @property
     def text(self) -> str:
         """Description of the errors."""
-        force = "error of the restoring force not known at the largest displacement (too large or wrinkled)"
+        force = "the error of the restoring force is not known at the largest displacement (out of range, or wrinkled)"
         if self.stretch is not None:
-            force = f"error of the restoring force {_part(self.stretch)} at the largest displacement"
+            force = f"the error of the restoring force is {_part(self.stretch)} at the largest displacement"
         if not self.until:
             return f"{force}; its motion was therefore not compared with the full model"
         if self.probes is None or self.at_impact is None:
-            return f"error of the motion not known: the full model needs shorter steps than solve.step; {force}"
+            return f"the error of the motion is not known: the full model needs shorter steps than solve.step; {force}"
         motion = f"{_part(self.probes)} at the probes and {_part(self.at_impact)} at the impact"
-        return f"error against the full model {motion} over the first {1e3 * self.until:.3g} ms; {force}"
+        return f"the error against the full model is {motion} over the first {1e3 * self.until:.3g} ms; {force}"
 
     @property
     def remedy(self) -> str:
@@ -111,7 +112,7 @@ def error_against_full(
     at_impact: Callable[[np.ndarray], np.ndarray],
     enough: float = math.inf,
 ) -> ModelError:
-    """Error of the reduced model against the full one, by its motion over some steps and by its force.
+    """Error of the reduced model relative to the full model: of the motion over some steps, and of the restoring force.
 
     Parameters
     ----------
@@ -161,11 +162,11 @@ def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -
         |m - f|/max(|m|, |f|),    m = a + (T a a + C a a a)/omega^2,    f = -Phi.(h(x + x2) - h(0))/omega^2
 
     The result is None if x2 would raise the energy. This occurs far from rest, or where parts of a tension field wrinkle or
-    become slack. These have no stiffness in their plane, and the expansion to second order is invalid.
+    become slack. Such parts have no stiffness in their plane, and the expansion to second order is invalid.
 
-    In the film, modes that are far faster than the motion respond quasi-statically, mainly those in its plane. A linear
-    model does not include this response. For such modes x2 therefore keeps its part; otherwise the error would be two to
-    three times too large.
+    In the film, modes that are far faster than the motion respond quasi-statically; most of these are in-plane modes. A
+    linear model does not include this response. For such modes x2 therefore keeps its part in the modes; otherwise the
+    error would be two to three times too large.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from fsm.scene.membrane import CornerCable, MeasuredPulse, Vibration
 __all__ = ["MINAMI", "describe_film"]
 
 MINAMI = 0.68
-"""Height of the air of the added mass, relative to the length of the film; the source is in `fsm.ancf.air`."""
+"""Height of the air layer of the added mass, relative to the length of the film; `fsm.ancf.air` has the source."""
 
 
 def describe_film(case: Case) -> list[str]:
@@ -102,7 +102,7 @@ def _tension(case: Case) -> Iterator[str]:
         strain = tension.strain if isinstance(tension.strain, tuple) else (tension.strain, tension.strain)
         yield f"edges moved outwards by the strains {strain[0]:g}, {strain[1]:g}; the supports then keep this state"
     yield {
-        "plain": "plain film: it carries compression; if it is unstable to wrinkles, the run refuses the case",
+        "plain": "plain film: it carries compression; if it wrinkles, the run stops with an error",
         "tension-field": "tension field: the film carries no compression; stresses are averages over wrinkles",
         "auto": "auto: plain film if it is stable and its principal stresses are tensile everywhere, else tension field",
         "wrinkles": "wrinkles: resolved by the mesh, starting from an initial imperfection",

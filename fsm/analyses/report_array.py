@@ -141,7 +141,7 @@ def _approximations(case: Case) -> Iterator[str]:
     if case.hinge is not None and case.hinge.friction_moment > 0.0:
         yield f"regularised dry friction creeps below {case.hinge.friction_speed:g} rad/s"
     if case.stop is not None and case.stop.latch:
-        yield "a latch closes at the end of a step, so up to one step late"
+        yield "a latch closes at the end of a step, so at most one step too late"
     if any(isinstance(force.time, Constant) for force in case.force):
         yield "a force with a jump excites all frequencies of the mesh: accelerations depend on the mesh and on rho_inf"
     yield "error of strongly bent bars: 1e-3 with 8 elements per bar, order 5; small bending is exact (docs/scissor.md)"

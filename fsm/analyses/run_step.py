@@ -15,7 +15,7 @@ from fsm.solve.static import PathSettings
 __all__ = ["RunStep", "States", "StepResult"]
 
 States = dict[str, np.ndarray]
-"""Poses, rates, nodes and memory at the end of a step, from which the next one begins."""
+"""Poses, rates, nodes and memory at the end of a step, from which the next step begins."""
 
 
 @dataclass(frozen=True)

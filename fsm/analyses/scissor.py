@@ -31,7 +31,7 @@ from fsm.solve.static import PathSettings
 __all__ = ["ScissorArray"]
 
 _RIGID_RTOL = 1e-6
-"""Of the comparison with rigid bars."""
+"""Settings of the comparison with rigid bars."""
 _RECORDS = 200
 _UNSURE = 0.1
 """Error of the largest stress above which there is a warning."""
@@ -75,7 +75,7 @@ class ScissorArray(OneStep):
         if chosen != "auto":
             return chosen, "requested"
         if self.scissor.rigid:
-            return "Radau-blocks", "rigid bars on stiff hinges: few long steps, no ringing"
+            return "Radau-blocks", "rigid bars on stiff hinges: few long steps without numerical vibration"
         return "generalized-alpha", "bars that vibrate: second order, high frequencies damped by rho_inf"
 
     def settings(self, method: str) -> Settings | PathSettings:
@@ -86,7 +86,7 @@ class ScissorArray(OneStep):
         return Settings(
             method, solve.rtol, solve.end_time, solve.max_step or math.inf, solve.max_steps, solve.energy_abort,
             rho_inf=RHO_INF if solve.rho_inf is None else solve.rho_inf, step=solve.step if stepwise else None,
-            # the method damps waves that the mesh does not resolve: this loss is judged only at the end of the run
+            # the method damps waves that the mesh does not resolve; this loss is checked only at the end of the run
             judge_losses=method != "generalized-alpha" or solve.step is not None,
         )  # fmt: skip
 
@@ -175,9 +175,9 @@ class ScissorArray(OneStep):
     ) -> float | None:
         """Relative error of the largest stress, from the same array on another mesh with longer steps.
 
-        The mesh has half as many elements per bar (twice as many as 2); rtol is ten times as large, a fixed step twice. The
-        error is the larger of two numbers: the difference of the largest stresses, and a third of the largest difference in
-        any bar at any time.
+        The mesh has half as many elements per bar, or four in place of two. The tolerance rtol is ten times as large,
+        and a fixed step twice as large. The error is the larger of two numbers: the difference of the largest stresses,
+        and a third of the largest difference in any bar at any time.
         """
         settings = self.settings(self.method()[0])
         assert isinstance(settings, Settings)
@@ -231,7 +231,9 @@ class ScissorArray(OneStep):
     def _comparison(
         self, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, warnings: list[str], watch: Watch | None
     ) -> PointMotion | None:
-        """The same array with rigid bars; None if rigid bars lack a property of the array, or if they lock."""
+        """Motion of the same array with rigid bars; None if rigid bars lack a property of the array, or if they
+        lock.
+        """
         hinge = self.case.hinge
         if self.case.stop is not None or (hinge is not None and hinge.friction_moment > 0.0):
             return None

@@ -3,7 +3,7 @@
 The deformation of a joint is the difference of the mean angles of its two segments. Its curvature k is an average over two
 segments, so the energy EI (dk)^2 l/12 of each change dk from joint to joint is neglected. Segments are straight: an arc is
 shorter along its chord by k^2 l^3/24, and the normal force N does the work N k^2 l^3/24. At a crease the curvature is
-continued geometrically, as it decays beside the crease of a taut panel.
+extrapolated geometrically, because it decays beside the crease of a taut panel.
 
 The neglected energy e changes the force at a given travel s by de/ds to the first order (Hellmann-Feynman). The derivative
 is along the equilibrium path, whose direction is K^-1 dh/ds. On pulled strips without friction, 10 to 40 segments per panel
@@ -34,9 +34,10 @@ __all__ = ["SegmentError", "Unresolved"]
 _FACTOR = 2.0
 """Ratio of the stated error of the force to its first-order estimate."""
 _FEWEST = 3
-"""Smallest number of segments of a panel whose change of curvature is known."""
+"""Smallest number of segments of a panel for which the change of curvature is computed."""
 _STEEPEST = 4.0
-"""Largest ratio of changes of curvature from one segment to the next, with which the curvature is continued at a crease."""
+"""Largest ratio of changes of curvature from one segment to the next that is used to extrapolate the curvature at a
+crease."""
 _REACH = 1e-4
 """Length of the central differences along the path, relative to the span."""
 _AT_END = 1e-9
@@ -157,7 +158,9 @@ def _continued(curvature: np.ndarray) -> float:
 
 
 def _turns(poses: np.ndarray) -> np.ndarray:
-    """Rotations about the crease direction from each segment to the next, (n - 1,), rad; small ones."""
+    """Rotations about the crease direction from each segment to the next, (n - 1,), rad; the rotations must be
+    small.
+    """
     if poses.shape[1] == 3:
         return np.diff(poses[:, 2])
     inverse = poses[:-1, 3:] * np.array([1.0, -1.0, -1.0, -1.0])

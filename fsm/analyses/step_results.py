@@ -33,7 +33,7 @@ def counted(statistics: Statistics) -> dict[str, Any]:
 
 
 def total_of(done: Sequence[StepResult], points: list[CurvePoint]) -> Statistics:
-    """Counters and events of all steps that were solved; methods in their order."""
+    """Counters and events of all steps that were solved; methods are in the order of their use."""
     solved = [result for result in done if result.counters]
     total = Statistics(" + ".join(dict.fromkeys(result.method for result in solved)) or done[-1].method, points=points)
     for result in solved:

@@ -97,14 +97,14 @@ def _waves(case: Case) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
 
 
 def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSystem:
-    """Film under its pull: the ends move outwards freely; one end is held and carries the reaction of the others.
+    """Film under its pull. The ends move outwards freely; one end is held and carries the reaction of the others.
 
     The initial guess is stretched by about the final strain, since a slack film has no transverse stiffness.
     """
     ends = film.ends
     drawn = np.concatenate([ends, ends + 1, ends + 2])
     others = np.setdiff1d(held, drawn)
-    anchor = ends[0] + np.arange(3)  # its reaction equals its pull, by equilibrium
+    anchor = ends[0] + np.arange(3)  # by equilibrium, the reaction of this end equals its pull
     strain = mean_strain(case)
     forces = np.zeros(len(film.mesh.coordinates))
     for end, outward in zip(ends[1:], film.outwards[1:], strict=True):

@@ -16,7 +16,7 @@ from fsm.solve.simulate import simulate
 __all__ = ["SummaryErrors", "summary_errors"]
 
 _COMPARED = 80
-"""Number of steps that are solved again: with the default step, twice the duration of a pulse."""
+"""Number of steps that are solved again; with the default step these take twice the duration of a pulse."""
 _WHOLE = 4.0 / 3.0
 """Ratio of the error to the difference from a solution with half the step, for a method of second order."""
 _LARGE = 0.02
@@ -31,7 +31,7 @@ class SummaryErrors:
     ----------
     step : s
     of_step : error due to the step; None if a step fails, or without motion
-    of_point : difference between a force at a point and one spread over an element; None likewise
+    of_point : difference between a force at a point and a force spread over an element; None if not computed
     """
 
     step: float
@@ -67,7 +67,7 @@ def summary_errors(
     Parameters
     ----------
     system : AncfSystem
-    spread : the same with the force spread over an element; None if it is spread over more
+    spread : system with the force spread over an element; None if the case already spreads it over a larger area
     settings : Settings
         Settings with a fixed step.
     probes : function of a configuration: displacements (n, 3)

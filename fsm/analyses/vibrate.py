@@ -46,7 +46,7 @@ _SLACKEST = 0.5
 """Largest part of the film that may be slack."""
 _RELEASED = 1e-3
 """Ratio of the largest stress to the stress of the requested tension, below which the supports have released the film.
-Also the ratio of the force at a pulled point to the pull, above which the point counts as free."""
+It is also the ratio of the force at a pulled point to the pull, above which the point counts as free."""
 _GOOD = 0.02
 """Largest error of the reduced model against the full one for its use."""
 _STEPS = 40.0
@@ -111,7 +111,7 @@ class VibrationAnalysis(OneStep):
         return (MEAN_FORCE if solve.rho_inf is None else GENERALIZED_ALPHA), self.reason
 
     def _plain_by_choice(self, loading: Loading) -> bool:
-        """Choose between plain film and tension field for "auto"; True if the plain film is then at rest."""
+        """Choose between plain film and tension field for "auto"; True if the plain film has been brought to rest."""
         tension = self.case.tension
         if tension is None or tension.film != "auto":
             return False
@@ -126,7 +126,7 @@ class VibrationAnalysis(OneStep):
             if taut and not natural_modes(system, q, 1).unstable.any():
                 self.case, self.system = plain, system
                 return True
-        except NotConverged:  # the flat film buckles while it is tensioned
+        except NotConverged:  # the flat film buckles during tensioning
             pass
         self.case, self.film = tension_only, build_film(tension_only)
         self.points = {name: self.film.point(*place) for name, place in self._places().items()}
@@ -141,8 +141,8 @@ class VibrationAnalysis(OneStep):
         impact = self.case.impact
         if impact is None or self.case.solve.method != "auto" or wanted == "full":
             return
-        if np.any(self.modes.squared <= 0.0):  # zero but for round-off: a slack part without support
-            self.reason = "a mode has no stiffness, and no reduced model"
+        if np.any(self.modes.squared <= 0.0):  # a frequency of zero except for round-off: a slack part without support
+            self.reason = "a mode has no stiffness, so there is no reduced model"
             if wanted == "reduced":
                 warnings.append(f'reduced model: {self.reason}; solved with vibration.model = "full"')
             return
@@ -165,7 +165,9 @@ class VibrationAnalysis(OneStep):
         return self._first_step() if self._stated is None else self._stated.step
 
     def _first_step(self) -> float:
-        """Step of the case, or a 40th of the pulse, or of the period of the lowest mode if shorter."""
+        """Step of the case; by default a 40th of the pulse or of the period of the lowest mode, whichever is
+        shorter.
+        """
         if self.case.solve.step is not None:
             return self.case.solve.step
         period = 1.0 / max(float(np.abs(self.modes.frequencies).min()), 1.0 / self.vibration.duration)

@@ -1,10 +1,10 @@
 """Added mass of the air around a vibrating film.
 
 A film of length l in still air has an added mass of 0.68 rho_air l per square metre, for both sides together. It does not
-depend on frequency and amplitude, as long as the film vibrates in its first modes (Minami 1998). Only the normal motion
-moves air, so the mass matrix is int m S_i S_j dA n n^T with the normal n of the film at rest. Motion in the film's plane and
-cables have no added mass. If it is added to the whole mass matrix, as is often done, in-plane vibrations are too slow.
-Patches have the same added mass as the film around them.
+depend on frequency and amplitude, if the film vibrates in its first modes (Minami 1998). Only the normal motion
+moves air, so the mass matrix is int m S_i S_j dA n n^T with the normal n of the film at rest. Motion in the film's
+plane has no added mass. Cables have none either. Many models add it to the whole mass matrix; their in-plane
+frequencies are too low. Patches have the same added mass as the film around them.
 
 References
 ----------

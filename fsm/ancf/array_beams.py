@@ -1,6 +1,6 @@
 """Kernels of planar beams in a model of arrays, called by their addresses; see `fsm.ancf.arrays`.
 
-They call the strains of an element by address too, so that all elements have the same kernels.
+They also call the kernels of strains by address, so all elements use the same kernels of forces and tangents.
 """
 
 from __future__ import annotations

@@ -60,7 +60,9 @@ def rows_times(rows: Rows, vector: np.ndarray) -> np.ndarray:
 
 @kernel
 def place(table: np.ndarray, t: float, since: float, q: np.ndarray, u: np.ndarray) -> None:
-    """Write coordinates and rates, those of motions at time t; mean rates if `since` is before t (s)."""
+    """Write coordinates and rates; moved coordinates have their values at time t. Rates are means if `since` is before
+    t (s).
+    """
     here, rates, start = floats_1d(table, Q), floats_1d(table, U), floats_1d(table, START)
     copy_into(q, here)
     copy_into(u, rates)
@@ -114,7 +116,7 @@ def sum_forces(model: Coordinates, t: float, moving: float) -> None:
 
 @kernel
 def forces_of_coordinates(table: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Forces (n,); those of held coordinates are the forces of springs that keep them at their start."""
+    """Forces (n,). At held coordinates these are the forces of springs that keep them at their start."""
     total, start, fixed = floats_1d(table, FORCE), floats_1d(table, START), integers_2d(table, FIXED)
     stiff, size, out = floats_1d(table, NUMBERS)[HELD_STIFFNESS], fixed.shape[1], np.empty(q.shape[0])
     for i in range(fixed.shape[0]):
@@ -151,7 +153,7 @@ def hold(table: np.ndarray) -> None:
 
 @kernel
 def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
-    """Write the forces on all coordinates at the present state, K and D, without an effect of supports; see `hold`."""
+    """Write the forces on all coordinates at the present state, K and D. Supports have no effect here; see `hold`."""
     table = model.table
     total, stiffness, damping = floats_1d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for i in range(total.shape[0]):

@@ -50,7 +50,7 @@ class Arrays(NamedTuple):
     q, u, force : present coordinates, rates and forces
     start : coordinates at which held ones stay
     fixed : (n_nodes, size) int array
-        1 for held and moved coordinates.
+        1 for held and moved coordinates, else 0.
     weight : N
     stiffness, damping, matrix, mass, full_mass : block data
         `mass` has the rows of held coordinates replaced, `full_mass` has not.
@@ -113,7 +113,7 @@ class Coordinates(NamedTuple):
     tables : (n_groups, m, 4) int array
         Table of the arrays of each group.
     accepting : (k,) int array
-        Addresses of kernels that take note of each accepted state, at its time; arguments as of `kernels`.
+        Addresses of kernels that record each accepted state, with its time; arguments as of `kernels`.
     accept_tables : (k, m, 4) int array
         Table of the arrays of each of them.
     flags : (3,) int array, see `fsm.kernels.block_equations`
@@ -130,9 +130,11 @@ class Coordinates(NamedTuple):
 
 
 FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT = range(4)
-"""Columns of `Coordinates.kernels`. All have the arguments table, table of the group, and a number: 1 in motion, 0 at rest.
+"""Columns of `Coordinates.kernels`. All kernels have the arguments table, table of the group, and a number: 1 in
+motion, 0 at rest.
 
-They add forces; add forces and tangents; return the stored energy (J); and return the dissipated power (W).
+The first column adds forces. The second adds forces and tangents. The third returns the stored energy (J), the fourth
+the dissipated power (W).
 """
 (
     Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,

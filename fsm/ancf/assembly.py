@@ -61,7 +61,8 @@ def scatter_matrix(slots: np.ndarray, scale: np.ndarray, size: int, element: np.
 def weigh_stretch(
     rows: np.ndarray, first: int, stride: int, hessian: np.ndarray, symmetric: bool, weighed: np.ndarray
 ) -> None:
-    """Compute products of the second derivatives at one point with its two rows of the table, for `contract`.
+    """Compute products of the second derivatives at one point with the two rows of this point in the table, for
+    `contract`.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def weigh_stretch(
         Table of the derivatives of the shape functions at all points.
     first, stride : rows of this point: first, first + stride, ...
     hessian : (6, 6) array
-    symmetric : whether the second derivatives are symmetric, so that (a, b) with a > b is skipped
+    symmetric : whether the second derivatives are symmetric; pairs (a, b) with a > b are then skipped
     weighed : (k, 6 or 9, 12) array
         Output: the rows of this point, for each pair of components (a, b); with 6 pairs only a <= b.
     """

@@ -26,16 +26,16 @@ def bar_stresses(
 ) -> np.ndarray:
     """Largest normal stress of each bar, at its surfaces and the ends of its elements, (n_bars,), Pa.
 
-    Moments are largest at hinges, where no Gauss points are. The strains at the Gauss points are therefore fitted by a
-    linear function along the element. At the ends the fit is too low by s'' L^2/12. The second derivative s'' of the
-    strain is taken from the slopes in the adjacent elements.
+    Moments are largest at hinges, but hinges have no Gauss points. The strains at the Gauss points are therefore fitted
+    by a linear function along the element. At the ends the fit is too low by s'' L^2/12. The second derivative s'' of
+    the strain is taken from the slopes in the adjacent elements.
 
     Parameters
     ----------
     strain : (m, g, s) array
         Strains at the points of all elements: 3 of `fsm.ancf.beam_green`, 4 of `beam_section`, 2 of `beam_bernoulli`.
     bars : (n_bars, 2) int array
-        First element of each bar, and the one after its last.
+        First element of each bar, and the element after its last one.
     beside : (m, 2) int array
         Elements before and after each element in its half of the bar; the element itself if there is none.
     young, height : Pa, m

@@ -2,9 +2,10 @@
 
 At each node a bar has a separate position and separate slopes. At a common point (hinge) all bars use one position (master
 and slaves, Peng et al. 2019, eq. 13, positions only) and keep separate slopes. At its middle point a bar has one section
-r_y, which transmits the moment. It has an r_x on either side, because the hinge causes a jump of axial and shear forces. If
-the second half is at an angle to the first, its sections are stored rotated back by this angle, so both halves share r_y. A
-cable has no section. It has one r_x at the middle point, stored in the same way.
+r_y, which transmits the moment. It has an r_x on either side, because the hinge causes a jump of axial and shear
+forces. The second half may be at an angle to the first. Its sections are then stored rotated back by this angle, so
+both halves share r_y. A cable has no section. It has one r_x at the middle point. The second half stores it rotated
+back, as other bars do with r_y.
 """
 
 from __future__ import annotations
@@ -241,7 +242,7 @@ _KERNELS = {
 
 
 def _over_section(count: int, length: float, height: float, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss points x/L and y (m), `count` along and two across the axis, and their volumes (m^3)."""
+    """Gauss points x/L and y (m), `count` along the axis and two across it, and their volumes (m^3)."""
     xi, along = gauss_points(count, 0.0, 1.0)
     y, across = gauss_points(2, -0.5 * height, 0.5 * height)
     return np.repeat(xi, 2), np.tile(y, count), np.outer(length * along, width * across).ravel()

@@ -90,7 +90,7 @@ class BeamGroup:
     Attributes
     ----------
     strains, hessians : kernels of the element
-        They compute arrays of `BeamArrays`: strains and gradients, and hessians, from z.
+        Kernels that compute arrays of `BeamArrays` from z: strains and gradients, and hessians.
     vectors : (m, v) int array
         First coordinate of each vector of each element.
     frames : (m, v, 2) array
@@ -115,7 +115,7 @@ class BeamGroup:
         return bool(np.any(self.beta > 0.0))
 
     def mass(self) -> MassPart:
-        """See `ElementGroup`; of vectors i and j that are turned by R_i and R_j it is m_ij R_i^T R_j."""
+        """See `ElementGroup`. Vectors i and j that are turned by R_i and R_j have the mass m_ij R_i^T R_j."""
         turned = self.frames[..., 1] != 0.0
         alike = turned[:, :, None] == turned[:, None, :]
         vectors, scalars, tensors = [self.vectors], [self.masses * alike], [np.tile(np.eye(2), (len(turned), 1, 1))]

@@ -6,8 +6,8 @@ With a = r_x, d = r_y and b = r_xy on the axis, l = |d|, the section's normal t 
     U = 1/2 int EA Gamma1^2 + k GA Gamma2^2 + EI kappa^2 + EA E22^2 dx.
 
 The strains are exact for any rotation. There is no Poisson effect, so no Poisson locking. The shear factor k is the user's
-value or 5/6. E22 only keeps the unloaded stretch of the section at one. Three Gauss points integrate the axis of a bar
-without spurious modes and without locking (docs/theory.md).
+value or 5/6. The strain E22 has one purpose: it keeps the unloaded stretch of the section at one. Three Gauss points
+integrate the axis of a bar without spurious modes and without locking (docs/theory.md).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Common kernels of planar beams: energy, forces and tangents of strains that depend on derivatives of r.
+"""Kernels that all planar beams use: energy, forces and tangents of strains that depend on derivatives of r.
 
 At a point with weight w the strains s_i(z), for example with z = (r_x, r_y, r_xy) in R^6, store the energy w/2 c_i s_i^2.
 Their dampers dissipate w c_i beta s_i'^2. With the gradients g_i and the Hessians H_i of the strains

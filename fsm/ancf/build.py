@@ -111,7 +111,8 @@ class FilmGrid:
 
         Notes
         -----
-        Held positions alone do not keep an edge straight: between nodes the edge is a cubic with the slopes along it.
+        Held positions alone do not keep an edge straight: between nodes the edge is a cubic that also follows from the
+        slopes along it.
         """
         lines = {
             "left": (self.position[0], 6), "right": (self.position[-1], 6),
@@ -293,7 +294,7 @@ class MeshBuilder:
 
     def facets(
         self, start: np.ndarray, owner: np.ndarray, numbers: np.ndarray, plane: np.ndarray, angle: np.ndarray,
-        material: FilmMaterial, curved: bool = False, viscosity: float = 0.0,
+        material: FilmMaterial, curved: bool = False, viscosity: float = 0.0, tension_field: bool = False,
     ) -> int:  # fmt: skip
         """Add flexible facets; returns the first coordinate of their vector 0.
 
@@ -305,7 +306,7 @@ class MeshBuilder:
             Node whose position each node uses.
         numbers : (m, 9) int array
             Numbers of the vectors r, r_1, r_2 at the corners of each triangle; node s has the vectors 3 s, 3 s + 1, 3 s + 2.
-        plane, angle, material, viscosity : see `FacetGroup`
+        plane, angle, material, viscosity, tension_field : see `FacetGroup`
         curved : whether the start is without stress; otherwise the flat facets are
         """
         first = self.size * len(self._nodes)
@@ -315,7 +316,7 @@ class MeshBuilder:
                 self._used[-1][:3] = False
         vectors = first + 3 * numbers
         rest = np.concatenate([np.zeros(first), start.ravel()]) if curved else None
-        self._groups.append(FacetGroup(vectors, plane, angle, material, rest, first, viscosity))
+        self._groups.append(FacetGroup(vectors, plane, angle, material, rest, first, viscosity, tension_field))
         self._quads.append(vectors[:, [0, 3, 6, 6]])
         return first
 

@@ -8,10 +8,11 @@ bending with stretch. With A = r'.r', B = r''.r'', C = r'.r'', kappa^2 = B/A - C
 A tension-only cable carries no compression. For eps <= 0 a small fraction of EA remains, with an additional constant force
 as in `fsm.ancf.tension_field`. The bending stiffness remains.
 
-For a material that is linear in the engineering strain, eps = |r'| - 1 (`engineering`). Both strains differ by eps^2/2.
+For a material that is linear in the engineering strain, eps = |r'| - 1 (`engineering`). The engineering strain and
+Green's strain differ by eps^2/2.
 
-Stretch has 5 Gauss points, which is exact (r' is quadratic, eps^2 of degree 8). Bending has 3 points; its integrand is
-rational, see `POINTS`.
+Stretch has 5 Gauss points. This rule is exact, because r' is quadratic and eps^2 has the degree 8. Bending has 3
+points; its integrand is rational (see `POINTS`).
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ __all__ = ["POINTS", "CableArrays", "CableGroup", "add_force", "add_tangent", "d
 
 POINTS = (5, 3)
 """Gauss points of stretch and of bending. Error of the tip of a cantilever under 3 E I/L^2 with 8 elements, relative to L:
-2.8e-5 with (5, 3) points. One more point in bending changes the error by 5e-8; one less doubles it. One less in stretch
-changes it by 1e-7."""
+2.8e-5 with (5, 3) points. With one more point in bending the error changes by 5e-8; with one less it doubles. With one
+less in stretch it changes by 1e-7."""
 
 
 class CableArrays(NamedTuple):
@@ -228,7 +229,7 @@ def _force(axial: float, strain: float, remainder: float) -> tuple[float, float]
 
 @kernel
 def release_at(cable: CableArrays, engineering: bool, q: np.ndarray) -> None:
-    """Set the forces P with which all cables carry no compression in this configuration."""
+    """Set the forces P so that no cable is under compression in this configuration."""
     e, g = np.empty((3, 4)), np.empty(3)
     for k in range(cable.vectors.shape[0]):
         gather(cable.vectors[k], cable.scale[k], q, e)

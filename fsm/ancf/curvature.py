@@ -60,7 +60,7 @@ def curvature_gradient(g: np.ndarray, n: np.ndarray, size: float, c: np.ndarray,
 
 @kernel(inline=True)
 def curvature_effort(g: np.ndarray, n: np.ndarray, size: float, m: np.ndarray, c: np.ndarray, out: np.ndarray) -> None:
-    """Compute the product m . gradient (15,) without forming the gradient: the efforts of bending at a point.
+    """Compute the efforts of bending at a point: the product m . gradient (15,), without forming the gradient.
 
     Parameters
     ----------

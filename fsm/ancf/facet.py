@@ -1,8 +1,9 @@
 """Kernels of ANCF-DKT triangles: energy, force, tangent and membrane efforts of flexible facets.
 
 Stretch: fifteen scalars that rigid motions do not change, and their constant moduli (`membrane_moduli` in
-`fsm.ancf.facet_shape`). They are the mean Green strains of the three edges (Simpson's rule), the Green strains of the slopes
-at the corners, and the turns of the edges within the surface. An edge from a to b with tangent t and normal n turns by
+`fsm.ancf.facet_shape`). They are the mean Green strains of the three edges (Simpson's rule), the Green strains of the
+slopes at the corners, and the rotations of the edges within the surface. An edge from a to b with tangent t and normal
+n rotates by
 
     (F_b t - F_a t) . (F_a n + F_b n)/2,    F = [r_X, r_Y]
 
@@ -18,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.ancf.curvature import add_curvature_hessian, curvature_effort, curvature_gradient, normal
+from fsm.ancf.facet_tension import relax_efforts, relax_energy, relax_moduli
 from fsm.kernels.jit import kernel
 
 __all__ = [
@@ -47,6 +49,10 @@ class FacetArrays(NamedTuple):
     bend_moduli : (m, 3, 3) array, N m^3
         Moduli of bending for kxx, kyy, kxy times a third of the area.
     rest_curvature : (m, 3, 3) array, 1/m
+    points : (m, 3, 3, 15) array
+        Strain at the middles of the edges from these strains; empty if the law is plain.
+    tension : (m, 5) array
+        Tension field, as in `fsm.ancf.facet_tension.relax_energy`; empty if the law is plain.
     """
 
     vectors: np.ndarray
@@ -58,6 +64,8 @@ class FacetArrays(NamedTuple):
     rows: np.ndarray
     bend_moduli: np.ndarray
     rest_curvature: np.ndarray
+    points: np.ndarray
+    tension: np.ndarray
 
 
 @kernel(inline=True)
@@ -153,6 +161,8 @@ def facet_energy(facets: FacetArrays, q: np.ndarray) -> tuple[float, float]:
         stretch_efforts(facets.moduli[k], strains, efforts)
         for part in range(5):
             stretch += 0.5 * _dot(strains[part], efforts[part])
+        if facets.tension.shape[0] > 0:
+            stretch += relax_energy(facets.points[k], facets.tension[k], strains)
         if flat:
             for i in range(9):
                 for j in range(9):
@@ -202,6 +212,8 @@ def add_facet_force(facets: FacetArrays, q: np.ndarray, force: np.ndarray) -> No
         gather(facets.vectors[k], q, e)
         stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
         stretch_efforts(facets.moduli[k], strains, efforts)
+        if facets.tension.shape[0] > 0:
+            relax_efforts(facets.points[k], facets.tension[k], strains, efforts)
         f[:] = 0.0
         for edge in range(3):
             for point in range(3):
@@ -247,7 +259,9 @@ def add_facet_force(facets: FacetArrays, q: np.ndarray, force: np.ndarray) -> No
 
 @kernel(inline=True)
 def _columns(strain: int) -> tuple[int, int]:
-    """First and last column of the derivatives of a strain: those of the slopes for a corner, else all."""
+    """First and last column of the derivatives of a strain: the columns of the slopes for a corner strain, else all
+    columns.
+    """
     if strain < 3 or strain >= 12:
         return 0, 27
     first = 9 * (strain // 3 - 1) + 3
@@ -258,7 +272,9 @@ def _columns(strain: int) -> tuple[int, int]:
 def stretch_gradients(
     edges: np.ndarray, across: np.ndarray, slopes: np.ndarray, e: np.ndarray, out: np.ndarray
 ) -> None:
-    """Derivatives (15, 27) of the strains by the nodal vectors; those of a corner in `_columns` only."""
+    """Derivatives (15, 27) of the strains by the nodal vectors. Derivatives of corner strains are in `_columns`
+    only.
+    """
     for edge in range(3):
         for i in range(9):
             for a in range(3):
@@ -327,6 +343,8 @@ def facet_efforts(facets: FacetArrays, q: np.ndarray, dx: np.ndarray, out: np.nd
             strains[1 + edge, 1] += _dot(e[y], change[y])
             strains[1 + edge, 2] += _dot(e[x], change[y]) + _dot(e[y], change[x])
         stretch_efforts(facets.moduli[k], strains, out[k])
+        if facets.tension.shape[0] > 0:
+            relax_efforts(facets.points[k], facets.tension[k], strains, out[k])
 
 
 @kernel
@@ -340,14 +358,14 @@ def add_facet_tangent(
     facets : FacetArrays
     q : (n,) array
     given : (m, 5, 3) array
-        Membrane efforts of the geometric stiffness; empty: those at q.
+        Membrane efforts of the geometric stiffness; if empty, the efforts at q are used.
     slots : (m, 9, 9) int array
     size : size of the blocks
     into : flat block data
     """
     e, slopes, strains, efforts = np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3)), np.empty((5, 3))
     gradients, weighed = np.empty((15, 27)), np.empty((15, 27))
-    h, plain = np.empty((27, 27)), np.empty((9, 9))
+    h, plain, moduli = np.empty((27, 27)), np.empty((9, 9)), np.empty((15, 15))
     g, n, kappa, m, c, turned = np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((8, 6))
     gradient, moments, bend, half = np.empty((3, 15)), np.empty((3, 15)), np.empty((15, 15)), np.empty((15, 27))
     flat = facets.bending.shape[0] > 0
@@ -358,7 +376,11 @@ def add_facet_tangent(
             efforts[:] = given[k]
         else:
             stretch_efforts(facets.moduli[k], strains, efforts)
-        moduli = facets.moduli[k]
+            if facets.tension.shape[0] > 0:
+                relax_efforts(facets.points[k], facets.tension[k], strains, efforts)
+        moduli[:] = facets.moduli[k]
+        if facets.tension.shape[0] > 0:
+            relax_moduli(facets.points[k], facets.tension[k], strains, moduli)
         # material part
         stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
         for i in range(15):

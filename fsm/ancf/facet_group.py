@@ -18,7 +18,8 @@ from fsm.ancf.facet import (
     facet_strains,
 )
 from fsm.ancf.facet_damping import add_facet_damping, facet_dissipation, facet_rates
-from fsm.ancf.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli
+from fsm.ancf.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli, mid_edge_strains
+from fsm.ancf.facet_tension import REMAINDER, ROUNDED
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.group import MassPart
 from fsm.system_records import PreviousState
@@ -43,9 +44,11 @@ class FacetGroup:
     material : FilmMaterial
     rest : (n,) array or None
         All coordinates in the curved shape without stress; None: flat.
-    first : first coordinate of the mesh
+    first : index of the first coordinate of the facets in the coordinates of the mesh
     viscosity : s
         Kelvin-Voigt time tau.
+    tension_field : bool
+        Whether facets carry no compression (`fsm.ancf.facet_tension`).
     name : of its energy
     """
 
@@ -56,6 +59,7 @@ class FacetGroup:
     rest: np.ndarray | None = None
     first: int = 0
     viscosity: float = 0.0
+    tension_field: bool = False
     name: str = "panels"
     _before: PreviousState | None = field(default=None, init=False)
     _duration: float = field(default=0.0, init=False)
@@ -125,9 +129,10 @@ class FacetGroup:
         return float(stretch), float(bend)
 
     def efforts(self, q: np.ndarray, dx: np.ndarray | None = None) -> np.ndarray:
-        """Membrane efforts, flat: unknowns of the mixed Newton method; with `dx`, to first order after this increment.
+        """Membrane efforts, flat: unknowns of the mixed Newton method. With `dx`, they are to first order after this
+        increment.
 
-        For each triangle three of its edges, three at each corner and three turns, times its area.
+        Each triangle has three efforts of its edges, three at each corner and three of rotations, all times its area.
         """
         out = np.empty((len(self.vectors), 5, 3))
         facet_efforts(self.arrays, q, np.zeros_like(q) if dx is None else dx, out)
@@ -143,7 +148,7 @@ class FacetGroup:
         return float(facet_dissipation(self.arrays, self.rows.bend, self.viscosity, q, *rates, force))
 
     def _rates(self, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rates of strains and curvatures: in a step of a path their mean, else those of the velocities."""
+        """Rates of strains and curvatures: means over a step of a path, else the rates at the velocities u."""
         if self._before is None:
             rates = np.empty((len(self.vectors), 5, 3)), np.empty((len(self.vectors), 3, 3))
             facet_rates(self.arrays, self.rows.bend, q, u, *rates)
@@ -162,6 +167,17 @@ class FacetGroup:
         """Rows over the nodal vectors."""
         return facet_rows(self.plane, self.angle)
 
+    def _tension(self) -> tuple[np.ndarray, np.ndarray]:
+        """Arrays of the tension field; empty if the law is plain."""
+        material, count = self.material, len(self.vectors)
+        if not self.tension_field:
+            return np.zeros((0, 3, 3, 15)), np.zeros((0, 5))
+        points = np.ascontiguousarray(mid_edge_strains(self.rows, self.plane, self.angle))
+        tension = np.empty((count, 5))
+        tension[:, 0] = self.rows.area / 3.0
+        tension[:, 1:] = material.stretch, material.poisson, REMAINDER, ROUNDED
+        return points, tension
+
     @cached_property
     def arrays(self) -> FacetArrays:
         """Arrays of the kernels."""
@@ -179,7 +195,7 @@ class FacetGroup:
         arrays = FacetArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(rows.edges),
             np.ascontiguousarray(rows.bend[:, :, 1]), strains, moduli,
-            np.ascontiguousarray(bending), of_points, np.ascontiguousarray(bend), rest,
+            np.ascontiguousarray(bending), of_points, np.ascontiguousarray(bend), rest, *self._tension(),
         )  # fmt: skip
         if self.rest is None:
             return arrays

@@ -1,7 +1,7 @@
 """Rows and matrices of ANCF-DKT triangles: linear functions of the nodal vectors r, r_1, r_2 at three corners.
 
-r_1 and r_2 are the derivatives of r along two orthogonal unit vectors of the plane at each corner; every corner may have its
-own. An edge from corner a to b has the length l, the tangent t and the normal n on its left:
+r_1 and r_2 are the derivatives of r along two orthogonal unit vectors of the plane. Each corner may have other unit
+vectors. An edge from corner a to b has the length l, the tangent t and the normal n on its left:
 
     m_t = 3 (r_b - r_a)/(2 l) - (r_t,a + r_t,b)/4,    m_n = (r_n,a + r_n,b)/2
 
@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["FacetRows", "cubic_rows", "cubic_shapes", "facet_masses", "facet_rows", "membrane_moduli"]
+__all__ = ["FacetRows", "cubic_rows", "cubic_shapes", "facet_masses", "facet_rows", "membrane_moduli", "mid_edge_strains"]
 
 FOLLOW = 1.0
 """Stiffness with which the mean strain of the corners follows that of the triangle, relative to that of the film."""
 _MASS_POINTS = 7
-"""Gauss points a side of the square that is mapped to the triangle, for the mass: exact to degree 6."""
+"""Gauss points per side of the square that is mapped to the triangle, for the mass: exact to degree 6."""
 
 
 class FacetRows(NamedTuple):
@@ -161,9 +161,9 @@ def facet_masses(plane: np.ndarray, angle: np.ndarray, area: np.ndarray, areal_d
 def membrane_moduli(rows: FacetRows, plane: np.ndarray, angle: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """Moduli (m, 15, 15), N m, of the strains in `fsm.ancf.facet.FacetArrays.rest`.
 
-    The mean strain e_0 is the integral of n u over the boundary, with cubic displacements along the edges, so it agrees with
-    that of the neighbours (patch test). With the mean strains e_k of the edges, the turns g_k, the lengths l_k, and T that
-    gives the strain of the triangle from its edges:
+    The mean strain e_0 is the integral of n u over the boundary, with cubic displacements along the edges. Neighbours
+    have the same displacements there, so the patch test holds. With the mean strains e_k of the edges, the turns g_k,
+    the lengths l_k, and T that gives the strain of the triangle from its edges:
 
         e_0 = T e + sum_k l_k^2/(12 A) (g_k n n + (t E_b t - t E_a t) (n t + t n)/2)
 
@@ -171,14 +171,33 @@ def membrane_moduli(rows: FacetRows, plane: np.ndarray, angle: np.ndarray, stret
 
         U = A/2 (e_0 C e_0 + sum_i d_i C d_i/12 + FOLLOW (E - e_0) C (E - e_0))
 
-    A linear strain is exact. The last term ties the slopes at the corners to the positions.
+    A linear strain is exact. The last term couples the slopes at the corners to the positions.
     """
+    centre, at_corner = _mean_strains(rows, plane, angle)
+    mean = at_corner.mean(axis=1)
+    apart = at_corner - mean[:, None]
+    moduli = np.einsum("mki,kl,mlj->mij", centre, stretch, centre)
+    moduli += np.einsum("mcki,kl,mclj->mij", apart, stretch, apart) / 12.0
+    moduli += FOLLOW * np.einsum("mki,kl,mlj->mij", mean - centre, stretch, mean - centre)
+    return np.asarray(rows.area[:, None, None] * moduli)
+
+
+def mid_edge_strains(rows: FacetRows, plane: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Strains exx, eyy, 2 exy at the middles of the edges (m, 3, 3, 15) from the strains of `membrane_moduli`.
+
+    The mean of W at these points is the mean of W over the triangle.
+    """
+    centre, at_corner = _mean_strains(rows, plane, angle)
+    apart = at_corner - at_corner.mean(axis=1)[:, None]
+    return np.asarray(centre[:, None] + 0.5 * (apart + np.roll(apart, -1, axis=1)))
+
+
+def _mean_strains(rows: FacetRows, plane: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """e_0 (m, 3, 15) and E_i (m, 3, 3, 15) of `membrane_moduli`."""
     count = len(angle)
     at_corner = np.zeros((count, 3, 3, 15))
     for i in range(3):
         at_corner[:, i, :, 3 + 3 * i : 6 + 3 * i] = _strain_turns(-angle[:, i])
-    mean = at_corner.mean(axis=1)
-    apart = at_corner - mean[:, None]
     along = np.roll(plane, -1, axis=1) - plane
     length = np.linalg.norm(along, axis=2)
     t = along / length[..., None]
@@ -193,10 +212,7 @@ def membrane_moduli(rows: FacetRows, plane: np.ndarray, angle: np.ndarray, stret
         centre[:, :, 12 + k] += size[:, None] * bend[:, k]
         change = np.einsum("mj,mjs->ms", of_edges[:, k], at_corner[:, (k + 1) % 3] - at_corner[:, k])
         centre += size[:, None, None] * shear[:, k, :, None] * change[:, None]
-    moduli = np.einsum("mki,kl,mlj->mij", centre, stretch, centre)
-    moduli += np.einsum("mcki,kl,mclj->mij", apart, stretch, apart) / 12.0
-    moduli += FOLLOW * np.einsum("mki,kl,mlj->mij", mean - centre, stretch, mean - centre)
-    return np.asarray(rows.area[:, None, None] * moduli)
+    return centre, at_corner
 
 
 def _strain_turns(angle: np.ndarray) -> np.ndarray:

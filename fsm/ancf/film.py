@@ -28,15 +28,15 @@ __all__ = ["FilmMaterial", "FilmStress", "LaminateMaterial", "MembraneGroup", "P
 POINTS = (4, 3)
 """Gauss points along a side, for stretch and for bending.
 
-Tensioned square, 6 x 6 cells, six lowest frequencies: 5 points in stretch change them by 6e-6; 3 leave motions without
-stiffness, which become unstable under tension along their slopes. 3 in bending are exact for small deflections of a flat
-plate.
+Test: six lowest frequencies of a tensioned square with 6 x 6 cells. With 5 points in stretch they change by 6e-6. With
+3 points some motions have no stiffness and become unstable under tension along their slopes. Three points in bending
+are exact for small deflections of a flat plate.
 """
 
 _STRETCH = ((1, 0), (0, 1))
 _BEND = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
 _UNSTRESSED = 1e-6
-"""Strain, relative to the largest one, below which a compression is round-off and causes no wrinkle."""
+"""Strain relative to the largest strain, below which a compression is round-off and causes no wrinkle."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class FilmStress:
     principal : (m, s, 2) array, Pa
         Cauchy stresses, the larger first.
     direction : (m, s, 3) array
-        Unit vector of the larger one, in the surface.
+        Unit vector of the larger principal stress, in the surface.
     state : TAUT, WRINKLED or SLACK by the mixed criterion
     area : m^2
         Area that each point represents.
@@ -139,7 +139,7 @@ class MembraneGroup:
     rest : (n,) array or None
         All coordinates in the unstressed shape; flat if absent.
     name : of its energy
-    points : Gauss points a side, of stretch and of bending
+    points : Gauss points per side, for stretch and for bending
     """
 
     vectors: np.ndarray
@@ -210,14 +210,14 @@ class MembraneGroup:
         position, x, y = (np.einsum("si,mia->msa", shape, e) for shape in shapes)
         x, y = x / self.sides[:, :1, None], y / self.sides[:, 1:, None]
         states = film_states(strain, self.material.poisson)
-        # tension along one axis alone: round-off across it is no wrinkle
+        # under tension along one axis, round-off of the stress across this axis is no wrinkle
         middle, half = 0.5 * (strain[..., 0] + strain[..., 1]), 0.5 * (strain[..., 0] - strain[..., 1])
         radius, nu = np.hypot(half, strain[..., 2]), self.material.poisson
         across = (1.0 + nu) * middle - (1.0 - nu) * radius
         states[(states == WRINKLED) & (across > -_UNSTRESSED * np.abs(strain).max(initial=0.0))] = TAUT
         tensor = self._cauchy(strain, x, y)
         values, vectors = np.linalg.eigh(tensor)
-        # the surface holds two of the three directions; the third has no stress
+        # two of the three directions lie in the surface; the third has no stress
         flat = np.argmax(np.abs(np.einsum("msak,msa->msk", vectors, np.cross(x, y))), axis=-1)
         keep = np.array([[2, 1], [2, 0], [1, 0]])[flat]
         principal = np.take_along_axis(values, keep, axis=-1)

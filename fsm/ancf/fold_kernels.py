@@ -54,7 +54,7 @@ class FoldArrays(NamedTuple):
     vectors : (m, v) int array
         First coordinates of the nodal vectors.
     weights : (m, 3, v) array
-        Factors of these vectors in a, b and c.
+        Factors of these nodal vectors in the vectors a, b and c of a fold.
     near : (m,) array, rad
         Angles are taken within half a turn of this value.
     damping : (m,) array, N m s/rad

@@ -30,7 +30,9 @@ __all__ = ["FoldEnergy", "FoldLaws"]
 
 
 class FoldEnergy(NamedTuple):
-    """Stored energy (J) of all folds, and power (W) that dampers and sliders dissipate, that sliders do, and of the load."""
+    """Stored energy (J) of all folds, and powers (W): dissipated by dampers and sliders, input of sliders, and input of
+    the load.
+    """
 
     stored: float
     dissipated: float

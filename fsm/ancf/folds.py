@@ -2,12 +2,12 @@
 
 The vectors a and b across the fold on its sides, and c along it, are sums of four nodal vectors:
 
-* creases of flexible facets, at a node: of the slopes of the facets on both sides. Both sides share positions, and each
-  has slopes of its own; c is the mean of their slopes along the crease.
+* creases of flexible facets, at a node: of the slopes of the facets on both sides. The two sides share positions and
+have separate slopes; c is the mean of their slopes along the crease.
 * triangles (i, j, k) and (l, k, j) of points: a = x_j - x_i, b = x_l - x_j, c = x_k - x_j.
 
 The fold angle is the rotation about c from a to b, as in `fsm.ancf.fold_angle`: zero if flat, positive for a valley.
-`fsm.ancf.fold_laws` has the moments.
+`fsm.ancf.fold_laws` defines the moments.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ class FoldGroup:
         return self.laws.moments(self._time, states[:, 0].copy(), self._rate(states, u))
 
     def _rate(self, states: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """Rates of the fold angles, (m,), rad/s: in a step of a path their mean, else those of the velocities."""
+        """Rates of the fold angles, (m,), rad/s: means over a step of a path, else the rates at the velocities u."""
         if u is None:
             return np.zeros(len(states))
         if self._before is not None:

@@ -1,9 +1,9 @@
 """A deployed strip of rigid segments as a film: its shape, its tension, its creases as lines where its slope jumps.
 
-The material lines of the film are those of the strip: X along the flat strip, Y across. The film has the stretch of the
-joints of the segments, which gives the tension of the strip. Panels are flat without load. A crease is a line on which
-the slope along X jumps, with a torsional spring (`fsm.ancf.crease_line`): with the moment M and the stiffness k = dM/dpsi
-at its present turn psi, the spring has the stiffness k and is free of moment at psi - M/k.
+The material lines of the film are those of the strip: X along the flat strip, Y across. The film has the same stretch
+as the joints of the segments, and therefore the tension of the strip. Panels are flat without load. A crease is a line
+on which the slope along X jumps, with a torsional spring (`fsm.ancf.crease_line`). At its present rotation psi a crease
+has the moment M and the stiffness k = dM/dpsi. The spring has the stiffness k and no moment at psi - M/k.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ class CreaseLine:
     stiffness : N m/rad
         Over the width of the strip, at its present angle.
     free_angle : rad
-        Turn of the film from before to behind the crease, about its width, at which it has no moment; positive up.
+        Rotation of the film from before to behind the crease, about the width, at which the crease has no moment;
+        positive upwards.
     """
 
     place: float
@@ -141,12 +142,12 @@ def _crease_lines(
 
 
 def _turn(first: np.ndarray, last: np.ndarray, across: np.ndarray) -> float:
-    """Turn from one direction to another about `across`; positive up, from x towards z for a width along y."""
+    """Rotation from one direction to another about `across`; positive from x towards z if `across` is y."""
     return float(np.arctan2(np.cross(last, first) @ across, first @ last))
 
 
 def _air(group: MembraneGroup, shape: np.ndarray, air: float) -> MassPart:
-    """Air on the motion along each element's own normal in a shape."""
+    """Added mass of air for motion along the normal of each element in a shape."""
     corners = shape[group.vectors[:, ::3, None] + np.arange(3)]
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal /= np.linalg.norm(normal, axis=1)[:, None]

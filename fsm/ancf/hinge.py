@@ -1,6 +1,7 @@
 """Moments of hinges between bars: springs, dampers, dry friction, end stops, latches.
 
-A hinge joins two bars at a shared position. Its turn follows from the angle between the slopes p and q of the bars,
+A hinge joins two bars at a shared position. Its rotation (turn) follows from the angle between the slopes p and q of
+the bars,
 
     turn = sign (angle from p to q - initial angle),
 
@@ -148,7 +149,7 @@ def dissipation(hinges: HingeArrays, q: np.ndarray, u: np.ndarray) -> float:
         law, depth = hinges.law[k], turn - hinges.law[k, _LIMIT]
         moment = law[_DAMPING] * rate + law[_FRICTION] * np.tanh(rate / law[_SPEED])
         if hinges.latched[k] == 1 or depth > 0.0:
-            # the stop dissipates its whole moment where it would pull; a latch pulls
+            # where a stop would pull, dissipation cancels its moment; a latch does pull
             damped = law[_RESTITUTION] * rate
             moment += law[_STOP] * abs(depth) ** 1.5 * (damped if hinges.latched[k] == 1 else max(damped, -1.0))
         power += moment * rate

@@ -1,9 +1,9 @@
 """A mesh of ANCF elements: coordinates by nodes, groups of elements, held coordinates, and the pattern of its matrices.
 
-In space every node has a block of `size` coordinates: `size` // 3 vectors, the position first, then slopes. A node that
-needs fewer vectors (for example of a cable) leaves the others unused; they count as held. Elements refer to vectors and not
-to nodes. A cable that ends at a film corner thus uses the position of the corner, and a separate slope. In a plane every
-vector has a separate block, because bars at a hinge share a position only and have separate slopes.
+In space every node has a block of `size` coordinates: `size` // 3 vectors, first the position and then the slopes. A
+node that needs fewer vectors (for example of a cable) leaves the others unused; they count as held. Elements refer to
+vectors and not to nodes. A cable that ends at a film corner thus uses the position of the corner, and a separate slope.
+In a plane every vector has a separate block, because bars at a hinge share a position only and have separate slopes.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@ With shapes N_i over the nodal vectors r_i, the position is r = sum N_i r_i, and
 
     f_i = p int N_i (r_,X x r_,Y) dX dY = p sum_{j<k} C_ijk r_j x r_k,   C_ijk = int N_i (N_j,X N_k,Y - N_k,X N_j,Y) dX dY
 
-The coefficients C are constant. If the edges of the loaded surface are held, or if it is closed, f is p times the
-gradient of the volume that the surface encloses, and the tangent is symmetric (Schweizerhof and Ramm, 1984). At a
-free edge the load has no potential, and the tangent is not symmetric. Flexible facets have the cubic shape of
-Zienkiewicz, which neighbours share along their common edge; triangles of vertices have a linear shape.
+The coefficients C are constant. If the edges of the loaded surface are held, or if it is closed, the surface bounds a
+volume. The force f is then p times the gradient of this volume, and the tangent is symmetric (Schweizerhof and Ramm,
+1984). At a free edge the load has no potential, and the tangent is not symmetric. Flexible facets have the cubic shape
+of Zienkiewicz; neighbours have the same shape along their common edge. Triangles of vertices have a linear shape.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from fsm.kernels.jit import kernel
 __all__ = ["PressedFaces", "cubic_coefficients", "linear_coefficients"]
 
 _POINTS = 5
-"""Gauss points a side of the square that is mapped to the triangle: exact for the degree 7 of C."""
+"""Gauss points per side of the square that is mapped to the triangle: exact for the degree 7 of C."""
 _BATCH = 1000
 """Number of triangles whose coefficients are computed together."""
 
@@ -39,7 +39,7 @@ class PressedFaces:
     facet : (m,) int array
         Facet of the sheet to which each triangle belongs.
     plane, angle : (m, 3, 2) and (m, 3) arrays, m and rad
-        As in `FacetGroup`, for cubic shapes; empty for linear ones.
+        As in `FacetGroup`, for cubic shapes; empty for linear shapes.
     """
 
     vectors: np.ndarray
@@ -55,6 +55,13 @@ class PressedFaces:
             np.ascontiguousarray(self.vectors[here]), self.facet[here],
             self.plane if linear else self.plane[here], self.angle if linear else self.angle[here],
         )  # fmt: skip
+
+    def straight(self) -> PressedFaces:
+        """The same triangles with linear shapes between their corners, which all facets at a crease share."""
+        if not len(self.plane):
+            return self
+        vectors = np.ascontiguousarray(self.vectors[:, ::3])
+        return PressedFaces(vectors, self.facet, np.zeros((0, 3, 2)), np.zeros((0, 3)))
 
     @cached_property
     def _coefficients(self) -> np.ndarray:

@@ -8,12 +8,12 @@ K x + f2(x, x) + f3(x, x, x) + ... the potential in the modes is
 
     T_ijk = phi_i.f2(phi_j, phi_k),   C_ijkl = phi_i.f3(phi_j, phi_k, phi_l) - 2 f2(phi_i, phi_j).K^-1 f2(phi_k, phi_l)
 
-f2 and f3 follow from forces at displaced states by polarisation. The forces of stretch are polynomials of third degree in
-the coordinates, so this is exact. Nonlinear bending is included up to third degree.
+f2 and f3 are computed from forces at displaced states by polarisation. The forces of stretch are polynomials of third
+degree in the coordinates, so this is exact. Nonlinear bending is included up to third degree.
 
-A step consists of half an impulse of the nonlinear forces, the exact motion of damped oscillators under a load that is
-linear over the step, and half an impulse (Strang splitting). It is exact for the linear model with loads that are linear
-between steps, otherwise of second order, without numerical damping.
+A step has three parts (Strang splitting): half the impulse of the nonlinear forces, the exact motion of damped
+oscillators, and the other half of the impulse. The load is linear over the step. The step is exact for the linear model
+if loads are linear between steps, else of second order. It has no numerical damping.
 """
 
 from __future__ import annotations
@@ -189,8 +189,8 @@ def cubic_terms(
 def _transition(squared: np.ndarray, damping: np.ndarray, h: float) -> np.ndarray:
     """Motion of damped oscillators after a step h, (6, k):
 
-    from a = 1, from v = 1; the rates of both; under a load 1, under a load s/h. The rates under both loads are the
-    motion from v = 1, and the motion under a load 1 divided by h.
+    from a = 1, from v = 1; the rates of both; under a load 1, under a load s/h. The rate under the load 1 is the motion
+    from v = 1. The rate under the load s/h is the motion under the load 1, divided by h.
     """
     cosine, sine = _faded(squared, damping, h)
     by_a, by_v = cosine + damping * sine, sine
@@ -206,7 +206,7 @@ def _faded(squared: np.ndarray, damping: np.ndarray, h: float) -> tuple[np.ndarr
     over = damping**2 > squared
     size = np.where(omega > 0.0, omega, 1.0)
     fade = np.exp(-damping * h)
-    # of two rates d - w and d + w the slow one is squared/(d + w), without cancellation
+    # the slower of the two rates d - w and d + w is squared/(d + w), computed without cancellation
     slow = np.exp(-np.where(over, squared / (damping + size), 0.0) * h)
     drop = -np.expm1(-2.0 * np.where(over, omega, 0.0) * h)
     cosine = np.where(over, slow * (1.0 - 0.5 * drop), fade * np.cos(omega * h))

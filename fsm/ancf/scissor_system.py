@@ -63,8 +63,8 @@ class ScissorSystem(AncfSystem):
     def _scales(self) -> Scales:
         """Typical sizes: the length is the length of an element.
 
-        The velocity is the material velocity in an axial wave with this amplitude and the length of an element. So errors of
-        waves that the mesh resolves are measured by their displacements.
+        The velocity is the material velocity in an axial wave with this amplitude and the length of an element. Errors
+        of waves that the mesh resolves are therefore measured by their displacements.
         """
         length = float(np.median(np.concatenate([np.diff(bar.at) for bar in self.bars])))
         reach = float(np.ptp(self.mesh.positions(self.start), axis=0).max())
@@ -75,7 +75,7 @@ class ScissorSystem(AncfSystem):
         return Scales(length, size, wave * size, size, span, _RESOLVED * size)
 
     def shortest_step(self) -> float:
-        """See `System`: a part of 1/omega of a bending wave four elements long, the shortest that a mesh resolves.
+        """See `System`: a part of 1/omega of the shortest bending wave that a mesh resolves, four elements long.
 
         omega = k^2 sqrt(EI/(rho A)), k = pi/(2 L), or the frequency of the axial wave, k sqrt(E/rho), if it is lower (deep
         bars). Waves of shear and of the section's stretch are much faster, carry little energy, and start wherever a moment
@@ -100,7 +100,7 @@ class ScissorSystem(AncfSystem):
             self.latches.commit(t, q, u)
 
     def memory(self) -> np.ndarray:
-        """See `System`: largest stress of each bar so far, Pa, and when each hinge latched, s."""
+        """See `System`: largest stress of each bar so far, Pa, and time at which each hinge latched, s."""
         return np.concatenate([self.largest, [] if self.latches is None else self.latches.times])
 
     def restore(self, memory: np.ndarray) -> None:
@@ -131,13 +131,13 @@ class ScissorSystem(AncfSystem):
         hinges = set(self.points.values())
         for bar in self.bars:
             for element, position in enumerate(bar.positions[1:-1], start=bar.elements.start):
-                if int(position) not in hinges:  # there forces jump
+                if int(position) not in hinges:  # forces jump at these times
                     after[element], before[element + 1] = element + 1, element
         bars = np.array([(bar.elements.start, bar.elements.stop) for bar in self.bars], dtype=np.int64)
         return bars, np.ascontiguousarray(np.column_stack([before, after]))
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: every element's axis, as wide as the bar is across the plane; y of the plane is z."""
+        """See `System`: axes of all elements, with the width of the bars across the plane; y of the plane is z."""
         half = np.array([-0.5, -0.5, 0.5, 0.5]) * self.material.width
         quads = []
         for bar in self.bars:

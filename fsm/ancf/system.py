@@ -2,9 +2,9 @@
 
 Coordinates are positions and slopes in inertial axes, so the configuration is a vector space without gyroscopic forces.
 Held, moved and unused coordinates stay in q and u, whose blocks are nodes. Their rows and columns of M, K and D are those
-of separate stiff oscillators at rest. Moved coordinates are set before each evaluation.
+of separate stiff oscillators at rest. Moved coordinates are set to their motion before each evaluation.
 
-With `before` (quasi-statics) velocities are the mean velocities since then; dampers use them at the end of the step.
+With `before` (quasi-statics), velocities are mean velocities since that state; dampers use them at the end of the step.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ class AncfSystem(System):
         return self._compiled
 
     def accepting(self) -> list[tuple[Any, list[np.ndarray]]]:
-        """Kernels that take note of accepted states in compiled steps, as `commit`, and their arrays."""
+        """Kernels that record accepted states in compiled steps, as `commit` does, and their arrays."""
         return [(commit_folds, fold_table(group.arrays)) for group in self._folds]
 
     # protocol: mechanics --------------------------------------------------------------------------------------------
@@ -220,7 +220,8 @@ class AncfSystem(System):
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         in_motion = u is not None and before is None
-        if in_motion and not self.loading.motions:  # held coordinates do no work; all forces are expensive
+        # held coordinates do no work, and the evaluation of all forces takes long
+        if in_motion and not self.loading.motions:
             reactions, largest = np.zeros(self.nu), 0.0
         else:
             reactions = self._reactions(t, here, rates)
@@ -394,7 +395,7 @@ class AncfSystem(System):
         return Energy(0.5 * float(u @ momentum), potential, dissipated, power, sliding_power=sliding)
 
     def _potential(self, q: np.ndarray) -> dict[str, float]:
-        """Potential energy by kind of element in coordinates with moved ones in their places, J."""
+        """Potential energy by kind of element, with moved coordinates in their present places, J."""
         potential: dict[str, float] = {}
         for group in self.mesh.groups:
             potential[group.name] = potential.get(group.name, 0.0) + group.energy(q, None)[0]

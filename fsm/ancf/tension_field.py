@@ -12,8 +12,8 @@ principal stress of the plain law):
 This is the relaxed energy. At s2 = 0, e2 = -nu e1, plain and uniaxial energies and stresses are equal, so the stress is
 continuous. The stress is never compressive, so the film does not buckle.
 
-A slack film would have no stiffness in its plane. So a part eps of the film, the remainder, follows the plain law with an
-additional stress. With the relaxed stress N and a reference strain E0,
+A slack film would have no stiffness in its plane. A part eps of the film, the remainder, therefore follows the plain
+law with an additional stress. With the relaxed stress N and a reference strain E0,
 
     stress = (1 - eps) N(E) + eps (C E + P),   P = N(E0) - C E0
 
@@ -53,14 +53,14 @@ __all__ = [
 
 TAUT, WRINKLED, SLACK = 0, 1, 2
 SETTLING, REMAINDER, MOVING = (1e-2, 1e-3), 1e-4, 1e-2
-"""Stiffness of a wrinkled or slack film relative to that of the plain law. Sheared strip, 32 x 32 cells: 1e-2, 1e-3, 1e-4,
-1e-5 take 32, 66, 136, 200 iterations to 1e-6, and the error of the mean stress is up to 1 %, 0.03 %, 0.003 % and 0.
-Corner-pulled films after an impact: 1e-2 in place of 1e-4 changes the largest displacement by 0.2 % and their frequency by
-less, and saves up to two thirds of the time (2026-11-23)."""
+"""Stiffness of a wrinkled or slack film relative to that of the plain law. Sheared strip, 32 x 32 cells: with 1e-2,
+1e-3, 1e-4 and 1e-5, Newton's method takes 32, 66, 136 and 200 iterations to 1e-6. The error of the mean stress is at
+most 1 %, 0.03 %, 0.003 % and 0. Corner-pulled films after an impact: with 1e-2 in place of 1e-4 the largest
+displacement changes by 0.2 % and the frequency by less; the run takes down to one third of the time (2026-11-23)."""
 ROUNDED = 0.05
 """Half-width of the rounded kinks, relative to the mean of the positive principal strains. Corner-pulled films after an
-impact: 0.03 and 0.1 save a third and more than half of the time of the hardest cases. Natural frequencies depend on the
-stress at rest, which rounding does not change (2026-11-23)."""
+impact: with 0.03 and 0.1 the hardest cases take two thirds and less than half of the time. Natural frequencies depend
+on the stress at rest, which rounding does not change (2026-11-23)."""
 
 
 @kernel(inline=True)

@@ -32,7 +32,7 @@ class TensionState:
 
 
 def film_stresses(system: AncfSystem, t: float, q: np.ndarray) -> dict[str, FilmStress]:
-    """Stresses of every group of membrane elements by name; of two groups with one name, the last."""
+    """Stresses of every group of membrane elements by name; if two groups have one name, the stresses of the last."""
     here, _ = system.place(t, q, None)
     return {group.name: group.stress(here) for group in system.mesh.groups if isinstance(group, MembraneGroup)}
 

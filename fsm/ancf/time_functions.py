@@ -21,7 +21,7 @@ from fsm.kernels.pieces import SHAPE, Pieces, program_at
 __all__ = ["Constant", "HalfSine", "Piecewise", "Ramp", "Rectangle", "SampledPulse", "TimeFunction", "programs_of"]
 
 _Piece = tuple[float, float, tuple[float, ...]]
-"""Begin of a piece (s), and the numbers of its shape: the origin (s), then the others; see `fsm.kernels.pieces.SHAPE`."""
+"""Start of a piece (s), and the numbers of its shape: the origin (s), then the others; see `fsm.kernels.pieces.SHAPE`."""
 _ZERO: _Piece = (-math.inf, 0.0, (0.0,))
 
 

@@ -40,7 +40,7 @@ class BarArrays(NamedTuple):
     sizes : (m, 2) array
         Unstressed length (m) and E A (N).
     law : (4,) array
-        Number of the law in the order above, a and b of the last one, and the Kelvin-Voigt time tau (s).
+        Number of the law in the order above, a and b of the last law, and the Kelvin-Voigt time tau (s).
     """
 
     vectors: np.ndarray
@@ -119,7 +119,7 @@ class BarGroup:
         return float(stored_energy(self.arrays, q)), float(dissipation(self.arrays, self._rates(q, u)))
 
     def _rates(self, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """Rates of the stretches, (m,), 1/s: in a step of a path their mean, else those of the velocities."""
+        """Rates of the stretches, (m,), 1/s: means over a step of a path, else the rates at the velocities u."""
         if u is None or not self.viscosity:
             return np.zeros(len(self.vectors))
         if self._before is not None:

@@ -12,8 +12,8 @@ Corner: a wedge with a half-angle of 45 degrees under a force T at its tip (Mich
     e = u/rho - nu sigma_r/E = sigma_r/E (ln(R/rho) - nu),
 
 which ends at R_w = R exp(-nu), the wrinkled radius. (As printed, the radicand of A is negative; its integral runs
-from R.) The terms of the paper for patches on the diagonal need lengths (R_c, alpha, d) that the text does not define;
-they are left out.
+from R.) The paper also has terms for patches on the diagonal. They contain lengths (R_c, alpha, d) that the paper does
+not define, so they are omitted here.
 
 References
 ----------
@@ -33,7 +33,8 @@ from fsm.ancf.film import FilmMaterial
 __all__ = ["CornerWrinkles", "StripWrinkles", "corner_wrinkles", "lifted", "strip_wrinkles"]
 
 _ENVELOPE = 3.0
-"""Wrinkles fade as exp(-(3 s/w)^2), s the distance from the diagonal and w the half-width of the wedge there."""
+"""Wrinkles fade as exp(-(3 s/w)^2), where s is the distance from the diagonal and w the half-width of the wedge
+there."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class CornerWrinkles:
     Attributes
     ----------
     side : m
-        Of the film, whose corner is at (0, 0) and centre at (side/2, side/2).
+        Side of the film; its corner is at (0, 0) and its centre at (side/2, side/2).
     radius : m
         R_w, where they end.
     half_wavelength : m
@@ -82,7 +83,9 @@ class CornerWrinkles:
     amplitude: float
 
     def height(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Height at points of the film, that of all four corners, m; complex numbers may be given, for slopes."""
+        """Height at points of the film as the sum of the wrinkles at all four corners, m. Complex x and y give
+        slopes.
+        """
         total = np.zeros(np.broadcast(x, y).shape, dtype=np.result_type(x, y))
         for across in (x, self.side - x):
             for along in (y, self.side - y):
@@ -121,11 +124,11 @@ def lifted(
     Parameters
     ----------
     coordinates : (n,) array
-        Of a flat film.
+        Coordinates of a flat film.
     position : (...,) int array
         First coordinates of its nodes.
     height : function of x and y, m
-        Analytic: its slopes are found by a complex step, exact to round-off.
+        It must be analytic: its slopes are computed by a complex step, exact to round-off.
     """
     q = coordinates.copy()
     first = np.asarray(position).ravel()

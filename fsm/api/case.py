@@ -174,7 +174,7 @@ class Case:
         Raises
         ------
         CaseError
-            Faults that only the compiled model shows.
+            Faults that are found only when the model is compiled.
         """
         from fsm.describe import describe
 

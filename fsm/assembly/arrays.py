@@ -1,7 +1,8 @@
 """Bodies and ANCF elements with their frames as a model of arrays, for compiled steps (see `fsm.stepping.model`).
 
-The model of bodies (`fsm.segments.arrays`) and the model of coordinates (`fsm.ancf.arrays`) are its parts. The block data of
-the coordinates, with blocks of three rows, are those of the joined matrix; bodies have their rows in it too.
+Its parts are the model of bodies (`fsm.segments.arrays`) and the model of coordinates (`fsm.ancf.arrays`). The block
+data of the coordinates, with blocks of three rows, are the data of the joined matrix, which also contains the rows of
+bodies.
 """
 
 from __future__ import annotations

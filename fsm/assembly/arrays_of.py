@@ -1,4 +1,4 @@
-"""Arrays of bodies and ANCF elements for compiled steps, if all that acts on them has arrays."""
+"""Arrays of bodies and ANCF elements for compiled steps, if all their elements, loads and contacts have arrays."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ __all__ = ["has_arrays", "joined_arrays_of"]
 
 
 def has_arrays(system: JoinedSystem) -> bool:
-    """Whether all that acts in a system has arrays. Elements have no moved coordinates and no damping by mass."""
+    """Whether all elements, loads and contacts of a system have arrays. There must be no moved coordinates and no
+    damping by mass.
+    """
     loading = system.elements.loading
     plain = not loading.motions and not loading.mass_damping
     return plain and bodies_have_arrays(system) and elements_have_arrays(system.elements)

@@ -15,6 +15,7 @@ from fsm.ancf.pressure import PressedFaces
 from fsm.ancf.shape import cable_shape, membrane_shape
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.truss import BarGroup
+from fsm.assembly.chambers import Chambers
 from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.fold_laws_of import fold_laws_of
 from fsm.assembly.frames import FramePoint, Frames
@@ -35,7 +36,7 @@ from fsm.segments.system import SegmentSystem
 __all__ = ["compile_model"]
 
 _PIECES = 3
-"""Straight lines that an element of a cable is drawn with."""
+"""Number of straight lines with which an element of a cable is drawn."""
 
 
 def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
@@ -73,13 +74,15 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     elements = AncfSystem(parts.mesh, Loading(gravity=scene.gravity))
     compiler = SceneCompiler(scene, True)
     pressures = tuple(load for load in scene.loads if load.pressure is not None)
-    joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), parts.pressed(scene), pressures)
+    faces = parts.pressed(scene)
+    chambers = parts.chambers(scene, faces)
+    joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), faces, pressures, chambers)
     return compiler.switched(joined)
 
 
 @dataclass(frozen=True)
 class _Parts:
-    """Mesh of all films, cables, beams and trusses of a scene, and where each of them is in it."""
+    """Mesh of all films, cables, beams and trusses of a scene, and the places of each of them in the mesh."""
 
     mesh: Mesh
     films: dict[str, tuple[SceneFilm, FilmGrid]]
@@ -128,7 +131,7 @@ class _Parts:
             start = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1)
             numbers = facet_vectors(mesh)
             shape = start, mesh.owner, numbers, mesh.plane, mesh.angle
-            first = builder.facets(*shape, material, mesh.curved, facets.viscosity)
+            first = builder.facets(*shape, material, mesh.curved, facets.viscosity, facets.tension_field)
             if facets.folds is not None:
                 builder.add(_facet_creases(facets, facets.folds, first))
             for vector, components in facets.held.items():
@@ -166,6 +169,19 @@ class _Parts:
                 return PressedFaces(vectors, np.arange(len(vectors)), np.zeros((0, 3, 2)), np.zeros((0, 3)))
         return None
 
+    def chambers(self, scene: Scene, faces: PressedFaces | None) -> Chambers | None:
+        """Chambers of gas of the sheet."""
+        if not scene.chambers or faces is None:
+            return None
+        if scene.facets is not None:
+            mesh, lids = scene.facets.mesh, any(chamber.caps for chamber in scene.chambers)
+            if mesh.creases or lids:
+                faces = faces.straight()
+            places = self.first + 9 * np.arange(len(mesh.owner))
+        else:
+            places = next(places for truss, places in self.trusses.values() if truss.faces)
+        return Chambers(scene.chambers, scene.orifices, faces, places, self.mesh.coordinates)
+
     def point(self, frame: SceneFrame) -> FramePoint:
         """Frame as sums of nodal vectors."""
         if frame.name in self.facets:
@@ -181,7 +197,9 @@ class _Parts:
 
 
 def _add_truss(builder: MeshBuilder, truss: SceneTruss, data: FoldData | None) -> np.ndarray:
-    """Add the points, bars and springs (or these folds) of a truss; returns the first coordinates of its points."""
+    """Add the points, bars and springs of a truss; returns the first coordinates of its points. With `data`, folds take
+    the place of springs.
+    """
     places = builder.points(np.array(truss.points), truss.name, truss.faces)
     for place, mass in zip(places.tolist(), truss.mass, strict=True):
         builder.point_mass(place, mass)
@@ -263,6 +281,6 @@ def _unoriented(point: FramePoint) -> FramePoint:
 
 
 def _point(vectors: np.ndarray, weights: np.ndarray, along: np.ndarray, across: np.ndarray, fixed: np.ndarray) -> FramePoint:
-    """Frame without the vectors that it does not depend on."""
+    """Frame of the vectors on which it depends; vectors with zero factors are omitted."""
     used = (np.abs(weights) > 1e-12) | (along != 0.0) | (across != 0.0)
     return FramePoint(vectors[used], weights[used], along[used], across[used], fixed)

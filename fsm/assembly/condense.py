@@ -1,8 +1,8 @@
 """One block matrix for bodies and ANCF nodes: frames are replaced by the nodal vectors that carry them.
 
-Bodies have blocks of six rows, ANCF nodes have vectors of three. In the joined matrix all blocks have three rows: a body has
-two of them (translation, rotation), a vector one. A frame has no rows; its forces and tangents go to its vectors by the maps
-of `fsm.assembly.frames`.
+Bodies have blocks of six rows, and ANCF nodes have vectors of three rows. In the joined matrix all blocks have three
+rows. A body has two blocks (translation, rotation), and a vector has one block. A frame has no rows; its forces and
+tangents go to its vectors by the maps of `fsm.assembly.frames`.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def add_condensed(
             j = indices[k]
             at = starts[k]
             if not np.any(data[k]):
-                continue  # most blocks: points of films without contact
+                continue  # this holds for most blocks, because most points of films have no contact
             for p in range(first[i], first[i + 1]):
                 for a in range(3):
                     for c in range(6):
@@ -161,7 +161,7 @@ def add_curvatures(
     for i in range(frames.shape[0] - 1):
         h = curvatures[i]
         if not np.any(h):
-            continue  # frames without moment, as contact points of films are
+            continue  # frames without moment, for example contact points of films
         for p in range(frames[i], frames[i + 1]):
             for q in range(frames[i], frames[i + 1]):
                 block = out[find_slot(indptr, indices, rows[p], rows[q])]
@@ -179,7 +179,7 @@ def fold_forces(wrenches: np.ndarray, first: np.ndarray, rows: np.ndarray, maps:
     Parameters
     ----------
     wrenches : (n, 6) array
-        Free bodies, then frames.
+        Force and moment of every free body, and then of every frame.
     first, rows : see `members_of`
     maps : (m, 6, 3) array
     out : (3 n_rows,) array, changed in place

@@ -1,6 +1,8 @@
-"""Configuration of rigid bodies and ANCF elements that act on each other through frames: places, shape, typical sizes.
+"""Configuration of rigid bodies and ANCF elements that act on each other through frames: positions, shape, typical
+sizes.
 
-The configuration holds the poses of the free bodies, then the coordinates of the ANCF nodes; the velocity likewise.
+The configuration contains the poses of the free bodies, then the coordinates of the ANCF nodes. The velocity has the
+same order.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ _FOLLOWED = 0.5
 
 
 class JoinedConfiguration(SegmentSystem):
-    """Rigid bodies, ANCF elements and frames, and where they are.
+    """Rigid bodies, ANCF elements and frames, and their positions.
 
     Parameters
     ----------
@@ -137,7 +139,8 @@ class JoinedConfiguration(SegmentSystem):
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
         for k, (at, known, poses) in enumerate(self._with_frames):
             if t == at and equal_vectors(q, known):
-                self._with_frames.insert(0, self._with_frames.pop(k))  # `change` is at the state asked for last
+                # `change` refers to the state of the last evaluation
+                self._with_frames.insert(0, self._with_frames.pop(k))
                 return poses
         of_bodies, nodes = q[: self._nq], q[self._nq :]
         poses = super()._poses(t, of_bodies).copy()
@@ -209,8 +212,8 @@ class JoinedConfiguration(SegmentSystem):
     def _scales(self) -> Scales:
         """Typical sizes of bodies and of elements.
 
-        The velocity of a node is the material velocity in an axial wave with this amplitude and the length of an element. So
-        errors of waves that the mesh resolves are measured by their displacements.
+        The velocity of a node is the material velocity in an axial wave with this amplitude and the length of an
+        element. Errors of waves that the mesh resolves are therefore measured by their displacements.
         """
         nodes = self.elements.scales()
         wave = self._wave_speed / nodes.length
@@ -224,14 +227,14 @@ class JoinedConfiguration(SegmentSystem):
     def _wave_speed(self) -> float:
         """Largest speed of axial waves in films, cables and facets, sqrt(E/rho), m/s.
 
-        Of trusses alone, whose mass is in their points: length times the largest frequency.
+        A model of trusses alone has its mass in points; the result is then the length times the largest frequency.
         """
         elements = self.elements
         known = max((getattr(group, "wave_speed", 0.0) for group in elements.mesh.groups), default=0.0)
         return known or elements.scales().length * math.sqrt(elements.held_stiffness / elements.held_mass)
 
     def shortest_step(self) -> float:
-        """See `System`: a part of 1/omega of an axial wave four elements long, the shortest that a mesh resolves."""
+        """See `System`: a part of 1/omega of the shortest axial wave that a mesh resolves, four elements long."""
         if not self._wave_speed:
             return 0.0
         return _FOLLOWED * self.elements.scales().length / (0.5 * math.pi * self._wave_speed)

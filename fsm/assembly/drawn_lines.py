@@ -15,7 +15,7 @@ class DrawnLines(NamedTuple):
     Attributes
     ----------
     vectors : (n, 4) int array
-        First coordinates of the vectors of the element that each line is on.
+        First coordinates of the vectors of the element to which each line belongs.
     weights : (n, 2, 4) array
         Factors of these vectors that give the ends.
     half : (n,) array, m

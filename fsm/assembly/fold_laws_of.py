@@ -16,7 +16,7 @@ __all__ = ["fold_laws_of"]
 
 
 def fold_laws_of(data: FoldData) -> FoldLaws:
-    """Laws of folds; those of one crease of the pattern have the same side.
+    """Laws of folds; all folds of one crease of the pattern open to the same side.
 
     Raises
     ------

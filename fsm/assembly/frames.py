@@ -9,9 +9,9 @@ b_1 = b.e1 and b_2 = b.e2, its components along (e1, e2, e3) are
 
     theta_1 = e3.db/b_2 - b_1/(|a| b_2) e3.da,   theta_2 = -e3.da/|a|,   theta_3 = e2.da/|a|.
 
-So the increment (dr, theta) of the frame is T dx, and a force and a moment (f, m) on the frame, with m in its axes, are the
-generalised forces T^T (f, m). The derivative of T by x gives the geometric stiffness of m, and the change of the angular
-velocity with x at constant rates.
+The increment (dr, theta) of the frame is therefore T dx. A force and a moment (f, m) on the frame, with m in its axes,
+are the generalised forces T^T (f, m). The derivative of T by x gives the geometric stiffness of m, and the change of
+the angular velocity with x at constant rates.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def _axes(a: np.ndarray, b: np.ndarray, axes: np.ndarray) -> None:
 @kernel
 def _quaternion(axes: np.ndarray, near: np.ndarray, out: np.ndarray) -> None:
     """Unit quaternion of axes given as rows, with the sign that is nearer to the quaternion `near`."""
-    # the largest of the four components is found from the diagonal, the others from it (Shepperd, 1978)
+    # the largest of the four components follows from the diagonal, the other three from this component (Shepperd, 1978)
     xx, yy, zz = axes[0, 0], axes[1, 1], axes[2, 2]
     trace = xx + yy + zz
     if trace >= xx and trace >= yy and trace >= zz:
@@ -161,7 +161,7 @@ def place_frames(
     q : (n_q,) array
         Coordinates of the ANCF nodes.
     near : (n, 4) array
-        Quaternion near which each frame is; it decides on the sign.
+        Quaternion near that of each frame; it determines the sign.
     poses : (n_bodies, 7) array, changed in place
         Frames without axes keep their quaternion.
     """
@@ -288,7 +288,7 @@ def frame_maps(
                         moments[i, 0] * second[0, c, d] + moments[i, 1] * second[1, c, d] + moments[i, 2] * second[2, c, d]
                     )
         else:
-            for j in range(first[i], first[i + 1]):  # all else is zero
+            for j in range(first[i], first[i + 1]):  # all other entries are zero
                 for k in range(3):
                     maps[j, k, k] = weights[j]
             continue

@@ -10,7 +10,9 @@ __all__ = ["joined_energy", "joined_scales"]
 
 
 def joined_energy(bodies: Energy, nodes: Energy, power: float = 0.0) -> Energy:
-    """Sum of the energies and powers of bodies and of ANCF elements, with the power of other loads on these, W."""
+    """Sum of the energies and powers of bodies and of ANCF elements; `power` is the power of other loads on these
+    elements, W.
+    """
     potential = dict(bodies.potential)
     for name, value in nodes.potential.items():
         potential[name] = potential.get(name, 0.0) + value
@@ -27,8 +29,8 @@ def joined_energy(bodies: Energy, nodes: Energy, power: float = 0.0) -> Energy:
 
 
 def joined_scales(bodies: Scales, nodes: Scales, free: int, is_position: np.ndarray) -> Scales:
-    """Scales of free bodies in space and of nodes, whose coordinates are positions or slopes; the shorter length is that
-    of both.
+    """Scales of free bodies in space and of nodes, whose coordinates are positions or slopes; the shorter of both
+    lengths is used.
     """
     length = min(bodies.length, nodes.length)
     in_u = np.tile(np.arange(6) < 3, free)

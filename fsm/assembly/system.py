@@ -6,6 +6,7 @@ loads act on it as on any body. Its wrenches and tangents go to the nodal vector
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,13 +19,14 @@ from fsm.ancf.facet_group import FacetGroup
 from fsm.ancf.matrices import mass_data, set_held
 from fsm.ancf.pressure import PressedFaces
 from fsm.ancf.system import AncfSystem
+from fsm.assembly.chambers import Chambers
 from fsm.assembly.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern
 from fsm.assembly.configuration import JoinedConfiguration
 from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.frames import Frames
 from fsm.assembly.pressure import Pressure
 from fsm.assembly.records import joined_energy
-from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.blocks import BlockMatrix, BlockPattern, LowRank
 from fsm.kernels.body_poses import increment_blocks, pose_difference
 from fsm.load_names import PRESSURE
 from fsm.scene.loads import Load
@@ -42,6 +44,9 @@ if TYPE_CHECKING:
 
 __all__ = ["JoinedSystem"]
 
+_OF_GAS = 0.01
+"""Shortest step times omega of a motion against a gas."""
+
 
 class JoinedSystem(JoinedConfiguration):
     """System of rigid bodies, ANCF elements and their connections; implements the `System` protocol.
@@ -52,6 +57,8 @@ class JoinedSystem(JoinedConfiguration):
     faces : PressedFaces or None
         Triangles of a sheet that can carry a pressure.
     pressures : pressures on them (`fsm.scene.loads.Load`)
+    chambers : Chambers or None
+        Chambers of gas; their state is shared by all variants.
     """
 
     def __init__(
@@ -66,14 +73,17 @@ class JoinedSystem(JoinedConfiguration):
         lines: DrawnLines,
         faces: PressedFaces | None = None,
         pressures: tuple[Load, ...] = (),
+        chambers: Chambers | None = None,
     ) -> None:
         super().__init__(bodies, motions, groups, contacts, pair_names, elements, frames, lines)
         self.faces, self.pressures = faces, tuple(Pressure.of(load, faces) for load in pressures if faces is not None)
+        self.chambers = chambers
         self._array_near = self._near
         self._joined: JoinedPattern | None = None
         self._joined_of: BlockPattern | None = None
         self._slots: list[np.ndarray] = []
         self._pressed: list[np.ndarray] = []
+        self._enclosed: list[list[np.ndarray]] = []
 
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
@@ -82,8 +92,9 @@ class JoinedSystem(JoinedConfiguration):
         """See `SegmentSystem`."""
         contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
         return JoinedSystem(
-            bodies, motions, groups, contacts, self.pair_names, self.elements, self.frames, self.lines, self.faces, pressures
-        )
+            bodies, motions, groups, contacts, self.pair_names, self.elements, self.frames, self.lines, self.faces,
+            pressures, self.chambers,
+        )  # fmt: skip
 
     # inertia --------------------------------------------------------------------------------------------------------
 
@@ -144,6 +155,8 @@ class JoinedSystem(JoinedConfiguration):
             out[self._nu :] = self.elements.all_forces(t, here, rates)
             for pressure in self.pressures:
                 pressure.add_force(t, here, out[self._nu :])
+            if self.chambers is not None:
+                self.chambers.add_force(t, here, out[self._nu :])
         maps = self._maps(here, np.zeros_like(here), None)[0]
         fold_forces(forces[self._ordered], self._first, self._rows, self._members(maps), out)
         return out
@@ -179,6 +192,7 @@ class JoinedSystem(JoinedConfiguration):
             self._pressed = [
                 slots_of(load.faces.vectors + self._nu, 3, pattern.indptr, pattern.indices) for load in self.pressures
             ]
+            self._enclosed = [] if self.chambers is None else self.chambers.slots(self._nu, pattern)
         return self._joined
 
     def _assembled(
@@ -226,11 +240,23 @@ class JoinedSystem(JoinedConfiguration):
         self.elements.add_loads(t, rates, own)
         for load, slots in zip(self.pressures, self._pressed, strict=True):
             load.add_linearised(t, here, slots, own, stiffness)
+        low_rank = None if self.chambers is None else self._add_gas(t, here, own, stiffness)
         fold_forces(wrenches[self._ordered], self._first, self._rows, members, force)
         own[:] = self.elements.free_forces(nodes, own)
         set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, self.elements.held_stiffness, stiffness)
         set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, 0.0, damping)
-        return Linearised(force, BlockMatrix(joined.pattern, stiffness), BlockMatrix(joined.pattern, damping))
+        tangent = BlockMatrix(joined.pattern, stiffness, low_rank)
+        return Linearised(force, tangent, BlockMatrix(joined.pattern, damping))
+
+    def _add_gas(self, t: float, nodes: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> LowRank | None:
+        """Add forces and stiffness of gas at coordinates of the nodes; returns its stiffness of low rank, if any."""
+        assert self.chambers is not None
+        found = self.chambers.add_linearised(t, nodes, self._enclosed, force, stiffness)
+        if found is None:
+            return None
+        vectors = np.zeros((len(found.vectors), self.nu))
+        vectors[:, self._nu :] = np.where(self.elements.fixed, 0.0, found.vectors)
+        return LowRank(vectors, found.weights)
 
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
@@ -260,7 +286,8 @@ class JoinedSystem(JoinedConfiguration):
         """See `System`."""
         observed = super().observe(t, q, u, before)
         reaction = observed.reaction
-        if u is None or before is not None:  # held coordinates are supports; in motion statics does not ask
+        # held coordinates are supports; statics does not need their reactions in a motion
+        if u is None or before is not None:
             held = self.node_reactions(t, q, u, before)[self.elements.mesh.is_position]
             reaction = max(reaction, float(np.linalg.norm(held.reshape(-1, 3), axis=1).max(initial=0.0)))
         energy = self._with_nodes(observed.energy, t, q, u, before)
@@ -270,61 +297,93 @@ class JoinedSystem(JoinedConfiguration):
         self, bodies: Energy, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
     ) -> Energy:
         nodes = None if u is None else u[self._nu :]
-        return joined_energy(
-            bodies, self.elements.energy(t, q[self._nq :], nodes, self._nodes_before(before)),
-            self._power_of_pressures(t, q, u, before),
-        )
+        of_nodes = self.elements.energy(t, q[self._nq :], nodes, self._nodes_before(before))
+        if self.chambers is not None:
+            here, _ = self.elements.place(t, q[self._nq :], None)
+            of_nodes.potential["gas"] = self.chambers.energy(t, here)
+        return joined_energy(bodies, of_nodes, self._power_of_pressures(t, q, u, before))
 
     # pressures ------------------------------------------------------------------------------------------------------
 
     def _power_of_pressures(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
     ) -> float:
-        """Power of all pressures, W."""
-        if u is None or not self.pressures:
+        """Power of all pressures and of the supply of gas, W."""
+        if u is None or not (self.pressures or self.chambers):
             return 0.0
         here, rates = self.elements.place(t, q[self._nq :], u[self._nu :], self._nodes_before(before))
         assert rates is not None
         force = np.zeros(len(here))
         for pressure in self.pressures:
             pressure.add_force(t, here, force)
-        return float(force @ rates)
+        of_gas = 0.0
+        if self.chambers is not None:
+            of_gas = self.chambers.power(t, here, rates, None if before is None else before[0])
+        return float(force @ rates) + of_gas
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: pressures too."""
+        """See `System`: pressures and gas too."""
         out = super().force_rate(t, q)
-        if self.pressures:
+        if self.pressures or self.chambers:
             here, _ = self.elements.place(t, q[self._nq :], None)
             for pressure in self.pressures:
                 pressure.add_force_rate(t, here, out[self._nu :])
+            if self.chambers is not None:
+                self.chambers.add_force_rate(t, here, out[self._nu :])
             out[self._fixed.ravel()] = 0.0
         return out
 
     def break_times(self) -> list[float]:
-        """See `System`: pressures too."""
-        return sorted({*super().break_times(), *(time for pressure in self.pressures for time in breaks(pressure.time))})
+        """See `System`: pressures and gas too."""
+        of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
+        of_pressures = (time for pressure in self.pressures for time in breaks(pressure.time))
+        return sorted({*super().break_times(), *of_pressures, *of_gas})
+
+    def shortest_step(self) -> float:
+        """See `System`: at most a small part of 1/omega of the softest motion against the gas, at its present pressure."""
+        found, chambers = super().shortest_step(), self.chambers
+        if chambers is None or not found:
+            return found
+        nodes = self.elements.place(0.0, self.initial()[0][self._nq :], None)[0]
+        for stiffness, gradient in chambers.compressions(nodes):
+            free = np.where(self.elements.fixed, 0.0, gradient)
+            squared = stiffness * float(free @ self.elements.mass_solve(free))
+            found = min(found, _OF_GAS / math.sqrt(squared)) if squared > 0.0 else found
+        return found
 
     def load_displacements(
         self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
     ) -> dict[str, tuple[float, float]]:
-        """See `SegmentSystem`; for a pressure its size (Pa) and the volume that it has swept (m^3)."""
+        """See `SegmentSystem`; a pressure has its size (Pa) and its swept volume (m^3)."""
         out = super().load_displacements(start, end)
         one, two = (self.elements.place(t, q[self._nq :], None)[0] for t, q in (start, end))
         for pressure in self.pressures:
             out[pressure.name + PRESSURE] = pressure.size(end[0]), pressure.faces.swept(one, two)
+        if self.chambers is not None:
+            states = [self.chambers.state(t, nodes) for t, nodes in ((start[0], one), (end[0], two))]
+            for name, volume, pressure_above in zip(
+                self.chambers.names, states[1].volume - states[0].volume,
+                states[1].pressure - self.chambers.gases.outside, strict=True,
+            ):  # fmt: skip
+                out[name + PRESSURE] = float(pressure_above), float(volume)
         return out
 
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
-        """See `System`: stores the quaternions of frames and fold angles too, which must remain continuous."""
+        """See `System`: also stores the quaternions of frames and the fold angles, because both must remain
+        continuous.
+        """
         super().commit(t, q, u, before)
         self.elements.commit(t, q[self._nq :], u[self._nu :])
+        if self.chambers is not None:
+            self.chambers.gases.commit(t, self.chambers.volumes(self.elements.place(t, q[self._nq :], None)[0]))
         self._near = self._poses(t, q)[self.frames.bodies, 3:].copy()
 
     def memory(self) -> np.ndarray:
-        """See `System`: quaternions of the frames, memory of the elements, then all else."""
-        return np.concatenate([self._near.ravel(), self.elements.memory(), super().memory()])
+        """See `System`: quaternions of the frames, memory of the elements, gas, then memory of the bodies."""
+        gas = np.zeros(0) if self.chambers is None else self.chambers.gases.memory()
+        return np.concatenate([self._near.ravel(), self.elements.memory(), gas, super().memory()])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
@@ -333,6 +392,9 @@ class JoinedSystem(JoinedConfiguration):
         self._with_frames, self._moving_frames = [], None
         last = size + self.elements.remembered
         self.elements.restore(memory[size:last])
+        if self.chambers is not None:
+            size, last = last, last + self.chambers.gases.remembered
+            self.chambers.gases.restore(memory[size:last])
         super().restore(memory[last:])
 
     # arrays ---------------------------------------------------------------------------------------------------------
@@ -340,7 +402,7 @@ class JoinedSystem(JoinedConfiguration):
     def _has_arrays(self) -> bool:
         from fsm.assembly.arrays_of import has_arrays  # imports the kernels of all steps
 
-        return type(self) is JoinedSystem and not self.pressures and has_arrays(self)
+        return type(self) is JoinedSystem and not self.pressures and self.chambers is None and has_arrays(self)
 
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel

@@ -340,8 +340,9 @@ def _warnings(
     if largest > _SMALL_ANGLE:
         at = largest * test.length
         error = float(np.abs(test.force).max()) * test.length**3 / (3.0 * at * float(estimate.values[0])) - 1.0
-        what = f"error of the small-angle formula at {1e3 * at:.3g} mm: {100 * error:+.2g} %"
-        warnings.append(f"{what}; its EI uses deflections up to {100 * _SMALL_ANGLE:g} % of the length, if there are any")
+        formula = f"error of the small-angle formula at {1e3 * at:.3g} mm: {100 * error:+.2g} %"
+        used = f"the EI of this formula is from deflections up to {100 * _SMALL_ANGLE:g} % of the length, if there are any"
+        warnings.append(f"{formula}; {used}")
     modelled, _ = _model_deflection(test.force, test.length, float(estimate.values[0]), curve)
     residual = test.deflection / test.length - modelled
     offset = _offset(test, curve, float(estimate.values[0]), residual)

@@ -147,7 +147,7 @@ def _fit_branch(
         fit = fit_curve(angle, moment, options.fit, grid)
         estimate = Estimate(_names(fit.x), fit.y, fit.covariance, max(int(fit.freedom), 0))
         return Branch(angle, moment, fit, estimate, fit.y[None])
-    # the smoothing parameter was found for all points together; each repeat has its share of them
+    # the smoothing parameter was found for all points together, and each repeat has only a part of the points
     smoothing = None if options.fit == "interpolate" else smoothing_for(angle, moment) / len(points)
     fits = [fit_curve(a, m, options.fit, grid, smoothing) for a, m in points]
     each = np.array([fit.y for fit in fits])

@@ -155,7 +155,7 @@ def _curve_warnings(curve: FittedCurve, options: Options) -> list[str]:
         at = math.degrees(curve.crossing)
         exchanged = curve.unloading is not None and np.mean(curve.unloading.estimate.values > branch.estimate.values) > 0.5
         hint = "; the branches look exchanged, check the column branch and the signs" if exchanged else ""
-        what = f"{name}: unloading lies above loading at {at:.4g} deg; a case with hysteresis will be refused{hint}"
+        what = f"{name}: unloading lies above loading at {at:.4g} deg; with hysteresis this curve is an error{hint}"
         warnings.append(what)
     return warnings
 

@@ -3,7 +3,7 @@
 Points of one repeat are correlated, because each repeat has its own specimen. Near the best fit the parameters change with
 the measured forces as dp = sum_k H_k dF_k. Here H_k are the columns of test k in the pseudo-inverse of the weighted
 Jacobian. Each repeat r of a test gives one change dp = H_k (F_kr - mean F_k). The variance of their mean is the sample
-variance over the number of repeats (cluster-robust covariance; Liang and Zeger 1986). This estimate holds for any
+variance over the number of repeats (cluster-robust covariance; Liang and Zeger 1986). This estimate is valid for any
 correlation along the curve.
 
 The mean residual e_k = F_k - F_k(p) contains scatter and the model discrepancy (Kennedy and O'Hagan 2001). The discrepancy

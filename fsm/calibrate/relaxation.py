@@ -254,7 +254,7 @@ def _warnings(
     positive = time[time > 0.0]
     if tau < 0.1 * positive.min():
         what = f"tau ({tau:.3g} s) is much shorter than the first time ({positive.min():.3g} s): theta_r0 and tau are not"
-        warnings.append(f"{what} separately identifiable, A and angles within the test are; measure sooner after release")
+        warnings.append(f"{what} separately identifiable; A and angles in the test are. Measure sooner after release")
     elif tau > positive.max():
         what = f"tau ({tau:.3g} s) is longer than the test ({positive.max():.3g} s)"
         warnings.append(f"{what}: only the initial slope A/tau is identifiable; measure longer")

@@ -153,7 +153,7 @@ def write_calibration(found: Calibration, folder: Path, options: Options) -> lis
         Paths of the written files.
     """
     temporary = folder.parent / f".{folder.name}.part"
-    shutil.rmtree(temporary, ignore_errors=True)  # may remain from a calibration that was killed
+    shutil.rmtree(temporary, ignore_errors=True)  # this folder may remain from a calibration that was killed
     temporary.mkdir(parents=True)
     try:
         for name, write in [*found.files, *found.plots]:
@@ -162,7 +162,7 @@ def write_calibration(found: Calibration, folder: Path, options: Options) -> lis
         (temporary / REPORT).write_text(text + "\n", encoding="utf-8")
         folder.mkdir(exist_ok=True)
         names = [*(name for name, _ in [*found.files, *found.plots]), REPORT]
-        (folder / REPORT).unlink(missing_ok=True)  # moved last: a folder with a report is complete
+        (folder / REPORT).unlink(missing_ok=True)  # the report is moved last, so a folder with a report is complete
         for name in names:
             os.replace(temporary / name, folder / name)
     finally:

@@ -12,8 +12,8 @@ not available.
 dh/dp and dr/dp at a fixed configuration are central differences of two systems compiled with p (1 + d) and p (1 - d).
 Stiffness, damping and factors enter h linearly. Their differences are exact except for round-off, about 1e-16/d of the
 largest effort, with d = 1e-6. Lengths and angles move bodies and rest states; their differences have an additional error of
-d^2 times the third derivative. Contact forces are nonlinear over a micrometre, but have no large efforts that cancel.
-Their differences are computed separately with d = 1e-8. No equilibrium is solved again.
+d^2 times the third derivative. Contact forces are nonlinear over a micrometre, but they are not differences of large
+numbers. Their differences are computed separately with d = 1e-8. No further equilibrium has to be solved.
 """
 
 from __future__ import annotations
@@ -249,4 +249,4 @@ class PathSensitivity:
         if before is None:
             return linear.stiffness, None
         pattern, damping = linear.damping.pattern, linear.damping.data / (t - before[0])
-        return BlockMatrix(pattern, linear.stiffness.data + damping), BlockMatrix(pattern, damping)
+        return linear.stiffness.with_data(linear.stiffness.data + damping), BlockMatrix(pattern, damping)

@@ -101,7 +101,7 @@ class Predict(Model):
     samples : int
         Number of samples of the Monte Carlo band; 0: linear band.
     zero, drag, drag_over : N, N, m
-        As in `MeasuredCurve`. They widen the band to that of a measured force.
+        Scatter as in `MeasuredCurve`; it widens the band to a band of measured forces.
     """
 
     name: str
@@ -119,7 +119,7 @@ class Study(Model):
     Attributes
     ----------
     case : path of the case file, relative to the study
-    starts : number of starts of the search; all but the first are random points within the bounds
+    starts : number of starts of the search; all except the first are random points within the bounds
     """
 
     title: str = ""

@@ -109,7 +109,8 @@ def _deformations(state: State) -> tuple[Values, Values]:
         if past is not None:
             rate = (value - group.measure(past.poses, rates, group.bodies, *group.geometry)[0]) / past.duration
         for name, one, other in zip(group.names, np.array(value), np.array(rate), strict=True):
-            if name in values and isinstance(group, CreaseGroup):  # its springs are known: the twist comes from the crease
+            # the springs of this element are known, and the twist comes from the crease
+            if name in values and isinstance(group, CreaseGroup):
                 one, other = _with_twist(values[name], one), _with_twist(speeds[name], other)
             values[name], speeds[name] = np.atleast_1d(one), np.atleast_1d(other)
     return values, speeds
@@ -127,7 +128,7 @@ def _twist(values: np.ndarray) -> int:
 
 
 def _crease_moments(state: State) -> tuple[Values, Values]:
-    """Moments without and with dampers against the twist of every crease with a tabulated law or a linear one, N m."""
+    """Moments against the twist of every crease with a tabulated or a linear law, without and with dampers, N m."""
     poses, rates = placed(state)
     elastic: Values = {}
     damped: Values = {}

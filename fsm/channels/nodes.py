@@ -82,7 +82,7 @@ def arrays(model: Model) -> Iterator[Offer]:
 
 
 def _unknown(state: State) -> float:
-    raise AssertionError("a film of which only the names of channels are known")
+    raise AssertionError("the names of channels are known, but not the film")
 
 
 def _mesh(model: Model) -> Any:

@@ -54,7 +54,7 @@ class State(ShortRepr):
     ----------
     system : System
         Its internal variables are those of this state.
-    saved : Saved
+    saved : SavedState
         Time, q, u, observation (drives, energies, contacts), and energy balance.
     """
 

@@ -14,7 +14,7 @@ __all__ = [
 
 
 def placed(state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Poses and rates of all bodies, as the system has them."""
+    """Poses and rates of all bodies in the coordinates of the system."""
     poses, rates = state.system.place(state.time, state.q, state.u, state.before)
     return np.array(poses), np.array(rates)
 

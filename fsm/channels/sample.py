@@ -77,7 +77,7 @@ def models_of_case(case: Case) -> list[Model]:
 
 
 def check_patterns(case: Case, source: str = "") -> dict[str, Offer]:
-    """Channels of a case by name; a pattern without a match is refused.
+    """Channels of a case by name; a pattern without a match is an error.
 
     Raises
     ------

@@ -14,7 +14,7 @@ __all__ = ["init", "kinds"]
 _TEMPLATES = Path(__file__).with_name("templates")
 _ALSO = {
     "membrane": "film", "scissor": "array", "miura": "sheet", "rigid": "sheet", "bars": "kresling", "bend-lines": "pattern",
-    "fold": "pattern",
+    "fold": "pattern", "tape-spring": "boom", "stem": "boom", "lenticular": "boom",
 }  # fmt: skip
 """Other names of kinds: of sections, of patterns, and of facets."""
 

@@ -20,7 +20,7 @@ _FRAMES = 100
 _BYTES = 64_000_000
 """Largest size of all frames; larger meshes have fewer frames."""
 _PARTS = 50
-"""Largest number of parts that have a material of their own."""
+"""Largest number of parts with separate materials."""
 _FLOAT, _UINT = 5126, 5125
 _ARRAY, _INDEX = 34962, 34963
 _COLOURS = ("0072B2", "D55E00", "009E73", "CC79A7", "E69F00", "56B4E9", "F0E442")

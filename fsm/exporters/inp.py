@@ -17,6 +17,7 @@ from fsm.errors import CaseError
 from fsm.exporters.mesh import Mesh, mesh_of
 from fsm.exporters.registry import exporter
 from fsm.results.solution import BEAM, FILM, LINE, Integers, Solution
+from fsm.scene.patterns.flexible_mesh import mesh_of_result
 
 __all__ = ["write_inp"]
 
@@ -76,12 +77,14 @@ def write_inp(solution: Solution, path: Path) -> None:
                     lines.append(", ".join(map(str, [element, *number[row].tolist()])))
     for section, chosen in sections:
         lines += _section_lines(section, bool((mesh.corners[chosen] == 2).all()))
+    lines += ["*ELSET, ELSET=ALL_ELEMENTS", *(section.name for section, _ in sections)]
     for one, other in hinges:
         for direction in (1, 2, 3):
             lines += ["*EQUATION", "2", f"{number[one]}, {direction}, 1.0, {number[other]}, {direction}, -1.0"]
     size = float(np.max(np.ptp(mesh.points[0], axis=0)))
     moved = np.linalg.norm(mesh.points[:, used] - mesh.points[0, used], axis=-1).max(axis=0)
-    still = number[used[moved <= _STILL * size]]
+    dependent = [one for one, _ in hinges]  # a support of these nodes would contradict the equations
+    still = number[used[(moved <= _STILL * size) & ~np.isin(used, dependent)]]
     if len(still) and len(mesh.time) > 1:
         lines += ["** nodes that do not move in the run", "*NSET, NSET=UNMOVED"]
         lines += [", ".join(map(str, still[k : k + 12].tolist())) for k in range(0, len(still), 12)]
@@ -95,10 +98,15 @@ def _heading(mesh: Mesh, sections: list[tuple[_Section, Integers]]) -> list[str]
         f"** mesh of the record at {mesh.time[0]:.6g} s, written by fsm; units: m, kg, s, N, Pa",
         "** loads, supports, initial stress, contact, moments of creases and joints are not in this file",
     ]  # fmt: skip
+    film = mesh.solution.layout.film is not None
+    if (mesh.solution.layout.case.get("sheet") or {}).get("ply"):
+        lines.append("** the plies of the sheet are not in this file; its material is isotropic")
     crease = mesh.solution.layout.case.get("crease")
-    if isinstance(crease, Mapping) and isinstance(crease.get("stiffness"), int | float):
-        lines.append(f"** creases: stiffness {crease['stiffness']:.6g} N m/rad over the whole width")
-    if "cable" in mesh.solution.layout.case:
+    if isinstance(crease, Mapping) and not film:
+        for key, unit in (("stiffness", "N m/rad over the whole width"), ("stiffness_per_length", "N m/rad per m")):
+            if isinstance(value := crease.get(key), int | float) and value:
+                lines.append(f"** creases: stiffness {value:.6g} {unit}")
+    if film and mesh.solution.layout.case.get("cable"):
         lines.append("** the cables of the film are not in this file")
     rigid = [section.name for section, _ in sections if section.rigid]
     return [*lines, *(f"** {name} is rigid in the case; its elastic constants are those of steel" for name in rigid)]
@@ -115,6 +123,8 @@ def _section_lines(section: _Section, truss: bool) -> list[str]:
 
 def _joined(mesh: Mesh) -> tuple[Integers, list[tuple[int, int]]]:
     """Cells with shared nodes within each panel, bar, beam and cable, and pairs of nodes of panels that meet at a crease."""
+    if (mesh.solution.layout.case.get("sheet") or {}).get("facets") == "flexible":
+        return _joined_facets(mesh)
     target, start = np.arange(mesh.points.shape[1]), mesh.points[0]
     lines = (mesh.panel == BEAM) | (mesh.panel == LINE) | (mesh.solution.array is not None)
     if mesh.solution.layout.film is not None:
@@ -139,6 +149,26 @@ def _joined(mesh: Mesh) -> tuple[Integers, list[tuple[int, int]]]:
         first, *others = first_of.values()
         hinges += [(other, first) for other in others]
     return target[mesh.cells], hinges
+
+
+def _joined_facets(mesh: Mesh) -> tuple[Integers, list[tuple[int, int]]]:
+    """Cells of flexible facets with shared nodes within each facet, and pairs of nodes at creases between facets.
+
+    Raises
+    ------
+    CaseError
+        The case does not give the triangles of the result.
+    """
+    facets = mesh_of_result(mesh.solution.layout.case, len(mesh.cells))
+    if facets is None:
+        raise CaseError("the case in this result has another mesh than the result; run the case again", "export")
+    point = np.zeros(len(facets.owner), dtype=np.int64)  # of each sector: a node with the slopes of one facet
+    point[facets.triangles] = mesh.cells[:, :3]
+    cells = mesh.cells.copy()
+    cells[:, :3] = point[facets.triangles]
+    cells[:, 3] = cells[:, 2]
+    others = np.flatnonzero(facets.owner != np.arange(len(facets.owner)))
+    return cells, list(zip(point[others].tolist(), point[facets.owner[others]].tolist(), strict=True))
 
 
 def _close_points(places: np.ndarray, chosen: Integers, tolerance: float) -> Iterator[list[int]]:
@@ -218,5 +248,5 @@ def _patches(case: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
 
 
 def _plain(text: str) -> str:
-    """Text of one line without other than ASCII characters, which both programs accept."""
+    """Text of one line with ASCII characters only, which both programs accept."""
     return re.sub(r"[^\x20-\x7e]+", " ", text).strip().lstrip("*")[:80]

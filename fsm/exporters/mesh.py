@@ -193,13 +193,15 @@ def playback(time: Floats) -> float:
 
 
 def _between(values: Floats) -> Floats:
-    """Values of the segments of a panel (n, m + 1) from those at its joints (n, m): mean of both ends, one at the edges."""
+    """Values of the segments of a panel (n, m + 1) from values at its joints (n, m): mean of both joints, or the value
+    of the single joint at an edge.
+    """
     edge = np.concatenate([values[:, :1], values, values[:, -1:]], axis=1)
     return np.asarray(0.5 * (edge[:, 1:] + edge[:, :-1]))
 
 
 def _joined(cells: Integers, points: Floats, of_films: Integers, size: float) -> tuple[Integers, Floats]:
-    """Cells and points after points of films at the same place, in the first and in the last record, become one."""
+    """Cells and points after a merger of film points that coincide in the first and in the last record."""
     chosen = np.unique(of_films)
     if not len(chosen):
         return cells, points

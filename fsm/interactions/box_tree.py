@@ -16,7 +16,7 @@ Use with surfaces, at every renewal of the broad phase (in space with `chords_sp
 
 `nearest` is reused from one renewal to the next (-1 at first); this saves work and does not change the result. A piece
 outside its window cannot become the nearest before some distance has changed by half the margin. A surface differs from
-its chords: the chord of the closest piece is farther than the nearest chord by at most twice the deviation. Hence
+its chords: the chord of the closest piece is farther than the nearest chord by at most twice the deviation. Therefore
 
     margin = 2 (change of distances until the next renewal + deviation of surfaces from chords)
     reach  = largest gap or depth of a contact + change of distances + deviation, tips at the ends of surfaces included

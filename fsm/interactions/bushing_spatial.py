@@ -17,12 +17,12 @@ stiffness of the force f = (f_1, f_2, f_3) and of the moment g = sum_k m_k g_k:
                ba: -S + [g]/2 + a.f - a f^T,   bb: S - [g]/2 - z.f + z f^T,   S = sum_k m_k S_k
 
 S_k is the second derivative of s_k along rotations about fixed axes. Increments do not commute, so B is not symmetric.
-The rows and columns of v_b are those of v_a with the other sign.
+The rows and columns of v_b are the rows and columns of v_a with the opposite sign.
 
-s1, psi and s3 have no slopes where the swing is 180 degrees. Where no spring turns the bodies and the three dampers are
-equal, these measures are not needed. The moment is g = c (w_a - w_b), and aa = -ab: -c [w_b], ba = -bb: c [w_a] of K,
-c of D. With a past state it is g = c r/dt with the rotation vector r since then,
-and S = c/dt (1 - r/2 cot(r/2)) (r r^T/r^2 - 1).
+s1, psi and s3 have no slopes if the swing is 180 degrees. If there are no rotational springs and the three rotational
+dampers are equal, these measures are not needed. The moment is g = c (w_a - w_b), and aa = -ab: -c [w_b], ba = -bb: c
+[w_a] of K, c of D. With a past state it is g = c r/dt with the rotation vector r since then, and S = c/dt (1 - r/2
+cot(r/2)) (r r^T/r^2 - 1).
 
 The file is long because all its kernels share the same inlined functions.
 """
@@ -250,7 +250,7 @@ def force_pose_spatial(
     before : (m, 6) array
         Deformations at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
-        One over the time since then, or zero: rates are those of the bodies.
+        Inverse of the time since the past state. If zero, the rates are those of the bodies.
     force : (n_bodies, 6) array, changed in place
     """
     for i in range(bodies.shape[0]):
@@ -451,7 +451,8 @@ def _measure_all(
 ) -> None:  # fmt: skip
     """All measures of one element into `value` (6,), and G times the bodies' rates into `change` (6,).
 
-    Of even dampers, s1, psi and s3 are those of the past state and the rotation vector since, and the rates are w_a - w_b.
+    For equal dampers, s1, psi and s3 are the past values plus the rotation vector since then, and the rates are w_a -
+    w_b.
     """
     from_world, from_a, from_b, arm, z, q = _place(poses, a, b, row)
     v, wa, wb = _speeds(rates, a, b, from_world, from_a, from_b)

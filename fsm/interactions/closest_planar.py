@@ -73,7 +73,7 @@ def _closest(
         before, at = at, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
         if abs(step) < tolerance:
             break
-        if at == before and at != new:  # well beyond an end
+        if at == before and at != new:  # the point is well beyond an end
             break
     return piece, at
 

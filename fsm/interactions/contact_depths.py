@@ -1,10 +1,10 @@
 """Depths of contacts as additional unknowns of Newton's method (docs/theory.md).
 
-A stiff contact is micrometres deep, while an iteration may move bodies by millimetres. The slope of K d^e at the depth of
-an intermediate iterate is then useless. With e = 3/2 each iteration reduces a depth that is too large by only one third,
-and a contact that opens slightly is lost. The law is therefore linearised at a separate depth d*. The depth d* follows
-from the contact force, which is advanced to first order in each iteration. The forces of stiff springs are treated in the
-same way (Magisano, Leonetti, Garcea 2017).
+The penetration of a stiff contact is micrometres, while an iteration may move bodies by millimetres. The slope of K d^e
+at the depth of an intermediate iterate is then useless. With e = 3/2 each iteration reduces a depth that is too large
+by only one third, and a contact that opens slightly is lost. The law is therefore linearised at a separate depth d*.
+The depth d* follows from the contact force, which is advanced to first order in each iteration. The forces of stiff
+springs are treated in the same way (Magisano, Leonetti, Garcea 2017).
 """
 
 from __future__ import annotations

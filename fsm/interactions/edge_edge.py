@@ -6,9 +6,9 @@
 The closest points are limited to the segments. If an edge slides past the end of the other, the contact becomes one of a
 point with an edge or a corner. The gap and its gradient stay continuous.
 
-The closest points of parallel edges are not unique. Near parallel they move along the edges as the edges turn. There the
-corners and the points along the edges carry the contact (`point_shape_spatial`). The depth of the edges is scaled down to
-zero by a function of the sine of their angle alone,
+The closest points of parallel edges are not unique. Near the parallel position these points move along the edges when
+the edges rotate. In this position the corners and the points along the edges carry the contact (`point_shape_spatial`).
+The depth of the edges is scaled down to zero by a function of the sine of their angle alone,
 
     w = y (2 - y),  y = min(1, |t_1 x t_2|^2/e)             mollifier of Li et al. (2020), Incremental Potential Contact
 

@@ -5,7 +5,7 @@ face. The points of each face over the other face, and the crossing edges, share
 with the larger covered fraction gets most of T. Faces tilted by more than rounding/size do not meet as faces. Their corners
 and edges then have separate weights. The weights change smoothly from one case to the other.
 
-`fsm.interactions.face_weights` says how the weights change within a step.
+`fsm.interactions.face_weights` defines the change of the weights within a step.
 """
 
 from __future__ import annotations

@@ -1,13 +1,14 @@
 """Weights of the contact points and edges of pairs of shapes, as functions of the relative pose within a step.
 
 The weights of a pair (`fsm.interactions.face_overlap`) are computed at an accepted state. Within the next step they follow
-the relative pose linearly, w = w_0 + s (x - x_0). A contact energy w U gives the forces -w dU/dx and -U dw/dx. A change of
-weight under load thus does the work that it stores, and the energy balance closes to the second order of a step. The
-weights do not follow displacements along the normal: the energy of two faces that approach is the integral of their force.
+the relative pose linearly, w = w_0 + s (x - x_0). A contact energy w U gives the forces -w dU/dx and -U dw/dx. The work
+of a change of weight under load thus equals the stored energy, and the energy balance holds to second order in the
+step. The weights do not follow displacements along the normal: the energy of two faces that approach is the integral of
+their force.
 
 The slopes s are differences of the weights. Where the weights jump or have a kink, the smaller slope of both sides counts.
-A jump changes the stored energy without work. During an impact this energy is large, so a pair keeps the weights of the line
-there and takes over the new slopes only. The weights jump when the impact is over.
+A jump changes the stored energy without work. During an impact this energy is large. A pair then keeps the weights of
+the linear function and uses only the new slopes. The weights jump when the impact is over.
 """
 
 from __future__ import annotations

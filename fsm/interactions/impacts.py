@@ -1,7 +1,7 @@
-"""Impacts among contacts: which ones steps have to resolve, and the steps that do.
+"""Impacts among contacts: selection of the impacts that steps have to resolve, and step sizes that resolve them.
 
 An undamped impact of the effective mass m at the speed v has the depth d with m v^2/2 = U(d) and takes about 2.94 (Hertz) or
-3.14 (linear) times d/v. Contacts of bodies at rest are no impacts.
+3.14 (linear) times d/v. Contacts of bodies at rest are not impacts.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def fraction_before(
         end = -gap_rate[i]
         # a contact that opens without force at the end of the step had its whole impact within the step
         change[i] = normal[i] * step / mass[i] if normal[i] > 0.0 else start[i] - end
-        speed[i] = max(start[i], end + change[i])  # the latter estimates the speed without the contact
+        speed[i] = max(start[i], end + change[i])  # the second value estimates the speed without the contact
     counts, earliest = _to_resolve(rules, bodies, mass, speed, rates_before), np.inf
     for i in range(count):
         if onset[i] != 0.0 or not counts[i] or not change[i] > _SPEED_CHANGE * speed[i]:

@@ -108,8 +108,8 @@ def tangent_pose_planar(
 ) -> None:
     """Add K = -dh/dx and D = -dh/du of all force elements to the block matrices.
 
-    K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k,  D = sum_k c_k g_k g_k^T, with H_k the second derivative of Z_k. H_k
-    gives the geometric stiffness, and the change of the damper's rate as the bodies turn.
+    K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k, D = sum_k c_k g_k g_k^T, with H_k the second derivative of Z_k. H_k
+    gives the geometric stiffness, and the change of the damper's rate when the bodies rotate.
     """
     gradient, effort, stiffness, damping = measured
     dof, indptr, indices = index

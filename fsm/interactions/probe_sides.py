@@ -64,7 +64,7 @@ def turned_sides(
     before : (n,) array
         Sides at the last step; 0 for a probe that was not over its surface.
     side : (n,) array
-        Sides so far, of new probes their present sides.
+        Sides so far; for new probes the present sides.
     height, limit : (n,) arrays, m
         The depth limit scales the depth on the wrong side above which a point has moved round the corner.
     near : (m,) int array
@@ -103,8 +103,8 @@ def round_tips(
 ) -> np.ndarray:  # fmt: skip
     """Mask (n,) of probes that have slid round the rounded tip of a surface and are free on its other side.
 
-    They are beyond the middle of the disc of the tip and do not touch its other side. A probe that still touches its own
-    side keeps it until it is well beyond the middle.
+    They are beyond the middle of the disc of the tip and do not touch its other side. A probe that still touches its
+    own side keeps this side until it is well beyond the middle.
 
     Parameters
     ----------
@@ -137,7 +137,8 @@ def passed_through(
 ) -> np.ndarray:
     """Probes (m,) deeper than their limit, but not deeper than a motion explains.
 
-    `before` holds the heights at the last accepted state, or is empty: probes that had no side there may have passed too.
+    `before` contains the heights at the last accepted state. If it is empty, probes without a side in that state count
+    too.
     """
     out, count = np.empty(side.shape[0], dtype=np.int64), 0
     for i in range(side.shape[0]):

@@ -1,10 +1,10 @@
 """The contact surface of a panel: a C1 curve through the middle of every segment (docs/theory.md).
 
 Piece j of a surface of N segments (j = 0 ... N) is a cubic Bezier curve between the middles of segments j-1 and j, whose
-inner control points lie on the axes of the two segments, two thirds of the way to the joint. With the joint closed this
-is the quadratic B-spline whose control points are the joints. The surface stays C1 when the joint's springs deform, and
-every control point belongs to one body. At a joint turned by alpha the surface deviates from the polygon of segments by
-l alpha/8.
+inner control points lie on the axes of the two segments, two thirds of the way to the joint. If the joint has no
+opening, the curve is the quadratic B-spline whose control points are the joints. The surface stays C1 when the joint's
+springs deform, and every control point belongs to one body. At a joint turned by alpha the surface deviates from the
+polygon of segments by l alpha/8.
 
 At each end the surface is extended by a tip of `TIP` times its length, which is rounded. At a distance x past the end of the
 straight part, the gap g over the line becomes the gap over a disc of radius R tangent to that line,
@@ -12,16 +12,16 @@ straight part, the gap g over the line becomes the gap over a disc of radius R t
     sqrt(x^2 + (g + R)^2) - R,     R = half the tip,
 
 The rounding releases a body gradually when it slides off an end. An edge that stands on a face is pushed along the face's
-normal. Two creases that meet tip to tip (panels 3 and 4 of the pulled strip do, on their mirror plane) must not slip past
-each other. Therefore the first half of the tip is straight for the ends of another panel. For all other points the whole tip
-is round.
+normal. Two creases that meet tip to tip must not slip past each other; panels 3 and 4 of the pulled strip meet in this
+way on their mirror plane. Therefore the first half of the tip is straight for the ends of another panel. For all other
+points the whole tip is round.
 
-These tips are for panels that share a crease. Their side of each other must be given. The ends of other surfaces have a cap
-for the ends of panels: R is the clearance and x is measured from the end itself. With h the height over the middle line, g =
-sqrt(x^2 + h^2) - clearance, which is the same from both sides and also holds for frontal contact. For points between the
-ends of a panel, these surfaces stop at their ends, and the weight of the points is tapered (`fsm.interactions.end_taper`).
-The ends of two panels of one chain can pass each other. They touch as the panels between them do; their weights are tapered
-over a short distance.
+These tips are for panels that share a crease. The side on which each panel lies of the other must be given. The ends of
+other surfaces have a cap for the ends of panels: R is the clearance and x is measured from the end itself. With h the
+height over the middle line, g = sqrt(x^2 + h^2) - clearance, which is the same from both sides and also holds for
+frontal contact. For points between the ends of a panel, these surfaces stop at their ends, and the weight of the points
+is tapered (`fsm.interactions.end_taper`). The ends of two panels of one chain can pass each other. They touch like the
+panels between them, and their weights are tapered over a short distance.
 
     C(s) = sum_k B_k(s) (r_k + A_k (X_k, 0)),     k = 0 ... 3, the first two on body a, the last two on body b
 

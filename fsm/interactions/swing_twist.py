@@ -6,8 +6,8 @@ With the same psi, the swing can be measured in the axes half-way between both b
 
     q = twist(psi/2) swing(s1, 0, s3) twist(psi/2):   (s1, s3) = f(n) (q1, q3),   n = sqrt(q0^2 + q2^2)
 
-All three change their sign if the bodies are exchanged (q becomes its conjugate). Hence none of them contains a product of
-the two others. In the axes of the outer body, s1 contains psi s3/2, and s3 contains psi s1/2.
+All three change their sign if the bodies are exchanged (q becomes its conjugate). Therefore none of the three contains
+a product of the other two. In the axes of the outer body, s1 contains psi s3/2, and s3 contains psi s1/2.
 
 The relative quaternion of two joint frames is q = conj(q_b) q_a. For body-axis increments d_a, d_b (in joint axes)
 
@@ -86,7 +86,8 @@ def increments(q: np.ndarray, out: np.ndarray) -> None:
 def second_increment(row: int, column: int, steps: np.ndarray, out: np.ndarray) -> None:
     """Write d(dq_row)/d(increment column) into `out` (4,), from the `increments`.
 
-    dq_row = 1/2 q e_i for the inner body, so its change is 1/2 (dq_column) e_i; likewise -1/2 e_i (dq_column).
+    dq_row = 1/2 q e_i for the inner body, so its change is 1/2 (dq_column) e_i; for the outer body it is -1/2 e_i
+    (dq_column).
     """
     d0, d1, d2, d3 = 0.5 * steps[column, 0], 0.5 * steps[column, 1], 0.5 * steps[column, 2], 0.5 * steps[column, 3]
     if row == 0:
@@ -158,10 +159,11 @@ def swing_slopes(q: Quaternion, half_way: bool) -> tuple[float, float, Slopes, S
     """s1 and s3, in the axes of the outer body or half-way between both bodies, and their derivatives by q.
 
     n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n  in the axes of the outer body.
-    Written as s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n. Half-way, B is linear and h = f.
+    This is s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n. Half-way, B is linear and h = f.
     """
     if q[0] == 0.0 and q[2] == 0.0:
-        q = (1e-100, q[1], 0.0, q[3])  # 180 degrees: no slopes, but values, with the twist of zero of `twist_slopes`
+        # at 180 degrees there are values but no slopes; the twist of `twist_slopes` is zero
+        q = (1e-100, q[1], 0.0, q[3])
     n = np.sqrt(q[0] * q[0] + q[2] * q[2])
     f, f1, f2 = _stretch(min(n, 1.0))
     if half_way:

@@ -1,8 +1,8 @@
 """Arrays by their addresses: many arrays as one argument of a kernel.
 
-A kernel that takes a NamedTuple of many arrays copies and counts references of all of them at each call, and the compiler
-treats every number of it. Here one table holds the address and shape of each array, and kernels fetch those that they need.
-The caller keeps the arrays.
+A kernel with a NamedTuple of many arrays as argument copies all arrays and counts their references at each call, and
+the compiler handles every field separately. Here one table contains the address and shape of each array, and kernels
+fetch the arrays that they need. The caller must keep the arrays alive.
 """
 
 from __future__ import annotations
@@ -76,11 +76,13 @@ else:
 
     @numba.extending.register_jitable
     def _floats(address: int, shape: tuple[int, ...]) -> np.ndarray:
-        return np.asarray(carray(_pointer(address), shape, np.float64))
+        array: np.ndarray = carray(_pointer(address), shape, np.float64)
+        return array
 
     @numba.extending.register_jitable
     def _integers(address: int, shape: tuple[int, ...]) -> np.ndarray:
-        return np.asarray(carray(_pointer(address), shape, np.int64))
+        array: np.ndarray = carray(_pointer(address), shape, np.int64)
+        return array
 
 
 @kernel(inline=True)

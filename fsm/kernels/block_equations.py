@@ -88,6 +88,7 @@ def solution(
     by: EquationKernels, p: Pattern, matrix: np.ndarray, factors: np.ndarray, flags: np.ndarray, right: np.ndarray
 ) -> np.ndarray:
     """Solution (n,) with the last factors of the matrix; other arguments as in `set_factors`."""
+    x: np.ndarray
     x, error, refined = by.solve(
         p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, factors, p.rows, p.columns, matrix, right,
         REFINE_ABOVE, flags[SYMMETRIC] == 1, flags[TRUSTED] == 1,
@@ -95,4 +96,4 @@ def solution(
     if not error <= MAX_ERROR:
         flags[FAILED] = 1
     flags[TRUSTED] = 0 if refined else 1
-    return np.asarray(x)
+    return x

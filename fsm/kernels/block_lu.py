@@ -112,7 +112,7 @@ def fill_in(
             parent = columns[start[i]]
             next_child[i] = first_child[parent]
             first_child[parent] = i
-    # full rows: row j has the columns i < j of all rows i that have column j, in sorted order
+    # complete rows: row j has the columns i < j of all rows i that have column j, in sorted order
     length = np.ones(count, dtype=np.int64)
     for i in range(count):
         length[i] += start[i + 1] - start[i]

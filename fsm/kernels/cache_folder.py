@@ -181,7 +181,7 @@ def _base_folder() -> Path:
     else:
         variable, default = "XDG_CACHE_HOME", (".cache",)
     chosen = os.environ.get(variable, "")
-    if os.path.isabs(chosen):  # the XDG specification: a relative path is to be ignored
+    if os.path.isabs(chosen):  # the XDG specification requires that a relative path is ignored
         return Path(chosen)
     try:
         return Path.home().joinpath(*default)

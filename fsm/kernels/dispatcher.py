@@ -66,7 +66,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         self._linked: dict[tuple[Any, ...], Any] = {}
         self._to_cache = is_covered(function)
         if self._to_cache:
-            key(source_of(function))  # of the sources as they are at the import
+            key(source_of(function))  # hash of the sources at the time of the import
 
     def compile(self, sig: Any) -> Any:
         """Compile the function for calls from Python, or load it from the cache."""
@@ -97,11 +97,11 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         return typing.make_concrete_template(f"CallTemplate({name})", key=name, signatures=found), signature, kinds, {}
 
     def get_overload(self, sig: Any) -> Any:
-        """Return what identifies the code for a call by another kernel, for numba."""
+        """Return the identification of the code for a call by another kernel, for numba."""
         return self._linked[tuple(sigutils.normalize_signature(sig)[0])].entry_point
 
     def _compile_linked(self, kinds: tuple[Any, ...]) -> None:
-        """Compile the function for calls by other kernels, as far as they need it."""
+        """Compile the function only as far as calls by other kernels require."""
         if kinds in self._linked:
             return
         called = self.overloads.get(kinds)
@@ -124,7 +124,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
 
 
 def _is_linkable(library: Any) -> bool:
-    """Whether a library has the code that another library links. One from the cache has machine code only."""
+    """Whether a library has the code that another library links. A library from the cache has machine code only."""
     return any(not function.is_declaration for function in library._final_module.functions)
 
 
@@ -161,7 +161,7 @@ class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
 
 
 class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
-    """Machine code and what a call from Python needs, at the location of `_Locator` for any settings of numba."""
+    """Machine code and data for a call from Python, at the location of `_Locator` for any settings of numba."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._lineno = function.__code__.co_firstlineno
@@ -170,9 +170,9 @@ class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
         self._filename_base = self.get_filename_base(full_name, getattr(sys, "abiflags", ""))
 
     def reduce(self, data: Any) -> tuple[Any, ...]:
-        """Return what is stored of the compiled function `data`."""
+        """Return the part of the compiled function `data` that is stored."""
         library, described = data.library, data.fndesc
-        described.typemap = described.calltypes = None  # large, and of no use after the compilation
+        described.typemap = described.calltypes = None  # this is large and not used after the compilation
         names = (described.llvm_func_name, described.llvm_cpython_wrapper_name, described.llvm_cfunc_wrapper_name)
         symbols = {name for name in names if library.codegen._engine.is_symbol_defined(name)}
         environments = tuple(data._find_referenced_environments())
@@ -182,7 +182,7 @@ class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
         )  # fmt: skip
 
     def rebuild(self, target_context: Any, payload: tuple[Any, ...]) -> Any:
-        """Return the compiled function from what is stored."""
+        """Return the compiled function from its stored part."""
         name, machine_code, symbols, described, environment, signature, reload_init, environments = payload
         for function in reload_init:
             function()

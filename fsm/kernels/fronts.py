@@ -71,7 +71,7 @@ def count_nonzero(data: np.ndarray) -> int:
 
 @kernel
 def _invert(matrix: np.ndarray, exchanged: np.ndarray) -> bool:
-    """Invert in place (Gauss-Jordan with row exchanges); False if the matrix is singular."""
+    """Invert in place (Gauss-Jordan with row exchanges). Return False if the matrix is singular."""
     size = matrix.shape[0]
     for k in range(size):
         best, row = 0.0, k

@@ -3,7 +3,7 @@
 numba stores a compiled function with a stamp of the file that *defines the function*. Functions of other files that it calls
 are compiled into it, but are not part of the stamp. After an edit of such a file, or a new version of the package, numba
 runs the old machine code without a warning. Here each module has a cache folder named by a hash of all sources
-(`fsm.kernels.cache_folder`), and kernels have a dispatcher of their own (`fsm.kernels.dispatcher`).
+(`fsm.kernels.cache_folder`), and kernels have a special dispatcher (`fsm.kernels.dispatcher`).
 
 The pure-Python mode (``NUMBA_DISABLE_JIT=1``) is for coverage and debugging. In this mode a division of Python floats by
 zero raises an error, while a compiled kernel returns inf or nan as NumPy does.
@@ -80,7 +80,7 @@ def shared(function: F) -> F:
 
 
 def compiled_as(asked: Callable[..., Any], kind: type, instead: Callable[..., Any]) -> None:
-    """Let kernels call another function than Python does, if its first argument is a NamedTuple of one kind.
+    """Let kernels call another function in place of this one if the first argument is a NamedTuple of one kind.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ class _Compilations(event.Listener):
             self._seconds += time.perf_counter() - self._started
 
     def seconds(self) -> float:
-        """Time of the finished compilations and of the running one, s."""
+        """Time of the finished compilations and of the running compilation, s."""
         running = time.perf_counter() - self._started if self._depth else 0.0
         return self._seconds + running
 

@@ -22,7 +22,9 @@ T = TypeVar("T")
 
 
 class _Address(numba.types.FunctionType):  # type: ignore[misc, unused-ignore]
-    """Type of a `Pointer`. numba reads the address of its own function types by many calls of Python, this one by one."""
+    """Type of a `Pointer`. For its own function types numba reads the address by many calls of Python; for this type it
+    takes one call.
+    """
 
 
 numba.extending.register_model(_Address)(FunctionModel)
@@ -94,7 +96,7 @@ class AbsentPointer:
 def typed_by(kind: type) -> None:
     """Let numba remember the types of NamedTuples of one kind, with fields `calls` (pointers) and `arrays` (their argument).
 
-    A call from Python otherwise takes a millisecond to find out the types of all fields.
+    Without this, a call from Python takes a millisecond to determine the types of all fields.
     """
 
     def find(model: Any, context: Any) -> Any:
@@ -111,11 +113,13 @@ def typed_by(kind: type) -> None:
 if numba.config.DISABLE_JIT:
 
     def call_at(address: int, first: Any, second: Any, number: float) -> float:
-        """Never called: without the compiler there are no addresses, and `has_arrays` of `fsm.ancf` is false."""
+        """Placeholder that is never called: without the compiler there are no addresses, and `has_arrays` of `fsm.ancf`
+        is false.
+        """
         raise NotImplementedError
 
     def borrowed(value: T) -> T:
-        """See below."""
+        """Placeholder for numba; the overload below implements it."""
         return value
 
 else:
@@ -141,7 +145,7 @@ else:
         """Return arrays, or tuples that contain them, without their owners.
 
         A kernel counts the references of all arrays of a tuple whenever it passes the tuple on. Without owners it does not.
-        The caller keeps the arrays.
+        The caller must keep the arrays alive.
         """
 
         def without(context: Any, builder: Any, kind: Any, passed: Any) -> Any:

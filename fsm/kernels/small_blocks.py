@@ -146,7 +146,7 @@ def is_zero(block: np.ndarray) -> bool:
 
 @kernel
 def invert(block: np.ndarray, work: np.ndarray) -> bool:
-    """Invert a small block in place (Gauss-Jordan with row exchanges); False if it is singular."""
+    """Invert a small block in place (Gauss-Jordan with row exchanges). Return False if it is singular."""
     size = block.shape[0]
     for i in range(size):
         for j in range(size):

@@ -1,7 +1,7 @@
 """Hysteresis of a crease: dry friction in parallel with the elastic curve, for a moment that differs in opening and closing.
 
-A test gives a loading branch L(o) and an unloading branch U(o). The elastic curve is (L + U)/2. In parallel acts a spring of
-stiffness k in series with a slider of strength h(o) = (L - U)/2:
+A test gives a loading branch L(o) and an unloading branch U(o). The elastic curve is (L + U)/2. A spring of stiffness
+k, in series with a slider of strength h(o) = (L - U)/2, acts in parallel:
 
     M = k z,   z = o - p,   |k z| <= h(o),   the slider moves only at |k z| = h(o)
 
@@ -45,7 +45,7 @@ def strength_curve(opening: np.ndarray, strength: np.ndarray) -> MomentCurve:
     strength : (n,) array, N m, >= 0
     """
     slope = monotone_slopes(opening, strength)
-    slope[[0, -1]] = 0.0  # constant outside the measured range, so that the strength never becomes negative
+    slope[[0, -1]] = 0.0  # the strength is constant outside the measured range, so that it never becomes negative
     return curve_from_cubic(hermite_cubic(opening, strength, slope))
 
 

@@ -52,7 +52,8 @@ class Sliders:
     def _state(self) -> _State:
         """Last accepted state; initially the start of the loading curve."""
         if self._accepted is None:
-            far = np.full(len(self._start), -np.inf)  # a slider stretched beyond its strength lies on the loading curve
+            # this slider is stretched beyond its strength, so it lies on the loading curve
+            far = np.full(len(self._start), -np.inf)
             _, _, slider = slip_moment(self._start, far, *self._law)
             self._accepted = _State(np.nan, self._start.copy(), slider, np.zeros(len(slider)))
         return self._accepted

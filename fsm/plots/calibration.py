@@ -19,7 +19,7 @@ __all__ = ["CurvePlot", "FitPlot", "plot_curves", "plot_fit", "plot_loops", "plo
 _MAX_COLUMNS = 3
 """Largest number of panels in a row of the figure."""
 MAX_POINTS = 2000
-"""Largest number of points that are drawn of a curve; more would only enlarge the file."""
+"""Largest number of drawn points of a curve; more points would only enlarge the file."""
 
 
 class CurvePlot(NamedTuple):

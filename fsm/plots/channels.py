@@ -83,7 +83,9 @@ def _line(k: int, count: int) -> tuple[str, str]:
 
 
 def _add_names(fig: Figure, ax: Axes) -> None:
-    """Name the lines beside a diagram, or above it if the names are long; of many lines the first, middle and last."""
+    """Name the lines beside a diagram, or above it if the names are long; if there are many lines, name the first,
+    middle and last.
+    """
     lines = list(ax.lines)
     if len(lines) > _MOST:
         lines = [lines[0], lines[len(lines) // 2], lines[-1]]

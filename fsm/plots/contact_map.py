@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
-from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded, shortened
+from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, drive_units, figure, rounded, shortened
 from fsm.results.quantities import CONTACT_THRESHOLD, touching_pairs
 from fsm.results.solution import Floats, Solution
 
@@ -47,7 +47,7 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
         handles: list[Artist] = []
         if solution.travel.shape[1]:
             summary = summary_with_stages(solution)
-            handles += shade_stages(ax, summary["stages"], float(x[-1]))
+            handles += shade_stages(ax, summary["stages"], float(x[-1]), drive_units(solution)[1])
             handles += _mark_events(ax, summary.get("events", []))
         if pairs:
             force, area = solution.pair_force[:, pairs], solution.pair_area[:, pairs]

@@ -29,7 +29,7 @@ STACK = {
     "kinetic": ("kinetic", COLOURS[4]),
     "dissipated": ("dissipated", "#999999"),
 }
-"""Label and colour of the stacked energies, from below: all of `ENERGIES` but work and error."""
+"""Label and colour of the stacked energies, from below: all of `ENERGIES` except work and error."""
 _VISIBLE = 2e-3
 """Largest value of an energy, relative to the height of the stack, below which the energy is too thin to be seen."""
 

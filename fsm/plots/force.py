@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend, add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
-from fsm.plots.style import COLOURS, DASHES, GREY, SINGLE, WIDE, abscissa, figure, rounded, shortened
+from fsm.plots.style import COLOURS, DASHES, GREY, SINGLE, WIDE, abscissa, drive_units, figure, rounded, shortened
 from fsm.results.curve import ForceCurve
 from fsm.results.solution import Floats, Solution
 
@@ -47,10 +47,11 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         if solution.force.shape[1] > 1:
             ax.legend(loc="best")
         summary = summary_with_stages(solution)
-        stages: list[Artist] = [*shade_stages(ax, summary["stages"], float(x[-1]))]
+        units = drive_units(solution)
+        stages: list[Artist] = [*shade_stages(ax, summary["stages"], float(x[-1]), units[1])]
         stages += _mark_events(ax, summary.get("events", []))
         _limit(ax, curve)
-        stages += _mark_peaks(ax, summary, float(x[-1]))
+        stages += _mark_peaks(ax, summary, float(x[-1]), units)
         add_legend_across(fig, stages, "upper")
 
 
@@ -66,12 +67,14 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
             colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)]
             summary = summary_with_stages(run)
             force, travel = summary["peak_force"], summary["peak_travel"]
-            label = f"{name}: {rounded(force)} N at {rounded(travel * 1e3)} mm"
+            effort, way = drive_units(run)
+            label = f"{name}: {rounded(force)} {effort} at {rounded(travel * 1e3)} {way}"
             curve = run.force_curve
             _draw_curve(ax, curve, 0, dynamic_colour=colour, clip=True, color=colour, linestyle=dashes, label=label)
             ax.plot(travel * 1e3, force, "o", color=colour, markersize=points(4.5), markeredgecolor="white", zorder=4)
-        ax.set_xlabel("travel (mm)")
-        ax.set_ylabel("force (N)")
+        kinds = sorted({run.layout.turns() for _, run in drawn}) or [False]
+        ax.set_xlabel(" or ".join("turn (mrad)" if turns else "travel (mm)" for turns in kinds))
+        ax.set_ylabel(" or ".join("moment (N m)" if turns else "force (N)" for turns in kinds))
         ax.margins(x=0)
         if not drawn:
             _write_note(ax, "no curve: none of the runs has a drive")
@@ -156,15 +159,16 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
     return handles
 
 
-def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float) -> list[Line2D]:
+def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float, units: tuple[str, str]) -> list[Line2D]:
     """Mark the quasi-static peak with its value, and the dynamic peak; return the legend entry of the dynamic peak."""
     force, at = summary["peak_force"], 1e3 * summary["peak_travel"]
+    effort, way = units
     ax.plot(at, force, "o", color=COLOURS[1], markersize=points(5), zorder=4, clip_on=False)
     bottom, top = ax.get_ylim()
     ax.set_ylim(bottom, max(top, force) + 0.08 * (top - bottom))
     right = at > 0.6 * last
     ax.annotate(
-        f"peak {rounded(force)} N at {rounded(at)} mm", (at, force), xytext=(-8 if right else 8, 3),
+        f"peak {rounded(force)} {effort} at {rounded(at)} {way}", (at, force), xytext=(-8 if right else 8, 3),
         textcoords="offset points", ha="right" if right else "left", va="bottom",
     )  # fmt: skip
     if summary.get("dynamic_peak_force") is None or summary.get("peak_kind") == "dynamic":
@@ -174,4 +178,4 @@ def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float) -> list[Line2D]:
     bottom, top = ax.get_ylim()
     if bottom <= dynamic <= top:
         ax.plot(where, dynamic, zorder=4, **style)
-    return [Line2D([], [], label=f"dynamic {rounded(dynamic)} N at {rounded(where)} mm", **style)]
+    return [Line2D([], [], label=f"dynamic {rounded(dynamic)} {effort} at {rounded(where)} {way}", **style)]

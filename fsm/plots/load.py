@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.load_names import PRESSURE
+from fsm.load_names import axis_labels
 from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend
 from fsm.plots.style import COLOURS, DASHES, GREY, SINGLE, figure, rounded, shortened
@@ -14,9 +14,6 @@ from fsm.results.solution import Solution
 
 __all__ = ["plot_load"]
 
-_WAYS = {False: "displacement along the load (mm), or rotation (mrad)", True: "swept volume (litre)"}
-_SIZES = {False: "load (N, or N m)", True: "pressure (Pa)"}
-"""Labels of the axes for forces and moments, and for pressures."""
 _LABELLED = 6
 """Largest number of limit points with their size beside them."""
 
@@ -48,14 +45,14 @@ def plot_load(solution: Solution, path: str | Path) -> None:
                     )  # fmt: skip
         if unstable:
             ax.plot([], [], color=GREY, linestyle=DASHES[1], label="unstable")
-        kinds = {name.endswith(PRESSURE) for name in found.names}
         ax.axhline(0.0, color=GREY, linewidth=line_width(0.6), zorder=0)
-        ax.set_xlabel(" or ".join(text for kind, text in _WAYS.items() if kind in kinds))
-        ax.set_ylabel(" or ".join(text for kind, text in _SIZES.items() if kind in kinds))
+        across, up = axis_labels(found.names)
+        ax.set_xlabel(across)
+        ax.set_ylabel(up)
         ax.margins(y=0.12)
         add_legend(fig, ax)
 
 
 def _near(marked: np.ndarray) -> np.ndarray:
-    """Marked points, and their neighbours behind, so that lines of marked and other points meet."""
+    """Marked points and the points after them, so that lines of marked and other points meet."""
     return marked | np.concatenate([[False], marked[:-1]])

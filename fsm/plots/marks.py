@@ -34,9 +34,9 @@ def summary_with_stages(solution: Solution) -> dict[str, Any]:
     return summarise(solution.force_curve, solution.layout.pair_names, bent_energy(solution.layout.case))
 
 
-def stage_name(stage: dict[str, Any], first: bool = False) -> str:
+def stage_name(stage: dict[str, Any], first: bool = False, unit: str = "mm") -> str:
     """Name of a stage with the travel at its beginning; the `first` stage has the name alone."""
-    return str(stage["name"]) if first else f"{stage['name']} from {rounded(1e3 * stage['travel'])} mm"
+    return str(stage["name"]) if first else f"{stage['name']} from {rounded(1e3 * stage['travel'])} {unit}"
 
 
 def stage_shade(stage: dict[str, Any]) -> tuple[str, float]:
@@ -44,8 +44,8 @@ def stage_shade(stage: dict[str, Any]) -> tuple[str, float]:
     return _GREY, _SHADES[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
 
 
-def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float) -> list[Patch]:
-    """Shade the travels of several stages up to `last` (mm) in the background; return the legend entries."""
+def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float, unit: str = "mm") -> list[Patch]:
+    """Shade the travels of several stages up to `last` (mm or mrad) in the background; return the legend entries."""
     if len(stages) < 2:
         return []
     begins = [1e3 * stage["travel"] for stage in stages]
@@ -53,6 +53,6 @@ def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float) -> lis
     for stage, begin, end in zip(stages, begins, [*begins[1:], last], strict=True):
         colour, alpha = stage_shade(stage)
         ax.axvspan(begin, max(begin, end), color=colour, alpha=alpha, linewidth=0)
-        name = stage_name(stage, first=not patches)
+        name = stage_name(stage, not patches, unit)
         patches.append(Patch(facecolor=(colour, alpha), edgecolor=colour, linewidth=line_width(0.4), label=name))
     return patches

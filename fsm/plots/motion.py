@@ -19,7 +19,7 @@ from fsm.plots.obstacles import obstacle_outlines
 from fsm.plots.parts import OBSTACLE, colours_of_parts, handles_of_parts
 from fsm.plots.plane import lattice_squares, vertical_axis
 from fsm.plots.space import arrange_in_space, draw_in_space, height_in_space
-from fsm.plots.style import WIDE, evolution, figure, length_unit, rounded, start_of_step, steps_of
+from fsm.plots.style import WIDE, drive_units, evolution, figure, length_unit, rounded, start_of_step, steps_of
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["leaves_plane", "pick_records", "plot_motion"]
@@ -161,10 +161,10 @@ def _title(solution: Solution, record: int, stages: list[dict[str, Any]]) -> str
         return f"{name}, {rounded(solution.time[record] - start_of_step(solution, rows))} s"
     if label == "time (s)":
         return f"{rounded(solution.time[record])} s"
-    turns, travel, force = solution.layout.turns(), solution.travel[record, 0], solution.force[:, 0]
-    # a residual of the solver is shown as zero
+    travel, force = solution.travel[record, 0], solution.force[:, 0]
+    # a force as small as a residual of the solver is shown as zero
     value = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
-    way, effort = ("mrad", "N m") if turns else ("mm", "N")
+    effort, way = drive_units(solution)
     text = f"{rounded(travel * 1e3)} {way}, {rounded(value)} {effort}"
     if len(stages) < 2:
         return text

@@ -73,7 +73,7 @@ def _of_panel(number: int, last: int) -> str:
 
 
 def _of_body(name: str, bodies: list[str], panels: int, sections: KeysView[str]) -> tuple[str, str]:
-    """Name and colour of a body: its own beside few others, else of its kind."""
+    """Name and colour of a body; if there are many bodies, those of its kind."""
     if "scissor" in sections:
         side = name.rpartition(".")[2]
         return _BARS.get(side, ("bars", COLOURS[0]))
@@ -101,7 +101,9 @@ def polygons(solution: Solution, record: int) -> tuple[list[Floats], Integers]:
 
 
 def _joined(solution: Solution) -> np.ndarray:
-    """Whether a quadrilateral continues the polygon of the one before it: both share their first corner and one side."""
+    """Whether a quadrilateral continues the polygon of the previous quadrilateral: both share their first corner and
+    one side.
+    """
     start = solution.shape[0]
     joined = np.zeros(len(start), dtype=bool)
     if len(start) > 1:
@@ -115,7 +117,7 @@ def _joined(solution: Solution) -> np.ndarray:
 
 
 def _without_repeats(corners: Floats) -> Floats:
-    """Corners without those at the place of the one before."""
+    """Corners without repetitions of the previous corner."""
     apart = np.abs(corners - np.roll(corners, 1, axis=0)).max(axis=1)
     kept = corners[apart > 1e-9 * (float(np.max(np.ptp(corners, axis=0))) or 1.0)]
     return kept if len(kept) > 2 else corners

@@ -17,7 +17,7 @@ from fsm.results.solution import Solution
 __all__ = ["plot_points", "plot_rigid", "plot_stress", "plot_synchronism"]
 
 _CUT = 8.0
-"""Range of a flexible curve over that of the rigid one, above which the flexible curve is cut off."""
+"""Range of a flexible curve, relative to the range of the rigid curve, above which the flexible curve is cut off."""
 _MOTIONS = (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²"))
 
 

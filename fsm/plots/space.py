@@ -38,7 +38,7 @@ _LABEL, _TICK = 21.0, 8.0
 _USUAL = np.array([1.05, 1.2, 0.55])
 """Sides of a box in which Matplotlib's distances are right."""
 _CORNER = 0.08
-"""Part of an axis next to its ends without numbers, where numbers of two axes would meet."""
+"""Part of an axis next to its ends that has no numbers, because numbers of two axes would meet there."""
 
 
 def height_in_space(columns: int, extent: Floats, title: float) -> float:
@@ -67,7 +67,7 @@ def _zoomed(x: float, y: float, z: float) -> tuple[float, float, Floats]:
     window = ax.viewLim
     width, height = np.ptp(across) / window.width, np.ptp(up) / window.height
     zoom = _FILLED / max(width, height)
-    shifts = np.array([[0, -y, -z], [x, 0, -z], [x, y, 0], [0, 0, 0]]).T  # away from the middle of the box, and none
+    shifts = np.array([[0, -y, -z], [x, 0, -z], [x, y, 0], [0, 0, 0]]).T  # away from the middle of the box, and zero
     across, up, _ = proj_transform(*shifts, ax.get_proj())
     away = np.hypot((across[:3] - across[3]) / window.width, (up[:3] - up[3]) / window.height)
     return zoom, float(zoom * height), zoom * away
@@ -143,7 +143,7 @@ def _brightness(faces: list[Floats]) -> Floats:
 
 
 def _above(faces: list[Floats], films: np.ndarray, lines: np.ndarray) -> bool:
-    """Whether the plates lie above the parts of films that are next to them, in the mean."""
+    """Whether plates lie on average above the parts of films next to them."""
     others = ~films & ~lines
     if not films.any() or not others.any():
         return True
@@ -170,7 +170,7 @@ def draw_axes(ax: Any, reach: Floats, middle: Floats, unit: str) -> None:
         ax.set(**{f"{name}lim": (centre - side / 2, centre + side / 2)})
     zoom, _, away = _projected(reach)
     nearer = _projected(_USUAL)[2] / away
-    ax.set_box_aspect(tuple(reach), zoom=zoom)  # an array would be changed
+    ax.set_box_aspect(tuple(reach), zoom=zoom)  # Matplotlib would change an array
     size = matplotlib.rcParams["xtick.labelsize"] - points(1.0)
     axes = (ax.xaxis, ax.yaxis, ax.zaxis)
     for axis, name, centre, side, factor in zip(axes, "xyz", middle, reach, nearer, strict=True):

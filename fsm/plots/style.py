@@ -32,6 +32,7 @@ __all__ = [
     "STYLE",
     "WIDE",
     "abscissa",
+    "drive_units",
     "energy_unit",
     "evolution",
     "figure",
@@ -145,6 +146,11 @@ def abscissa(solution: Solution) -> tuple[Floats, str]:
     if solution.travel.shape[1]:
         return solution.travel[:, 0] * 1e3, "turn (mrad)" if solution.layout.turns() else "travel (mm)"
     return solution.time, "time (s)"
+
+
+def drive_units(solution: Solution) -> tuple[str, str]:
+    """Units of the effort of the first drive, and of its travel in figures."""
+    return ("N m", "mrad") if solution.layout.turns() else ("N", "mm")
 
 
 def evolution(solution: Solution) -> tuple[Floats, str]:

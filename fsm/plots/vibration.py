@@ -99,7 +99,7 @@ def plot_spectrum(solution: Solution, path: str | Path) -> None:
 def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
     """Draw the normal motion of the first natural modes, seen from above and scaled to a largest value of 1.
 
-    Of elements above each other the one that moves most is visible.
+    Where elements lie above each other, the element with the largest motion is visible.
     """
     film = _film(solution)
     corners = solution.shape[0][..., :2] * 1e3

@@ -34,7 +34,7 @@ def pack_floats(values: Any) -> dict[str, Any]:
 
 
 def pack_doubles(values: Any) -> dict[str, Any]:
-    """Numbers with double precision, for example times of which small differences count."""
+    """Numbers with double precision, for example times whose small differences matter."""
     array = np.ascontiguousarray(values, dtype="<f8")
     return {"type": "f8", "shape": list(array.shape), "data": _shuffled(array)}
 

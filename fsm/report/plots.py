@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from fsm.load_names import axis_labels
 from fsm.plots.energy import STACK
 from fsm.plots.marks import EVENTS, stage_shade, summary_with_stages
 from fsm.plots.style import COLOURS, energy_unit, rounded, shortened
 from fsm.report.packing import pack_doubles, pack_floats
 from fsm.results.array import asynchronism
-from fsm.results.quantities import touching_pairs
+from fsm.results.quantities import CONTACT_THRESHOLD, touching_pairs
 from fsm.results.solution import Floats, Integers, Solution
 from fsm.results.spectrum import spectrum
 
@@ -163,9 +164,9 @@ def _load_path(solution: Solution) -> Iterator[dict[str, Any]]:
             lines.append({"name": f"{name}, unstable", "x": lines[k]["x"], "y": size, "css": "#D55E00"})
     at_records = len(path.time) == len(solution) and len(path.names) == 1
     cursor = {"time": pack_doubles(solution.time), "x": lines[0]["x"]} if at_records else None
+    across, up = axis_labels(path.names)
     yield {
-        "key": "load", "title": "Load over displacement", "ylabel": "load (N or N m)", "lines": lines,
-        "xlabel": "displacement along the load (mm), or rotation (mrad)",
+        "key": "load", "title": "Load over displacement", "ylabel": up, "lines": lines, "xlabel": across,
         "alt": f"Load-displacement path of {len(path.names)} load(s) with {len(path.time)} points, "
         f"of which {int(unstable.sum())} are unstable.",
         **({"cursor": cursor} if cursor else {}),
@@ -219,6 +220,7 @@ def _contact_map(solution: Solution) -> Iterator[dict[str, Any]]:
     shown = sorted(sorted(pairs, key=lambda k: -float(solution.pair_force[:, k].max()))[:_MAP_PAIRS])
     rows = np.unique(np.linspace(0, len(solution) - 1, min(len(solution), _MAP_RECORDS)).astype(np.int64))
     force = solution.pair_force[rows][:, shown].T
+    force = np.where(force > CONTACT_THRESHOLD * solution.pair_force.max(), force, 0.0)  # as in contact.png
     names = [solution.layout.pair_names[k] for k in shown]
     label, factor = travel_scale(solution)
     data: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""Channels of a result for the page: recorded ones, and those that follow from shapes and contact pairs."""
+"""Channels of a result for the page: recorded channels, and channels that follow from shapes and contact pairs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _OF_PAIRS = {
     "slip_speed": ("pair_slip", "m/s", "mean slip speed of the pair, weighted by the normal forces"),
 }
 _LATE = ("orientation", "angular_velocity", "velocity", "rotation", "moment_vector", "translation")
-"""Quantities that are left out first if the page would be too large."""
+"""Quantities that are omitted first if the page would be too large."""
 
 
 def display(unit: str) -> tuple[str, float]:

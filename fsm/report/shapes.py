@@ -112,7 +112,7 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
 
     try:
         case = Case.model_validate(solution.layout.case)
-        if case.sheet is None or case.sheet.kind == "plate":
+        if case.sheet is None or case.sheet.is_shell:
             return []
         pattern = pattern_of(case.sheet)
         joints = [joint for joint in sheet_joints(case, pattern) if joint.kind == "crease"]
@@ -134,7 +134,7 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
         ends = [corners[vertex] for vertex in pattern.edges[joint.edge]]
         sides = sorted(set(facet[ends[0] // 4]) & set(facet[ends[1] // 4]))
         if len(sides) != 2 or any(np.ptp(start[end], axis=0).max() > _OPEN * size for end in ends):
-            continue  # the corners of the facets are not at one place
+            continue  # the corners of the facets do not coincide
         one, two = (int(end[np.flatnonzero(facet[end // 4] == sides[0])[0]]) for end in ends)
         first, second = (int(np.flatnonzero(facet == side)[0]) for side in sides)
         found.append(Crease(f"crease.{joint.name.removeprefix('crease ')}", (one, two), first, second))
@@ -142,19 +142,13 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
 
 
 def _flexible_mesh_of(solution: Solution) -> FacetMesh | None:
-    """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles."""
-    from fsm.scene.case import Case
-    from fsm.scene.patterns.flexible_mesh import flexible_mesh
+    """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles; plates and booms have no facets."""
+    from fsm.scene.patterns.flexible_mesh import mesh_of_result
+    from fsm.scene.sheet import SHELLS
 
-    sheet = solution.layout.case.get("sheet")
-    if not isinstance(sheet, dict) or sheet.get("facets") != "flexible" or sheet.get("kind") == "plate":
-        return None
-    try:
-        case = Case.model_validate(solution.layout.case)
-        mesh = flexible_mesh(case.sheet) if case.sheet is not None else None
-    except (CaseError, ValueError, TypeError, OSError):
-        return None
-    return mesh if mesh is not None and len(mesh.triangles) == solution.shape.shape[1] else None
+    case = solution.layout.case
+    is_shell = isinstance(case.get("sheet"), dict) and case["sheet"].get("kind") in SHELLS
+    return None if is_shell else mesh_of_result(case, solution.shape.shape[1])
 
 
 def _creases_of_mesh(mesh: FacetMesh, joints: Sequence[SheetJoint]) -> list[Crease]:
@@ -204,7 +198,7 @@ class Shown:
     ----------
     records : (n_frames,) array, numbers of the records
     data : dict for the page
-    thinned : text on what is left out; empty if all records are shown
+    thinned : text about omitted records; empty if all records are shown
     size : bytes in the page
     """
 

@@ -231,7 +231,7 @@ def describe_case(solution: Solution) -> list[list[str]]:
 
 
 def _labelled(lines: Iterable[str], width: int = 14) -> list[list[str]]:
-    """Split lines of `fsm check` into label and text; a line without label has that of the line before."""
+    """Split lines of `fsm check` into label and text; a line without label has the label of the previous line."""
     rows: list[list[str]] = []
     for line in lines:
         label = line[:width].strip() or (rows[-1][0] if rows else "")

@@ -23,7 +23,7 @@ __all__ = ["Watch"]
 SHAPES, CHANNELS = 1_200_000, 400_000
 """Bytes of the shapes and of the channels that are sent each time."""
 _GRACE = 4.0
-"""Longest time after the run in which a page that is open gets the end of the run, s."""
+"""Longest time that the server waits after the run, so that an open page receives the end of the run, s."""
 
 
 class Watch:

@@ -47,7 +47,7 @@ def write_report(given: Sequence[str], out: str | Path, wanted: Sequence[str] = 
     ----------
     given : result files, or folders with them
     out : HTML file
-    wanted : patterns of channels that are never left out
+    wanted : patterns of channels that are always included
     title : title of the page; default: the title of the case
 
     Raises

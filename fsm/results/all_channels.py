@@ -20,7 +20,8 @@ CONTACT_QUANTITIES: dict[str, tuple[str, str, str]] = {
 def all_channels(solution: Solution) -> dict[str, Channel]:
     """Channels by name: drives, energies and contacts of the records, points and bars of an array, then recorded channels.
 
-    A recorded channel replaces one of the records that has the same name. Energies that are always zero are left out.
+    A recorded channel replaces a quantity of the records with the same name. Energies that are always zero are left
+    out.
     """
     found: dict[str, Channel] = {}
 

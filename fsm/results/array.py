@@ -89,7 +89,8 @@ def asynchronism(motion: ArrayMotion) -> dict[str, Floats]:
 
     The deployment of a point is its displacement across the array, less the same displacement with rigid bars if known.
     In a straight array this displacement is measured along the common direction from b to a.
-    In an arched array or a ring it is the change of the distance from b to a. All units that deploy together share it.
+    In an arched array or a ring it is the change of the distance from b to a. Units that deploy together have the same
+    value.
     """
     found: dict[str, Floats] = {}
     flexible = _transverse_displacement(motion, motion.points)

@@ -104,7 +104,8 @@ def select_channels(
 def extremes_of(channels: Mapping[str, Channel], time: np.ndarray, travel: np.ndarray) -> dict[str, Any]:
     """Smallest and largest value of every channel with the time (s), the travel (m) of the first drive, and the component.
 
-    A channel with three components at most has an entry for each; of a longer one the extremes over all components.
+    A channel with three components at most has an entry for each; a longer channel has the extremes over all
+    components.
     """
     found: dict[str, Any] = {}
     for channel in channels.values():

@@ -33,7 +33,8 @@ STAGES = ("initial deformation", "contact", "bending")
 CONTACT_THRESHOLD = 1e-4
 """Smallest force of a touching pair, as a fraction of the largest pair force of the run."""
 BEND = 0.5
-"""Angle of one panel bent to an arc, rad. Its energy in the panels is the onset of bending; its sag is 6 % of its length."""
+"""Angle of one panel bent to an arc, rad. Bending begins at the energy of such a panel; its sag is 6 % of its
+length."""
 START_UP = 0.02
 """Start-up phase as a fraction of the travel; the initial jerk of a dynamic run is not counted as a peak."""
 
@@ -109,7 +110,7 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     """Largest force and the travel at which it acts.
 
     The curve near its largest value is the parabola through that record and its two neighbours, at any spacing.
-    If the largest record is the first or the last one, it is the result.
+    If the largest record is the first or the last record, the result is this record.
 
     Parameters
     ----------
@@ -152,7 +153,7 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
 def find_stages(curve: ForceCurve, bent: float | None = None) -> list[Stage]:
     """Stages of a pulled strip in the order in which they begin.
 
-    * "initial deformation" begins at the first point, unless another stage begins there.
+    * "initial deformation" begins at the first point, unless another stage begins at this point.
     * "contact" begins at the first touch of any pair (`first_touch`).
     * "bending" begins at the onset of bending (`bending_onset`) with the energy `bent` (J); absent for None.
 
@@ -192,9 +193,9 @@ def bent_energy(case: Mapping[str, Any]) -> float | None:
 def bending_onset(curve: ForceCurve, bent: float | None) -> float | None:
     """Travel at which the panels begin to bend: their energy has changed by `bent` (J) since the start.
 
-    The root of this energy is proportional to the angle of bending. The onset is linear in it between the last point below
-    `bent` and the first one above it. The energy must remain above `bent` at two quasi-static points, so that vibrations do
-    not count; the onset may lie in the motion before them.
+    The square root of this energy is proportional to the angle of bending. The onset is interpolated linearly in this
+    root between the last point below `bent` and the first point above. The energy must remain above `bent` at two
+    quasi-static points, so that vibrations do not count; the onset may lie in the motion before them.
 
     Returns
     -------
@@ -245,7 +246,7 @@ def _onset(s: Floats, f: Floats, touching: np.ndarray) -> float:
     if k == 0:
         return float(s[0])
     rise = f[k + 1] - f[k] if k + 1 < len(f) else 0.0
-    if not rise > 0.0:  # no rising line to extrapolate: take the last free record
+    if not rise > 0.0:  # without a rising line to extrapolate, take the last free record
         return float(s[k - 1])
     return float(np.clip(s[k] - f[k] * (s[k + 1] - s[k]) / rise, s[k - 1], s[k]))
 

@@ -35,6 +35,7 @@ ENERGIES: dict[str, str] = {
     "cable": "elastic energy of the cables",
     "beam": "elastic energy of the beams",
     "contact": "elastic energy of the contacts",
+    "gas": "energy of gas in chambers, and of the surroundings that it displaces",
     "gravity": "potential energy of gravity and of dead loads",
     "drives": "elastic energy of the drives",
     "dissipated": "energy dissipated since the start",
@@ -57,7 +58,8 @@ PAIRS: dict[str, tuple[str, str]] = {
     "pair_friction_energy": ("J", "energy dissipated by the friction of the pair since the start, over all steps"),
     "pair_damping_energy": ("J", "energy dissipated by the damping of the normal forces since the start, over all steps"),
 }
-"""Quantities of every contact pair in a record: unit and description. All but gap and energies are 0 without contact."""
+"""Quantities of every contact pair in a record: unit and description. Without contact, all quantities except gap and
+energies are 0."""
 
 
 @dataclass(repr=False)
@@ -85,7 +87,7 @@ class Record(ShortRepr):
     step : int
         Number of the step of the run, from 1.
     program_time : s
-        Time at which loads and drives are taken; another than `time` on a path by arc length. Absent: `time`.
+        Time at which loads and drives are evaluated. It differs from `time` on a path by arc length; absent: `time`.
     """
 
     time: float

@@ -27,7 +27,8 @@ class Spectrum(ShortRepr):
     frequency : (n,) array, Hz        from 0 to half the sampling rate
     amplitude : (n,) array            unit of the history; exact for a sine whose frequency is that of a bin
     resolution : Hz
-        Distance of two bins, 1 over the length of the history. The highest bin gives a frequency to half of this distance.
+        Distance of two bins: 1 over the length of the history. The frequency of the highest bin has an error of at most
+        half this distance.
     """
 
     frequency: Floats
@@ -51,8 +52,8 @@ class DampedSinusoid:
     amplitude, offset : unit of the history
     phase : rad
     residual : -
-        Root mean square of the residual over that of the history about the offset; 0 is a perfect fit.
-        Other modes and harmonics remain in the residual.
+        Root mean square of the residual, relative to the root mean square of the history about the offset; 0 is a
+        perfect fit. Other modes and harmonics remain in the residual.
     """
 
     frequency: float
@@ -91,7 +92,7 @@ def spectrum(time: ArrayLike, values: ArrayLike) -> Spectrum:
 
 
 def high_lines(time: ArrayLike, values: ArrayLike, part: float = 0.5) -> list[float]:
-    """Frequencies (Hz) of the lines of the spectrum that are high, the highest first, each by a fit of its own.
+    """Frequencies (Hz) of the high lines of the spectrum, the highest first, each from a separate fit.
 
     Parameters
     ----------
@@ -136,7 +137,7 @@ def fit_damped_sinusoid(time: ArrayLike, values: ArrayLike, near: float | None =
         return DampedSinusoid(start, 0.0, 0.0, 0.0, float(y[0]), 0.0)
     duration, t = t[-1] - t[0], t - t[0]
     unit = float(np.std(y))
-    y = y / unit  # makes the solver's tolerances relative
+    y = y / unit  # this scaling makes the tolerances of the solver relative
     low = max(start - _BINS * lines.resolution, 0.05 * lines.resolution)
     high = min(start + _BINS * lines.resolution, float(lines.frequency[-1]))
     scale = np.array([lines.resolution, 1.0 / duration])

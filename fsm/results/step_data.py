@@ -12,7 +12,7 @@ import numpy as np
 
 from fsm.atomic_write import atomic_write
 from fsm.hdf5_checked import names_in, numbers_in
-from fsm.load_names import PRESSURE
+from fsm.load_names import load_units
 from fsm.results.datasets import add_scale, set_description
 from fsm.short_repr import ShortRepr
 
@@ -94,7 +94,7 @@ class LoadPath(ShortRepr):
     ----------
     step : number of the step of each point, from 1, (n,)
     time : (n,) array, s
-        Time at which loads and drives are taken.
+        Time at which loads and drives are evaluated.
     negative_modes : (n,) array
         Number of directions in which the energy decreases; 0 for a stable equilibrium.
     names : names of the loads
@@ -114,12 +114,12 @@ class LoadPath(ShortRepr):
 
     @property
     def stable(self) -> np.ndarray:
-        """1 for a stable equilibrium, 0 for an unstable one, (n,)."""
+        """1 for a stable equilibrium, 0 for an unstable equilibrium, (n,)."""
         return (self.negative_modes == 0).astype(float)
 
     @classmethod
     def of(cls, paths: Sequence[dict[str, Any]]) -> LoadPath | None:
-        """Loads of all steps; the paths of other methods are empty; None without any."""
+        """Loads of all steps; paths of other methods are empty. None if there are no paths."""
         found = [(number, path) for number, path in enumerate(paths, 1) if path]
         if not found:
             return None
@@ -184,9 +184,10 @@ def write_load_path_csv(path: LoadPath, target: Path) -> None:
     columns = {"step": path.step, "program time (s)": path.time, "stable": path.stable}
     columns["negative modes"] = path.negative_modes
     for k, name in enumerate(path.names):
-        pressure = name.endswith(PRESSURE)
-        columns[f"{name} ({'Pa' if pressure else 'N, N m'})"] = path.size[:, k]
-        columns[f"{'volume' if pressure else 'displacement'} of {name} ({'m^3' if pressure else 'm, rad'})"] = path.way[:, k]
+        units = load_units(name)
+        columns[f"{name} ({units.size})"] = path.size[:, k]
+        way = "volume" if units.displacement == "m^3" else "displacement"
+        columns[f"{way} of {name} ({units.displacement})"] = path.way[:, k]
     with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)

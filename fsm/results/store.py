@@ -31,7 +31,7 @@ During a run the data go to ``result.part.h5`` in HDF5's single-writer mode. The
 even after a kill. `/time` is written last, so a reader counts only complete records.
 At the end `finish` copies the file, adds the stats and gives the copy its final name.
 
-A file of another layout version is refused.
+The reader refuses a file of another layout version.
 """
 from __future__ import annotations
 

@@ -11,8 +11,16 @@ _ITEMS = {"stages": ("name", ("travel", "force")), "events": ("kind", ("travel",
 """Lists in a summary: the key of the item's name, and the keys of its numbers."""
 _NUMBERS = (
     "peak_force", "peak_travel", "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "free_from",
+    "dynamic_peak_force", "dynamic_peak_travel",
 )  # fmt: skip
 """Numbers that figures show, if present."""
+_TOGETHER = {
+    "stages": ("peak_force", "peak_travel"), "frequency_hz": ("frequency_fft_hz", "frequency_resolution_hz"),
+    "dynamic_peak_force": ("dynamic_peak_travel",),
+}  # fmt: skip
+"""Numbers that must be present with another entry."""
+_STATE = ("smallest_stress", "largest_stress", "slack_fraction")
+"""Numbers of `tension_state`."""
 
 
 def check_summary(summary: dict[str, Any]) -> dict[str, Any]:
@@ -21,7 +29,7 @@ def check_summary(summary: dict[str, Any]) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        `stages`, `events`, `warnings` or a number has the wrong type.
+        An entry that figures and tables use has the wrong type, or is missing although another one needs it.
     """
     for key, (name, numbers) in _ITEMS.items():
         items = summary.get(key, [])
@@ -33,6 +41,15 @@ def check_summary(summary: dict[str, Any]) -> dict[str, Any]:
     for key in _NUMBERS:
         if not isinstance(summary.get(key), int | float | None):
             raise ValueError(f"{key} in the summary is not a number")
+    for first, others in _TOGETHER.items():
+        for key in others:
+            if summary.get(first) is not None and summary.get(key) is None:
+                raise ValueError(f"{key} in the summary is missing")
+    state, modes = summary.get("tension_state"), summary.get("modes_hz", [])
+    if isinstance(state, dict) and not all(isinstance(state.get(key), int | float) for key in _STATE):
+        raise ValueError(f"tension_state in the summary needs the numbers {', '.join(_STATE)}")
+    if not isinstance(modes, list) or not all(isinstance(value, int | float) for value in modes):
+        raise ValueError("modes_hz in the summary is not a list of numbers")
     return summary
 
 

@@ -80,7 +80,7 @@ def frequency_warnings(time: Floats, summary: Mapping[str, Any]) -> list[str]:
     * The free motion has too few samples for a fit.
     * The free motion holds fewer than three periods.
     * Fit and FFT differ by more than the distance of two bins plus decay/(2 pi), the width of a damped line.
-      For a single damped sinusoid they differ by half of this at most.
+      For a single damped sinusoid, fit and FFT differ by at most half of this width.
     * The fitted motion grows.
     * The spectrum has other lines that are nearly as high.
 
@@ -112,7 +112,7 @@ def frequency_warnings(time: Floats, summary: Mapping[str, Any]) -> list[str]:
     if len(lines := summary.get("lines_hz") or []) > 1:
         others = ", ".join(f"{line:.4g}" for line in lines[1:_MOST_LINES])
         doubt.append(
-            f"frequency_hz belongs to the highest line of the spectrum, {frequency:.4g} Hz; others at least half as high "
-            f"are at {others} Hz"
+            f"frequency_hz belongs to the highest line of the spectrum, {frequency:.4g} Hz; other lines at least half as "
+            f"high are at {others} Hz"
         )
     return doubt

@@ -193,7 +193,7 @@ class ResultWriter:
             raise CaseError("there is no unfinished run to resume", source=str(self.part))
         old = read_solution(self.part)
         if len(old) < n_records:
-            text = f"holds {len(old)} records, fewer than the {n_records} to resume after"
+            text = f"contains {len(old)} records, but the checkpoint was saved after {n_records} records"
             raise CaseError(text, str(self.part))
         for name in ("pair_names", "drive_names", "body_names", "dimension", "channels"):
             if getattr(old.layout, name) != getattr(self.layout, name):
@@ -248,7 +248,7 @@ class ResultWriter:
                     with self._write_errors():
                         if time.monotonic() - self._flushed_at >= self._flush_every / 2:
                             self._flush()
-                except Exception as error:  # the next `append` raises it in the caller's thread
+                except Exception as error:  # the next `append` raises this error in the thread of the caller
                     self._failure = error
                     return
 

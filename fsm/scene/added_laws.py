@@ -11,11 +11,11 @@ from pydantic_core import PydanticCustomError, PydanticKnownError
 from fsm.registry import AddedLaw
 from fsm.scene.units import did_you_mean, with_unit
 
-__all__ = ["check_element_law", "check_law", "check_parameters", "only_given", "with_parameters"]
+__all__ = ["check_element_law", "check_kind", "check_law", "check_parameters", "only_given", "with_parameters"]
 
 
 def check_law(value: Any, built_in: Iterable[str], added: Mapping[str, AddedLaw]) -> Any:
-    """Name of a law; an unknown one is refused with all names."""
+    """Name of a law; for an unknown name, an error that lists all names."""
     names = [*built_in, *added]
     if value not in names:
         listed = [f"'{name}'" for name in names]
@@ -26,18 +26,25 @@ def check_law(value: Any, built_in: Iterable[str], added: Mapping[str, AddedLaw]
 
 def check_element_law(value: Any, added: Mapping[str, AddedLaw]) -> Any:
     """Name of the law of an element, which an extension must have added."""
-    if value is not None and not added:
+    return value if value is None else check_kind(value, added)
+
+
+def check_kind(value: Any, added: Mapping[str, AddedLaw]) -> Any:
+    """Name of a kind of elements, which an extension must have added."""
+    if not added:
         _refuse(f"{with_unit(value, None)} needs an extension that adds it; name its file in `extensions`")
-    return value if value is None else check_law(value, (), added)
+    return check_law(value, (), added)
 
 
-def check_parameters(value: Any, law: object, added: Mapping[str, AddedLaw], info: ValidationInfo) -> dict[str, Any] | None:
-    """Parameters of the law of an extension, in SI; other laws have none."""
+def check_parameters(
+    value: Any, law: object, added: Mapping[str, AddedLaw], info: ValidationInfo, key: str = "law"
+) -> dict[str, Any] | None:
+    """Parameters of the law (or of another key) of an extension, in SI; other laws have none."""
     known = added.get(law) if isinstance(law, str) else None
     if known is None or known.parameters is None:
         if not value:
             return None
-        _refuse(f"not used with law = {with_unit(law, None)}; only laws of extensions have parameters; remove this key")
+        _refuse(f"not used with {key} = {with_unit(law, None)}; only those of extensions have parameters; remove this key")
     try:
         return dict(known.parameters.model_validate(value or {}, context=info.context).model_dump(exclude_none=True))
     except ValidationError as error:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from fsm.scene.contact import Contact, Friction, with_stiffness
+from fsm.scene.gas import Gas, Orifice
 from fsm.scene.lattice import Lattice
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease, Material
@@ -97,7 +98,7 @@ def contact_of_strip(written: Any, strip: Strip | None, material: Material | Non
     if not isinstance(written, Mapping):
         return written
     if strip is None or material is None:
-        return with_stiffness(written, 1.0, 1.0)  # one of them is faulty or missing, and has its own message
+        return with_stiffness(written, 1.0, 1.0)  # one of the sections is faulty or missing, and has its own message
     return with_stiffness(written, *contact_scale(strip, material))
 
 
@@ -160,6 +161,8 @@ class Case(Model):
     friction: Friction | None = None
     drive: tuple[Drive, ...] = ()
     load: tuple[Load, ...] = ()
+    gas: tuple[Gas, ...] = ()
+    orifice: tuple[Orifice, ...] = ()
     step: tuple[Step, ...] = ()
     obstacle: tuple[Obstacle, ...] = ()
     patch: tuple[Patch, ...] = ()
@@ -208,9 +211,9 @@ class Case(Model):
         if sum(given) != 1 and given != [True, False, False, True]:
             raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] with a [scene] that adds to it")
         for name, part in (("strip", self.strip), ("sheet", self.sheet)):
-            plate = self.sheet is not None and self.sheet.kind == "plate"
-            if part is not None and (self.material is None or (self.crease is None and not plate)):
-                raise ValueError(f"[{name}] needs [material]" + ("" if plate else " and [crease]"))
+            shell = self.sheet is not None and self.sheet.is_shell
+            if part is not None and (self.material is None or (self.crease is None and not shell)):
+                raise ValueError(f"[{name}] needs [material]" + ("" if shell else " and [crease]"))
         return self
 
 

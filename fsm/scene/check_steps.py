@@ -81,7 +81,7 @@ def _of_kind(step: Step, path: str) -> Iterable[Fault]:
     if step.kind == "dynamic" and step.duration is None and not step.drive:
         ends = [end_of(load.time) if load.time is not None else 0.0 for load in step.load]
         if not any(ends):
-            yield Fault(f"{path}.duration", "is missing; a dynamic step without a drive needs it")
+            yield Fault(f"{path}.duration", "is missing; a dynamic step without a drive needs this key")
     if step.save is not None:
         for key in ("channels", "points"):
             if getattr(step.save, key):

@@ -74,7 +74,7 @@ def _held_points(sections: Sections) -> Iterable[Fault]:
     if sections.tension.pull is not None and not at & {"corners", "cables", "edges"}:
         yield Fault(
             "support",
-            'no support keeps the tension of the corners (`tension.pull`); add one at "corners", or remove all supports',
+            'no support keeps the tension of the corners (`tension.pull`); add a support at "corners", or remove all',
         )
     if sections.tension.strain is None:
         return
@@ -82,7 +82,7 @@ def _held_points(sections: Sections) -> Iterable[Fault]:
     if not sides and "edges" not in at:
         yield Fault(
             "support",
-            'no support keeps the tension of the edges (`tension.strain`); add one at "edges", or remove all supports',
+            'no support keeps the tension of the edges (`tension.strain`); add a support at "edges", or remove all',
         )
     elif len(sides) == 1 and len(at) == 1:
         (side,) = sides
@@ -107,7 +107,7 @@ def _points(sections: Sections) -> Iterable[Fault]:
         half = 0.5 * (sections.impact.size or 0.0)
         reach = [abs(x) + half for x in sections.impact.point]
         if half and any(x > 0.5 * side * (1 + 1e-9) for x, side in zip(reach, (film.length, film.width), strict=True)):
-            text = f"a square of {2e3 * half:.4g} mm around impact.point leaves the film; give a smaller one"
+            text = f"a square of {2e3 * half:.4g} mm around impact.point extends beyond the film; give a smaller square"
             yield Fault("impact.size", text)
     if sections.vibration is not None:
         for name, point in sections.vibration.probes.items():
@@ -139,7 +139,7 @@ def _vibration_solve(sections: Sections) -> Iterable[Fault]:
             unused = {"end_time": "`vibration.duration` gives the end"} | unused
         for key, reason in unused.items():
             yield Fault(f"solve.{key}", f'not used with analysis = "vibrate", because {reason}; remove this key')
-        if solve.method != "auto":  # "auto" is generalized-alpha here
+        if solve.method != "auto":  # here "auto" means generalized-alpha
             yield from method_faults(solve)
     if save is not None and save.every is not None:
         yield Fault("save.every", "is a travel of a drive, and a film has no drive; give `interval` (time) instead")

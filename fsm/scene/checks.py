@@ -21,7 +21,7 @@ __all__ = ["check_sections"]
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
 _DEPLOY = (
     "start", "release", "strip", "lattice", "sheet", "scene", "crease", "contact", "friction", "drive", "load", "step",
-    "obstacle",
+    "obstacle", "gas", "orifice",
 )  # fmt: skip
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")
@@ -59,12 +59,14 @@ def _unused(sections: Sections) -> Iterable[Fault]:
         homes = [stages for stages, names in _READ.items() if name in names]
         hint = " or ".join(f'analysis = "{home[0]}"' if len(home) == 1 else "`stages`" for home in homes)
         if homes:
-            yield Fault(name, f"not used with {named}, it belongs to {hint}; remove the section, or change the analysis")
+            text = f"not used with {named}, because it belongs to {hint}; remove the section, or change the analysis"
+            yield Fault(name, text)
 
 
 def _check_deployment(sections: Sections) -> list[Fault]:
     return [
         *_missing_sections(sections),
+        *_gas(sections),
         *_held_panels(sections.strip),
         *_contact_pairs(sections),
         *_beside_scene(sections),
@@ -92,18 +94,31 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
         yield Fault("strip", "section [strip] is missing; give [strip], [lattice], [sheet] or [scene]")
     if given == ["lattice"]:
         for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
-            yield Fault(name, f"the squares of a lattice are rigid without contact; remove section [{name}]")
+            yield Fault(name, f"the squares of a lattice are rigid and have no contact; remove section [{name}]")
     if given == ["sheet"]:
         facets = "rigid" if sections.sheet is None else sections.sheet.facets
         for name in sorted({"contact", "friction", "obstacle"} & sections.written):
-            if facets in ("bars", "flexible"):
-                text = f'contact is not available with facets = "{facets}"; remove section [{name}], or use rigid facets'
+            if facets == "bars":
+                text = f'contact is not available with facets = "{facets}"; remove section [{name}], or use other facets'
                 yield Fault(name, text)
     for part in ("strip", "sheet"):
         for name in ("material", "crease") if part in sections.written else ():
-            plate = part == "sheet" and (sections.sheet is None or sections.sheet.kind == "plate")
-            if name not in sections.written and not (plate and name == "crease"):
-                yield Fault(name, f"section [{name}] is missing; a {part} needs it")
+            shell = part == "sheet" and (sections.sheet is None or sections.sheet.is_shell)
+            if name not in sections.written and not (shell and name == "crease"):
+                yield Fault(name, f"section [{name}] is missing; a {part} needs this section")
+
+
+def _gas(sections: Sections) -> Iterable[Fault]:
+    """Gas without a sheet whose nodes can carry it, and orifices without gas."""
+    if "gas" in sections.written:
+        facets = None if sections.sheet is None else sections.sheet.facets
+        if "sheet" not in sections.written:
+            yield Fault("gas", "only a [sheet] has closed chambers; remove [[gas]], or give a [sheet]")
+        elif facets is not None and facets not in ("bars", "flexible"):
+            text = f'is not available with facets = "{facets}"; give sheet.facets = "flexible" or "bars"'
+            yield Fault("gas", text)
+    elif "orifice" in sections.written:
+        yield Fault("orifice", "[[orifice]] joins chambers of [[gas]], which is missing; add [[gas]], or remove [[orifice]]")
 
 
 _ALSO_IN_SCENE = {
@@ -210,6 +225,12 @@ def _lattice_drives(sections: Sections) -> Iterable[Fault]:
             yield Fault(f"{path}.at", "only a [sheet] has such places; give `crease` in a [strip], else `body` or `bodies`")
         if drive.crease is not None and {"lattice", "sheet"} & sections.written:
             yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `edge` in a [lattice] or [sheet]")
+        if drive.edge is not None and drive.turn is not None and "sheet" not in sections.written:
+            yield Fault(f"{path}.turn", "the edge of a [lattice] does not turn; give `travel`")
+        facets = None if sections.sheet is None else sections.sheet.facets
+        if drive.turn is not None and not drive.guide and facets not in (None, "flexible"):
+            text = 'a turn without a guide is for flexible facets; remove `guide`, or give facets = "flexible"'
+            yield Fault(f"{path}.guide", text)
         lattice = sections.lattice
         if "lattice" in sections.written and drive.edge is not None and drive.edge not in get_args(Edge):
             yield Fault(f"{path}.edge", f'must be "bottom", "top", "left" or "right" in a [lattice]; it is "{drive.edge}"')
@@ -227,7 +248,7 @@ def _scene_drives(sections: Sections) -> Iterable[Fault]:
     for path, drive in listed:
         if drive.crease is not None:
             yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `body` in a [scene]")
-        for body in drive.moved if "step" not in sections.written else ():  # steps may release it before
+        for body in drive.moved if "step" not in sections.written else ():  # an earlier step may release it
             if body in held:
                 key = "body" if drive.body is not None else "bodies"
                 yield Fault(
@@ -280,7 +301,7 @@ def _end(sections: Sections) -> Iterable[Fault]:
     if sections.solve is not None and sections.solve.end_time is None:
         yield Fault(
             "solve.end_time",
-            "missing, and there is no [[drive]] either, so the run has no end; give one of them",
+            "missing, and there is no [[drive]], so the run has no end; give one of them",
         )
     if sections.save is not None and sections.save.every is not None:
         yield Fault(

@@ -120,7 +120,7 @@ class Contact(Model):
     exponent : e, 1.5 for Hertz contact; 1 for "linear"
     young, poisson, radius : Pa, -, m
         Values for Hertz' formula (`hertz_stiffness`), instead of `stiffness`. Give one value for both bodies, or two. A
-        single radius is that of a sphere on a flat face.
+        single radius belongs to a sphere on a flat face.
     stiffness : N/m^e
         Stiffness K of a whole face under uniform pressure, independent of the mesh. The value is a plain number or text,
         for example "1e9 N/m^1.5", with `exponent` as its power. Absent in a strip: practically rigid
@@ -195,7 +195,7 @@ class Contact(Model):
             return float(check(value))
         young, poisson, radius = parts
         if young is None or poisson is None or radius is None:
-            return 1.0  # one of them is faulty and has its own message
+            return 1.0  # one of the values is faulty and has its own message
         if info.data.get("exponent", 1.5) != 1.5:
             exponent = f"the exponent is {info.data['exponent']:g}"
             _refuse(f"Hertz' formula requires the exponent 1.5; {exponent}; give `stiffness` instead of `young`")

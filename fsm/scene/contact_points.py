@@ -1,8 +1,9 @@
-"""Points of films, cables and beams that touch bodies and obstacles: frames that each represent an area.
+"""Points of films, cables, beams and flexible facets that touch bodies and obstacles: frames that each represent an area.
 
 A film has two Gauss points along either side of each element (`contact.points_per_segment` of them, more under round
-obstacles). A cable and a beam have them along each element; the area is diameter or width times length. The sum of the areas
-does not depend on the mesh.
+obstacles). A cable and a beam have such points along each element; the area is diameter or width times length. The sum
+of the areas does not depend on the mesh. Flexible facets have a point at each node
+of the mesh.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
+from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.scene import Scene
 
 __all__ = ["ContactPoint", "point_spacing", "contact_points", "points_along", "penetration_between"]
@@ -28,7 +30,7 @@ class ContactPoint(NamedTuple):
     Attributes
     ----------
     frame : SceneFrame
-        Frame at the point; contact gives it no moment.
+        Frame at the point; contact exerts no moment on it.
     area, radius, mass : m^2, m, kg
         Area that the point represents, half the thickness or the diameter, and mass of the area.
     """
@@ -40,18 +42,21 @@ class ContactPoint(NamedTuple):
 
 
 def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
-    """Points of every film, cable and beam that is in a contact pair."""
+    """Points of every film, cable and beam, and of flexible facets, that are in a contact pair."""
     if scene.contact is None:
         return {}
     named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
     found = {film.name: _of_film(film, points_along(scene, film)) for film in scene.films if film.name in named}
+    if scene.facets is not None and SHEET in named:
+        found[SHEET] = _of_facets(scene.facets)
     return found | {name: _of_line(line, points_along(scene, line)) for name, line in scene.lines.items() if name in named}
 
 
 def points_along(scene: Scene, part: SceneFilm | SceneCable | SceneBeam) -> int:
     """Points along each side of the elements of a film, a cable or a beam in contact.
 
-    There are more than `contact.points_per_segment` if a round obstacle would otherwise sink in too far between them.
+    There are more than `contact.points_per_segment` points if a round obstacle would otherwise penetrate too far
+    between them.
     """
     assert scene.contact is not None
     count = scene.contact.points_per_segment
@@ -63,7 +68,7 @@ def points_along(scene: Scene, part: SceneFilm | SceneCable | SceneBeam) -> int:
 
 
 def point_spacing(part: SceneFilm | SceneCable | SceneBeam, count: int) -> tuple[float, float]:
-    """Largest distances of neighboring points along both sides of an element, m; across a cable or a beam 0."""
+    """Largest distances of neighbouring points along both sides of an element, m; zero across a cable or a beam."""
     places = np.concatenate([[-1.0], np.polynomial.legendre.leggauss(count)[0], [1.0]])
     gaps = 0.5 * np.diff(places)
     widest = max(2.0 * float(gaps[0]), float(gaps[1:-1].max(initial=0.0)))
@@ -99,6 +104,14 @@ def _of_line(cable: SceneCable | SceneBeam, count: int) -> tuple[ContactPoint, .
     return tuple(
         ContactPoint(_frame(cable.name, k, (x + 0.5 * length,), normal), a * width, radius, cable.density * section * a)
         for k, (x, a) in enumerate(_gauss(length, cable.elements, count))
+    )
+
+
+def _of_facets(facets: FlexibleFacets) -> tuple[ContactPoint, ...]:
+    radius, density = 0.5 * facets.thickness, facets.areal_density
+    return tuple(
+        ContactPoint(SceneFrame(name=name, on=SHEET, at=()), area, radius, density * area)
+        for name, area in zip(facets.nodes, facets.mesh.node_areas.tolist(), strict=True)
     )
 
 

@@ -1,10 +1,11 @@
-"""Sides of a contact pair: a surface, the plate of a body, a group of plates, an obstacle, a film or a cable."""
+"""Sides of a contact pair: a surface, the plate of a body, a group of plates, an obstacle, a film, a cable or a sheet."""
 
 from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
 from fsm.scene.contact_points import contact_points
+from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import GROUND, Scene
 
 __all__ = ["ContactSide", "contact_sides"]
@@ -15,7 +16,7 @@ class ContactSide(NamedTuple):
 
     Attributes
     ----------
-    kind : "surface", "plate", "group", "obstacle" or "film", also for a cable
+    kind : "surface", "plate", "group", "obstacle" or "film", also for a cable and for flexible facets
     bodies : names of its bodies, in order along a surface; names of the points of a film
     face : area with the whole contact stiffness, m^2; None: each plate
     """
@@ -33,6 +34,7 @@ def contact_sides(scene: Scene) -> dict[str, ContactSide]:
     known = {obstacle.name: ContactSide("obstacle", (obstacle.body or GROUND,)) for obstacle in scene.obstacles}
     known |= {body.name: ContactSide("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
     for name, points in contact_points(scene).items():
-        known[name] = ContactSide("film", tuple(point.frame.name for point in points))
+        face = scene.facets.mean_facet if scene.facets is not None and name == SHEET else None
+        known[name] = ContactSide("film", tuple(point.frame.name for point in points), face)
     known |= {group.name: ContactSide("group", group.bodies, group.face) for group in scene.groups}
     return known | {surface.name: ContactSide("surface", surface.bodies) for surface in scene.surfaces}

@@ -229,7 +229,7 @@ def _numbers(
 
 
 def _order_faults(angle: Sequence[float], places: Sequence[str], unit: str) -> list[Fault]:
-    """Rows whose angle breaks the increasing or decreasing order of the column."""
+    """Faults of rows whose angle breaks the increasing or decreasing order of the column."""
     sign = -1.0 if angle[-1] < angle[0] else 1.0
     faults = []
     for before, after, place in zip(angle, angle[1:], places[1:], strict=False):

@@ -252,7 +252,7 @@ def _or_none(value: Any) -> float | None:
 
 
 def _read_curve(group: Any) -> FamilyCurve:
-    count = int(group["angle"].size)  # checked before reading: the declared size may exceed the memory
+    count = int(group["angle"].size)  # checked before reading, because the declared size may exceed the memory
     if count > _MOST:
         raise ValueError(f"{group.name} has {count} angles; at most {_MOST} are allowed")
     columns = {name: numbers_in(group, name, (count,)) for name in _COLUMNS if name in group}
@@ -344,7 +344,7 @@ def _mixed(
         if any(value is None for _, _, value in values):
             continue
         at = np.array([weight * np.interp(angle, x, y) for weight, x, y in values])
-        # curves of different samples: their errors are independent
+        # the curves belong to different samples, so their errors are independent
         columns[name] = np.sqrt((at**2).sum(axis=0)) if name.endswith("error") else at.sum(axis=0)
     return FamilyCurve(
         angle=angle,

@@ -57,7 +57,7 @@ def faults_of(
             faults.append((detail["type"], fault))
     if len(details) > _MOST_FAULTS:
         faults.append(("", Fault(dotted(prefix), f"and {len(details) - _MOST_FAULTS:,} more mistakes")))
-    # one misspelt key gives one message, and not one about an unknown key and one about a missing key
+    # a misspelt key gives one message, not a message about an unknown key and another about a missing key
     hidden = {dotted(path) for path in renamed}
     return [fault for kind, fault in faults if not (kind == "missing" and fault.path in hidden)]
 

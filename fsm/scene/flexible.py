@@ -30,9 +30,10 @@ class SceneFilm(Model):
     young, poisson, density : Pa, -, kg/m^3
     mesh : number of elements along length and width
     strain : -
-        Strain along length and width at the start. The film starts stretched by it.
+        Strain along length and width at the start, when the film is already stretched.
     viscosity : s
-        Kelvin-Voigt damping: a strain rate has the stress of viscosity times the rate.
+        Kelvin-Voigt time: the strain rate adds a stress that equals the elastic stress of the strain `viscosity` times
+        rate.
     held : edges whose nodes do not move
         "left" (smallest x), "right", "bottom" (smallest y), "top", "corners".
     """
@@ -53,7 +54,7 @@ class SceneFilm(Model):
 
 
 class _Line(Model):
-    """Keys of cables and beams alike; `SceneCable` and `SceneBeam` describe them."""
+    """Common keys of cables and beams; `SceneCable` and `SceneBeam` describe them."""
 
     name: Name
     start: Position
@@ -88,22 +89,22 @@ class SceneCable(_Line):
     @model_validator(mode="after")
     def _long(self) -> Self:
         if self.start == self.end:
-            raise ValueError("start and end are the same point; give a cable a length")
+            raise ValueError("start and end are the same point; give different points")
         return self
 
 
 class SceneBeam(_Line):
     """Straight beam of ANCF elements with a rectangular section; it bends in the x-z plane and stretches.
 
-    The beam has no shear strain (Euler and Bernoulli). A beam does not move along y, and does not rotate about other axes:
-    its supports bear the forces along y.
+    The beam has no shear strain (Euler and Bernoulli). A beam does not move along y and does not rotate about other
+    axes; its supports carry the forces along y.
 
     Attributes
     ----------
     start, end : m
         Ends at the start of the motion, with the same y.
     width, thickness : m
-        Of the section: along y, and in the plane of bending.
+        Sides of the section: width along y, thickness in the plane of bending.
     young, density : Pa, kg/m^3
     elements : int
     strain : -
@@ -119,7 +120,7 @@ class SceneBeam(_Line):
     @model_validator(mode="after")
     def _in_plane(self) -> Self:
         if self.start == self.end:
-            raise ValueError("start and end are the same point; give a beam a length")
+            raise ValueError("start and end are the same point; give different points")
         if abs(self.end[1] - self.start[1]) > 1e-9 * math.dist(self.start, self.end):
             raise ValueError(
                 f"a beam lies in a plane y = const; start has y = {self.start[1]:g} m, end y = {self.end[1]:g} m; "

@@ -63,7 +63,8 @@ def cable_axes(cable: SceneCable | SceneBeam, normal: tuple[float, float, float]
 def with_frames(scene: Scene) -> Scene:
     """Scene with its frames among the bodies: held, without mass, at their places at the start.
 
-    Seams become frames and springs, and points for contact become frames. The scene has no fault of `frame_faults`.
+    Seams become frames and springs, and points for contact become frames. The scene must have no faults of
+    `frame_faults`.
     """
     frames = list(scene.frames)
     elements = list(scene.elements)
@@ -150,7 +151,7 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
 def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, float]]:
     """Points (x, y) of a seam on its film, m, and the length of the edge that each represents, m.
 
-    An edge is a cubic between nodes. Three Gauss points per element hold it; the nodes alone would not.
+    An edge is a cubic between nodes. Three Gauss points per element constrain this cubic; the nodes alone would not.
     """
     (nx, ny), b, c = film.mesh, 0.5 * film.length, 0.5 * film.width
     if seam.edge == "corners":

@@ -97,7 +97,7 @@ def _leaf(place: Place, leaf: Any, metadata: list[Any], key: str, definitions: d
     if isinstance(leaf, type) and issubclass(leaf, BaseModel):
         name = leaf.__name__
         if name not in definitions:
-            definitions[name] = {}  # of itself, if the model contains itself
+            definitions[name] = {}  # the model may contain itself
             definitions[name] = _section(place, leaf, key, definitions)
         return {"$ref": f"#/definitions/{name}"}
     if origin is Literal:

@@ -35,7 +35,7 @@ def laminate_of(plies: Sequence[SheetPly], density: float) -> Laminate:
     ----------
     plies : sequence of SheetPly
     density : kg/m^3
-        Of plies without their own.
+        Density of plies without the key `density`.
     """
     sides = np.concatenate([[0.0], np.cumsum([ply.thickness for ply in plies])])
     z = sides - 0.5 * sides[-1]

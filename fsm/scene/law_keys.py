@@ -1,4 +1,4 @@
-"""Sections whose keys depend on their law: required, optional and refused keys of each law."""
+"""Sections whose keys depend on their law: required, optional and unused keys of each law."""
 
 from __future__ import annotations
 

@@ -157,7 +157,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     valid, found = _read_curves(valid, folder, system)
     faults += found
     if valid.get("sheet") is not None:
-        from fsm.scene.patterns.file import with_pattern  # imports numpy, which other cases do not need
+        from fsm.scene.patterns.file import with_pattern  # this module imports numpy, which other cases do not need
 
         valid["sheet"], found = with_pattern(valid["sheet"], folder)
         faults += found
@@ -176,7 +176,7 @@ def _with_extensions(data: Mapping[str, Any], folder: Path) -> tuple[dict[str, A
     """Tables with the complete names of extensions, the sections of builders that these add, and faults of extensions."""
     names = data.get("extensions", ())
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        return dict(data), [], []  # has a fault of its own
+        return dict(data), [], []  # the section itself has a fault
     files, faults = load_extensions(names, folder)
     sections = [name for name in BUILDERS if name in data]
     return dict(data) | ({"extensions": list(files)} if names else {}), sections, faults
@@ -207,7 +207,7 @@ def _build(
     return data, faults
 
 
-_LISTS = ("drive", "load", "step", "obstacle", "patch", "cable", "support", "hold", "force")
+_LISTS = ("drive", "load", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")
 """Sections that may appear several times."""
 
 
@@ -232,7 +232,7 @@ def _read_section(name: str, data: Mapping[str, Any], system: str) -> tuple[Any,
         wrong += bool(found)
         if wrong == _MOST_ITEMS and index + 1 < len(raw):
             unchecked = len(raw) - index - 1
-            faults.append(Fault(name, f"{wrong} items have faults; the {unchecked:,} after them were not checked"))
+            faults.append(Fault(name, f"{wrong} items have faults; the {unchecked:,} items after them were not checked"))
             break
         if item is not None:
             items[index] = item
@@ -310,7 +310,7 @@ def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple
         faults.extend(found)
         return item
 
-    for name in ("drive", "load", "force"):
+    for name in ("drive", "load", "gas", "force"):
         if isinstance(result.get(name), dict):
             result[name] = {index: read(item, f"{name}.{index}") for index, item in result[name].items()}
     if isinstance(result.get("step"), dict):
@@ -375,7 +375,8 @@ def _rest_angle_faults(crease: SplineCrease, path: str) -> list[Fault]:
 
 def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
     """Measured curve of a crease from its calibrated family."""
-    from fsm.scene.crease_family import family_curve, read_family, rest_angle  # imports numpy, only where it is needed
+    # this module imports numpy, so it is imported only where needed
+    from fsm.scene.crease_family import family_curve, read_family, rest_angle
 
     family = read_family(folder / crease.file, f"{path}.file")
     curve = family_curve(family, crease.press_time, crease.opening, path)

@@ -21,7 +21,7 @@ DrivenEdge = Literal["bottom", "top", "left", "right", "inner", "outer", "slit-s
 
 
 PART = ", vertex "
-"""Text between the name of a load and the number of the vertex on which a part of it acts."""
+"""Text between the name of a load and the number of a vertex, for the part of the load on this vertex."""
 
 
 class Load(Model):
@@ -32,8 +32,8 @@ class Load(Model):
     `step` is the step in which the load begins; absent: the first. A later step changes or releases the load by its `name`;
     absent: "load on" and the name of its body or place. `at` is a place of a sheet in place of `body`, as in `Drive`; its
     vertices share the force in equal parts. On an edge of flexible facets, `force_per_length` and `moment_per_length` act.
-    `pressure` acts on facets of a sheet instead: "all", "facet 3" or "facets 1, 2". It is normal to the deformed facets, and
-    a positive one acts along their normals.
+    `pressure` acts on facets of a sheet instead: "all", "facet 3" or "facets 1, 2". It is normal to the deformed
+    facets; a positive pressure acts along their normals.
     """
 
     name: Name | None = None
@@ -78,7 +78,7 @@ class Load(Model):
         given = [f"`{name}`" for name in others if any(getattr(self, name))]
         if given or self.follower:
             text = ", ".join([*given, *(["`follower`"] if self.follower else [])])
-            raise ValueError(f"`pressure` is a load of its own, normal to the facets; remove {text}, or give two loads")
+            raise ValueError(f"`pressure` is a separate load, normal to the facets; remove {text}, or give two loads")
         return self
 
     @model_validator(mode="after")
@@ -101,7 +101,7 @@ class Load(Model):
         if size == 0.0:
             raise ValueError(f"a table with the column `{name}` needs its direction, for example {name} = [0, 0, 1]")
         if any(self.moment if name == "force" else self.force):
-            raise ValueError(f"a table with the column `{name}` gives it alone; give force and moment as two loads")
+            raise ValueError(f"a table has `{name}` or another amount, not both; give force and moment as two loads")
         time, largest = normalised(table, "linear")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, name, tuple(largest * x / size for x in vector))
@@ -117,7 +117,7 @@ class Drive(Model):
     Attributes
     ----------
     name : str
-        Name by which a later step releases the drive; absent: that of what it drives, for example "crease 3".
+        Name by which a later step releases the drive; absent: the name of the driven part, for example "crease 3".
     crease : int
         Number of the crease, from 1.
     body : str
@@ -137,13 +137,15 @@ class Drive(Model):
     turn, rate : rad, rad/s
         Rotation about the axis.
     axis, point : -, m
-        Direction of the axis, of any length, and a point on it; absent: the centre of mass of the first body.
+        Direction of the axis, of any length, and a point on it; absent: the centre of mass of the first body, or the centre
+        of the place.
     time : function of time that multiplies `travel` or `turn`
     step : str
         Step in which the drive begins; absent: the first.
     guide : bool
         For a crease line, and for vertices of a sheet. True: they move along `direction` only, and a line cannot rotate.
-        False: only the motion along `direction` is prescribed.
+        False: only the motion along `direction` is prescribed. A turn clamps a place of flexible facets in a rigid end.
+        False: this end can translate.
     """
 
     name: Name | None = None
@@ -226,15 +228,17 @@ class Drive(Model):
         return self
 
     def _check_begin(self, time: TimeFunction) -> None:
-        """A drive begins where its bodies are: at time zero its function is zero."""
+        """Check that the function of a drive is zero at time zero, because a drive begins at the positions of its
+        bodies.
+        """
         begin = time.time[0] if isinstance(time, Table) and time.time is not None else getattr(time, "start", 0.0)
         if begin < 0.0:
             raise ValueError(f"`time` begins at {begin:g} s; times count from the start of the step: give times from 0 s on")
         if isinstance(time, Table) and time.value is not None and time.value[0] != 0.0:
             amount = f"{self.size * time.value[0]:g} {'m' if self.turn is None else 'rad'}"
             raise ValueError(
-                f"the table begins with {amount}, and a drive begins where its bodies are; count travel or turn from there: "
-                "the first row must be 0"
+                f"the table begins with {amount}, but a drive begins at the positions of its bodies; count travel or "
+                "turn from there: the first row must be 0"
             )
 
     @property
@@ -242,8 +246,8 @@ class Drive(Model):
         return isinstance(self.time, Table) and self.time.file is not None
 
     def _check_turn(self) -> None:
-        if self.crease is not None or self.edge is not None:
-            raise ValueError("`turn` rotates a `body` or `bodies`; a crease line and an edge have `travel`")
+        if self.crease is not None:
+            raise ValueError("`turn` rotates a `body`, `bodies` or a place of a sheet; a crease line has `travel`")
         if not any(self.axis):
             raise ValueError("axis [0, 0, 0] is not a direction; give for example [0, 1, 0]")
         if self.speed is not None or self.run_up is not None:

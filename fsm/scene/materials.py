@@ -75,7 +75,7 @@ class LinearCrease(Model):
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Section with a `stiffness` of zero if it gives one per length."""
+        """Section with a `stiffness` of zero if it gives a stiffness per length."""
         return {"stiffness": 0.0, **written} if "stiffness_per_length" in written else written
 
     @model_validator(mode="after")
@@ -167,7 +167,7 @@ class SplineCrease(Model):
             raise ValueError("`unloading` is used with the lists `angle` and `moment` only; a CSV file has one curve")
         elif len(self.unloading) != len(self.angle):
             raise ValueError(
-                f"`unloading` has {len(self.unloading)} moments and `angle` {len(self.angle)} angles; give as many of each"
+                f"`unloading` has {len(self.unloading)} moments, but `angle` has {len(self.angle)}; give equal numbers"
             )
         return self
 
@@ -215,7 +215,7 @@ class FamilyCrease(Model):
 
 
 UNREAD = "is read with a case file only; in Python, get the curve with `fsm.scene.crease_family`"
-"""Message about a family that was not replaced by its curve."""
+"""Message for a family crease that was not replaced by its curve."""
 
 
 _ONE_LAW = {"file": "family", "stiffness_per_length": "linear"}
@@ -223,7 +223,7 @@ _ONE_LAW = {"file": "family", "stiffness_per_length": "linear"}
 
 
 def _law_of_key(written: Any) -> Any:
-    """Section with the law of a key that no other law has, if it gives no law."""
+    """Section with a law: if the section names none, the law is found from a key that only one law has."""
     if isinstance(written, Mapping) and "law" not in written:
         law = next((law for key, law in _ONE_LAW.items() if key in written), None)
         return written if law is None else {"law": law, **written}

@@ -18,8 +18,8 @@ __all__ = ["MAX_STATIC_PACE", "automatic_method", "dynamic_method", "pace"]
 MAX_STATIC_PACE = 1e-5
 """Largest pace for statics, which neglects inertia."""
 _MAX_PACE_OF_SHEETS = 1e-2
-"""Largest pace for statics of trusses and of flexible facets without contact. No impact raises the force, and these parts
-have no dampers, so vibrations of a motion would not decay."""
+"""Largest pace for statics of trusses and of flexible facets without contact. There are no impacts, which would raise
+the force. These parts have no dampers, so vibrations would not decay in a dynamic solution."""
 
 
 def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, str]:
@@ -29,7 +29,7 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     ----------
     scene : Scene
     comes_to_rest : bool
-        Whether a stage follows that starts at rest, so that inertia before it has no effect.
+        Whether the next stage starts at rest, so that inertia in this stage has no effect on it.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def pace(scene: Scene) -> float:
     """Ratio of the kinetic energy of all free parts at drive speed to the energy of the softest hinge turned by 1 rad.
 
     Hinges are force elements, the folds of trusses, and the creases of flexible facets. Facets without creases count as a
-    square plate bent by 1 rad. The ratio is infinite if nothing of these has a stiffness.
+    square plate bent by 1 rad. The ratio is infinite if none of these has a stiffness.
     """
     reach = max((math.dist(place, (0.0, 0.0, 0.0)) for place in _places(scene)), default=0.0)
     speed = max((drive.fastest * (1.0 if drive.turn is None else reach) for drive in scene.drives), default=0.0)

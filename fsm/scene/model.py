@@ -51,7 +51,7 @@ def _is_long(value: Any) -> bool:
 
 
 class _Readable(ModelMetaclass):
-    """Class of the sections: faults of a section that is made in Python are reported as those of a case file."""
+    """Metaclass of the sections; it reports faults of a section made in Python like faults of a case file."""
 
     def __call__(cls, *args: Any, **keys: Any) -> Any:
         try:

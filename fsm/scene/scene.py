@@ -20,6 +20,7 @@ from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease
 from fsm.scene.model import Model, Name
 from fsm.scene.obstacle import Obstacle
+from fsm.scene.point_element import PointElement
 from fsm.scene.time_program import TimeFunction
 from fsm.scene.truss import SceneTruss
 from fsm.scene.units import (
@@ -39,6 +40,8 @@ from fsm.scene.units import (
 )
 
 if TYPE_CHECKING:
+    from fsm.scene.gas import Orifice
+    from fsm.scene.patterns.chamber import Chamber
     from fsm.scene.patterns.flexible_facets import FlexibleFacets
     from fsm.scene.patterns.fold_data import FoldData
 
@@ -135,7 +138,7 @@ class ForceElement(Model):
     kind : role of the element in the model
     steps : names of the steps in which the element acts; absent: in all
     latch : bool
-        Whether the element is without force where its first step begins.
+        Whether the force of the element is zero at the beginning of its first step.
     law : law of an extension that acts besides the springs
     parameters : parameters of this law
     """
@@ -167,7 +170,9 @@ class ForceElement(Model):
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Element with an empty section for the parameters of its law, so that missing ones are found; see `Model`."""
+        """Element with an empty section for the parameters of its law, so that missing parameters are found; see
+        `Model`.
+        """
         return with_parameters(written, written.get("law"), ELEMENT_LAWS)
 
     @property
@@ -238,6 +243,7 @@ class Scene(Model):
     frames: tuple[SceneFrame, ...] = ()
     seams: tuple[SceneSeam, ...] = ()
     elements: tuple[ForceElement, ...] = ()
+    point_elements: tuple[PointElement, ...] = ()
     surfaces: tuple[Surface, ...] = ()
     groups: tuple[PlateGroup, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
@@ -249,6 +255,8 @@ class Scene(Model):
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     _facets: FlexibleFacets | None = PrivateAttr(default=None)
     _folds: FoldData | None = PrivateAttr(default=None)
+    _chambers: tuple[Chamber, ...] = PrivateAttr(default=())
+    _orifices: tuple[Orifice, ...] = PrivateAttr(default=())
 
     @property
     def lines(self) -> dict[str, SceneCable | SceneBeam]:
@@ -280,4 +288,20 @@ class Scene(Model):
         """Copy of the scene with the folds of its truss."""
         scene = self.model_copy()
         scene._folds = folds
+        return scene
+
+    @property
+    def chambers(self) -> tuple[Chamber, ...]:
+        """Chambers of gas; only the builder of a sheet gives them."""
+        return self._chambers
+
+    @property
+    def orifices(self) -> tuple[Orifice, ...]:
+        """Orifices of the chambers."""
+        return self._orifices
+
+    def with_chambers(self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...]) -> Scene:
+        """Copy of the scene with chambers of gas."""
+        scene = self.model_copy()
+        scene._chambers, scene._orifices = chambers, orifices
         return scene

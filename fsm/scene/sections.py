@@ -31,7 +31,7 @@ class Sections:
     written : names of the sections in the file
     stages : analyses of the case; empty if they cannot be read
     analysis : value of the key `analysis`
-    faulty_steps : whether the file has steps with faults of their own, which `steps` does not hold
+    faulty_steps : whether the file has faulty steps, which `steps` does not contain
     drives, loads, steps, patches, cables, supports, holds, forces : items by their number in the file, from 0
     """
 

@@ -12,7 +12,9 @@ from fsm.scene.model import Model, Name
 from fsm.scene.truss import AxialLaw
 from fsm.scene.units import Angle, Area, Count, Density, Length, Number, StiffnessOfLine, Stress
 
-__all__ = ["MOST_FACETS", "BarsOfSheet", "Box", "Sheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"]
+__all__ = [
+    "MOST_FACETS", "SHELLS", "BarsOfSheet", "Box", "Sheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport",
+]  # fmt: skip
 
 MOST_FACETS = 20_000
 """Largest number of facets of a sheet."""
@@ -21,7 +23,16 @@ Box = tuple[tuple[Length, Length, Length], tuple[Length, Length, Length]]
 Axis = Literal["x", "y", "z"]
 Cells = Annotated[Count, Field(ge=1, le=1000)]
 Grading = Annotated[Number, Field(ge=0, le=1)]
-Kind = Literal["miura", "zigzag", "waterbomb", "kresling", "yoshimura", "cone", "flasher", "tube", "plate"]
+Kind = Literal[
+    "miura", "zigzag", "waterbomb", "kresling", "yoshimura", "cone", "flasher", "tube",
+    "plate", "tape-spring", "stem", "lenticular",
+]  # fmt: skip
+SHELLS = ("plate", "tape-spring", "stem", "lenticular")
+"""Kinds without a crease pattern: plates and booms."""
+BOOMS: dict[str, tuple[float, float]] = {
+    "tape-spring": (0.0, math.pi), "stem": (math.pi, 4.0 * math.pi), "lenticular": (0.0, math.pi),
+}  # fmt: skip
+"""Range of `subtended_angle` of each kind of boom, rad: above the first, at most the second."""
 
 _KEYS: dict[str, tuple[str, ...]] = {
     "miura": ("columns", "rows", "a", "b", "sector_angle", "fold_angle"),
@@ -33,12 +44,13 @@ _KEYS: dict[str, tuple[str, ...]] = {
     "flasher": ("sides", "outer_radius", "height"),
     "tube": ("rows", "radius", "height"),
     "plate": ("length", "width"),
+    **dict.fromkeys(BOOMS, ("length", "radius", "subtended_angle")),
 }
 """Required keys of each kind."""
 _ANNULUS = ("inner_radius", "outer_radius")
 """Required keys of a plate that is an annulus."""
 _OPTIONAL = {"plate": ("radius",), "annulus": ("slit",)}
-"""Keys that a plate may have besides."""
+"""Optional keys of a plate."""
 _OF_FILE = ("vertices", "edges", "assignment", "angles", "faces")
 """Keys of a pattern that is written in the case."""
 
@@ -68,7 +80,7 @@ class SheetSupport(Model):
     @model_validator(mode="after")
     def _either(self) -> Self:
         if self.mirror is not None and (self.clamped or "fixed" in self.model_fields_set):
-            raise ValueError("`mirror` gives all that is held; remove `fixed` and `clamped`")
+            raise ValueError("`mirror` already defines all held directions; remove `fixed` and `clamped`")
         return self
 
 
@@ -81,7 +93,7 @@ class SheetPly(Model):
     angle : rad
         Direction of the fibres, from x towards y of the plate or of the flat pattern.
     young, young_across : Pa
-        Along and across the fibres.
+        Young's moduli along and across the fibres.
     shear : Pa
         Shear modulus in the plane.
     poisson : -
@@ -122,13 +134,13 @@ class SheetProbe(Model):
 
 
 class SheetCrease(Model):
-    """Own stiffness or rest angle of some creases of a sheet.
+    """Stiffness or rest angle of some creases of a sheet, in place of the common one.
 
     Attributes
     ----------
     of : str
         "mountain", "valley", "unassigned", "flat", "bend line", or names: "crease 3", "creases 3, 4", "bend line 2".
-        Flat edges thereby become creases.
+        Flat edges that are named here become creases.
     stiffness_per_length : N m/rad per m
     rest_angle : rad
         Fold angle without moment, on the side of the assignment.
@@ -181,7 +193,7 @@ class Sheet(Model):
     kind : str
         "miura", "zigzag", "waterbomb" (sheets), "kresling", "yoshimura" (tubes), "cone" (pleated), "flasher" (wraps
         around a hub), "tube" (Z-folded),
-        "plate" (a single flexible facet).
+        "plate" (a single flexible facet), and the booms "tape-spring", "stem" and "lenticular".
     columns, rows : numbers of panels or cells along x and y; storeys of a tube for `rows`
     a, b : sides of a panel, m
         Miura: a along y, b along x. Zigzag: a is the length of a panel along x, b its width. Waterbomb: a is the side of a
@@ -191,8 +203,10 @@ class Sheet(Model):
     sides : number of sides of a tube
     radius, height, twist : m, m, rad
         Circumradius of a tube, height of a storey, rotation of each ring relative to the ring below. Plate: `radius` bends
-        it to a cylinder without stress.
-    length, width : sides of a rectangular plate along x and y, m
+        it to a cylinder without stress. Booms: radius of the section.
+    subtended_angle : rad
+        Angle that the arc of the section of a boom subtends; "lenticular": each of both arcs.
+    length, width : sides of a rectangular plate along x and y, m; booms have `length` only
     inner_radius, outer_radius : radii of an annular plate, m; a disc has `outer_radius` only
     slit : whether the annulus is cut along the positive x axis
     pattern : path of a FOLD or SVG file, relative to the case file
@@ -213,13 +227,16 @@ class Sheet(Model):
         Largest size of the cells of flexible facets, or the numbers of cells of a plate along length and width, or along
         radius and circumference. A cell has two triangles.
     mesh_shift : -
-        Random displacement of the nodes inside of a plate over the size of a cell, to see the effect of the mesh.
+        Random displacement of the inner nodes of a plate, relative to the size of a cell, to show the effect of the
+        mesh.
     mesh_grading : -
         Grading of the cells of a plate towards both ends of its length and of its width, or of radius and circumference;
         of other sheets twice the same number, for the cells of each facet towards its edges. 0: uniform, 1: strongest.
     probe : points whose displacements are in the summary
     ply : plies of a laminate, from the lowest to the highest along the normal
     thickness : m
+    film : str
+        "tension-field": flexible facets carry no compression and wrinkle instead, without resolving each wrinkle; "plain".
     bend_stiffness_per_length : N m/rad per m
         Stiffness of bend lines over their length; absent: fit of Liu and Paulino, 2017, to plates (a preset).
     crease : stiffness and rest angles of some creases; later items replace earlier ones
@@ -237,6 +254,7 @@ class Sheet(Model):
     radius: Annotated[Length, Field(gt=0)] | None = None
     height: Annotated[Length, Field(gt=0)] | None = None
     twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = None
+    subtended_angle: Annotated[Angle, Field(gt=0)] | None = None
     length: Annotated[Length, Field(gt=0)] | None = None
     width: Annotated[Length, Field(gt=0)] | None = None
     inner_radius: Annotated[Length, Field(gt=0)] | None = None
@@ -259,6 +277,7 @@ class Sheet(Model):
     mesh_shift: Annotated[Number, Field(ge=0, le=0.4)] = 0.0
     mesh_grading: tuple[Grading, Grading] = (0.0, 0.0)
     thickness: Annotated[Length, Field(gt=0)]
+    film: Literal["plain", "tension-field"] = "plain"
     bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = None
     crease: tuple[SheetCrease, ...] = ()
     support: tuple[SheetSupport, ...] = ()
@@ -299,6 +318,16 @@ class Sheet(Model):
         return self
 
     @property
+    def is_shell(self) -> bool:
+        """Whether the sheet is a plate or a boom, without a crease pattern."""
+        return self.kind in SHELLS
+
+    @property
+    def is_boom(self) -> bool:
+        """Whether the sheet is a boom."""
+        return self.kind in BOOMS
+
+    @property
     def is_annulus(self) -> bool:
         """Whether the sheet is an annular plate."""
         return self.kind == "plate" and (self.inner_radius is not None or self.outer_radius is not None)
@@ -328,7 +357,9 @@ class Sheet(Model):
 
     @model_validator(mode="after")
     def _sized(self) -> Self:
-        count = {"miura": 1, "zigzag": 1, "waterbomb": 6, "plate": 0}.get(self.kind or "plate", 2)  # of each panel or side
+        # number of facets of each panel or side
+        count = {"miura": 1, "zigzag": 1, "waterbomb": 6}.get(self.kind or "", 2)
+        count = 0 if self.is_shell or self.kind is None else count
         count *= (self.columns or self.sides or 1) * (self.rows or 1)
         inner, outer = self.inner_radius or 0.0, self.outer_radius or 0.0
         if self.kind == "cone" and inner >= outer:
@@ -339,15 +370,15 @@ class Sheet(Model):
 
     @model_validator(mode="after")
     def _plate(self) -> Self:
-        if self.kind != "plate":
+        if not self.is_shell:
             if self.mesh is not None or self.mesh_shift:
-                raise ValueError('`mesh` and `mesh_shift` are for kind = "plate"; give `mesh_size` for other sheets')
+                raise ValueError("`mesh` and `mesh_shift` are for plates and booms; give `mesh_size` for other sheets")
             if self.mesh_grading[0] != self.mesh_grading[1]:
                 text = f"mesh_grading = {list(self.mesh_grading)} must have two equal numbers, as facets are graded"
-                raise ValueError(f'{text} towards all their edges; only kind = "plate" has two directions')
+                raise ValueError(f"{text} towards all their edges; only plates and booms have two directions")
             return self
         if self.facets != "flexible":
-            raise ValueError('kind = "plate" is one facet; give facets = "flexible"')
+            raise ValueError(f'kind = "{self.kind}" has no creases; give facets = "flexible"')
         if (self.mesh is None) == (self.mesh_size is None):
             raise ValueError("give either `mesh` (numbers of cells) or `mesh_size` (size of a cell)")
         if self.is_disc and (self.mesh is not None or self.mesh_shift):
@@ -363,9 +394,27 @@ class Sheet(Model):
         return self
 
     @model_validator(mode="after")
+    def _boom(self) -> Self:
+        if not self.is_boom or self.kind is None:
+            return self
+        (low, high), angle = BOOMS[self.kind], self.subtended_angle
+        assert angle is not None and self.radius is not None
+        if not low < angle <= high:
+            given, *bounds = (f"{math.degrees(x):g} deg" for x in (angle, low, high))
+            text = f'subtended_angle = {given} of kind = "{self.kind}" must be above {bounds[0]} and at most {bounds[1]}'
+            raise ValueError(text)
+        if self.thickness > 0.1 * self.radius:
+            most = f"a tenth of radius = {self.radius:g} m, because booms are thin shells"
+            raise ValueError(f"thickness = {self.thickness:g} m must be at most {most}")
+        return self
+
+    @model_validator(mode="after")
     def _used(self) -> Self:
         if self.bars is not None and self.facets != "bars":
             raise ValueError(f'`bars` is used by facets = "bars" only, not by "{self.facets}"; remove this section')
+        if self.film != "plain" and (self.facets != "flexible" or self.ply):
+            kind = "plies" if self.ply else f'facets = "{self.facets}"'
+            raise ValueError(f'film = "tension-field" is for flexible facets of one material, not for {kind}; remove `film`')
         if self.facets == "flexible":
             return self._flexible_only()
         if self.probe:
@@ -382,7 +431,7 @@ class Sheet(Model):
         return self
 
     def _flexible_only(self) -> Self:
-        if self.kind != "plate" and self.mesh_size is None:
+        if not self.is_shell and self.mesh_size is None:
             raise ValueError('facets = "flexible" needs `mesh_size`, the size of the cells')
         if self.bend_stiffness_per_length is not None:
             raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" and "bars" only; remove this key')

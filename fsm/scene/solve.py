@@ -31,7 +31,8 @@ class Solve(Model):
     increment : m
         First increment of the travel, statics only; absent: 1/200 of the travel.
     branch : 1 or -1
-        Side to which a path by arc length leaves its first bifurcation, along the critical mode; absent: none.
+        Sign of the critical mode along which a path by arc length leaves its first bifurcation; absent: the path stays
+        on the primary branch.
     imperfection : -
         Branch that statics follows after a bifurcation. Positive: along the critical mode, scaled so that its largest
         component is positive; negative: against it; 0: the branch of lower energy.

@@ -23,7 +23,7 @@ class DrivePart:
     step : number of its step, from 0
     target : number of its target, from 0
     sense : 1 or -1, along the first drive of this target
-    drive, path : itself, and its dotted path
+    drive, path : the drive itself, and its dotted path
     """
 
     step: int
@@ -118,6 +118,6 @@ def releases(case: Case, name: str) -> int | None:
 
 
 def steps_from(case: Case, number: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the steps before a step, and of the others."""
+    """Names of the steps before a step, and of all other steps."""
     names = step_names(case.step)
     return tuple(names[:number]), tuple(names[number:])

@@ -34,12 +34,13 @@ class Step(Model):
     hold : names
         Bodies that do not move from this step on; "panel 2" for all segments of a panel, "all" for all bodies.
     release : names
-        Bodies, drives and loads that are let go; "all" for all of them. A load falls to zero over a static step.
+        Bodies, drives and loads that are released; "all" for all of them. A released load decreases to zero over a
+        static step.
     contact : bool
         Whether contacts act in this step.
     modes : int
         Number of natural modes.
-    solve, save : sections as of the case, for this step alone
+    solve, save : sections as in the case, for this step only
     """
 
     name: Name | None = None

@@ -190,7 +190,7 @@ def _header_faults(header: Sequence[str]) -> list[Fault]:
 
 
 def _name(values: Mapping[str, str]) -> str:
-    """Name of a row for its folder: as given, or made from the last key of each path and the value of its cell."""
+    """Name of the folder of a row: as given, or composed of the last key of each path and the value of its cell."""
     name = values.get(NAME, "")
     if not name:
         name = "_".join(

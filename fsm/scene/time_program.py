@@ -137,13 +137,13 @@ def normalised(table: Table, interpolation: Literal["linear", "smooth"]) -> tupl
     rows: tuple[float, ...] = getattr(table, name)
     largest = max(abs(row) for row in rows)
     if largest == 0.0:
-        raise ValueError(f"all rows of {name} are zero; give at least one that is not, or remove the table")
+        raise ValueError(f"all rows of {name} are zero; give at least one row that is not zero, or remove the table")
     update = {name: None, "value": tuple(row / largest for row in rows)}
     return table.model_copy(update=update | {"interpolation": table.interpolation or interpolation}), largest
 
 
 def shifted(function: TimeFunction, by: float) -> TimeFunction:
-    """The same function, later by a time (s)."""
+    """Function that is delayed by a time (s)."""
     if by == 0.0 or isinstance(function, Constant):
         return function
     if isinstance(function, Ramp):

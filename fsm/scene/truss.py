@@ -44,7 +44,7 @@ class SceneTruss(Model):
         Fold angle of each spring without moment.
     bend_lines : number of springs at the end of the list that are bend lines; their energy counts as energy of the panels
     linear_to : rad
-        Fold angle beyond which the moment of a spring rises as a tangent, to infinity at 180 degrees.
+        Fold angle beyond which the moment of a spring rises like a tangent function, to infinity at 180 degrees.
     viscosity : s
         Kelvin-Voigt damping of bars and springs: c = viscosity k.
     faces : numbers of the three or four points of drawn faces
@@ -75,7 +75,7 @@ class SceneTruss(Model):
             ("fold_stiffness", "folds", len(self.folds)), ("fold_rest", "folds", len(self.folds)),
         ):  # fmt: skip
             if len(getattr(self, name)) != size:
-                raise ValueError(f"`{name}` has {len(getattr(self, name))} items, and `{of}` has {size}; give as many")
+                raise ValueError(f"`{name}` has {len(getattr(self, name))} items, but `{of}` has {size}; give {size}")
         for name, rows in (("bars", self.bars), ("folds", self.folds), ("faces", self.faces)):
             for number, row in enumerate(rows):
                 if max(row) >= count or len(set(row)) < len(row):

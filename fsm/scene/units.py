@@ -48,6 +48,7 @@ UNITS: dict[str, tuple[float, Dimension]] = {
     "Pa": (1.0, _STRESS), "kPa": (1e3, _STRESS), "MPa": (1e6, _STRESS), "GPa": (1e9, _STRESS),
     "psi": (6894.757293168361, _STRESS),
     "J": (1.0, _ENERGY), "mJ": (1e-3, _ENERGY), "Hz": (1.0, (0, 0, -1, 0)),
+    "K": (1.0, _NONE),  # temperatures have no dimension of their own
     "rpm": (2 * math.pi / 60, (0, 0, -1, 1)), "%": (1e-2, _NONE), "1": (1.0, _NONE),
 }  # fmt: skip
 
@@ -70,10 +71,10 @@ _WORDS = {
     "percent": "%", "msec": "ms", "usec": "us",
 }  # fmt: skip
 # units of mm-N-s in place of units of SI
-_NAMES_MM = {"m": "mm", "kg": "t", "Pa": "MPa"}
+_NAMES_MM = {"m": "mm", "kg": "t", "Pa": "MPa", "J": "mJ"}
 
 
-@lru_cache(maxsize=1024)  # a large scene repeats the same few units many times
+@lru_cache(maxsize=1024)  # a large scene repeats a few units many times
 def parse_unit(text: str) -> tuple[float, Dimension]:
     """SI value and dimension of a unit such as ``N mm/rad``, ``kg/m^3`` or ``N/m^1.5``.
 
@@ -155,7 +156,7 @@ def _split(value: float | str, required: str) -> tuple[float, str]:
     try:
         return float(value), ""
     except OverflowError:
-        raise ValueError(f"a whole number of so many digits is too large; {required}") from None
+        raise ValueError(f"the whole number has too many digits; {required}") from None
 
 
 def _without_comma(value: str) -> str:
@@ -287,6 +288,9 @@ StiffnessOfLine = Annotated[float, Unit("N m/rad/m")]
 Damping = Annotated[float, Unit("N s/m")]
 AngularDamping = Annotated[float, Unit("N m s/rad")]
 StopStiffness = Annotated[float, Unit("N m/rad^1.5")]
+Temperature = Annotated[float, Unit("K")]
+GasConstant = Annotated[float, Unit("J/kg/K")]
+MassFlow = Annotated[float, Unit("kg/s")]
 TimePerAngle = Annotated[float, Unit("s/rad")]
 Number = Annotated[float, Unit("")]
 

@@ -132,7 +132,9 @@ def renew_search(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray) ->
 
 @kernel
 def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, below: float) -> int:
-    """Find the slots with a gap below a bound, and return their number. The same search is not done again."""
+    """Find the slots with a gap below a bound, and return their number. A repeated call with the same poses does not
+    search again.
+    """
     state, numbers, seen = integers_1d(g, STATE), floats_1d(g, NUMBERS), floats_2d(g, FOUND_POSES)
     if state[FOUND] >= 0 and numbers[BELOW] == below and _equal(poses, seen):
         return int(state[FOUND])
@@ -145,7 +147,7 @@ def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, belo
 
 @kernel
 def find_pressed(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, margin: float) -> int:
-    """Find closed contacts, and those that an iteration has opened slightly but that still have a force."""
+    """Find closed contacts, and contacts that an iteration has opened slightly but that still have a force."""
     count = find_slots(g, geometry, poses, 0.0)
     pressed, slot, gap, state = floats_1d(g, PRESSED), integers_1d(g, SLOT), floats_1d(g, GAP), integers_1d(g, STATE)
     missing = 0
@@ -170,7 +172,7 @@ def find_pressed(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, ma
 
 @kernel
 def measure_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
-    """Measure the contacts that have been found. The same measurement is not done again."""
+    """Measure the contacts that have been found. A repeated call with the same state does not measure again."""
     state, seen = integers_1d(g, STATE), floats_2d(g, FOUND_RATES)
     if state[MEASURED] == 1 and _equal(rates, seen):
         return
@@ -197,7 +199,7 @@ def _write_mean_slip(g: np.ndarray, poses: np.ndarray, count: int, duration: flo
 
 @kernel
 def _set_friction(g: np.ndarray, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
-    """Write friction and its slopes; whether bristles have a stiffness."""
+    """Write friction and its slopes; return whether bristles have a stiffness."""
     state, normal, slip = integers_1d(g, STATE), floats_1d(g, NORMAL_FORCE)[:count], floats_2d(g, SLIP)[:count]
     if state[FRICTION] == 0:
         return False
@@ -250,8 +252,8 @@ def evaluate(
 ) -> tuple[Weighed, bool]:  # fmt: skip
     """Compute the forces of the contacts that have been found; also return whether bristles have a stiffness.
 
-    With `mean_rates`, the rates are means, which bend the bristles too. With `pressed`, the normal law is linearised at the
-    depths of Newton's method in statics.
+    With `mean_rates`, the rates are means over the step, and the same means bend the bristles. With `pressed`, the
+    normal law is linearised at the depths of Newton's method in statics.
     """
     integers_1d(g, STATE)[EVALUATIONS] += 1
     measure_slots(g, geometry, poses, rates, count)
@@ -306,5 +308,6 @@ def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, to
 @kernel
 def elastic_force(g: np.ndarray, laws: LawKernels, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Normal forces of contacts at rest."""
+    force: np.ndarray
     force, _ = laws.normal(depth, np.zeros(depth.shape[0]), np.ones(depth.shape[0]), share, floats_1d(g, NORMAL))
-    return np.asarray(force)
+    return force

@@ -1,6 +1,6 @@
 """Kernels of contacts of a model of arrays, called by their addresses; see `fsm.segments.contact_arrays`.
 
-They are for all geometries and laws. `fsm.segments.contacts` computes the same step by step.
+They apply to all geometries and laws. `fsm.segments.contacts` computes the same in Python.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ __all__ = ["CONTACTS"]
 
 @kernel
 def _mark(g: np.ndarray, count: int) -> None:
-    """Write which slots have a force."""
+    """Mark the slots that have a force."""
     loaded, slot, normal = integers_1d(g, LOADED), integers_1d(g, SLOT), floats_1d(g, NORMAL_FORCE)
     loaded[:] = 0
     for i in range(count):
@@ -152,8 +152,8 @@ def _add_taper_tangent(g: np.ndarray, laws: LawKernels, weighed: Weighed, count:
 
 @kernel
 def _unit_energy(g: np.ndarray, laws: LawKernels, share: np.ndarray) -> np.ndarray:
-    energy = laws.energy(np.ones(share.shape[0]), shared_weight(share), floats_1d(g, NORMAL))
-    return np.asarray(energy)
+    energy: np.ndarray = laws.energy(np.ones(share.shape[0]), shared_weight(share), floats_1d(g, NORMAL))
+    return energy
 
 
 @kernel
@@ -338,7 +338,9 @@ def _stored(
 def _losses(
     table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, of_pairs: np.ndarray
 ) -> float:
-    """Dissipated power (W) of all contacts at the present rates; that of pairs is added to `of_pairs` (2, n_pairs)."""
+    """Dissipated power (W) of all contacts at the present rates; the power of each pair is added to `of_pairs` (2,
+    n_pairs).
+    """
     poses, rates, power = floats_2d(table, POSES), floats_2d(table, RATES), 0.0
     for k in range(groups.shape[0]):
         g = table_at(groups, k)

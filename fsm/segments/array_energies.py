@@ -135,7 +135,7 @@ def _motion(table: np.ndarray) -> tuple[float, float]:
 
 @kernel
 def input_powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, float]:
-    """Input power, W, and kinetic energy of driven bodies, J; travels and forces of the drives are recorded."""
+    """Input power, W, and kinetic energy of driven bodies, J; writes travels and forces of the drives to the record."""
     table, power, kinetic = model.table, 0.0, 0.0
     rates, loads, driven = floats_2d(table, RATES), loads_of(table), driven_of(table)
     if loads.bodies.shape[0] > 0:

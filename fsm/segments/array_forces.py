@@ -133,10 +133,10 @@ def sum_tangents(
     ----------
     t, per_second : s, and as for `ElementKernels`
     efforts : (m, 3 or 6) array, or (0, 3 or 6)
-        Efforts of springs for their geometric stiffness; empty: those at the poses.
+        Efforts of springs for their geometric stiffness; if empty, efforts at the poses are used.
     since : (nu,) array, or (0,)
-        Increments from the last state, if rates are such increments over the time. Rates of bodies then change with further
-        increments by their derivative, which multiplies D.
+        Increments from the last state, if rates are these increments over the time. Rates of bodies then change with
+        further increments by their derivative, which multiplies D.
     pressed : bool
         Whether contacts are linearised at the depths of Newton's method in statics.
     """

@@ -1,6 +1,6 @@
 """Depths of contacts as additional unknowns of Newton's method in statics, for a model of arrays; see `ContactDepths`.
 
-The depth of each slot is in the table `g` of its geometry; 0: the slot has none.
+The depth of each slot is in the table `g` of its geometry; 0 means that the slot has no depth.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ __all__ = ["advance", "linearisation_depths", "write_acting", "write_limited"]
 
 @kernel
 def linearisation_depths(g: np.ndarray, rows: np.ndarray, count: int) -> bool:
-    """Write the depths of linearisation; whether depths of new contacts are limited.
+    """Write the depths of linearisation; return whether depths of new contacts are limited.
 
-    In `rows` are tapered contacts, which are linearised at their geometric depths. If depths are limited, they are still the
-    geometric ones, whose forces the caller has to compute for `write_limited`.
+    The contacts in `rows` are tapered; they are linearised at their geometric depths. If depths are limited, this
+    function writes geometric depths. The caller then computes their forces for `write_limited`.
     """
     at, pressed, slot = floats_1d(g, AT), floats_1d(g, PRESSED), integers_1d(g, SLOT)
     new = False
@@ -86,7 +86,9 @@ def write_acting(g: np.ndarray, pressed: bool, count: int) -> None:
 
 @kernel
 def advance(groups: np.ndarray, change: np.ndarray, per_second: float, cut: bool) -> None:
-    """Advance the depths by a change (n_bodies, 3 or 6) of the poses; with `cut`, they become those before the last one."""
+    """Advance the depths by a change (n_bodies, 3 or 6) of the poses; with `cut`, start from the depths before the last
+    change.
+    """
     for k in range(groups.shape[0]):
         g = table_at(groups, k)
         pressed, before = floats_1d(g, PRESSED), floats_1d(g, PRESSED_BEFORE)

@@ -37,7 +37,9 @@ _TINY = 1e-12
 
 @kernel
 def _candidates(g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Slots that may have passed through a face: near ones if the last accepted state is near the last renewal, else all."""
+    """Slots that may have passed through a face: near slots if the last accepted state is near the last renewal, else
+    all slots.
+    """
     bound = RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
     start, reference = floats_2d(g, COMMITTED), floats_2d(g, REFERENCE)
     if not moved_beyond(start, reference, integers_1d(g, MOVING), floats_1d(g, RADII), bound):

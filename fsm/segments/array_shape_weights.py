@@ -55,7 +55,7 @@ def tapered(
     order, count = floats_3d(g, GRADIENT).shape[2], 0
     for i in range(found):
         count += 1 if _sloped(in_force, unit[slot[i]]) else 0
-    if count == 0:  # views of other arrays, because new ones cost time
+    if count == 0:  # views of other arrays, because new arrays would take time
         return slot[:0], floats_1d(g, SHARE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
     rows, count = np.empty(count, dtype=np.int64), 0
     for i in range(found):

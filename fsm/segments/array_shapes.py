@@ -1,6 +1,6 @@
 """Kernels of contacts of shapes for a model of arrays; see `fsm.segments.contact_arrays` and `fsm.segments.shape_contacts`.
 
-All pairs of shapes have their slots in the tables. The broad phase only selects those that are near.
+All pairs of shapes have their slots in the tables. The broad phase only selects the pairs that are near.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def _select(
     g: np.ndarray, poses: np.ndarray, low: np.ndarray, high: np.ndarray, body: np.ndarray, rounding: np.ndarray,
     grounded: np.ndarray, heights: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the near units and their slots: boxes that overlap, without shapes that are far above the ground."""
+    """Write the near units and their slots: units whose boxes overlap, except shapes far above the ground."""
     state, margin, units = integers_1d(g, STATE), floats_1d(g, NUMBERS)[MARGIN], integers_2d(g, UNITS)
     near, met, reach = integers_1d(g, NEAR), integers_1d(g, MET), floats_1d(g, REACH)
     dof, indptr, indices = index_of(g)
@@ -140,7 +140,7 @@ def _select(
 
 @kernel
 def _open_slots(g: np.ndarray, units: np.ndarray, start: np.ndarray, first: int, out: np.ndarray) -> int:
-    """Write the open slots of units, less the first, and return their number."""
+    """Write the open slots of units as numbers from `first` on, and return their count."""
     slots_open, count = integers_1d(g, OPEN), 0
     for k in range(units.shape[0]):
         for slot in range(start[units[k]], start[units[k] + 1]):
@@ -198,7 +198,7 @@ def _find_spatial(g: np.ndarray, poses: np.ndarray, below: float) -> int:
 
 @kernel
 def _narrow(g: np.ndarray, rows: np.ndarray) -> None:
-    """Shapes have nothing besides slots and gaps."""
+    """Do nothing: contacts of shapes have no data besides slots and gaps."""
 
 
 @kernel
@@ -211,7 +211,7 @@ def _measure_planar(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: 
 
 @kernel
 def _number_of_points(g: np.ndarray, count: int) -> int:
-    """Number of points among the contacts, which come first."""
+    """Number of points among the contacts; points come before pairs of edges."""
     first, slot = integers_1d(g, POINTS).shape[0], integers_1d(g, SLOT)
     while count > 0 and slot[count - 1] >= first:
         count -= 1

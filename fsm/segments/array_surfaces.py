@@ -104,7 +104,7 @@ TAPERS = OWN_STATE
 
 @kernel
 def _set_windows(g: np.ndarray, poses: np.ndarray, points: np.ndarray, chords: np.ndarray, dimension: int) -> None:
-    """Write the pieces within reach of each probe, and whether the pattern lacks one of their pairs of bodies."""
+    """Write the pieces within reach of each probe, and mark whether the pattern lacks a pair of bodies of these."""
     tips, reach, bulge = floats_1d(g, _TIPS), floats_1d(g, _REACH), -np.inf
     for j in range(chords.shape[0]):  # distance of pieces from their chords; tips extend beyond the ends
         bulge = max(bulge, chords[j, 2 * dimension + 1] - tips[j] / np.sqrt(chords[j, 2 * dimension]))
@@ -264,7 +264,7 @@ def _tangent_spatial(
 
 @kernel
 def _pieces(g: np.ndarray, within: bool) -> tuple[np.ndarray, np.ndarray]:
-    """First and last pieces of all probes: of their windows, or of their whole surfaces."""
+    """First and last pieces of all probes: pieces of their windows if `within`, else of their whole surfaces."""
     if not within:
         return integers_1d(g, _FIRST), integers_1d(g, _LAST)
     window = integers_2d(g, _WINDOW)
@@ -300,7 +300,7 @@ def _heights_spatial(g: np.ndarray, poses: np.ndarray, farther: float) -> np.nda
 
 @kernel
 def _behind(g: np.ndarray, height: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Probes near the tip of a surface, on its other side."""
+    """Probes near the tip of a surface that are on the other side of the surface."""
     side, straight = floats_1d(g, _SIDE), floats_1d(g, _STRAIGHT)
     out, count = np.empty(near.shape[0], dtype=np.int64), 0
     for k in range(near.shape[0]):
@@ -331,7 +331,7 @@ def _turn(g: np.ndarray, height: np.ndarray, near: np.ndarray, behind: np.ndarra
     corners = integers_1d(g, _TWIN), integers_2d(g, _ACROSS), floats_2d(g, _INSIDE), floats_2d(g, _INSIDE_ACROSS)
     turned = turned_sides(corners, own, side, height, limit, near, _ends(g, near))
     for k in range(own.shape[0]):
-        if own[k] != turned[k]:  # contacts with the old sides do not hold
+        if own[k] != turned[k]:  # contacts with the old sides are no longer valid
             integers_1d(g, STATE)[FOUND] = -1
         own[k] = turned[k]
 

@@ -31,7 +31,7 @@ __all__ = [
 class SpringKernels(NamedTuple):
     """Kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`.
 
-    Only time steps use `stored` and `deformations`, only statics uses `advance`.
+    Only time steps use `stored` and `deformations`; only statics uses `advance`.
     """
 
     force: Any
@@ -56,8 +56,8 @@ class ElementKernels(NamedTuple):
 class Springs(NamedTuple):
     """Arrays of a `BushingGroup`.
 
-    `category` and `in_panels` as in the group. `last` (m, 3 or 6) holds the deformations at the end of the last step, and
-    `efforts` (m, 3 or 6) the efforts that Newton's method of statics advances.
+    `category` and `in_panels` as in the group. `last` (m, 3 or 6) contains the deformations at the end of the last
+    step. `efforts` (m, 3 or 6) contains the efforts that Newton's method of statics advances.
     """
 
     bodies: np.ndarray
@@ -70,7 +70,9 @@ class Springs(NamedTuple):
 
 
 class Creases(NamedTuple):
-    """Arrays of a `CreaseGroup`; empty axes in the plane; `last` (m,) holds the angles at the end of the last step."""
+    """Arrays of a `CreaseGroup`. Axes are empty in the plane. `last` (m,) contains the angles at the end of the last
+    step.
+    """
 
     bodies: np.ndarray
     axes_inner: np.ndarray
@@ -103,7 +105,7 @@ class Loads(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """Arrays of a system; matrices and sums are changed in place. Kinds of elements that it lacks are empty.
+    """Arrays of a system; matrices and sums are changed in place. Arrays of absent kinds of elements are empty.
 
     Attributes
     ----------
@@ -184,7 +186,7 @@ class Segments(NamedTuple):
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.segments.contact_arrays`.
     by_springs, by_creases, by_ligaments, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
-        They depend on the dimension. Kernels that no element of the model needs are absent (`AbsentPointer`).
+        These kernels depend on the dimension. Kernels that no element of the model needs are absent (`AbsentPointer`).
     """
 
     table: np.ndarray

@@ -62,17 +62,17 @@ _ABSENT_CREASES = Creases(
 
 
 def has_arrays(system: SegmentSystem) -> bool:
-    """Whether all that acts in a system has arrays, something can move, and kernels are compiled."""
+    """Whether all interactions of a system have arrays, a body can move, and kernels are compiled."""
     known = all(of_program(motion.program) is not None for motion in system.motions)
     return known and has_static_arrays(system)
 
 
 def has_static_arrays(system: SegmentSystem) -> bool:
-    """The same for statics, in which drives may have any program."""
+    """As `has_arrays`, for statics, where drives may have any program."""
     if not all(has_contact_arrays(group, system.spatial) for group in system.contacts):
         return False
     kinds = [type(group) for group in system.groups if not isinstance(group, ContactGroup)]
-    compiled = hasattr(KERNELS.force, "compile")  # not so with NUMBA_DISABLE_JIT
+    compiled = hasattr(KERNELS.force, "compile")  # false with NUMBA_DISABLE_JIT
     return compiled and _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and system.nu > 0
 
 

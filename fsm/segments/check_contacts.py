@@ -9,6 +9,7 @@ from fsm.errors import Fault
 from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.frame_bodies import norm_faults
 from fsm.scene.known_names import nearest_name
+from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 
 __all__ = ["contact_faults"]
@@ -95,11 +96,13 @@ def _pair(
         elif name in bodies:
             yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
         else:
-            text = f"nothing that can touch is called {name!r}{nearest_name(name, list(known))}"
+            text = f"no body, surface or obstacle is called {name!r}{nearest_name(name, list(known))}"
             yield Fault(f"{path}.{end}", text)
     if len(found) < 2:
         return
     kinds = [party.kind for party in found]
+    if pair.first == pair.second == SHEET:
+        return
     if kinds == ["film", "film"]:
         text = "films, cables and beams do not touch each other; the other side must have a plate or be an obstacle"
         yield Fault(path, f"{pair.first!r} and {pair.second!r}: {text}")

@@ -37,7 +37,8 @@ def _bodies(scene: Scene) -> Iterator[Fault]:
     for i, body in enumerate(scene.bodies):
         path = f"scene.bodies.{i}"
         if body.name == GROUND:
-            yield Fault(f"{path}.name", f"{GROUND!r} is the fixed body every scene has; choose another name")
+            text = f"{GROUND!r} is the fixed body of every scene; choose another name"
+            yield Fault(f"{path}.name", text)
         yield from norm_faults(f"{path}.orientation", body.orientation)
         if body.held or body.name in driven:
             continue
@@ -79,6 +80,11 @@ def _references(scene: Scene) -> Iterator[Fault]:
         if element.crease is not None and element.rotation[1]:
             what = f"{element.rotation[1]:g} N m/rad is not used beside `crease`, which gives the twist; write 0"
             yield Fault(f"scene.elements.{i}.rotation.1", what)
+    for i, group in enumerate(scene.point_elements):
+        for k, point in enumerate(group.points):
+            if point.body not in names:
+                text = f"no body is called {point.body!r}{nearest_name(point.body, list(names))}"
+                yield Fault(f"scene.point_elements.{i}.points.{k}.body", text)
     for i, load in enumerate(scene.loads):
         if load.pressure is None and load.body not in names:
             yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest_name(load.target, list(names))}")

@@ -12,7 +12,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.kernels.rotation import multiply
 from fsm.laws.crease import MomentCurve, join_curves
-from fsm.registry import ELEMENT_LAWS
+from fsm.registry import ELEMENT_LAWS, POINT_KINDS
 from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
@@ -30,6 +30,7 @@ from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.law_elements import LawGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import GravityGroup, LoadGroup, applied
+from fsm.segments.point_elements import PointGroup
 from fsm.segments.system import SegmentSystem
 
 __all__ = ["SceneCompiler", "compile_scene"]
@@ -59,7 +60,8 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
         raise CaseError(faults)
     spatial = spatial or bool(out_of_plane(scene))
     if spatial and any(element.frame == "chord" for element in scene.elements):
-        text = 'ligaments (frame = "chord", hinges of a lattice) are of the plane; keep everything in it'
+        text = 'ligaments (frame = "chord", hinges of a lattice) exist only in a plane model'
+        text += "; keep all bodies, drives and loads in the plane"
         raise CaseError(Fault("solve.spatial", text))
     return SceneCompiler(scene, spatial).system()
 
@@ -95,6 +97,8 @@ class SceneCompiler:
             groups += found
             if steps is not None:
                 self._steps += [(group, GroupSteps(steps, latch)) for group in found]
+        if self.scene.point_elements:
+            groups.append(self._point_elements())
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         on_bodies = [load for load in self.scene.loads if load.pressure is None]
@@ -235,6 +239,14 @@ class SceneCompiler:
             tuple((ELEMENT_LAWS[e.law].law, e.parameters) for e in elements if e.law is not None),
             tuple(e.name for e in elements),
         )
+
+    def _point_elements(self) -> PointGroup:
+        """Elements of kinds of extensions."""
+        given = []
+        for element in self.scene.point_elements:
+            bodies, points = [self.index[p.body] for p in element.points], [p.point for p in element.points]
+            given.append((element.name, POINT_KINDS[element.kind].law, element.parameters, bodies, points))
+        return PointGroup.of(given)
 
     def _pose_geometry(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
         """Arguments of the kernels of the relative pose after the bodies."""

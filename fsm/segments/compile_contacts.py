@@ -23,14 +23,14 @@ __all__ = ["compile_contacts"]
 def compile_contacts(
     scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool
 ) -> tuple[ContactGroup, ...]:
-    """The contact groups of a scene; none when it has no contact law or no pair of which a body can move.
+    """Contact groups of a scene; empty without a contact law or without a pair with a movable body.
 
     Parameters
     ----------
     scene : Scene
     bodies : all bodies in the system's order, the ground first
     poses : (n_bodies, 3 or 7) array
-        Of the scene as given.
+        Poses of the scene as given.
     spatial : whether the system has six degrees of freedom a body
     """
     contact = scene.contact
@@ -64,7 +64,7 @@ def _friction(friction: Friction | None) -> FrictionForce | None:
 def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:
     """One over masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies.
 
-    A point of a film has the mass of its area.
+    Points of a film have the mass of the film area that they represent.
     """
     driven = {name for drive in scene.drives for name in drive.moved}
     mobility = np.zeros((len(bodies), 6 if spatial else 3))

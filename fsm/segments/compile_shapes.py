@@ -1,6 +1,6 @@
 """Compile contact pairs of rigid plates and obstacles to contact geometries.
 
-Pairs of two surfaces are compiled elsewhere: panels divided into segments have smooth contact surfaces.
+`compile_surfaces` compiles pairs of two surfaces: panels divided into segments have smooth contact surfaces.
 """
 
 from __future__ import annotations
@@ -14,13 +14,15 @@ from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
 from fsm.scene.contact_points import contact_points
 from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.obstacle import Obstacle
+from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import GROUND, Body, Scene
+from fsm.segments.contact_geometry import ContactGeometry
 from fsm.segments.flexible_contacts import FlexibleContacts
 from fsm.segments.obstacle_contacts import ObstacleContacts
 from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.plate_shapes import corner_neighbours, plate_shapes
-from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape
+from fsm.segments.sheet_contacts import SheetContacts, SheetSurface
 from fsm.segments.solid_contacts import SolidContacts
 
 __all__ = ["compile_shapes"]
@@ -28,8 +30,8 @@ __all__ = ["compile_shapes"]
 
 def compile_shapes(
     scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool
-) -> tuple[ShapeContacts, ...]:
-    """Compile the geometries of all pairs except pairs of two surfaces; pairs that cannot move are left out.
+) -> tuple[ContactGeometry, ...]:
+    """Compile the geometries of all pairs except pairs of two surfaces and pairs without a movable body.
 
     Parameters
     ----------
@@ -48,9 +50,9 @@ def compile_shapes(
     if scene.contact is None:
         return ()
     compiler = _ShapeCompiler(scene, bodies)
-    built = (
+    built: tuple[ContactGeometry | None, ...] = (
         compiler.plates(poses, spatial), compiler.obstacles(poses, spatial), compiler.solids(poses, spatial),
-        compiler.films(scene, poses),
+        compiler.films(scene, poses), compiler.sheet(scene, poses),
     )  # fmt: skip
     return tuple(geometry for geometry in built if geometry is not None)
 
@@ -75,6 +77,8 @@ class _ShapeCompiler:
         self.solid_pairs: list[tuple[int, int, int]] = []
         # film, and the name and kind of the other side
         self.film_pairs: list[tuple[str, str, ContactSide, int]] = []
+        # number of the pair of flexible facets with each other
+        self.of_sheet: int | None = None
         known = contact_sides(scene)
         place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
         for row, pair in enumerate(scene.pairs):
@@ -82,7 +86,9 @@ class _ShapeCompiler:
             films = "film" in (first.kind, second.kind)
             if first.kind == second.kind == "surface" or (not films and self._fixed(first, second)):
                 continue
-            if first.kind == "film":
+            if pair.first == pair.second == SHEET:
+                self.of_sheet = row
+            elif first.kind == "film":
                 self.film_pairs.append((pair.first, pair.second, second, row))
             elif second.kind == "film":
                 self.film_pairs.append((pair.second, pair.first, first, row))
@@ -186,12 +192,32 @@ class _ShapeCompiler:
         sizes = [plate.length for plate in self.plate_list]
         sizes += [2 * max(shape.size) for shape in obstacles if shape.kind != HALF_SPACE]
         margin = 0.25 * float(np.mean(sizes)) if sizes else 4.0 * math.sqrt(areas.mean())
+        sides_of = contact_sides(scene)
         return FlexibleContacts(
             shapes, areas, self.plate_list, obstacles,
-            [Side(np.arange(a, b), np.ones(b - a)) for a, b in pairwise(ends.tolist())], sides, pairs, margin,
+            [
+                Side(np.arange(a, b), np.full(b - a, areas[a:b].sum() / (sides_of[name].face or areas[a:b].sum())))
+                for name, (a, b) in zip(names, pairwise(ends.tolist()), strict=True)
+            ],
+            sides, pairs, margin,
             np.array([row for *_, row in self.film_pairs]),
             np.concatenate([self.joined, self._joined_to_films(scene)]), poses,
         )  # fmt: skip
+
+    def sheet(self, scene: Scene, poses: np.ndarray) -> SheetContacts | None:
+        """Contacts of flexible facets with each other; None if there are none."""
+        facets = scene.facets
+        if self.of_sheet is None or facets is None or scene.contact is None:
+            return None
+        mesh = facets.mesh
+        place = np.empty(len(mesh.owner), dtype=np.int64)
+        place[mesh.nodes] = np.arange(len(mesh.nodes))
+        surface = SheetSurface(
+            np.array([self.index[name] for name in facets.nodes]), mesh.node_areas, place[mesh.owner[mesh.triangles]],
+            mesh.facet[mesh.triangles[:, 0]], mesh.plane, facets.mean_facet,
+            facets.thickness if scene.contact.thickness_in_gap else 0.0, self.of_sheet,
+        )  # fmt: skip
+        return SheetContacts(surface, poses)
 
     def _joined_to_films(self, scene: Scene) -> np.ndarray:
         """Pairs (m, 2) of the points of films and the bodies that force elements join to the films."""

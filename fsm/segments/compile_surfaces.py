@@ -23,7 +23,8 @@ __all__ = ["compile_surfaces"]
 _DEEPEST = 0.05
 """Depth above which a point counts as passed through a panel, relative to the panel's length."""
 _SEGMENTS_DEEP = 4.0
-"""The same depth, relative to the length of a segment; the smaller of both bounds is used and limits the search."""
+"""Depth above which a point counts as passed through a panel, relative to the length of a segment. The smaller of both
+bounds is used, also to limit the search."""
 
 _EDGE = TIP / 4.0
 """Taper length at the ends of two panels of one chain, relative to the length of the other panel."""
@@ -198,7 +199,7 @@ class _SurfaceCompiler:
             np.minimum(deepest, self._shallowest + reduced), 0.5 * weight / smaller, 0.5 * area, number,
             np.where(straight == BARE, cell, 0.0).T, first, last,
         )  # fmt: skip
-        # no probe on the crease itself: the layers are joined there, and the gap is round-off
+        # the crease itself has no probe: the layers are joined there, and the gap is round-off
         apart = (crease == 0.0) | (from_crease >= 1e-9 * length)
         probes = Probes._make(np.ascontiguousarray(column[apart]) for column in probes)
         point = np.concatenate([np.arange(points) for points in count])

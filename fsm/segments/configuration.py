@@ -65,7 +65,7 @@ class Configuration(System):
     size : degrees of freedom of a body
     spatial : bool
     at_rest : (n, 3) or (n, 6) array
-        Zero rates of all bodies; shared, read-only.
+        Zero rates of all bodies; the array is shared and read-only.
     driven : (m,) int array
         Bodies of all motions.
     drives : driven bodies, the motion of each, and the directions of all motions
@@ -144,7 +144,8 @@ class Configuration(System):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Poses and rates of all bodies, driven bodies at time t; unit quaternions. Without u the rates are zero.
 
-        With `before`, driven bodies have their mean speed since that time. Poses and rates are shared, read-only.
+        With `before`, driven bodies have their mean speed since that time. Arrays of poses and rates are shared and
+        read-only.
         """
         poses = self._poses(t, q)
         if u is None:
@@ -158,7 +159,7 @@ class Configuration(System):
         return poses, rates
 
     def _speeds(self, t: float, before: PreviousState | None) -> np.ndarray:
-        """Velocity of every motion, m/s; with `before`, the mean velocity since then."""
+        """Velocity of every motion, m/s; with `before`, the mean velocity since that time."""
         if before is None:
             return np.array([motion.at(t)[1] for motion in self.motions])
         return np.asarray((self._travels(t) - self._travels(before[0])) / (t - before[0]))
@@ -188,7 +189,7 @@ class Configuration(System):
         return poses
 
     def _travels(self, t: float) -> np.ndarray:
-        """Travel of every motion at a time, m; shared, read-only. The last few times are cached."""
+        """Travel of every motion at a time, m; the array is shared and read-only. The last few times are cached."""
         travels = self._travelled.get(t)
         if travels is None:
             if len(self._travelled) >= _TIMES:
@@ -228,7 +229,9 @@ class Configuration(System):
 
 
 def _corners(plates: list[Plate]) -> np.ndarray:
-    """Corners (n, 4, 3) of plates in body axes, in cyclic order, m; those of a triangle end with its first corner."""
+    """Corners (n, 4, 3) of plates in body axes, in cyclic order, m; a triangle has its first corner again as the
+    fourth.
+    """
     corners = np.zeros((len(plates), 4, 3))
     for quad, plate in zip(corners, plates, strict=True):
         outline = plate.outline

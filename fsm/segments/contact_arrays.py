@@ -2,8 +2,8 @@
 
 Each geometry has one table of arrays (`fsm.kernels.addresses`). The tables have a slot for each possible contact, so
 slots keep their numbers. The memory of contacts is stored for all slots. The contacts of the last evaluated state are
-stored in the first rows of arrays of the same length. Kernels that return such arrays would spend most of their time on
-allocations and on counts of references.
+stored in the first rows of arrays of the same length. Kernels that return new arrays would spend most of their time on
+allocations and reference counts.
 """
 
 from __future__ import annotations
@@ -41,17 +41,17 @@ class GeometryKernels(NamedTuple):
     find : ``find(g, poses, below)``
         Write slots and gaps of the contacts, and return their number.
     narrow : ``narrow(g, rows)``
-        Keep only these rows of what `find` has written, besides slots and gaps.
+        Keep only these rows of the data that `find` has written besides slots and gaps.
     measure : ``measure(g, poses, rates, count)``
-        Write bodies, rates and gradients of so many contacts.
+        Write bodies, rates and gradients of `count` contacts.
     tapered : ``tapered(g, poses, count) -> rows, part, gradient, hessian``
         Contacts whose weights change with the poses; see `fsm.segments.contact_geometry.Tapered`.
     tangent : ``tangent(g, poses, rates, count, stiffness, damping)``
     passed : ``passed(g, poses)``
         Whether sides have passed through each other since the last accepted state.
     settle : ``settle(g, poses, young, new)``
-        Update the memory in an accepted state, with the slots of continuing impacts; or, with `new`, that of contacts which
-        the broad phase has found anew.
+        Update the memory in an accepted state, with the slots of continuing impacts; or, with `new`, the memory of
+        contacts that the broad phase has found anew.
     """
 
     renew: Any
@@ -84,7 +84,7 @@ class ContactParts(NamedTuple):
 class ContactKernels(NamedTuple):
     """Kernels of all contacts of a model; see `fsm.segments.array_contacts`.
 
-    Only statics uses `advance`, only time steps use those after it.
+    Only statics uses `advance`; only time steps use the kernels after it.
     """
 
     force: Any
@@ -98,7 +98,7 @@ class ContactKernels(NamedTuple):
 
 
 class ContactArrays(NamedTuple):
-    """Arrays that all geometries have; those of one geometry follow in its table.
+    """Arrays that all geometries have; further arrays of a geometry follow in its table.
 
     Attributes
     ----------
@@ -258,7 +258,7 @@ def forces_of(g: np.ndarray, first: int, last: int) -> ContactForces:
 
 @kernel
 def keep_loaded(groups: np.ndarray) -> None:
-    """Keep which slots have a force in this tangent."""
+    """Store which slots have a force in this tangent."""
     for k in range(groups.shape[0]):
         g = table_at(groups, k)
         loaded, linearised = integers_1d(g, LOADED), integers_1d(g, LINEARISED)
@@ -280,7 +280,7 @@ def have_opened(groups: np.ndarray) -> bool:
 
 @kernel
 def lack_pairs(groups: np.ndarray) -> bool:
-    """Whether bodies have come near each other that have no block in the pattern."""
+    """Whether two bodies that have no block in the pattern have come near each other."""
     lacks = 0
     for k in range(groups.shape[0]):
         lacks += integers_1d(table_at(groups, k), STATE)[LACKS]

@@ -1,4 +1,4 @@
-"""Arrays of contact groups for compiled steps, and the exchange of their memory with the groups."""
+"""Arrays of contact groups for compiled steps, and copies of the memory between arrays and groups."""
 
 from __future__ import annotations
 
@@ -51,7 +51,8 @@ from fsm.segments.surface_contacts import SurfaceContacts
 __all__ = ["ContactModel", "has_contact_arrays"]
 
 _AHEAD = 2
-"""Number of pieces beyond those near a probe that the pattern couples with it, so that it holds while the probe slides."""
+"""Number of further pieces that the pattern couples with a probe besides the near ones, so that the pattern remains
+valid while the probe slides."""
 _MOST_SLOTS = 50000
 """Largest number of slots of all pairs of shapes; more are selected step by step."""
 
@@ -143,7 +144,7 @@ class _GroupArrays(ABC):
         """Begin with the broad phase of the geometry."""
 
     def finish(self) -> None:
-        """Hand counters and the broad phase of a solution in statics to the group."""
+        """Copy counters and the broad phase of a solution in statics to the group."""
         state = self.common.state
         self.group.evaluations += int(state[EVALUATIONS])
         self.return_search(int(state[RENEWALS]))
@@ -151,7 +152,7 @@ class _GroupArrays(ABC):
 
     @abstractmethod
     def return_search(self, renewals: int) -> None:
-        """Return the broad phase to the geometry after so many renewals."""
+        """Return the broad phase to the geometry after `renewals` renewals."""
 
     @abstractmethod
     def pairs(self) -> np.ndarray:
@@ -236,17 +237,17 @@ class _ShapeGroup(_GroupArrays):
         self.common.state[REFERRED] = 0
 
     def share_search(self) -> None:
-        """See `_GroupArrays`: nothing, because the tables differ."""
+        """See `_GroupArrays`: does nothing, because the tables differ."""
 
     def return_search(self, renewals: int) -> None:
-        """See `_GroupArrays`: nothing, because the tables differ."""
+        """See `_GroupArrays`: does nothing, because the tables differ."""
 
     def pairs(self) -> np.ndarray:
         """Pairs (m, 2) of bodies that have been near each other."""
         return self.own.shapes.body[self.units.shapes[self.own.met == 1]]
 
     def load_own(self, memory: np.ndarray) -> None:
-        """See `_GroupArrays`: weights of faces; the committed poses before them are those of the group."""
+        """See `_GroupArrays`: weights of faces; the committed poses before them come from the group."""
         overlaps = Overlaps.from_flat(memory[1 + int(memory[0]) :]) if len(memory) else Overlaps.nothing()
         weights, own, arrays = overlaps.of(self.units), self.own, self.common
         own.known[:], own.latest[:], own.in_force[:] = weights.known, weights.latest, weights.in_force
@@ -311,7 +312,7 @@ class _SurfaceGroup(_GroupArrays):
         self._refreshes = geometry.refreshes
 
     def pairs(self) -> np.ndarray:
-        """See `_GroupArrays`: pairs within the present windows and somewhat beyond, and those of the last pattern."""
+        """See `_GroupArrays`: pairs within the present windows and somewhat beyond, and pairs of the last pattern."""
         own = self.own
         first, last = own.window.T
         near = last > first
@@ -323,7 +324,7 @@ class _SurfaceGroup(_GroupArrays):
         return found
 
     def load_own(self, memory: np.ndarray) -> None:
-        """See `_GroupArrays`: sides of all probes; the committed poses behind them are those of the group."""
+        """See `_GroupArrays`: sides of all probes; the committed poses behind them come from the group."""
         self.own.side[:] = memory[: len(self.keys)]
         self.own.nearest[:] = self.own.nearest_of_all[:] = -1
 
@@ -350,7 +351,7 @@ class ContactModel:
     pair_energy : (2, n_pairs) array, J
         Energy that friction and damping of contact pairs have dissipated since the last `store`.
     grown : bool
-        Whether the pattern is no longer that of the start.
+        Whether the pattern has changed since the start.
     """
 
     def __init__(
@@ -393,7 +394,7 @@ class ContactModel:
             arrays.forget()
 
     def finish(self) -> None:
-        """Hand counters and broad phases of a solution in statics to the groups."""
+        """Copy counters and broad phases of a solution in statics to the groups."""
         for arrays in self.arrays:
             arrays.finish()
 
@@ -420,7 +421,7 @@ def _found(
 
 
 def _contiguous(arrays: Any) -> Any:
-    """The same with contiguous arrays of integers and floats."""
+    """Copy of a tuple of arrays with contiguous arrays of integers and floats."""
     parts = []
     for part in arrays:
         if isinstance(part, tuple):

@@ -70,7 +70,7 @@ class ContactDepths(NamedTuple):
         ----------
         key, at, acting : (count,) arrays of contacts
             `acting` (N) is the law linearised at `at`, evaluated at the geometric depths.
-        measured, forces : Measured and ContactForces
+        measured, forces : ContactKinematics and ContactForces
             Forces of the law at `at`.
         per_second : 1/s
             Inverse of the time since the last state; zero in statics.

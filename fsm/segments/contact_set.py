@@ -118,7 +118,7 @@ class ContactSet(tuple[ContactGroup, ...]):
 
 @cache
 def _no_contact(pairs: int) -> PairState:
-    """State of pairs without contact; shared, read-only."""
+    """State of pairs without contact; its arrays are shared and read-only."""
     none, far = np.zeros(pairs), np.full(pairs, np.inf)
     none.flags.writeable = far.flags.writeable = False
     return PairState(none, far, none, none, none, none, none)

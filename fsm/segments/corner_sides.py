@@ -1,14 +1,15 @@
-"""Sides of contact points that come over the end of a surface, where the panels of a chain are joined.
+"""Sides of contact points that slide over the end of a surface at which panels of a chain are joined.
 
 A joint near a touched panel is both the end of one panel and the start of the next. Both probes are one point with one side.
 If the other joint of one of the two panels lies on the touched panel, its probe determines the side, at any depth.
 
-Two joined surfaces form a corner. A point that presses on one surface near the corner may be slightly inside it when it
-comes over the end of the other surface. The point comes from outside and is outside of both. Its present side of the other
-surface would pull it in and hold it there. The point therefore has contact with the surface in which it is less deep. The
-other surface takes over when both depths are equal. A point may also move round the corner so close to it that no step finds
-it beyond the end of the other surface. That surface releases the point when its depth on the wrong side exceeds the depth at
-which its share counts. `fsm.interactions.probe_sides.turned_sides` does this.
+Two joined surfaces form a corner. A point that presses on one surface near the corner may be slightly inside this
+surface when it comes over the end of the other surface. The point comes from outside, so it belongs outside both
+surfaces. With its present side of the other surface, contact would pull the point in and hold it there. The point
+therefore has contact with the surface in which it is less deep. The other surface takes over when both depths are
+equal. A point may also move round the corner so close to it that no step finds it beyond the end of the other surface.
+The other surface releases the point when the depth of the point on the wrong side exceeds the depth at which its share
+counts. `fsm.interactions.probe_sides.turned_sides` does this.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ class Corners(NamedTuple):
     across : (n, 2) int array
         The same point as a probe on the panel that is joined to the touched surface at that end; -1: none.
     inside : (n, 2) array
-        Side of the touched surface inside the corner.
+        Side of the touched surface that is inside the corner.
     inside_across : (n, 2) array
-        Side of the joined panel inside the corner.
+        Side of the joined panel that is inside the corner.
     """
 
     twin: np.ndarray

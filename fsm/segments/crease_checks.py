@@ -53,7 +53,7 @@ def crease_faults(scene: Scene, of_strip: bool) -> Iterator[Fault]:
 
 
 def crease_warnings(scene: Scene, of_strip: bool) -> list[str]:
-    """Warning for each curve with an extremum caused by scatter, or between data without an extremum."""
+    """Warning for each curve whose extrema come from scatter, or that has an extremum between monotone data."""
     lines = []
     for path, _, branches in _tabulated(scene, of_strip):
         branch = max(branches, key=lambda each: each.changes)
@@ -121,7 +121,9 @@ class _Branch:
 
 
 def _tabulated(scene: Scene, of_strip: bool) -> Iterator[tuple[str, ForceElement, list[_Branch]]]:
-    """Each curve once: its path, the element with the most flexible half segments in series, and its branches."""
+    """Path, element and branches of each curve; the element is the one with the most flexible half segments in
+    series.
+    """
     found: dict[int, tuple[str, ForceElement]] = {}
     for index, element in enumerate(scene.elements):
         crease = element.crease

@@ -22,7 +22,7 @@ _SAMPLES = 4001
 
 
 class Program(Protocol):
-    """Travel (m) or turn (rad) as a function of time."""
+    """Travel (m) or rotation (rad) as a function of time."""
 
     @property
     def end_time(self) -> float:
@@ -36,7 +36,7 @@ class Program(Protocol):
 
     @property
     def travel(self) -> float:
-        """Distance gone in the whole motion, m or rad."""
+        """Distance travelled in the whole motion, m or rad."""
         ...
 
     @property
@@ -61,7 +61,9 @@ class Program(Protocol):
         ...
 
     def sampled(self) -> np.ndarray:
-        """Times from the begin to the end, s, with all breaks and extremes, between which the motion goes one way."""
+        """Times from the begin to the end, s, with all breaks and extremes. The motion does not reverse between two of
+        these times.
+        """
         ...
 
     def reversals(self) -> list[float]:
@@ -73,7 +75,8 @@ class Program(Protocol):
 class RunUp:
     """Smooth run-up, constant speed, then rest.
 
-    The speed rises as x^2 (3 - 2x) over the travel `run_up`. The velocity is C1, so the start causes no shock.
+    The speed rises as x^2 (3 - 2x) over the travel `run_up`. The velocity has a continuous derivative (C1), so the
+    start causes no shock.
     """
 
     speed: float
@@ -177,7 +180,7 @@ class _Sampled(ABC):
 
     @property
     def forward(self) -> bool:
-        """See `Program`; time itself is the parameter of a path."""
+        """See `Program`; false here, so time is the parameter of a path."""
         return False
 
     def time_of(self, travel: float) -> float:
@@ -226,7 +229,7 @@ class Parts(_Sampled):
     Attributes
     ----------
     parts : (time of the begin in s, sign, program) in the order of time
-        A program begins with the travel that the one before has reached, and ends where the next one begins.
+        A program begins with the final travel of the previous program, and ends when the next program begins.
     """
 
     parts: tuple[tuple[float, float, Program], ...]
@@ -249,7 +252,7 @@ class Parts(_Sampled):
         return tuple(begin + t for begin, _, program in self.parts for t in (0.0, *program.breaks()))
 
     def sampled(self) -> np.ndarray:
-        """See `Program`: those of each program until the next one begins."""
+        """See `Program`: samples of each program until the next one begins."""
         found = [np.zeros(0 if self.parts else 1)]
         ends = [*(begin for begin, _, _ in self.parts[1:]), math.inf]
         for (begin, _, program), end in zip(self.parts, ends, strict=True):
@@ -300,7 +303,7 @@ class PrescribedMotion:
 
     @property
     def travel(self) -> float:
-        """Distance gone in the whole motion, m or rad."""
+        """Distance travelled in the whole motion, m or rad."""
         return self.program.travel
 
     def at(self, t: float) -> tuple[float, float, float]:
@@ -326,7 +329,7 @@ def program_of(drive: Drive, path: str = "drive") -> Program:
     """
     if drive.time is not None:
         if end_of(drive.time) is None:
-            raise CaseError(Fault(f"{path}.time.cycles", "is missing; a drive needs an end: give the number of cycles"))
+            raise CaseError(Fault(f"{path}.time.cycles", "is missing; a drive needs an end, so give the number of cycles"))
         return Timed(drive.time, drive.size)
     if drive.turn is not None:
         assert drive.rate is not None

@@ -33,7 +33,9 @@ def initial_twists(elements: Sequence[ForceElement], bodies: Sequence[Body]) -> 
 
 
 def rest_twists(elements: Sequence[ForceElement], initial: Sequence[float]) -> list[float]:
-    """Twist of each element at zero moment, rad: `rest_angle`, or its crease's on the initial side, or 0."""
+    """Twist of each element at zero moment, rad: `rest_angle`, or the rest angle of the crease law on the initial side,
+    or 0.
+    """
     return [_rest(element, start) for element, start in zip(elements, initial, strict=True)]
 
 
@@ -60,7 +62,8 @@ def angle_faults(scene: Scene) -> Iterator[Fault]:
             yield from _initial_faults(f"{path}.initial_angle", element.initial_angle, placed)
         if element.crease is None:
             continue
-        limit = math.pi if isinstance(element.crease, LinearCrease) else 2 * math.pi  # data may begin far from their zero
+        # measured data may begin far from zero moment
+        limit = math.pi if isinstance(element.crease, LinearCrease) else 2 * math.pi
         if element.rest_angle is not None and abs(element.rest_angle) > limit * (1 + 1e-9):
             what = f"{_degrees(element.rest_angle)} of a crease; it must be between {_degrees(-limit)} and {_degrees(limit)}"
             yield Fault(f"{path}.rest_angle", what)

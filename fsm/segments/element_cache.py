@@ -17,7 +17,7 @@ __all__ = ["TwoBodyGroup"]
 
 
 class ElementCache:
-    """Results for the last pattern and the last past state, which are compared by identity."""
+    """Results for the last pattern and the last previous state; both are compared by identity."""
 
     def __init__(self) -> None:
         self.pattern: BodyPattern | None = None
@@ -68,7 +68,7 @@ class TwoBodyGroup(Group):
         return cache.before, 1.0 / past.duration
 
     def deformations_before(self, rates: np.ndarray, past: PreviousPoses | None) -> np.ndarray:
-        """Deformations at a past state; those at rest without one."""
+        """Deformations at a past state; deformations at rest without a past state."""
         return self._before(rates, past)[0]
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:

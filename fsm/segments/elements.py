@@ -88,7 +88,7 @@ class BushingGroup(TwoBodyGroup):
         Part of the energy of each category that the panels store, from 0 to 1; the creases store the rest.
     names : names of the elements
     structural : (m,) bool array
-        Joints of the structure, whose ends must stay together; other elements may be springs of any length.
+        Joints of the structure, whose ends must stay together; other springs may have any length.
     """
 
     bodies: np.ndarray
@@ -187,7 +187,7 @@ class CreaseGroup(TwoBodyGroup):
         Curve of each crease in `table`.
     table : CurveTable
     flexibility : (m,) array, rad/(N m)
-        Of the half segments in series with each crease, which the curves include.
+        Flexibility of the half segments in series with each crease; the curves include it.
     names : names of the elements
     """
 

@@ -1,8 +1,9 @@
 """Contacts of films and cables with plates and obstacles.
 
-Points of a film or a cable, rounded by half its thickness, are probes on the other shape. Each point represents an area. The
-stiffness of a whole face belongs to the smaller of both faces, as between plates. So the stiffness per area does not depend
-on the mesh. The other shape has no probes on the film: a corner or an edge passes between points that are too far apart.
+Points of a film or a cable, rounded by half its thickness, are probes on the other shape. Each point represents an
+area. The contact stiffness refers to the smaller of both faces, as between plates. The stiffness per area therefore
+does not depend on the mesh. The other shape has no probes on the film: a corner or an edge passes between points that
+are too far apart.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ class FlexibleContacts(ShapeContacts):
         Area that each point represents.
     plates, obstacles : shapes
     films : sequence of Side
-        Points of each film or cable.
+        Points of each film or cable; `parts` is its area over the area with the whole stiffness.
     sides : sequence of Side
         Plates of each other side.
     pairs : (m, 2) int array
-        Film, and side or (from len(sides) on) obstacle.
+        Number of the film; number of the side, or of the obstacle plus len(sides).
     margin : float, m
     numbers : (m,) int array
         Number of the scene's contact pair for each row.
@@ -69,7 +70,7 @@ class FlexibleContacts(ShapeContacts):
         members += [np.array([first + k]) for k in range(len(obstacles))]
         listed = ListedPairs(members, pairs + [0, len(films)], len(builder.shapes), numbers)
         self._area = np.concatenate([areas, [_face(shape) for shape in (*plates, *obstacles)]])
-        whole = [np.full(len(side.shapes), areas[side.shapes].sum()) for side in films]
+        whole = [areas[side.shapes].sum() / side.parts for side in films]
         whole += [np.full(len(side.shapes), _face(plates[side.shapes[0]]) / side.parts[0]) for side in sides]
         whole += [np.array([_face(shape)]) for shape in obstacles]
         self._whole = np.concatenate(whole)

@@ -90,8 +90,8 @@ class SegmentForces(Configuration):
         """Typical sizes.
 
         The length is the median length of segments, else of solids, else the distance between bodies. The speed is the
-        largest initial speed, or ten times the speed of a drive. A smaller speed costs steps on the pulled strip, a larger
-        one energy errors. The resolution of increments is that of the contact forces.
+        largest initial speed, or ten times the speed of a drive. On the pulled strip a smaller speed needs more steps,
+        and a larger speed causes energy errors. The resolution of increments is that of the contact forces.
         """
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
         lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
@@ -163,7 +163,9 @@ class SegmentForces(Configuration):
         past: PreviousPoses | None = None,
         turned: np.ndarray | None = None,
     ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
-        """Block data of K and D of groups, and their pattern, with driven bodies as free ones behind the others."""
+        """Block data of K and D of groups, and their pattern; driven bodies count as free here and follow the free
+        bodies.
+        """
         pairs, versions = zip(*(group.pairs(poses) for group in groups), strict=True) if groups else ((), ())
         key = (*map(id, groups), *versions)
         if self._driven_pattern is None or key != self._driven_key:
@@ -296,7 +298,7 @@ class SegmentForces(Configuration):
     ) -> Linearised:
         """Equations from the sums (force, K, D) of all bodies.
 
-        `by_rates` is the part of D that acts on velocities, `efforts` those of parts that are not springs.
+        `by_rates` is the part of D that acts on velocities. `efforts` are the efforts of elements that are not springs.
         """
         force, stiffness, damping = sums
         return Linearised(
@@ -337,7 +339,7 @@ class SegmentForces(Configuration):
             return self._pattern
         pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
         if self._pattern is None or versions != self._pattern_version:
-            # keep the pairs of the last pattern: they often come back when a step is shortened
+            # keep the pairs of the last pattern, because they often return when a step is shortened
             if self._pattern is None or not all(self._pattern.holds(of_group) for of_group in pairs):
                 self._pattern = body_pattern(self._dof, [*pairs, *self._pattern_pairs], self.size)
                 self._pattern_pairs = pairs

@@ -5,9 +5,9 @@ slip A v; the friction is A times its effort:
 
     f = A f_law(A v)        f.v = f_law(A v).(A v) >= 0
 
-The friction therefore dissipates energy if the law does. If the law has a potential of v, so has the friction. For a
-coefficient mu(s) with s = |A v| the friction is f = mu N A^2 v/s. Its magnitude is mu N along the first axis and a mu N
-along the second.
+The friction therefore dissipates energy if the law does. If the law has a potential of v, the friction has one too. For
+a coefficient mu(s) with s = |A v| the friction is f = mu N A^2 v/s. Its magnitude is mu N along the first axis and a mu
+N along the second.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class FrictionForce:
     def _rotation_derivative(self, vectors: np.ndarray, axes: np.ndarray) -> np.ndarray:
         """Derivative (m, 3, 3) of A v by rotations about the three axes."""
         first, e, third = axes[:, :, 0], axes[:, :, 1], axes[:, :, 2]
-        # de = e3 for a rotation about the first axis, -e1 for one about the third
+        # de = e3 for a rotation about the first axis, and -e1 for a rotation about the third axis
         change = np.stack([third, np.zeros_like(e), -first], axis=2)
         along, by_change = _dot(e, vectors), np.einsum("mck,mc->mk", change, vectors)
         return (self.across - 1.0) * (change * along[:, None, None] + e[:, :, None] * by_change[:, None, :])

@@ -20,7 +20,9 @@ class PreviousPoses(NamedTuple):
 
 
 class GroupSteps(NamedTuple):
-    """Names of the steps in which a group acts, and whether it is without force where the first of them begins."""
+    """Names of the steps in which a group acts, and whether its force is zero at the beginning of the first of these
+    steps.
+    """
 
     names: tuple[str, ...]
     latch: bool
@@ -31,7 +33,7 @@ class Group(ABC):
 
     Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
 
-    With a past state, rates of deformation are differences from it, without an error from finite rotations.
+    With a past state, rates of deformation are differences from that state, without an error from finite rotations.
     """
 
     @property

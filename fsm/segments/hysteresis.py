@@ -40,7 +40,7 @@ class HysteresisGroup(TwoBodyGroup):
         Strength of each slider in `table`.
     table : CurveTable
     creases : CreaseGroup
-        Creases that act beside the sliders, with their half segments.
+        Creases parallel to the sliders, with their half segments.
     chosen : (m,) int array
         Index of the crease of each slider.
     names : names of the elements

@@ -15,7 +15,8 @@ from fsm.segments.normal_force import NormalForce
 __all__ = ["Impacts"]
 
 _STEPS, _FEWER_STEPS = 90, 30
-"""Approximate minimum number of steps in an impact: for laws with a coefficient of restitution, and without."""
+"""Approximate minimum number of steps in an impact: first for laws with a coefficient of restitution, then for other
+laws."""
 _IMPACT_SPEED = 3.0
 """Closing speed, relative to the speed floor of its law, above which a contact is an impact."""
 

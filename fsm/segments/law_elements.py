@@ -113,7 +113,8 @@ class LawGroup(TwoBodyGroup):
         value, rate, gradient = self._measured(poses, rates, past)
         effort, slope, by_rate = self.efforts(value, rate)
         scatter_efforts(self.bodies, gradient, effort, len(effort), force)
-        moving = rates if past is None else np.zeros_like(rates)  # a difference does not depend on body rates
+        # a difference of deformations does not depend on body rates
+        moving = rates if past is None else np.zeros_like(rates)
         tangent: Callable[..., Any] = tangent_pose_spatial if self._spatial else tangent_pose_planar
         measured = MeasureTangents(gradient, effort, slope, by_rate)
         tangent(poses, moving, self.bodies, *self.geometry, measured, pattern.index, stiffness, damping)

@@ -10,7 +10,8 @@ import numpy as np
 from fsm.interactions.applied import add_applied, add_applied_stiffness, applied_power
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.rotation import rotation_matrix
-from fsm.scene.loads import Constant, Load, TimeFunction
+from fsm.load_names import MOMENT, force_name
+from fsm.scene.loads import PART, Constant, Load, TimeFunction
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.time_function import breaks, factor, slope
@@ -22,7 +23,8 @@ __all__ = ["AppliedLoad", "GravityGroup", "LoadGroup", "applied"]
 class AppliedLoad:
     """Wrench on one body: body index, point (body axes, m), force (N), moment (N m), follower or dead, function of time.
 
-    Vectors have the components of the dimension: (x, z) and one moment in the plane, three each in space.
+    The dimension determines the components of vectors: (x, z) and one moment in the plane, three components each in
+    space.
     """
 
     body: int
@@ -38,6 +40,12 @@ class AppliedLoad:
         """Force (N), or moment (N m) of a load without force, at a factor of 1."""
         return float(np.linalg.norm(self.force) or np.linalg.norm(self.moment))
 
+    @property
+    def called(self) -> str:
+        """Name in results, which tells a moment from a force; parts of a load have the name of the load."""
+        name = self.name.partition(PART)[0]
+        return force_name(name) if self.force.any() else name + MOMENT
+
     def size(self, t: float) -> float:
         """Force (N), or moment (N m) of a load without force."""
         return factor(self.time, t) * self.full_size
@@ -52,7 +60,7 @@ class AppliedLoad:
     def moved(self, start: np.ndarray, pose: np.ndarray) -> float:
         """Displacement of the point along the force (m), or rotation along a moment (rad), between two poses.
 
-        A follower load has its direction of the start.
+        A follower load counts with its direction at the start.
         """
         change = self.place(pose) - self.place(start)
         planar = len(pose) == 3
@@ -63,7 +71,7 @@ class AppliedLoad:
             return float(change @ turned @ self.force) / float(np.linalg.norm(self.force))
         if planar:
             return float(change[0] * np.sign(self.moment[0]))
-        turn = pose_difference(start, pose)[3:]  # in body axes, as long as in inertial ones
+        turn = pose_difference(start, pose)[3:]  # in body axes; the length is the same as in inertial axes
         return float(rotation_matrix(start[3:]) @ turn @ turned @ self.moment) / float(np.linalg.norm(self.moment))
 
 

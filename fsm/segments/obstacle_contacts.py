@@ -5,7 +5,7 @@ point has the whole stiffness. A cylinder in the plane is treated in the same wa
 points of the plate's grid. A curved or pointed obstacle can touch the plate between these points. It therefore has probes on
 the rectangle too, and each side has half the weight:
 
-* a box has the points of a grid over its faces; in space its edges are also paired with the edges of the plate;
+* a box has the points of a grid over its faces, and in space its edges are also paired with the edges of the plate;
 * a cylinder has points along its axis, rounded by its radius and at least that far from the caps, and points on its caps.
 
 Faces that lie on each other share the load in proportion to their overlap (`fsm.interactions.face_overlap`).
@@ -112,7 +112,7 @@ def add_probes(builder: TableBuilder, number: int, obstacle: Shape, spacing: flo
         builder.add_points(number, places, rounding, weights)
     elif obstacle.kind == CYLINDER:
         angle = 2 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
-        # weight 1/3 on the rim and 2/3 half-way: the means of r and r^2 equal the means over the cap
+        # weights 1/3 on the rim and 2/3 half-way reproduce the means of r and r^2 over the cap
         caps = [
             (np.column_stack([part * x * np.cos(angle), np.full(RIM_POINTS, side * y), part * x * np.sin(angle)]), weight)
             for side in (-1, 1)

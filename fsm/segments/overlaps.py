@@ -26,8 +26,8 @@ class Overlaps(NamedTuple):
     known : (u,) bool array
         Whether the next two fields are valid; if not, the weights are those of tilted faces.
     latest, in_force : (u, ROW) arrays
-        Relative poses, weights and slopes: of the last accepted state, and in use. The first replace the second when a body
-        moves.
+        Relative poses, weights and slopes: of the last accepted state, and present ones. The former replace the latter
+        when a body moves.
     """
 
     key: np.ndarray

@@ -85,7 +85,7 @@ class PanelPoints:
         which = np.repeat(np.arange(len(plates)), cells)  # body of every cell
         number_in_body = np.concatenate([np.arange(count) for count in cells])
         nodes, weights = rule
-        lanes = np.array([-1.0, 1.0]) / math.sqrt(3.0) if spatial else np.zeros(1)  # Gauss's two points
+        lanes = np.array([-1.0, 1.0]) / math.sqrt(3.0) if spatial else np.zeros(1)  # the two Gauss points
         cell = (lengths / cells)[which][:, None]
         x = (number_in_body[:, None] + 0.5 + 0.5 * nodes) * cell - 0.5 * lengths[which][:, None]
         half = np.where(np.abs(nodes) == 1.0, 0.5, 0.25) * weights * cell

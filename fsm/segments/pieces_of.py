@@ -51,7 +51,9 @@ def _rest(begin: float, value: float, closed: bool = True) -> _Piece:
 
 
 def of_function(function: TimeFunction) -> list[_Piece]:
-    """Pieces of `fsm.segments.time_function.factor` with its derivatives, the same on both sides of every break."""
+    """Pieces of `fsm.segments.time_function.factor` with its derivatives; at every break both sides have the same
+    values.
+    """
     if isinstance(function, Constant):
         return [_rest(-math.inf, 1.0)]
     if isinstance(function, Ramp):

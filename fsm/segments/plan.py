@@ -35,11 +35,11 @@ ALL = "all"
 HOLD = 0.01
 """Time of rest of the drives after a pull, relative to its duration; damper forces decay in this time."""
 _SHORT = 1e-6
-"""Missing part of a travel below which it counts as complete."""
+"""Missing part of a travel, below which the travel counts as complete."""
 _ROUNDING = 1e-12
 """Relative difference of times below which they are equal."""
 _STATIC_DURATION = 1.0
-"""Duration of a static step without a drive or load that ends, s."""
+"""Duration of a static step in which no drive and no load has an end, s."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class PlannedStep:
         Whether no body can move.
     contact : whether contacts act
     modes : int
-    described : texts on changes at the start of this step, for `fsm check`
+    described : texts about changes at the start of this step, for `fsm check`
     """
 
     name: str
@@ -127,7 +127,7 @@ def _short(case: Case, scene: Scene) -> Plan:
     end = case.solve.end_time
     if end is None:
         if not programs:
-            text = "missing, and there is no drive either, so the run has no end; give one of them"
+            text = "missing, and there is no drive, so the run has no end; give one of them"
             raise CaseError(Fault("solve.end_time", text))
         end = max(program.end_time for program in programs) * (1.0 + HOLD if case.stages else 1.0)
     chosen = case.solve.method
@@ -238,7 +238,7 @@ class _Planner:
         solve = step.solve or self.case.solve
         method, reason = self._method(step, solve)
         if step.kind == "modes" and not self._has_free():
-            text = "no body is free in this step, so it has no natural modes; release a body before"
+            text = "no body is free in this step, so there are no natural modes; release a body before this step"
             self.faults.append(Fault(f"step.{number}.kind", text))
         still = not self._has_free() and not self._moves(start, end)
         return PlannedStep(
@@ -248,7 +248,7 @@ class _Planner:
         )  # fmt: skip
 
     def _unchanging(self, planned: PlannedStep, number: int) -> None:
-        """Report a fault if no load or drive changes on a path by arc length."""
+        """Report a fault if no load or drive changes in a step by arc length."""
         if planned.method != "arc-length":
             return
         ends = (planned.start, planned.end)
@@ -334,7 +334,7 @@ class _Planner:
             if not (bodies or loads or drives):
                 known = sorted(self.held - self.fixed) + [acting.name for acting in self.loads]
                 known += [called for k in range(self.targets) if self.acting[k] for called in self._called(k)]
-                text = f"nothing called {name!r} is held, driven or loaded here{nearest_name(name, known)}"
+                text = f"no held body and no acting drive or load is called {name!r}{nearest_name(name, known)}"
                 self.faults.append(Fault(f"step.{number}.release.{index}", text))
             self.held -= bodies
             for k in drives:
@@ -345,7 +345,7 @@ class _Planner:
         return let_go
 
     def _called(self, target: int) -> list[str]:
-        """Names of a target of drives: of all its drives, and of its bodies."""
+        """Names that refer to a target of drives: the names of its drives and of its bodies."""
         of_target = [part.drive for part in self.drives if part.target == target]
         return [name for drive in of_target for name in (drive.called, *drive.moved)]
 
@@ -373,11 +373,12 @@ class _Planner:
         ends = [self._program(part).end_time for part in begun]
         ends += [end for load in new if load.time is not None and (end := end_of(load.time))]
         if not ends and step.kind == "dynamic":
-            self.faults.append(Fault(f"step.{number}.duration", "is missing; a dynamic step without a drive needs it"))
+            text = "is missing; a dynamic step without a drive needs this key"
+            self.faults.append(Fault(f"step.{number}.duration", text))
         return max(ends, default=_STATIC_DURATION)
 
     def _at_break(self, t: float) -> float:
-        """A time, or the time at which a drive begins, ends or turns, if both differ by round-off."""
+        """The given time, or the time at which a drive begins, ends or reverses if both differ by round-off."""
         near = [at for program in self._programs() for at in program.breaks() if abs(at - t) <= _ROUNDING * t]
         return near[0] if near else t
 
@@ -413,11 +414,11 @@ class _Planner:
                 moved[name] = k
 
     def _load(self, step: Step, new: list[Load], let_go: list[_Acting], start: float, end: float) -> None:
-        """Loads of a step. In a static step they begin and end with a ramp, in a dynamic step at once."""
+        """Loads of a step. In a static step loads begin and end with a ramp, in a dynamic step at once."""
         named = {load.called for load in new}
         kept: list[_Acting] = []
         for acting in self.loads:
-            if acting.ends:  # in the step before
+            if acting.ends:  # in the previous step
                 continue
             if acting not in let_go and acting.name not in named:
                 kept.append(acting)

@@ -1,7 +1,7 @@
 """Contacts of pairs of rigid plates.
 
-A plate is a rectangle rounded by half its thickness; a facet is a convex polygon, or several. Two plates touch where a
-point of one meets the face of the other, or where two edges cross. Hence
+A plate is a rectangle rounded by half its thickness; a facet consists of one or several convex polygons. Two plates
+touch where a point of one meets the face of the other, or where two edges cross. Therefore
 
 * each plate has a grid of points over its face, corners and edges included, as probes on the other plate. The points of a
   small plate in the middle of a large one detect this contact. Rectangles that lie on each other share the load in

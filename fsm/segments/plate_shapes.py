@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fsm.interactions.polygon_distance import MOST_CORNERS
 from fsm.kernels.rotation import rotation_matrix
@@ -16,7 +15,7 @@ from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
 __all__ = ["corner_neighbours", "plate_shapes"]
 
 _SAME = 1e-6
-"""Distance of corners that are one vertex, relative to the size of the plates."""
+"""Distance of two corners, relative to the size of the plates, below which they are one vertex."""
 
 
 def plate_shapes(body: int, plate: Plate) -> list[Shape]:
@@ -55,6 +54,8 @@ def corner_neighbours(bodies: Sequence[Body]) -> np.ndarray:
             owner.append(np.full(len(corners), number))
     if len(places) == 1:
         return np.zeros((0, 2), dtype=np.int64)
+    from scipy.spatial import cKDTree  # a strip has no such outlines and does not import SciPy
+
     points, of = np.concatenate(places), np.concatenate(owner)
     size = float(np.median([np.ptp(group, axis=0).max() for group in places[1:]]))
     pairs = cKDTree(points).query_pairs(_SAME * size, output_type="ndarray")

@@ -34,6 +34,7 @@ from fsm.segments.report_contact import (
 )
 from fsm.segments.report_facets import pressure_line
 from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
+from fsm.segments.report_gas import gas_lines
 from fsm.segments.report_numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
 from fsm.segments.report_sheet import sheet_lines, sheet_support_lines
 from fsm.segments.report_view import CheckContext
@@ -63,12 +64,12 @@ def describe(case: Case, source: str = "") -> list[str]:
         raise CaseError(with_paths_of_steps(case, faults), source)
     view = CheckContext(case, scene)
     if case.step:
-        plan_of(case, scene)  # its faults have the paths of the steps
+        plan_of(case, scene)  # the faults of the plan have the paths of the steps
     return labelled(_SECTIONS, view)
 
 
 def _once_driven(scene: Scene) -> Scene:
-    """Scene with the first drive of every body only: steps may drive it in several ways, one after the other."""
+    """Scene with the first drive of every body only; steps may drive a body several times, one after the other."""
     seen: set[str] = set()
     drives = []
     for drive in scene.drives:
@@ -94,7 +95,7 @@ def _overlaps(case: Case, scene: Scene) -> Iterator[Fault]:
 
 def _endless(case: Case, scene: Scene) -> Iterator[Fault]:
     if case.solve.end_time is None and not scene.drives and not case.step:
-        yield Fault("solve.end_time", "missing, and there is no drive either, so the run has no end; give one of them")
+        yield Fault("solve.end_time", "missing, and there is no drive, so the run has no end; give one of them")
 
 
 # sections ---------------------------------------------------------------------------------------------------
@@ -145,7 +146,10 @@ def _joints(view: CheckContext) -> Iterator[str]:
             yield f"{count(linear, 'crease')}, linear"
     if tabulated:
         yield f"{count(len(tabulated), 'crease')}, tabulated: {_curve(tabulated[0])}"
-    if not view.elements:
+    added = Counter(element.kind for element in view.scene.point_elements)
+    for kind, number in added.items():
+        yield f"{count(number, 'element')} of kind {kind!r} between points, by an extension; steps are solved in Python"
+    if not view.elements and not added:
         yield "none: bodies move freely"
 
 
@@ -191,7 +195,7 @@ def _drives(view: CheckContext) -> Iterator[str]:
 
 
 def _motion(drive: Drive, motion: PrescribedMotion) -> str:
-    """What a drive does."""
+    """Text on the motion of a drive."""
     if drive.turn is not None:
         how = f"turns about {triple(drive.axis)}"
         size, pace = degrees(motion.travel), f"{degrees(drive.fastest)}/s"
@@ -203,12 +207,12 @@ def _motion(drive: Drive, motion: PrescribedMotion) -> str:
         name = "travel" if drive.turn is None else "turn"
         return f"{how} at {pace}: {run_up}{name} {size}"
     kind = "" if drive.time is None else drive.time.kind
-    return f"{how} by a {kind}: {size} there and back in all, at most {pace}"
+    return f"{how} as a {kind}: total path {size}, at most {pace}"
 
 
 def _loads(view: CheckContext) -> Iterator[str]:
     loads = list(view.scene.loads) if view.case.sheet is None else [load for _, load in loads_of(view.case)]
-    for load in loads if view.scene.facets is None else ():  # the lines on supports have those of flexible facets
+    for load in loads if view.scene.facets is None else ():  # loads on flexible facets are in the lines on supports
         if load.pressure is not None:
             assert view.case.sheet is not None
             yield pressure_line(load, facet_areas(pattern_of(view.case.sheet)))
@@ -258,7 +262,7 @@ def _saved(view: CheckContext) -> Iterator[str]:
 
 
 def _records(view: CheckContext, step: PlannedStep) -> int:
-    """Number of records of a step; one at the end of the step before is not written again."""
+    """Number of records of a step; the record at the end of the previous step is not repeated."""
     if step.end == step.start:
         return int(step.kind == "relax" and step is not view.plan.steps[0])
     acting = next((program for program, acts in zip(view.plan.programs, step.acting, strict=True) if acts), None)
@@ -370,6 +374,7 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("damping", _damping),
     ("drive", _drives),
     ("loads", _loads),
+    ("gas", gas_lines),
     ("start", _start),
     ("steps", _steps),
     ("method", _method),

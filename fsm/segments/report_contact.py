@@ -65,12 +65,18 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     yield f"{count(len(view.pairs), 'pair')}: {names}"
     law = _LAWS[contact.law] if contact.law in _LAWS else _added(CONTACT_LAWS[contact.law], contact.parameters)
     faces = sorted({group.face for group in view.scene.groups if group.face is not None})
+    if view.scene.facets is not None:
+        faces = [view.scene.facets.mean_facet]
     where = f"{1e6 * faces[0]:.4g} mm^2, the area of a mean facet" if len(faces) == 1 else "a whole face"
     yield f"{law}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for {where}{_damping(contact)}"
     if contact.restitution is not None:
         slow = f"{millimetres(contact.speed_floor)}/s"
         yield f"an impact takes at least about 90 steps; below {slow} a contact is a pressed contact and not an impact"
     yield f"{count(_contact_points(view), 'contact point')} on both faces of all pairs"
+    if view.scene.facets is not None:
+        yield "nodes of facets touch the planes of nearby triangles; edges that cross touch at half of the distance"
+        yield "facets with a common vertex have no contact where they touch at the start"
+        yield "with contact, steps of flexible facets are computed in Python and take several times as long"
     if view.scene.obstacles:
         yield "overlap with obstacles at the start is checked by the run, not here"
     if contact.thickness_in_gap:
@@ -94,7 +100,8 @@ def _contact_points(view: CheckContext) -> int:
         total -= 2 if pair.shared == "end-start" else 0  # no point on the crease itself
         sides = [view.sides[pair.first], view.sides[pair.second]]
         if any(side.kind == "film" for side in sides):
-            rigid += sum(len(side.bodies) for side in sides if side.kind == "film")
+            touching = sides[:1] if pair.first == pair.second else sides
+            rigid += sum(len(side.bodies) for side in touching if side.kind == "film")
             continue
         if any(side.kind != "surface" for side in sides):
             # rigid plates: corners and centres of the cells of a grid
@@ -201,13 +208,14 @@ def stick_slip(view: CheckContext) -> Iterator[str]:
     if fast is None or not speeds or not slow < max(speeds) < fast:
         return
     yield (
-        f"drive speed {millimetres(max(speeds))}/s, where friction falls with speed: contacts may stick and slip in turn, "
-        f"and a run may take long; avoided below v_static = {millimetres(slow)}/s or above {millimetres(fast)}/s"
+        f"drive speed {millimetres(max(speeds))}/s, where friction falls with speed: contacts may alternately stick "
+        f"and slip, and a run may take long; use a speed below v_static = {millimetres(slow)}/s or above "
+        f"{millimetres(fast)}/s"
     )
 
 
 def soft_contact(view: CheckContext) -> Iterator[str]:
-    """Warning about a contact stiffness that lowers the peak of a strip."""
+    """Warning about a low contact stiffness, which lowers the peak of a strip."""
     contact, strip, material = view.scene.contact, view.case.strip, view.case.material
     if contact is None or strip is None or material is None or not view.pairs:
         return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +12,7 @@ from fsm.scene.loads import Load
 from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.mesh_places import mesh_place
 from fsm.scene.patterns.places import facets_named
-from fsm.scene.sheet import Box
+from fsm.scene.sheet import Box, Sheet
 from fsm.segments.report_view import CheckContext
 
 __all__ = ["facet_lines", "facet_support_lines", "pressure_line"]
@@ -46,11 +47,31 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
         low, high = f"{angles.min():.4g}", f"{angles.max():.4g}"
         between = low if low == high else f"{low} to {high}"
         yield f"{count(len(mesh.creases), 'joint')} between facets, fold angles {between} deg; facets bend up to the creases"
+    if facets.tension_field:
+        yield "tension field: no compression in the facets; wrinkles are not resolved, and their bending has no energy"
     if mesh.curved:
         yield "curved at the start without stress"
+    if view.case.sheet is not None and view.case.sheet.is_boom:
+        yield from _boom_lines(view.case.sheet, mesh)
     slender = facets.thickness / float(mesh.lengths.max())
     if slender > 1.0:
         yield f"the thickness is {slender:.3g} times the longest edge: thin plates have no transverse shear strain"
+
+
+def _boom_lines(sheet: Sheet, mesh: FacetMesh) -> Iterator[str]:
+    """Lines on the section of a boom and on its mesh."""
+    assert sheet.radius is not None and sheet.subtended_angle is not None
+    yield f"section: radius {millimetres(sheet.radius)}, subtended angle {math.degrees(sheet.subtended_angle):.4g} deg"
+    if sheet.kind == "lenticular":
+        yield "both shells are joined by nearly rigid joints along their edges, without flanges"
+    layer, along = math.sqrt(sheet.radius * sheet.thickness), mesh.edges["left"]
+    at_edge = float(mesh.lengths[along[0, 0], along[0, 1]])
+    if at_edge > layer:
+        yield (
+            f"cells of {millimetres(at_edge)} at the free edges are larger than sqrt(R t) = {millimetres(layer)}, "
+            "over which curvature varies there; use more cells, or `mesh_grading`"
+        )
+    yield "the shell does not touch itself: parts of a folded or coiled boom can pass through each other"
 
 
 def facet_support_lines(view: CheckContext) -> Iterator[str]:
@@ -77,6 +98,9 @@ def facet_support_lines(view: CheckContext) -> Iterator[str]:
         at = f"edge {drive.edge}" if drive.edge is not None else drive.at
         if at is not None:
             guided = "cannot move in other directions" if drive.guide else "can move in other directions"
+            if drive.turn is not None:
+                guided = "turns about a fixed axis" if drive.guide else "turns and can translate"
+                guided = f"clamped in a rigid end that {guided}"
             yield f"{_place(mesh, at)}: driven, {guided}"
     for probe in case.sheet.probe:
         yield f"probe {probe.name}: {_place(mesh, probe.at)}"

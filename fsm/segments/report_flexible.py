@@ -85,9 +85,9 @@ def approximations_of_films(view: CheckContext) -> Iterator[str]:
     if any(name in named for name in flexible):
         yield from _touching_points(view, named)
     if view.scene.films:
-        yield "films resist compression as their thin plates do: they wrinkle no finer than their mesh"
+        yield "films resist compression like thin plates; wrinkles are not finer than the mesh"
     if scene.beams:
-        yield "beams bend in the x-z plane only, without shear strain; supports bear their forces along y"
+        yield "beams bend in the x-z plane only, without shear strain; supports carry the forces along y"
     if view.scene.cables:
         yield "cables have no torsion: a moment about a cable acts on its frame and does not travel along it"
     if view.scene.seams:

@@ -74,7 +74,7 @@ def _foldability_lines(pattern: Pattern, bends: bool) -> Iterator[str]:
         return
     inner = count(len(found.inner), "inner vertex", "inner vertices")
     if found.folds_flat:
-        yield f"{inner}: all have the conditions of Kawasaki and Maekawa for flat folding"
+        yield f"{inner}: all meet the conditions of Kawasaki and Maekawa for flat folding"
     parts = [
         (found.rigid, "fewer than four creases: rigid facets cannot fold there"),
         (found.blocked, "mountains and valleys that cannot all fold from flat at the same time (Abel et al., 2016)"),
@@ -98,10 +98,10 @@ def _bar_lines(case: Case, pattern: Pattern) -> Iterator[str]:
     low, high = f"{areas.min():.4g}", f"{areas.max():.4g}"
     exponents = f" with exponents {bars.exponents[0]:g} and {bars.exponents[1]:g}" if bars.law == "ogden" else ""
     law = AXIAL_LAWS[bars.law] + exponents
-    preset = "" if bars.area is not None else ", a preset: energy of the plate in a uniform expansion"
+    preset = "" if bars.area is not None else " (preset: with the energy of the plate in a uniform expansion)"
     yield f"{len(areas)} bars, E {stress_text(young)}, area {low if low == high else f'{low} to {high}'} mm^2{preset}; {law}"
     if bars.linear_to < math.pi:
-        yield f"moments of springs rise beyond a fold angle of {degrees(bars.linear_to)}, and facets do not meet"
+        yield f"moments of springs rise steeply beyond a fold angle of {degrees(bars.linear_to)}, so facets do not penetrate"
 
 
 def sheet_support_lines(view: CheckContext) -> Iterator[str]:

@@ -67,7 +67,7 @@ class ShapeContacts:
 
     The broad phase finds the units (pairs of shapes) whose gap may come below the margin before the next renewal. It builds
     tables of their slots, so memory grows with the number of nearby pairs. It is renewed when a body has moved by 0.4 of
-    the margin. The contacts found do not depend on the time of the renewal.
+    the margin. The contacts do not depend on the time of the renewal.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class ShapeContacts:
         size = np.where(np.isinf(shapes.size), 0.0, shapes.size)
         size[shapes.kind == HALF_SPACE] = 0.0
         flat = shapes.kind == POLYGON
-        size[flat, 0] = 0.0  # the number of corners
+        size[flat, 0] = 0.0  # the last column is the number of corners
         self.reach = np.linalg.norm(size, axis=1) + shapes.radius
         corners = np.hypot(size[flat, 1::2], size[flat, 2::2]).max(axis=1, initial=0.0)
         self.reach[flat] = corners + shapes.radius[flat]
@@ -133,7 +133,7 @@ class ShapeContacts:
         return self._units_of(*self.listed.everything())
 
     def whole(self) -> tuple[Units, Tables, np.ndarray, np.ndarray]:
-        """All listed pairs, their tables, the open slots, and the pairs that are near (1) at present (0: not)."""
+        """All listed pairs, their tables, the open slots, and for each pair 1 if it is near at present, else 0."""
         units = self._all_units
         tables = self.kit.tables(units)
         near = np.isin(units.key, self._units.key[self._near])

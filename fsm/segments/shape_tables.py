@@ -38,7 +38,7 @@ class Shape:
     offset : m, body axes
     orientation : unit quaternion, the shape's axes in the body's
     rim : bool for each side of a polygon
-        Whether the side is an edge of its facet; the others are inside of the facet.
+        Whether the side is an edge of the facet; other sides are inside the facet.
     """
 
     body: int
@@ -92,7 +92,7 @@ class Units(NamedTuple):
     whole : (u, 2) array, m^2
         Areas of the complete faces to which the shapes belong, for plates.
     area : (u, 2) array
-        Factor of the weights of either shape that gives the area of a point, m^2.
+        Factor that converts the weight of a point of either shape to an area, m^2.
     pair : (u,) int array
         Contact pair of the scene.
     key : (u,) int array
@@ -143,7 +143,7 @@ class Tables(NamedTuple):
 class TableBuilder:
     """Builder of the tables of shapes, points and edges.
 
-    Shapes are cut by y = 0 in the plane, and there are no edges there (they are points).
+    In the plane, shapes are cut by y = 0, and their edges are points.
     """
 
     def __init__(self, spatial: bool) -> None:

@@ -53,7 +53,7 @@ class StaticSegments:
         self._ready = ready
 
     def forget(self) -> None:
-        """Forget the broad phases and the pattern of contacts, as in a new system."""
+        """Discard the broad phases and the pattern of contacts, as in a new system."""
         self._contacts.forget()
 
     def _index(self, pattern: BodyPattern) -> None:
@@ -86,7 +86,9 @@ class StaticSegments:
 
     @property
     def lacks(self) -> bool:
-        """Whether Newton's method stopped because bodies have come near each other that the pattern does not couple."""
+        """Whether Newton's method stopped because two bodies that the pattern does not couple have come near each
+        other.
+        """
         return self._contacts.lacks
 
     def end(self) -> tuple[np.ndarray, BlockMatrix, bool]:

@@ -66,7 +66,7 @@ def system_in_step(
 
 
 def _switched(whole: SegmentSystem, plan: Plan, number: int) -> list[bool]:
-    """For each group that acts only in some steps: whether it acts in this step."""
+    """Whether each group that does not act in all steps acts in this step."""
     step = plan.steps[number]
     return [step.contact, *(_name(plan, number) in steps.names for _, steps in whole.steps_of)]
 

@@ -158,7 +158,7 @@ class SurfaceContacts:
         )
 
     def keys(self, slots: np.ndarray) -> np.ndarray:
-        """See `ContactGeometry`; the numbers of probes are constant."""
+        """See `ContactGeometry`; numbers of probes do not change."""
         return slots
 
     # search ----------------------------------------------------------------------------------------------------------
@@ -170,7 +170,7 @@ class SurfaceContacts:
 
     def _refresh(self, poses: np.ndarray) -> None:
         probes, surfaces, kernels = self.probes, self.surfaces, self.kernels
-        if poses is self._within:  # the very same array again
+        if poses is self._within:  # the identical array
             return
         self._within = poses
         if self.reference is not None and not moved_beyond(
@@ -192,7 +192,7 @@ class SurfaceContacts:
         self.refreshes += 1
 
     def renew(self, reference: np.ndarray, window: np.ndarray, nearest: np.ndarray, times: int) -> None:
-        """Take over the broad phase that a kernel has renewed so many times, last at the poses `reference`."""
+        """Use the broad phase that a kernel has renewed `times` times, last at the poses `reference`."""
         self.reference, self._within = reference.copy(), None
         self.window[:], self.nearest[:] = window, nearest
         self._pairs = coupled_bodies(self.probes.body, self.window, self.surfaces.owners, len(reference))
@@ -290,8 +290,8 @@ class SurfaceContacts:
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """See `ContactGeometry`: pairs with a probe deeper than its limit, or on the other side without contact.
 
-        A depth beyond the possible motion since the last commit does not count. On a surface bent to a loop, the nearest
-        piece may change from one side of a distant probe to the other.
+        A depth larger than the possible motion since the last commit does not count. On a surface bent to a loop, the
+        nearest piece may change from one side of a distant probe to the other.
         """
         motion, deepest, before = 0.0, np.inf, np.zeros(0)
         if self._committed is not None:

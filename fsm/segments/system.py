@@ -17,7 +17,7 @@ from fsm.kernels.newton_euler import (
     motion_energy,
     support_reactions,
 )
-from fsm.scene.loads import PART, Load
+from fsm.scene.loads import Load
 from fsm.segments.configuration import Bodies
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
@@ -36,7 +36,7 @@ __all__ = ["SegmentSystem"]
 
 
 class SegmentSystem(SegmentForces):
-    """Finite segments behind the `System` protocol; made by `compile_scene`.
+    """Finite segments with the `System` protocol; created by `compile_scene`.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class SegmentSystem(SegmentForces):
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
         pressures: tuple[Load, ...] = (),
     ) -> SegmentSystem:
-        """System of the same bodies, of which others are free, driven or held, under pressures on nodes.
+        """System of the same bodies with a different choice of free, driven and held bodies, under pressures on nodes.
 
         Groups keep their memory.
         """
@@ -71,10 +71,12 @@ class SegmentSystem(SegmentForces):
     def load_displacements(
         self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
     ) -> dict[str, tuple[float, float]]:
-        """Size (N, N m) of every load at the end of a path, and the way (m, rad) of its point along it, by name.
+        """Size (N, N m) of every load at the end of a path, and displacement (m, rad) of its point along the load, by
+        name.
 
-        `start` and `end` are times (s) and configurations. The parts of a load on several vertices or along an edge are one
-        load; its way is their mean, weighted by their sizes. A name that occurs again gets a number.
+        `start` and `end` are times (s) and configurations. The parts of a load on several vertices or along an edge are
+        one load. Its displacement is the mean over the parts, weighted by their sizes. A name that occurs again gets a
+        number.
         """
         first = self.place(*start, None)[0].copy()
         (t, q), parts = end, dict[str, list[tuple[float, float, float]]]()
@@ -84,7 +86,7 @@ class SegmentSystem(SegmentForces):
             occurred[load.name] += 1
             number = f"#{occurred[load.name]}" if occurred[load.name] > 1 else ""
             part = load.size(t), load.moved(first[load.body], poses[load.body]), load.full_size
-            parts.setdefault(load.name.partition(PART)[0] + number, []).append(part)
+            parts.setdefault(load.called + number, []).append(part)
         found = {}
         for name, of in parts.items():
             size, way, weight = np.array(of).T
@@ -122,7 +124,8 @@ class SegmentSystem(SegmentForces):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Force h (nu,) and the reactions of all drives (n_drives,) at a state.
 
-        Of contacts alone, or of all but contacts, if `contacts` is true or false. Other arguments as in `System.force`.
+        If `contacts` is true, only contacts count; if false, all forces except contacts. Other arguments as in
+        `System.force`.
         """
         poses, rates = self.place(t, q, u, before)
         past = self.past(t, before)
@@ -138,7 +141,7 @@ class SegmentSystem(SegmentForces):
     def drive_tangent(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> np.ndarray:
-        """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state stays where it is."""
+        """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state is kept constant."""
         poses, rates = self.place(t, q, u, before)
         driven = [body for motion in self.motions for body in motion.bodies]
         groups = tuple(group for group in self.groups if np.isin(group.pairs(poses)[0], driven).any())
@@ -181,7 +184,7 @@ class SegmentSystem(SegmentForces):
     def _has_arrays(self) -> bool:
         from fsm.segments.arrays_of import has_arrays  # imports the kernels of all steps
 
-        return type(self) is SegmentSystem and has_arrays(self)  # subclasses have forces of their own
+        return type(self) is SegmentSystem and has_arrays(self)  # subclasses have further forces
 
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
@@ -194,7 +197,7 @@ class SegmentSystem(SegmentForces):
     def static_arrays(self, ready: Ready) -> StaticSegments | None:
         """See `ArrayStaticSystem`."""
         if self._statics is None:
-            if type(self) is not SegmentSystem:  # subclasses have forces of their own
+            if type(self) is not SegmentSystem:  # subclasses have further forces
                 return None
             from fsm.segments.arrays_of import has_static_arrays  # imports the kernels of all steps
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from fsm.interpolation import PiecewiseCubic, hermite_cubic, monotone_slopes
 from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, end_of
 
-__all__ = ["breaks", "cubic_pieces", "curvature", "factor", "rows_of", "slope", "turning_points"]
+__all__ = ["breaks", "cubic_pieces", "curvature", "factor", "integral", "rows_of", "slope", "turning_points"]
+
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(2)
 
 
 def factor(function: TimeFunction, t: float) -> float:
@@ -67,6 +70,19 @@ def curvature(function: TimeFunction, t: float) -> float:
     return 0.0
 
 
+def integral(function: TimeFunction, t: float) -> float:
+    """Integral of a time function from 0 to t, s; exact, since its pieces are cubics or waves."""
+    if isinstance(function, Cycle):
+        return _wave_integral(function, t) - _wave_integral(function, 0.0)
+    ends = [0.0, *(time for time in breaks(function) if min(0.0, t) < time < max(0.0, t)), t]
+    ends.sort(reverse=t < 0.0)
+    total = 0.0
+    for begin, end in pairwise(ends):
+        half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
+        total += half * sum(w * factor(function, middle + half * x) for x, w in zip(_PLACES, _WEIGHTS, strict=True))
+    return float(total)
+
+
 def breaks(function: TimeFunction) -> tuple[float, ...]:
     """Times at which a time function is not smooth, s."""
     if isinstance(function, Constant):
@@ -100,6 +116,16 @@ def _wave(function: Cycle, t: float) -> tuple[float, float, float]:
     else:
         found = math.sin(x), speed * math.cos(x), -(speed**2) * math.sin(x)
     return found if moving else (found[0], 0.0, 0.0)
+
+
+def _wave_integral(function: Cycle, t: float) -> float:
+    """Integral of a cycle from its start to t, s."""
+    end = end_of(function)
+    at = max(function.start, t if end is None else min(t, end))
+    speed = 2.0 * math.pi / function.period
+    x = speed * (at - function.start)
+    whole = 0.5 * (x - math.sin(x)) if function.form == "pulsating" else 1.0 - math.cos(x)
+    return whole / speed + (t - at) * _wave(function, t)[0]
 
 
 @lru_cache(maxsize=256)

@@ -1,11 +1,11 @@
-"""Driven bodies that turn about fixed axes: poses, rates, and reactions.
+"""Driven bodies that rotate about fixed axes: poses, rates, and reactions.
 
-A body at the start pose (p0, R0) is after a turn by the angle w about the axis a through the point c at
+A body with the start pose (p0, R0) rotates by the angle w about the axis a through the point c. Its pose is then
 
     p = c + R(a, w) (p0 - c),     R = R(a, w) R0
 
-Its twist is its motion per unit rate of the turn: the velocity a x (p - c) and the angular velocity a, constant in body
-axes. The moment of the drive is the sum over its bodies of twist times reaction wrench.
+The twist of the body is its motion per unit angular speed: the velocity a x (p - c) and the angular velocity a,
+constant in body axes. The moment of the drive is the sum over its bodies of twist times reaction wrench.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Arc-length continuation: the whole equilibrium path, through limit points and back, stable or not.
 
-Configuration and time are unknowns together; time is only the parameter of drives and loads. Steps have a given length along
-the path, so both may decrease along it. A step from (q_n, t_n) along the unit tangent (x', t') ends where
+Configuration and time are unknowns together; time is only the parameter of drives and loads. Steps have a given length
+along the path, so drives and loads may decrease along the path. A step from (q_n, t_n) along the unit tangent (x', t')
+ends where
 
     h(t, q) = 0,     x'.x + t' (t - t_n)/T = s
 
@@ -10,7 +11,7 @@ degrees of freedom. T is the duration of the step (pseudo-arclength: Keller 1977
 rates: damping and friction are neglected.
 
 Without contacts, forces of stiff springs and thin facets are unknowns, as in `fsm.system.MixedSystem`. A step begins
-with these forces to first order. Steps of thin plates are then longer.
+with first-order predictions of these forces. Steps of thin plates are then longer.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ _WANTED = 6
 _AMPLITUDES = (3e-3, 1e-2, 3e-2)
 """Trial amplitudes of the critical mode, relative to the span, for the first point of a branch."""
 _TURN = 0.9
-"""Least cosine between the tangents at the ends of a step: a sharper turn may be a jump to another branch."""
+"""Smallest cosine between the tangents at the ends of a step; with a sharper turn the step may have jumped to another
+branch."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,7 @@ def trace(
     lowest: float | None = None,
     side: float = 0.0,
 ) -> Iterator[PathPoint]:
-    """Equilibria along the path from a given one, until the time reaches `end` or falls below `lowest`.
+    """Equilibria along the path from a given equilibrium, until the time reaches `end` or falls below `lowest`.
 
     Parameters
     ----------
@@ -120,7 +122,8 @@ def trace(
     lowest : s
         Absent: `start`.
     side : -
-        Sign of the critical mode along which the path leaves the first bifurcation; 0: the path goes straight on.
+        Sign of the critical mode along which the path leaves the first bifurcation; 0: the path stays on the primary
+        branch.
 
     Raises
     ------
@@ -138,8 +141,8 @@ def trace(
             if step < 1e-9:
                 raise NotConverged(
                     f"arc-length: no equilibrium found beyond t = {point.time:.6g} s (step {step:.1g}, negative pivots "
-                    f"{point.negative_pivots}); the path may branch there. Try a small load across the path, or method = "
-                    '"static", which passes a snap with inertia'
+                    f"{point.negative_pivots}); the path may branch there. Add a small disturbing load, or use method = "
+                    '"static", which solves a snap with inertia'
                 )
             continue
         if side and found[0].negative_pivots > point.negative_pivots:
@@ -232,19 +235,21 @@ class _Tracer:
         return None
 
     def _break_between(self, begin: float, end: float) -> float | None:
-        """First of the times at which loads or drives are not smooth, on the way between two times."""
+        """First of the times between two given times at which loads or drives are not smooth."""
         near = 1e-12 * self.duration
         if end >= begin:
             return next((t for t in self.breaks if begin + near < t <= end), None)
         return next((t for t in reversed(self.breaks) if end <= t < begin - near), None)
 
     def _beyond(self, t: float, q: np.ndarray, tangent: _Tangent) -> _Tangent:
-        """Tangent with the rates of loads and drives beyond a time, in the sense of time in which the path comes there."""
+        """Tangent with the rates of loads and drives beyond a time, in the direction of time in which the path
+        arrives.
+        """
         found, _ = self._tangent(math.nextafter(t, math.copysign(math.inf, tangent.t)), q, None)
         return found if tangent.t >= 0.0 else _Tangent(-found.x, -found.t)
 
     def _efforts(self, t: float, q: np.ndarray, dx: np.ndarray) -> np.ndarray | None:
-        """Efforts after an increment to first order, if they are unknowns."""
+        """Efforts after an increment, to first order, if efforts are unknowns."""
         return None if self.mixed is None else self.mixed.efforts(t, q, None, dx)
 
     def _factorise(self, t: float, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
@@ -258,7 +263,7 @@ class _Tracer:
         return linear.force
 
     def _tangent(self, t: float, q: np.ndarray, before: _Tangent | None) -> tuple[_Tangent, int]:
-        """Unit tangent in the sense of the previous one, and the number of negative pivots of K."""
+        """Unit tangent in the direction of the previous tangent, and the number of negative pivots of K."""
         linear = self.system.linearise(t, q, None)
         self.solver.factorise(linear.stiffness)
         x = self.solver.solve(self.system.force_rate(t, q)) / self.scale * self.duration

@@ -1,7 +1,7 @@
 """Path of equilibria by arc length as a step of a run: records, work, force curve, and loads over displacements.
 
-Loads and drives are functions of the program time, which may decrease on such a path. The time of records is a different
-one. The time of records increases with the length of the path and ends with the step.
+Loads and drives are functions of the program time, which may decrease on such a path. Records have a different time.
+This time increases with the length of the path and ends with the step.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class ArcRun:
         if unstable:
             self.warnings.append(
                 f"arc-length: {len(unstable)} of {len(points)} equilibria are unstable, the first at a program time of "
-                f"{unstable[0]:.4g} s; under given loads the structure snaps from there (load.csv, load.png)"
+                f"{unstable[0]:.4g} s; under prescribed loads the structure snaps from there (load.csv, load.png)"
             )
         if last.time < settings.end_time:
             self.warnings.append(
@@ -98,7 +98,7 @@ class ArcRun:
         whole = points[-1].length or 1.0
         before: tuple[PathPoint, Observation] | None = None
         ways: dict[str, list[list[float]]] = {}
-        system.restore(memory)  # of the start: the path again
+        system.restore(memory)  # memory of the start, because the path is evaluated again
         for point in points:
             system.commit(point.time, point.q, at_rest)
             observed = system.observe(point.time, point.q, None)

@@ -1,4 +1,4 @@
-"""Methods whose steps one kernel takes for a system with arrays, and Python for all others."""
+"""Methods of time integration: one kernel takes the steps of systems with arrays, Python the steps of all others."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class StepMethod(ABC):
 
     @property
     def linearisations(self) -> int:
-        """Evaluations of the force with tangents; of the mean-force method, at both points of a step."""
+        """Evaluations of the force with tangents; the mean-force method evaluates them at both points of a step."""
         return self._count(stepping.LINEARISATIONS)
 
     @property
@@ -124,7 +124,7 @@ class StepMethod(ABC):
     def march(self, balance: np.ndarray, until: float, most: int, every: bool = False) -> np.ndarray:
         """Take at most `most` steps up to `until` in one kernel; see `fsm.stepping.march`.
 
-        Returns records (m, k) of all steps if `every`, else of the last one.
+        Returns records (m, k) of all steps if `every`, else of the last step only.
 
         Raises
         ------
@@ -145,7 +145,8 @@ class StepMethod(ABC):
             outcome = self._march(balance, until, left, own)
         self.pair_energy = system.from_arrays()
         if outcome in (stepping.UNABLE, stepping.OBJECTED):
-            # one step in Python, where SciPy solves the linear equations, and the reason of a rejection is known
+            # take one step in Python, where SciPy solves the linear equations and the reason of a rejection is
+            # available
             self._arrays.arrays.flags[-1] = 0
             self._without_factors()
             own, self.model.pair_energy = records[self.steps - begun :] if every else records, self.pair_energy
@@ -157,7 +158,7 @@ class StepMethod(ABC):
         return records[: self.steps - begun]
 
     def records(self, count: int) -> np.ndarray:
-        """Zero records of so many steps."""
+        """Records of `count` steps, filled with zeros."""
         return np.zeros((count, self.recorded + len(self.q) + len(self.u)))
 
     def _march(self, balance: np.ndarray, until: float, most: int, records: np.ndarray) -> int:
@@ -168,7 +169,7 @@ class StepMethod(ABC):
 
     @cached_property
     def recorded(self) -> int:
-        """Numbers of a record before the state."""
+        """Count of the numbers of a record before the state."""
         observed = self.system.observe(self.t, self.q, self.u)
         return DRIVES + 2 * len(observed.drive.travel) + len(observed.pairs.force)
 

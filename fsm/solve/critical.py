@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.blocks import BlockMatrix
 from fsm.short_repr import ShortRepr
 from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.linear import LinearSolver
@@ -28,7 +27,7 @@ class Critical(ShortRepr):
     Attributes
     ----------
     mode : (nu,) array
-        Largest component, over the span, 1.
+        Mode, scaled so that its largest component relative to the span is 1.
     bifurcation : bool
         Whether loads and drives do no work along the mode; otherwise the point is a limit point.
     """
@@ -70,7 +69,7 @@ def softest_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
     shift = 1e-9 * float(np.max(np.abs(data[diagonal][:, size, size]) * scale)) or 1.0
     data[diagonal[:, None], size, size] += shift / scale
     solver = LinearSolver()
-    solver.factorise(BlockMatrix(stiffness.pattern, data))
+    solver.factorise(stiffness.with_data(data))
     mode = np.random.default_rng(0).standard_normal(system.nu)
     for _ in range(_ITERATIONS):
         mode = solver.solve(mode / span) / span
@@ -91,7 +90,7 @@ def stable_branch(
     Parameters
     ----------
     step : EquilibriumStep
-    t, guess, efforts : time just past the bifurcation, and the configuration and springs' efforts of the path there
+    t, guess, efforts : time just past the bifurcation, and configuration and spring efforts of the path at that time
     critical : Critical
     side : sign of the critical mode; 0: try both signs and select the lower energy
 

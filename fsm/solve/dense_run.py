@@ -27,7 +27,7 @@ _ENDS_AT_SAVES = ("Radau", "Radau-blocks")
 _RARELY = {"LSODA": 8}
 """Factor on the steps between restart points, for methods that restart with short steps of low order."""
 _STAGES = {"Radau": 3, "Radau-blocks": 3, "BDF": 1, "LSODA": 1}
-"""Evaluations of the right-hand side in one Newton iteration."""
+"""Number of evaluations of the right-hand side in one Newton iteration."""
 _NEXT_TO = 1e-9
 """Difference of times, relative to the step, below which they count as equal."""
 
@@ -39,8 +39,8 @@ class DenseRun(Run):
         """See `Run`."""
         settings = self.settings
         self.equations = FirstOrder(self.system)
-        # a one-step method may stop at every save; between steps stiff springs are interpolated, and
-        # their forces are wrong by far more than the positions (rigid panels at rtol 1e-5: 5e-3 against 4e-4)
+        # a one-step method may stop at every save; with interpolation between steps, the forces of stiff springs have
+        # far larger errors than the positions (rigid panels at rtol 1e-5: 5e-3 in forces, 4e-4 in positions)
         exact = settings.method in _ENDS_AT_SAVES
         self.factorisations = 0
         self.every *= _RARELY.get(settings.method, 1)

@@ -15,8 +15,8 @@ def mean_dissipation(
 ) -> tuple[float, np.ndarray]:
     """Mean dissipated power (W) of a step between two states (time, configuration), total and by contact pairs.
 
-    The power follows from mean rates and the forces at both ends. Rates at the ends contain stiff vibrations, and their
-    square would overestimate the loss. The power of pairs is as in `Energy.pair_power`.
+    The power follows from mean rates and the forces at both ends. Rates at the ends of a step contain stiff vibrations;
+    the square of these rates would overestimate the loss. The power of pairs is as in `Energy.pair_power`.
 
     With `halfway` the forces are those in the middle of the step, where the chord of a rotation causes no strain rate. At
     the ends, a rotation of slopes by an angle d causes an apparent strain of d^2/2, which a stiff material dissipates.

@@ -14,7 +14,7 @@ __all__ = ["JUDGED_FROM", "EnergyBalance"]
 _ROUND_OFF = 1e-12
 """Round-off of the energy after many steps, relative to the stored energy at the start."""
 JUDGED_FROM = 0.1
-"""Part of the run before which no energy error stops it, because relative errors are large while the reference energy is
+"""Part of the run in which no energy error stops the run: relative errors are large while the reference energy is
 small."""
 
 _NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover", "kinetic_worst", "round_off_floor"
@@ -26,9 +26,10 @@ class EnergyBalance:
     """Energy balance of a solve, J.
 
     `error` is the present residual, `worst` its largest magnitude, `gained` its largest positive value. `turnover` is the
-    reference energy: the largest energy stored, dissipated or put in so far. Relative errors refer to it. Up to
-    `round_off_floor` it is round-off (of a structure at rest, or of a mechanism without resistance), and there is no
-    relative error. `pair_energy` (2, n_pairs) is the energy that friction and damping of every contact pair have dissipated.
+    reference energy: the largest energy stored, dissipated or put in so far. Relative errors refer to it. A reference
+    energy below `round_off_floor` is round-off, for example of a structure at rest or of a mechanism without
+    resistance. There is then no relative error. `pair_energy` (2, n_pairs) is the energy that friction and damping of
+    every contact pair have dissipated.
     """
 
     start: float = 0.0
@@ -82,10 +83,10 @@ class EnergyBalance:
 
     @property
     def relative_error(self) -> float:
-        """Largest residual over the reference energy; 0 if the latter is round-off."""
+        """Largest residual relative to the reference energy; 0 if the reference energy is round-off."""
         return self.worst / self.turnover if self.turnover > self.round_off_floor else 0.0
 
     @property
     def relative_gain(self) -> float:
-        """Largest gain over the reference energy; 0 if the latter is round-off."""
+        """Largest gain relative to the reference energy; 0 if the reference energy is round-off."""
         return self.gained / self.turnover if self.turnover > self.round_off_floor else 0.0

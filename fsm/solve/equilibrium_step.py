@@ -1,11 +1,12 @@
 """One quasi-static step by Newton's method: h(t, q, u) = 0 with u the mean velocity since the last state.
 
 Inertia is neglected. Damping and friction act with mean velocities over the step (implicit Euler). A system without damping
-and friction is solved at rest. `fsm.stepping.quasi_static` has the iterations; systems with arrays are solved in one kernel.
+and friction is solved at rest. `fsm.stepping.quasi_static` contains the iterations; systems with arrays are solved in
+one kernel.
 
-The efforts of stiff springs are separate unknowns in a `fsm.system.MixedSystem`. The efforts start from predicted values,
-and contacts are linearised at separate depths. On the pulled strip this halves the iterations, with steps three times as
-long.
+The efforts of stiff springs are separate unknowns in a `fsm.system.MixedSystem`. The efforts start from predicted
+values. Contacts are linearised at separate depths, which are unknowns too. On the pulled strip these unknowns halve the
+iterations, and steps are three times as long.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
 
 _ENLARGED = 3
-"""Largest number of times that a step is begun again with larger arrays, before Python takes it."""
+"""Largest number of times that a step is begun again with larger arrays, before it is solved in Python."""
 
 
 @cache
@@ -65,7 +66,7 @@ class Equilibrium:
     q : configuration
     u : (nu,) array
         Mean velocity since the last state.
-    efforts : of the springs at q, if they are unknowns; None without an equilibrium
+    efforts : efforts of the springs at q, if they are unknowns; None without an equilibrium
     ending : Ending
     iterations : int
     residual : (nu,) array, N and N m
@@ -94,6 +95,8 @@ class EquilibriumStep:
     max_iterations : int
     reach : -
         Largest motion of any part in one iteration, over the structure's span or in rad.
+    in_one_call : bool
+        Whether a kernel solves the step if the system has arrays; Python does otherwise, and where the kernel fails.
 
     Attributes
     ----------
@@ -101,7 +104,7 @@ class EquilibriumStep:
     mixed : MixedSystem or None
         The system, if the efforts of its springs are unknowns.
     iterations, evaluations : int
-        Sums over all steps so far.
+        Sums of the counters over all steps so far.
     largest_reaction : N
         Largest reaction so far; the caller updates it.
     round_off : N
@@ -109,12 +112,12 @@ class EquilibriumStep:
     """
 
     def __init__(
-        self, system: System, tolerance: float = 1e-8, max_iterations: int = 15, reach: float = 0.2
+        self, system: System, tolerance: float = 1e-8, max_iterations: int = 15, reach: float = 0.2, in_one_call: bool = True
     ) -> None:
         kind = type(system)
         self.system = system
         self.mixed = cast(MixedSystem, system) if _is(kind, MixedSystem) else None
-        self._with_arrays = cast(ArrayStaticSystem, system) if _is(kind, ArrayStaticSystem) else None
+        self._with_arrays = cast(ArrayStaticSystem, system) if in_one_call and _is(kind, ArrayStaticSystem) else None
         self.tolerance, self.max_iterations, self.reach = float(tolerance), int(max_iterations), float(reach)
         self.solver = LinearSolver()
         self.scales = system.scales()
@@ -134,8 +137,8 @@ class EquilibriumStep:
         Parameters
         ----------
         t, guess : time (s) and configuration to begin with
-        before : time and configuration of the last state; the same time: at rest
-        efforts : of the springs, to begin with; those at the guess if absent
+        before : time and configuration of the last state; if the time equals t, the solution is at rest
+        efforts : efforts of the springs to begin with; if absent, the efforts at the guess
         """
         if efforts is None:
             efforts = self.efforts(t, guess, before)
@@ -165,9 +168,10 @@ class EquilibriumStep:
     def _solve_arrays(
         self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None, rules: NewtonRules
     ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None] | None:
-        """Result in one call, with the efforts and the last matrix; None if the system has no arrays.
+        """Solve the equations in one call of a kernel.
 
-        Also None if the equations could not be solved, which other methods of the linear solver may solve.
+        The result has the efforts and the last matrix. It is None if the system has no arrays, or if the kernel could not
+        solve the equations; the methods in Python may then solve them.
         """
         arrays = None if self._with_arrays is None else self._with_arrays.static_arrays(self.solver.ready)
         if arrays is None or efforts is None:
@@ -199,7 +203,8 @@ class EquilibriumStep:
         matrix: BlockMatrix,
         efforts: np.ndarray | None,
     ) -> Equilibrium:
-        """Equilibrium, with the stability from the matrix of the last iteration, whose state is very near.
+        """Equilibrium, with the stability from the matrix of the last iteration, whose state is very near to the
+        equilibrium.
 
         If the symmetric part is not definite, the unsymmetric matrix decides on stability. Sliding friction couples the
         tangential force to the normal displacement (mu k) but not the reverse. The symmetric part then has a negative
@@ -207,7 +212,7 @@ class EquilibriumStep:
         """
         duration = t - before[0]
         u = self.system.difference(before[1], q) / duration if duration > 0.0 else np.zeros(self.system.nu)
-        if self.system.rate_dependent:  # unsymmetric: friction, and rotating dampers
+        if self.system.rate_dependent:  # friction and rotating dampers make it unsymmetric
             self.solver.factorise(matrix.symmetric())
         negative = self.solver.negative_pivots()
         if negative and self.system.rate_dependent:
@@ -265,7 +270,7 @@ class _Model:
         if self._rates is not None:
             pattern, by_rate = stiffness.pattern, 1.0 / (self._t - self._before[0])
             data = effective_stiffness(stiffness.data, self._linear.damping.data, by_rate, None, pattern.indices)
-            self.matrix = BlockMatrix(pattern, data)
+            self.matrix = stiffness.with_data(data)
         try:
             self.solver.factorise(self.matrix)
         except NotConverged:
@@ -286,7 +291,9 @@ class _Model:
         return self.system.retract(q, dx)
 
     def advance(self, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
-        """Advance efforts and depths by an increment from q; with `cut`, depths become those before it."""
+        """Advance efforts and depths by an increment from q; with `cut`, start from the depths before the last
+        increment.
+        """
         if self.mixed is None:
             return
         self.efforts = self.mixed.efforts(self._t, q, self._rates, dx)

@@ -16,7 +16,7 @@ _KEPT = 3
 
 
 class Prediction(NamedTuple):
-    """Increment (nu,) from the last state, and the efforts of the springs after it, or None."""
+    """Increment (nu,) from the last state, and the efforts of the springs after this increment, or None."""
 
     increment: np.ndarray
     efforts: np.ndarray | None
@@ -29,7 +29,7 @@ class _State(NamedTuple):
 
 
 class History:
-    """The last states, and the polynomial through them.
+    """Last states, and the polynomial through these states.
 
     Parameters
     ----------

@@ -115,7 +115,8 @@ class GeneralizedAlpha(StepMethod):
     ) -> None:
         super().__init__(system, SystemModel(system, q), fixed_step is None)
         self.coefficients = c = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)
-        # h u of modes too stiff for the step decreases by rho_inf in a step: with faster growth of h their u would increase
+        # in modes too stiff for the step, h u decreases by the factor rho_inf in a step; if h grew faster, their u
+        # would increase
         fastest = 1.0 / max(1.0 if rho_inf is None else rho_inf, 1.0 / _GROWTH)
         growth = max(stepping.GROWTH_OF_STEADY_STEPS, min(_GROWTH, fastest))
         newton = _NEWTON * min(1.0, _LOOSEST / rtol)
@@ -124,7 +125,7 @@ class GeneralizedAlpha(StepMethod):
         self.rules = Rules(
             c.alpha_m, c.alpha_f, c.beta, c.gamma, c.shift, c.error_x, c.error_u, rtol, newton, growth, fixed_step or 0.0,
             min(1.0, rtol / _FLOOR_AT) ** (1.0 / 3.0) * system.shortest_step(), tolerance,
-            # the tolerance of Newton's method is tighter where forces need it; that of steps is not
+            # the tolerance of Newton's method is tighter where forces require it; the tolerance of steps is not
             np.minimum(tolerance, scales.resolution / newton), scales.velocity, scales.increment, scales.span,
             np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip

@@ -4,6 +4,8 @@
   factorised by dense fronts in nearly the same order (`fsm.kernels.fronts`).
 * ``splu``: SuperLU. It replaces ``block`` for one matrix if a pivot fails or the residual is poor.
 * ``pardiso``: PARDISO of Intel MKL, for large membranes; requires the extra ``mkl``.
+
+`fsm.solve.low_rank` adds a part of low rank to solutions and to the number of negative pivots.
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ from fsm.kernels.fronts import (
     factorise_fronts,
     solve_by_fronts,
 )
+from fsm.solve.low_rank import LowRankSolution, shifted
 from fsm.solve.supernodes import supernodes
 
 __all__ = ["Backend", "LinearSolver", "few_by_minimum_degree", "many_by_minimum_degree"]
@@ -41,7 +44,8 @@ Backend = Literal["block", "splu", "pardiso"]
 
 _REAL = np.dtype(np.float64)
 _NONZERO = 0.75
-"""Least part of blocks that are not zero for fronts, which do not skip blocks of open contacts and held nodes."""
+"""Smallest fraction of nonzero blocks for which fronts are used; fronts do not skip zero blocks of open contacts and
+held nodes."""
 
 
 _FEW = 100
@@ -49,15 +53,15 @@ _FEW = 100
 
 
 def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
-    """Order of the rows by minimum degree on the graph of the blocks; for large patterns by that of SuperLU."""
+    """Order of the rows by minimum degree on the graph of the blocks; large patterns use the order of SuperLU."""
     return few_by_minimum_degree(pattern) if pattern.order <= _FEW else many_by_minimum_degree(pattern)
 
 
 def few_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
     """Order of the rows; the neighbours of a row are the bits of an integer.
 
-    All rows of the lowest degree that are not neighbours follow one another (multiple minimum degree: Liu, 1985). So a chain
-    is eliminated from both of its ends, with less round-off than from one.
+    All rows of the lowest degree that are not neighbours follow one another (multiple minimum degree: Liu, 1985). A
+    chain is thus eliminated from both ends, with less round-off than from one end.
     """
     bits = [1 << row for row in range(pattern.order)]
     starts, columns = pattern.indptr.tolist(), pattern.indices.tolist()
@@ -101,6 +105,8 @@ def many_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
 
 _ACCURATE = 1e-4
 """Largest error of a test vector with entries of size 1, up to which the signs of block pivots hold."""
+_SHIFT = 1e-9
+"""Stiffness over the largest one that makes a singular matrix regular."""
 _REAL_TO = 1e-9
 """Ratio of imaginary to real part, below which an eigenvalue is real."""
 
@@ -139,6 +145,8 @@ class LinearSolver:
         self._front_factors = np.zeros(0)
         self._other: Any = None
         self._symmetric = self._trusted = False
+        self._low_rank: LowRankSolution | None = None
+        self._places: np.ndarray | None = None
 
     def factorise(self, matrix: BlockMatrix) -> None:
         """Factorise a real or complex matrix; it must not change until the last `solve` with it.
@@ -148,6 +156,31 @@ class LinearSolver:
         NotConverged
             The matrix is singular.
         """
+        self._low_rank = None
+        if matrix.low_rank is None:
+            self._factorise_blocks(matrix)
+            return
+        self._low_rank = self._with_low_rank(matrix)
+        if self._low_rank.singular:
+            self._low_rank = self._with_low_rank(matrix)
+
+    def _with_low_rank(self, matrix: BlockMatrix) -> LowRankSolution:
+        base, terms = shifted(matrix, self._places)
+        try:
+            self._factorise_blocks(base)
+            found = LowRankSolution(matrix, terms, self._solve_blocks)
+            self._places = found.places
+        except NotConverged:  # a mode without any stiffness: its component follows from a slightly stiffer matrix
+            data, diagonal, entries = base.data.copy(), matrix.pattern.diagonal, range(matrix.pattern.size)
+            data[diagonal[:, None], entries, entries] += _SHIFT * np.abs(data).max(initial=0.0)
+            self._factorise_blocks(base.with_data(data))
+            self._places = LowRankSolution(matrix, terms, self._solve_blocks).places
+            base, terms = shifted(matrix, self._places)
+            self._factorise_blocks(base)
+            found = LowRankSolution(matrix, terms, self._solve_blocks)
+        return found
+
+    def _factorise_blocks(self, matrix: BlockMatrix) -> None:
         self.factorisations += 1
         self._matrix, self._other, self._trusted, self._supernodes = matrix, None, False, None
         if self.backend != "block":
@@ -178,6 +211,7 @@ class LinearSolver:
     def adopt(self, matrix: BlockMatrix, symmetric: bool, times: int) -> None:
         """Use factors that the caller has computed in the data of `ready`, in the last of `times` factorisations."""
         self.factorisations += times
+        self._low_rank = None
         self._matrix, self._other, self._trusted, self._symmetric = matrix, None, False, symmetric
         self._supernodes = None
 
@@ -187,6 +221,9 @@ class LinearSolver:
         After a solution with a small backward error, the check is skipped for the same factors, since it costs as much as a
         solution.
         """
+        return self._solve_blocks(right) if self._low_rank is None else self._low_rank.solve(right)
+
+    def _solve_blocks(self, right: np.ndarray) -> np.ndarray:
         if self._other is not None:
             return np.asarray(self._other(right))
         matrix = self._matrix
@@ -215,11 +252,16 @@ class LinearSolver:
     def negative_pivots(self, recount: bool = True) -> int:
         """Number of negative eigenvalues of a symmetric matrix; by a dense solver if the block pivots failed.
 
-        Block pivots are eliminated by their inverses. The round-off of an inverse is in proportion to the square of the
-        condition number of its block, and can make a soft pivot negative. Unless a test vector shows that the factors are
-        accurate (`_signs_hold`), negative pivots are therefore counted again in a factorisation by scalars, whose round-off
-        is in proportion to the largest stiffness. With `recount` false, the signs of the block pivots count as they are.
+        Block pivots are eliminated by their inverses. The round-off of an inverse is proportional to the square of the
+        condition number of its block, and can make a small pivot negative. Unless a test vector shows that the factors
+        are accurate (`_signs_hold`), negative pivots are therefore counted again in a factorisation by scalars, whose
+        round-off is in proportion to the largest stiffness. With `recount` false, the signs of the block pivots are
+        used without this check.
         """
+        found = self._negative_pivots(recount)
+        return found if self._low_rank is None else found + self._low_rank.more_negative
+
+    def _negative_pivots(self, recount: bool) -> int:
         assert self._matrix is not None
         if self._other is None and self._elimination is not None:
             if self._supernodes is not None:
@@ -235,10 +277,11 @@ class LinearSolver:
     def negative_real_pivots(self) -> int:
         """Number of negative real eigenvalues of the pivot blocks; `negative_pivots` for a symmetric matrix.
 
-        For an unsymmetric matrix it is even or odd as the number of negative real eigenvalues of the matrix.
+        For an unsymmetric matrix this number and the number of negative real eigenvalues of the matrix are both even or
+        both odd.
         """
         assert self._matrix is not None
-        if self._other is None and self._symmetric:
+        if (self._other is None and self._symmetric) or self._low_rank is not None:
             return self.negative_pivots()
         if self._other is None and self._elimination is not None:
             values = np.linalg.eigvals(self._factors[self._elimination.diagonal])
@@ -294,7 +337,7 @@ class LinearSolver:
 
     def _library_factors(self, matrix: BlockMatrix) -> Any:
         """Function that solves with the matrix, by PARDISO if selected, else by SuperLU."""
-        scalar = matrix.bsr()
+        scalar = matrix.blocks()
         if self._pardiso is not None:
             csr = scalar.tocsr()
             self._pardiso.factorize(csr)

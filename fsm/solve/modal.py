@@ -1,8 +1,9 @@
-"""Natural vibrations about an equilibrium: K phi = omega^2 M phi by shift-invert Lanczos, or dense where that is as cheap.
+"""Natural vibrations about an equilibrium: K phi = omega^2 M phi by shift-invert Lanczos, or by a dense solver where
+this takes as little time.
 
 Lanczos may miss modes of equal frequency, since one start vector contains only one of them. Sylvester's law of inertia
-detects this: the number of negative pivots of K - sigma M is the number of modes below sigma. If modes are missing, more are
-computed, and finally the dense solver is used.
+detects this: the number of negative pivots of K - sigma M is the number of modes below sigma. If modes are missing,
+more modes are computed; if modes are still missing, the dense solver is used.
 """
 
 from __future__ import annotations
@@ -32,12 +33,14 @@ _BELOW_ZERO = 1e-9
 """Distance of the shift below zero, relative to the highest omega^2: above round-off, and below bending modes. A shift
 nearer to zero lets rigid-body modes dominate the Lanczos vectors."""
 _POLISHED = 3
-"""Inverse iterations after Lanczos. Its vectors contain the errors of all solutions, most if there are rigid-body modes.
+"""Inverse iterations after Lanczos. The Lanczos vectors contain the errors of all solutions, and these errors are
+largest with rigid-body modes.
 
-On beams one iteration reduces residuals from some hundreds of `resolution` to below one; free bodies need three.
+On beams one iteration reduces residuals from several hundred times `resolution` to less than `resolution`; free bodies
+need three iterations.
 """
 _RESTARTS = 50
-"""Largest number of restarts of Lanczos' method: ten suffice usually; for slack films 4000 did not."""
+"""Largest number of restarts of Lanczos' method: ten are usually sufficient, but 4000 were not for slack films."""
 _APART = 1e-6
 """Relative difference below which two frequencies may be equal."""
 _SEED: dict[str, Any] = {"rng": 0} if "rng" in inspect.signature(eigsh).parameters else {}
@@ -57,11 +60,12 @@ class Modes:
     residuals : (count,) array, rad^2/s^2
         |K phi - omega^2 M phi| in the norm of M^-1: bound of the distance from `squared` to an eigenvalue.
     resolution : rad^2/s^2
-        Round-off of K over M. A value below some tens of it is zero: a rigid-body motion or a mechanism.
+        Round-off of omega^2. A value below about 30 times this round-off counts as zero: a rigid-body motion or a
+        mechanism.
     asymmetry : -
-        Size of the unsymmetric part of K, which is neglected, over that of the symmetric one, both scaled to a unit
-        diagonal. Above about 1e-8 the state is not an equilibrium, or its loads follow the bodies; the modes are then
-        those of the symmetric part, without flutter.
+        Size of the unsymmetric part of K, which is neglected, relative to the symmetric part, both scaled to a unit
+        diagonal. Above about 1e-8 the state is not an equilibrium, or loads follow the bodies; the modes are then
+        the modes of the symmetric part, without flutter.
     method : "dense" or "lanczos"
     """
 
@@ -95,7 +99,8 @@ def modes(system: System, t: float, q: np.ndarray, count: int = 10, shift: float
         Equilibrium there; see `fsm.solve.newton.equilibrium`.
     count : number of modes; at most nu are returned
     shift : rad^2/s^2
-        Selects the modes with omega^2 nearest to it; absent: those of the lowest omega^2, negative ones first.
+        Selects the modes with omega^2 nearest to this value; absent: the modes with the lowest omega^2, negative values
+        first.
 
     Raises
     ------
@@ -154,13 +159,14 @@ class _Problem:
     def factorise(self, shift: float) -> LinearSolver:
         """Factors of K - shift M."""
         solver = LinearSolver()
-        solver.factorise(BlockMatrix(self.pattern, self.stiffness.data - shift * self.inertia.data))
+        solver.factorise(self.stiffness.with_data(self.stiffness.data - shift * self.inertia.data))
         return solver
 
     def below(self, shift: float) -> int:
         """Modes with omega^2 below the shift.
 
-        A shift so near to a mode that block pivots lose their signs counts as above the mode: its factors are poor, too.
+        If a shift is so near to a mode that block pivots lose their signs, it counts as above the mode; its factors are
+        inaccurate anyway.
         """
         return self.factorise(shift).negative_pivots(recount=False)
 
@@ -228,7 +234,7 @@ def _near(problem: _Problem, shift: float, count: int) -> tuple[np.ndarray, np.n
             problem.stiffness.bsr(), count, M=problem.inertia.bsr(), sigma=shift, OPinv=inverse, v0=first,
             ncv=min(size, max(2 * count + 1, 20)), maxiter=_RESTARTS, **_SEED,
         )  # fmt: skip
-    except ArpackError:  # no convergence: fewer modes than requested are not used
+    except ArpackError:  # without convergence, fewer modes than requested are not used
         return np.zeros(0), np.zeros((0, size))
     for _ in range(_POLISHED):
         squared, shapes = _polished(problem, shift, solver, shapes)

@@ -120,7 +120,7 @@ _CALLS = RestCalls(_AtRest.force, _AtRest.renewed_force, _AtRest.factorise, _AtR
 def tangent_prediction(
     system: System, before: float, t: float, q: np.ndarray, solver: LinearSolver | None = None
 ) -> np.ndarray:
-    """Increment of the equilibrium from `before` to t, to first order, as by `fsm.stepping.equilibrium.predicted`.
+    """Increment of the equilibrium from `before` to t, to first order; see `fsm.stepping.equilibrium.predicted`.
 
     The function overwrites the factorisation of `solver`.
     """
@@ -131,8 +131,9 @@ def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolve
     """Number of negative pivots of the tangent stiffness at rest; 0 where stable.
 
     Sylvester's law of inertia counts them for the symmetric part, by a factorisation without row exchanges between blocks.
-    If there are some and friction bristles make the stiffness unsymmetric, the negative real pivots of the stiffness itself
-    count: see `fsm.solve.equilibrium_step`. A given `solver` saves the analysis of the pattern; its factorisation is lost.
+    Friction bristles make the stiffness unsymmetric. If the symmetric part then has negative pivots, the negative real
+    pivots of the stiffness itself count (see `fsm.solve.equilibrium_step`). With a given `solver` the pattern is not
+    analysed again; the factorisation of the solver is overwritten.
     """
     if system.nu == 0:
         return 0
@@ -144,7 +145,7 @@ def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolve
         if solver.negative_pivots() == 0:
             return 0
         solver.factorise(stiffness)
-    except NotConverged:  # exactly singular: a mechanism, or a free body
+    except NotConverged:  # the matrix is exactly singular: a mechanism, or a free body
         values = np.linalg.eigvalsh(matrix.bsr().toarray())
         return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
     return solver.negative_real_pivots()

@@ -18,7 +18,7 @@ __all__ = ["PathRecorder"]
 
 
 _AT_FIRST = 5e-4
-"""Displacement, relative to the span, that gives the first scale of energy with the largest reaction."""
+"""Displacement relative to the span; the largest reaction times this displacement is the first scale of energy."""
 
 
 _SMALL_LOSS = 1e-6
@@ -63,7 +63,7 @@ class PathRecorder:
         self._span = float(system.scales().span.max(initial=0.0))
         self._saved = -np.inf
         self._before: PreviousState | None = None
-        self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less are the same
+        self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less count as equal
         if after is not None:
             assert energy_balance is not None
             self.energy_balance = energy_balance
@@ -71,7 +71,7 @@ class PathRecorder:
             self.pending = [t for t in save_times if t > time + self._nothing]
             return
         system.commit(time, q, u)
-        # at rest: without the damper forces of drives that start without a run-up
+        # evaluated at rest, without the damper forces of drives that start without a run-up
         self.last = system.observe(time, q, u if u.any() else None)
         self.energy_balance = EnergyBalance.opened(self.last.energy) if energy_balance is None else energy_balance
         self.largest_reaction = self.last.reaction
@@ -128,7 +128,7 @@ class PathRecorder:
         """Energy that dampers and friction dissipate in a quasi-static step, J: mean force at both ends times the motion.
 
         At an equilibrium these forces are the residual without them. Small losses, and the first step, use the forces at the
-        end only. Rate-independent sliding computes its loss exactly.
+        end only. The loss of rate-independent sliding is computed exactly.
         """
         alone = observed.energy.dissipated_power * (t - self.time)
         if self._earlier is None or alone < _SMALL_LOSS * self.energy_balance.turnover:
@@ -174,9 +174,9 @@ class PathRecorder:
         self._earlier = earlier
 
     def imbalance(self, observed: Observation, step_energy: StepEnergy) -> float:
-        """Energy balance residual of a quasi-static step over the reference energy so far; 0 below round-off.
+        """Energy balance residual of a quasi-static step relative to the reference energy so far; 0 below round-off.
 
-        At the start the scale is the work of the largest reaction along a small part of the span.
+        At the start the residual is relative to the work of the largest reaction along a small part of the span.
         """
         work, dissipated, _ = step_energy
         stored = observed.energy.stored_at_rest - self.last.energy.stored_at_rest
@@ -186,9 +186,11 @@ class PathRecorder:
         return abs(stored + dissipated - work) / turnover if turnover > self.energy_balance.round_off_floor else 0.0
 
     def is_off(self, bound: float) -> bool:
-        """Whether the energy error exceeds a bound over the reference energy, or over a little work if that is larger.
+        """Whether the energy error exceeds a bound relative to the reference energy, or relative to a small work if
+        that is larger.
 
-        For a body that moves freely to its first contact the reference energy is almost zero.
+        The small work is needed where a body moves freely to its first contact, because the reference energy is then
+        almost zero.
         """
         balance = self.energy_balance
         turnover = max(balance.turnover, self._little(self.largest_reaction))
@@ -225,7 +227,9 @@ class PathRecorder:
         self.energy_balance.work += self.last.energy.kinetic
 
     def jump_admissible(self, t: float, q: np.ndarray, observed: Observation) -> bool:
-        """Whether a jump to a state is admissible: it passes through no face, and gains no energy beyond the work."""
+        """Whether a jump to a state is admissible: nothing passes through a face, and the energy does not increase by
+        more than the work.
+        """
         if self.system.rejection(t, q, None, t - self.time) is not None:
             return False
         travel = np.abs(observed.drive.travel - self.last.drive.travel)
@@ -260,7 +264,7 @@ class PathRecorder:
         """Set the present state; `stored` is its energy if inertia is included, None in statics."""
         self.time, self.q, self.u, self.last, self._earlier, self._before = t, q, u, observed, None, before
         if stored is None:
-            self.largest_reaction = max(self.largest_reaction, observed.reaction)  # statics only
+            self.largest_reaction = max(self.largest_reaction, observed.reaction)  # in statics only
             self.energy_balance.balance(observed.energy.stored_at_rest, 0.0)
         else:
             self.energy_balance.balance(stored, observed.energy.kinetic)

@@ -36,7 +36,7 @@ _ITERATIONS = 6
 _SMALLEST = 1e-6
 """Smallest step relative to the duration; if it fails, the point is critical."""
 _RESOLVED = 1e-12
-"""Smallest step relative to the time itself: the resolution of times."""
+"""Smallest step relative to the present time: resolution of times."""
 MOVING = 1e-3
 """Kinetic energy relative to the reference energy, above which inertia is not negligible."""
 _COARSE = 3.0
@@ -63,9 +63,9 @@ class Reason(Enum):
     UNSTABLE = "the equilibrium is unstable"
     SINGULAR = "the stiffness is singular"
     INERTIA = "inertia is not negligible"
-    CROSSED = "something passed through a face"
+    CROSSED = "a body passed through a face"
     HEAD_ON = "the prediction penetrates closing contacts"
-    COARSE = "the energy balance of the step does not close"
+    COARSE = "the energy balance residual of the step is too large"
 
 
 class Mark(NamedTuple):
@@ -104,7 +104,7 @@ class PathSteps:
             self.history.add(t, q, self.newton.efforts(t, q))
         self.recorder = PathRecorder(system, self.statistics, request, initial_state, t, q, u)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
-        # one state gives only a tangent, and in a solve that does not start at rest the drive starts at full speed
+        # a single state gives only a tangent; in a solve that does not start at rest, the drive starts at full speed
         self.step_size = self.first_step if start is None else SHORT * self.first_step
         self.aim = math.sqrt(settings.rtol)
         self.far = min(_FAR * self.aim, LARGEST_CORRECTION)
@@ -235,9 +235,10 @@ class PathSteps:
     def _coarse(self, duration: float, imbalance: float, iterations: int) -> bool:
         """Whether the energy balance of a step requires a shorter step.
 
-        If a residual does not decrease with the step, the initial state was no equilibrium, and the step is accepted. After
-        many iterations it is not accepted, since it may be on another branch. Without contacts, whose kinks a step may miss,
-        and without dampers, the bound is the round-off of the forces if this is larger than rtol.
+        If the residual does not decrease with the step size, the initial state was no equilibrium, and the step is
+        accepted. A step with many iterations is not accepted, since it may have reached another branch. Contacts cause
+        kinks that a step may miss. Without contacts and dampers, the bound is the round-off of the forces if this is
+        larger than rtol.
         """
         at, longer, worse = self.coarse
         self.coarse = self.recorder.time, duration, imbalance
@@ -248,16 +249,17 @@ class PathSteps:
         return imbalance > _COARSE * resolved and not (jump and iterations <= _ITERATIONS)
 
     def _inertia_counts(self, observed: Observation) -> bool:
-        """Whether the motion is too fast for statics; false without damping, since the motion would not decay."""
+        """Whether the motion is too fast for statics; false without damping, since a motion would then not decay."""
         energy_balance = self.recorder.energy_balance
         turnover = max(energy_balance.turnover, abs(observed.energy.stored_at_rest - energy_balance.start))
         return self.system.rate_dependent and observed.energy.kinetic > max(MOVING * turnover, self.slow)
 
     def _rests(self, t: float, q: np.ndarray) -> bool:
-        """Whether a state is an equilibrium without damper forces, which may hold an unstable one for long.
+        """Whether a state is an equilibrium without damper forces; these forces may hold an unstable state for a long
+        time.
 
-        Between two equilibria the stiffness of a state may be indefinite: dampers slow a snap. This is an event ("damped
-        snap"), and its forces do not belong to a quasi-static path.
+        If the state is no equilibrium, dampers slow a snap, and the stiffness may be indefinite. This is recorded as an
+        event ("damped snap"); its forces do not belong to a quasi-static path.
         """
         left_over = np.abs(self.system.force(t, q, None) * self.newton.scales.length / self.newton.scales.increment)
         return bool(left_over.max() < _RESTING * self.recorder.largest_reaction)
@@ -280,7 +282,7 @@ class PathSteps:
         factor = 0.9 * (self.aim / max(correction, 1e-12)) ** (1.0 / 3.0)
         factor = min(factor, _GROWTH, _ITERATIONS / max(iterations, 1))
         wanted = duration * max(_SHRINK, factor)
-        # a step shortened to end at a given time gives no estimate for a long one
+        # a step shortened to end at a given time gives no estimate for longer steps
         self.step_size = wanted if duration >= 0.5 * self.step_size else max(wanted, self.step_size)
 
     def _judge_energy(self) -> None:

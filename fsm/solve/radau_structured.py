@@ -5,12 +5,12 @@ Wanner, Solving ODEs II, section IV.8, eq. (8.19), give the same reduction for y
 
     gamma a - Q a - T b = f,        g = gamma b + M^-1 (K P a + D b),        Q = dq'/dq,  P = dx/dq,
 
-with a small block of Q, T and P for each node. So a = R (f + T b) with R = (gamma I - Q)^-1. With the increment x = P a
-in the tangent space as unknown
+with a small block of Q, T and P for each node. Therefore a = R (f + T b) with R = (gamma I - Q)^-1. With the increment
+x = P a in the tangent space as unknown
 
     [(gamma M + D) G + K] x = M g + (gamma M + D) G c,      c = P R f,   G = (P R T)^-1,   b = G (x - c),
 
-a matrix on K's own pattern. Where the configurations are a vector space (the plane), G = gamma I and this is
+where the matrix has the pattern of K. Where the configurations are a vector space (the plane), G = gamma I and this is
 (gamma^2 M + gamma D + K) a = M g + (gamma M + D) f, b = gamma a - f. M is constant.
 """
 
@@ -72,13 +72,13 @@ class _Few:
 
 @dataclass(frozen=True, eq=False)
 class SecondOrderJacobian:
-    """dy'/dy of y = (q, u) in its parts, without their products.
+    """dy'/dy of y = (q, u), stored as separate parts without forming their products.
 
     Attributes
     ----------
     stiffness : BlockMatrix
         K.
-    heavy, damped : places of the blocks of M, and of those of M or D
+    heavy, damped : places of the blocks of M, and of the blocks of M or D
     inertia : array
         Blocks of M at the places `heavy`.
     inertia_damped, damping : arrays
@@ -173,7 +173,7 @@ class _Reduced:
     ----------
     shifted : _Shifted
     solver : LinearSolver
-        Its factorisation belongs to this object until the next one.
+        Solver whose factorisation is valid until the next object factorises.
     """
 
     def __init__(self, shifted: _Shifted, solver: LinearSolver) -> None:
@@ -191,7 +191,7 @@ class _Reduced:
             product = _multiply_pairs(self.damped, self.rate, jacobian.damped.indices)
         data = jacobian.stiffness.data.astype(product.dtype)
         data[jacobian.damped.place] += product
-        solver.factorise(BlockMatrix(jacobian.stiffness.pattern, data))
+        solver.factorise(jacobian.stiffness.with_data(data))
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """(a, b) for (f, g)."""
@@ -327,7 +327,7 @@ class StructuredRadau(Radau):
         **options: Any,
     ) -> None:
         size = len(y0)
-        # a constant sparse Jacobian stops SciPy from computing one; it is replaced before the first step
+        # with a constant sparse Jacobian SciPy does not compute one; it is replaced before the first step
         super().__init__(fun, t0, y0, t_bound, jac=sparse.csc_matrix((size, size)), **options)
         self._evaluate = jac or (lambda t, y: second_order_jacobian(system, t, y))
         self._real, self._complex = LinearSolver(), LinearSolver()

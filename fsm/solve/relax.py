@@ -5,11 +5,11 @@
 is Newton's step at mu = 0. At large mu it is a short descent step: an implicit step of an overdamped motion. mu is raised
 until the matrix has no negative pivot and the energy decreases by at least a tenth of the quadratic model. mu is lowered
 where the energy decreases as predicted, so the last steps are Newton's (pseudo-transient continuation: Kelley, Keyes, SIAM
-J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and holds back
-the soft ones, which buckle.
+J. Numer. Anal. 35, 1998, 508). The mass term hardly changes stiff motions of a structure, and limits soft motions,
+which may buckle.
 
-The method requires forces with a potential at rest. Wrinkles of a film are an example: a path with small steps has
-many bifurcations there.
+The method requires forces with a potential at rest. An example is a film with wrinkles, whose path has many
+bifurcations.
 
 Small steps with an indefinite stiffness approach a saddle of the energy. A step along the softest mode leaves the saddle and
 lowers the energy. Curvatures and gains below the round-off of their sums count as zero.
@@ -36,14 +36,15 @@ _SMALLEST = 1e-10
 """Smallest mu that is not zero, relative to the largest ratio of stiffness to mass."""
 _RAISED, _LOWERED = 4.0, 0.25
 _POOR, _GOOD = 0.1, 0.7
-"""Ratio of the decrease of the energy to the decrease of the model: below the first bound a step is rejected, above the
-second mu falls."""
+"""Bounds of the ratio of the decrease of the energy to the decrease of the model: below the first a step is rejected,
+above the second mu decreases."""
 _LITTLE = 0.01
-"""Part of the work of a step done against the mass term, below which the next step has mu = 0."""
+"""Fraction of the work of a step that is done against the mass term; below this fraction the next step has mu = 0."""
 _LARGEST = 0.5
 """Largest step relative to the size of an element or a radian."""
 _CORRECTIONS = 3
-"""Number of corrections of a step that decreases the energy too little. After them the step is rejected."""
+"""Number of corrections of a step that decreases the energy too little. After these corrections the step is
+rejected."""
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 """Round-off of a force relative to the sum of its terms."""
@@ -54,7 +55,8 @@ _MODE_ITERATIONS = 8
 _BESIDE = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
 """Largest components of trial steps along the softest mode, relative to the tolerance, in the order of the trials."""
 _PATIENT = 8
-"""Largest number of successive good steps before mu falls again; each fall that was too large doubles the number."""
+"""Largest number of successive good steps before mu decreases again; each decrease that was too large doubles the
+number."""
 _DENSE = 1000
 """Largest number of coordinates whose eigenvalues are computed."""
 _STALLED = 0.5
@@ -81,8 +83,8 @@ def relaxed(
 ) -> Relaxed:
     """Stable equilibrium near a configuration, at time t and at rest.
 
-    The equilibrium is reached if the last Newton step is small, or if steps no longer decrease and the residual is
-    round-off. The latter occurs in parts with almost no stiffness, such as a slack corner of a thin film.
+    The iteration has converged if the last Newton step is small, or if steps no longer decrease and the residual is
+    round-off. The second case occurs in parts with almost no stiffness, such as a slack corner of a thin film.
 
     Parameters
     ----------
@@ -119,7 +121,7 @@ def relaxed(
             pattern = linear.stiffness.pattern
             inertia = system.inertia(q, pattern)
             mass = BlockMatrix(pattern, inertia)
-        solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))
+        solver.factorise(_shifted(linear.stiffness, mu * inertia))
         count = solver.negative_pivots()
         if mu == 0.0:
             negative = count
@@ -191,23 +193,29 @@ def _corrected(
 ) -> np.ndarray | None:
     """Trial after more iterations at the same mu, if its energy is below that at the start; else None.
 
-    A first step that rotates a long part stretches it by the square of the rotation, which raises the energy. The next
-    iterations remove the stretch (watchdog technique: Chamberlain et al., Math. Program. Study 16, 1982, 1). The decrease is
-    the work of the forces along the straight path, by Gauss quadrature.
+    A first step that rotates a long part also stretches this part by the square of the rotation, which raises the
+    energy. The next iterations remove the stretch (watchdog technique: Chamberlain et al., Math. Program. Study 16,
+    1982, 1). The decrease is the work of the forces along the straight path, by Gauss quadrature.
     """
     solver, size = LinearSolver(), system.scales().increment
     for _ in range(_CORRECTIONS):
         linear = system.linearise(t, trial, None)
         pattern = linear.stiffness.pattern
-        if len(pattern.indices) != len(inertia):  # additional bodies are near now
+        if len(pattern.indices) != len(inertia):  # more bodies are near now
             return None
         mass = BlockMatrix(pattern, inertia)
-        solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))
+        solver.factorise(_shifted(linear.stiffness, mu * inertia))
         step = solver.solve(linear.force - mu * mass.times(system.difference(start, trial)))
         if solver.negative_pivots() or float(np.abs(step / size).max(initial=0.0)) > _LARGEST:
             return None
         trial = system.retract(trial, step)
     return trial if _work(system, t, start, system.difference(start, trial)) > 0.0 else None
+
+
+def _shifted(stiffness: BlockMatrix, shift: np.ndarray) -> BlockMatrix:
+    """Symmetric part of a stiffness, plus block data."""
+    symmetric = stiffness.symmetric()
+    return symmetric.with_data(symmetric.data + shift)
 
 
 def _work(system: System, t: float, start: np.ndarray, way: np.ndarray) -> float:
@@ -240,7 +248,7 @@ def _is_stable(stiffness: BlockMatrix, size: np.ndarray) -> bool:
 
 
 def _beside(system: System, t: float, q: np.ndarray, force: np.ndarray, mode: np.ndarray) -> np.ndarray | None:
-    """Configuration of lower energy beside an unstable one, along a mode; None if there is none."""
+    """Configuration of lower energy beside an unstable configuration, along a mode; None if there is none."""
     downhill = np.copysign(1.0, float(mode @ force)) * mode
     for part in _BESIDE:
         for way in (part * downhill, -part * downhill):

@@ -1,8 +1,9 @@
 """Restart points: steps at which a solve resets its internal data, so that a restart gives equal results.
 
 A solve stores more than its state: tangents of earlier steps, contact search lists, matrix patterns. These data change
-results by no more than round-off and tolerances, but a solve that continues from a file does not have them. So every solve
-drops them at fixed step numbers. A restart from such a step gives the results of an uninterrupted solve to the last bit.
+results only within round-off and tolerances, but a solve that continues from a file does not have them. Every solve
+therefore drops these data at fixed step numbers. A restart from such a step gives the results of an uninterrupted solve
+to the last bit.
 """
 
 from __future__ import annotations

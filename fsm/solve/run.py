@@ -31,10 +31,10 @@ __all__ = ["Run", "just_after"]
 _FAST = 1e-2
 """Kinetic energy relative to the reference energy, above which a force of the drives is dynamic."""
 _HOPELESS = 0.5
-"""Energy error relative to the reference energy at which a solve stops at once."""
+"""Energy error, relative to the reference energy, above which a solve stops at once."""
 _AS_LONG_AGAIN = 2.0
-"""Multiple of the last time without the error at which a smaller error stops the solve; the reference energy may grow
-until then."""
+"""A smaller error stops the solve when the time exceeds this multiple of the last time without the error; the reference
+energy may grow until then."""
 _ROUNDING = 1e-13
 """Relative difference of times below which they are equal."""
 
@@ -101,7 +101,7 @@ class Run(ABC):
             self.balanced = t
         elif self._off_for_long(t, off):
             self._fail(Outcome.ENERGY if self.settings.step is None else Outcome.ENERGY_OF_FIXED_STEPS)
-        if len(self.last.drive.travel):  # only drives can pull a structure beyond its reach
+        if len(self.last.drive.travel):  # only drives can pull a structure beyond its full length
             apart, joint = self.system.max_joint_opening(t, q)
             if apart > TORN * self.system.scales().length:
                 self._fail(Outcome.TORN, f"Joint strained most: {joint}")
@@ -124,7 +124,7 @@ class Run(ABC):
         return renews
 
     def _off_for_long(self, t: float, off: float) -> bool:
-        """Whether the energy error `off` at time t is too large, or has been above its bound for too long."""
+        """Whether the energy error `off` at time t is too large, or has exceeded its bound for too long."""
         start, end = self.settings.start_time, self.settings.end_time
         patience = JUDGED_FROM * (end - start)
         if off <= _HOPELESS:
@@ -136,7 +136,8 @@ class Run(ABC):
         points.append(CurvePoint.after(points, t, observed, self._moves(t, q, u, observed, steady)))
 
     def _moves(self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, steady: bool) -> bool:
-        """Whether a force of the drives is dynamic: in a fast motion, or while the state leaves an unstable equilibrium.
+        """Whether forces of the drives are dynamic: in a fast motion, or while the state leaves an unstable
+        equilibrium.
 
         `steady`: the state is near a stable equilibrium.
         """
@@ -153,7 +154,7 @@ class Run(ABC):
 
     def _save(self, at: float, q: np.ndarray, u: np.ndarray, observed: Observation, balance: EnergyBalance) -> None:
         error = observed.energy.stored - balance.start + balance.dissipated - balance.work
-        q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods leave quaternions off their length
+        q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods change the length of quaternions
         balances = balance.dissipated, balance.work, error, balance.pair_energy
         self.request.on_save(SavedState(at, q, u.copy(), observed, *balances))
 

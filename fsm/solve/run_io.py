@@ -86,8 +86,8 @@ class CurvePoint(NamedTuple):
 def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, observed: Observation) -> bool:
     """Whether the inertial forces M u', summed by magnitude, exceed `INERTIAL` times the drive force.
 
-    Those of driven bodies are a part of the drive force. On a strip that snaps their ratio is 1e-4 after the motion has
-    decayed, and about 1 in a peak of the force.
+    Inertial forces of driven bodies are a part of the drive force. On a strip that snaps, the ratio of inertial force
+    to drive force is 1e-4 after the motion has decayed, and about 1 at a peak of the force.
     """
     if not len(observed.drive.force):
         return False

@@ -1,9 +1,9 @@
 """Radau, BDF and LSODA of SciPy over the System protocol: y = (q, u), with the exact Jacobian.
 
 The mass matrix M is constant. If it couples velocities, as in ANCF, M^-1 K is full. Radau and BDF then solve
-with the sparse M, K and D. LSODA accepts only a Jacobian, and uses the full one.
+with the sparse M, K and D. LSODA accepts no mass matrix, so it uses the full Jacobian.
 
-These well-known methods are references for the faster ones.
+These well-known methods are references for the faster methods of this package.
 """
 
 from __future__ import annotations
@@ -151,8 +151,8 @@ def make_solver(
 def solver_state(solver: OdeSolver) -> State:
     """Restart data of a solver, besides t and y.
 
-    Radau: steps and errors of its step control. BDF: also its differences and order. LSODA does not expose its state and
-    restarts: only the last step.
+    Radau: steps and errors of its step control. BDF: also its differences and order. LSODA does not expose its state
+    and starts anew; only its last step size is stored.
     """
     if isinstance(solver, LSODA):
         return {"steps": np.array([abs(solver.t - solver.t_old)])}
@@ -194,7 +194,7 @@ def _lsoda(
     row, column = pattern.nonzero()
     reach = position[row] - position[column]
     lower, upper = int(max(reach.max(initial=0), 0)), int(max((-reach).max(initial=0), 0))
-    # from rest LSODA's default first step is far too long for stiff springs, and it fails after ten cuts
+    # from rest, the default first step of LSODA is far too long for stiff springs, and LSODA fails after ten cuts
     options: dict[str, Any] = {"rtol": rtol, "max_step": max_step, "first_step": min(_FIRST_STEP * (end - t), max_step)}
     banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and equations.system.fixed_pattern
     entries = len(y) * (2 * lower + upper + 1 if banded else len(y))

@@ -35,7 +35,7 @@ def simulate(
     system : System
     settings : Settings of time integration, or PathSettings
     save_times, on_save, on_step : see `OutputRequest`
-    start, energy_balance, points, after : see `InitialState`; after a restart the times are those of the whole solve
+    start, energy_balance, points, after : see `InitialState`; after a restart the times belong to the whole solve
 
     Raises
     ------

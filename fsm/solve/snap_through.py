@@ -21,7 +21,8 @@ __all__ = ["RestCriterion", "move_until_rest", "slide"]
 _CALM = 1e-4
 """Kinetic energy relative to its largest value since the snap, below which the motion is nearly at rest."""
 _AS_THE_PATH = 4.0
-"""Largest ratio of the kinetic energy of a motion along stable equilibria to the one of their path (twice the speed)."""
+"""Largest ratio of the kinetic energy of a motion along stable equilibria to the kinetic energy of the equilibrium path
+(twice the speed)."""
 _LOOKS = 8
 """Steps between two checks of the path."""
 _RHO_INF = 0.6
@@ -48,11 +49,11 @@ class RestCriterion(NamedTuple):
     Attributes
     ----------
     part, scale : -, J
-        Bound of the kinetic energy over the reference energy so far, or over `scale` if that is larger; the kinetic
-        energy must also be far below its largest value.
+        Bound of the kinetic energy relative to the reference energy so far, or to `scale` if that is larger; the
+        kinetic energy must also be far below its largest value.
     slow, wait : J, s
         After the time `wait`, if the stiffness is positive definite, a larger bound: the kinetic energy that the drives
-        cause (`slow`), or four times that of the path of equilibria. A small snap never has much more.
+        cause (`slow`), or four times the kinetic energy of the path of equilibria. A small snap never has much more.
     """
 
     part: float
@@ -68,8 +69,8 @@ def move_until_rest(
     """Integrate with inertia and damping until the motion has decayed or the time is `until` (s).
 
     From `judged_from` (s) on, the integration also stops if the energy error exceeds `worst` times the reference energy.
-    A motion that still vibrates after some hundred steps, for example with friction only, gets artificial damping
-    proportional to the momentum. If the motion `begins`, its initial velocities follow from statics.
+    A motion that still vibrates after several hundred steps, for example with friction only, has artificial damping
+    added in proportion to the momentum. If the motion `begins` here, its initial velocities follow from statics.
 
     Returns
     -------
@@ -138,8 +139,9 @@ def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: floa
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Initial velocities of a motion, from zero or from the mean velocities of the last step.
 
-    Mean velocities, or zero, would cause large forces of stiff dampers. So M (v - u)/tau = h(t, q, v) is solved at a fixed
-    configuration. Strongly damped modes then have the velocity at which forces balance; the others keep u.
+    At mean velocities, or at zero, stiff dampers would have large forces. M (v - u)/tau = h(t, q, v) is therefore
+    solved at a fixed configuration. Strongly damped modes then have the velocity at which forces balance; the others
+    keep u.
     """
     solver = LinearSolver()
     velocity = u
@@ -169,13 +171,13 @@ def slide(system: System, recorder: PathRecorder, t: float) -> bool:
         linear = system.linearise(t, q, None)
         stiffness = linear.stiffness.symmetric()
         step, size = _downhill(system, solver, stiffness, linear.force)
-        if step is None:  # not yet near a stable equilibrium: the mass limits the step
+        if step is None:  # the state is not yet near a stable equilibrium, so the mass limits the step
             inertia = system.inertia(q, stiffness.pattern)
             diagonal = stiffness.pattern.diagonal
             softness = _ratio(inertia[diagonal], stiffness.data[diagonal])
             theta = 4.0 * theta if theta else 1e3 * softness
             while step is None:
-                held = BlockMatrix(stiffness.pattern, stiffness.data + inertia / theta)
+                held = stiffness.with_data(stiffness.data + inertia / theta)
                 step, size = _downhill(system, solver, held, linear.force)
                 theta *= 0.5 if step is None else 1.0
                 if theta < 1e-3 * softness:

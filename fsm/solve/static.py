@@ -7,9 +7,9 @@ A step predicts the next configuration by extrapolation and corrects it by Newto
 * inertia is negligible: the kinetic energy is small against the reference energy;
 * its energy balance closes; otherwise the force has a kink in the step, for example at a first touch.
 
-Otherwise the step is cut. If the smallest step fails there is a critical point, and `fsm.solve.critical` finds its type. At
-a bifurcation the stable branch is followed. At a limit point the structure snaps, and its motion is integrated until it
-comes to rest (`fsm.solve.snap_through`). Both are recorded as events.
+Otherwise the step is cut. If the smallest step fails, the state is near a critical point, and `fsm.solve.critical`
+determines its type. At a bifurcation the stable branch is followed. At a limit point the structure snaps, and its
+motion is integrated until it comes to rest (`fsm.solve.snap_through`). Both are recorded as events.
 """
 
 from __future__ import annotations
@@ -34,18 +34,19 @@ from fsm.system import System
 __all__ = ["PathSettings", "follow"]
 
 _DRIVEN = 1e-2
-"""Ratio of the kinetic energy of all bodies at the speed of the drives to the largest one that the drives may cause."""
+"""Kinetic energy of all bodies at the speed of the drives, relative to the largest kinetic energy that the drives may
+cause."""
 _SAME = 1e-9
 """Distance relative to the span, or in rad, below which two configurations are the same."""
 _WAIT = 1e-2
-"""Shortest duration of a motion at the speed of the drive, relative to the first step; four times as long each time
-again."""
+"""Shortest duration of a motion at the speed of the drive, relative to the first step; each repetition is four times as
+long."""
 _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap, relative to the tolerance of the path."""
 _EVENTS = 30
-"""Largest number of critical points; with more the solver has lost the path."""
+"""Largest number of critical points; if there are more, the solver has lost the path."""
 _CALMER = 6
-"""Number of times that the energy at which a snap has ended is reduced to a tenth, before the run stops."""
+"""Number of times that the energy bound for the end of a snap is divided by ten before the run stops."""
 
 
 def follow(
@@ -116,7 +117,9 @@ class _Follower(PathSteps):
         return not self._size(step) <= LARGEST_CORRECTION
 
     def _settle(self) -> None:
-        """Move to the equilibrium near a start that is none; the difference of the energies is dissipated."""
+        """Move from a start that is no equilibrium to a near equilibrium; the difference of the energies is
+        dissipated.
+        """
         recorder, t = self.recorder, self.recorder.time
         if not self.system.nu or self._rests(t, recorder.q):
             return
@@ -180,9 +183,9 @@ class _Follower(PathSteps):
         return False
 
     def _move(self, moving: bool, released: bool = False) -> None:
-        """Integrate the motion (a slide without damping) until equilibria can be followed again.
+        """Integrate the motion, or slide without damping, until equilibria can be followed again.
 
-        `moving`: the motion starts with the present velocities, which have grown; otherwise it starts at rest.
+        `moving`: the motion starts with the present velocities; otherwise it starts at rest.
         `released`: the reference energy is still zero, and the stored energy is the scale.
         """
         recorder, settings = self.recorder, self.settings

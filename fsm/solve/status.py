@@ -39,8 +39,8 @@ class Outcome(Enum):
         "solve with inertia: method = \"generalized-alpha\""
     )
     TORN = (
-        "a joint has opened by more than a tenth of a segment: the drive pulls beyond the reach of the structure; "
-        "shorten the travel of the drive"
+        "a joint has opened by more than a tenth of a segment: the drive pulls beyond the full length of the "
+        "structure; shorten the travel of the drive"
     )
     TOO_MANY_STEPS = "more steps than solve.max_steps; raise solve.max_steps, loosen solve.rtol, or pull faster"
     CROSSED = (
@@ -63,8 +63,9 @@ class Event:
     Attributes
     ----------
     kind : "bifurcation", "snap", "damped snap", "motion", "release", "unstable" or "vibration"
-        Change to a stable branch; snap, solved with inertia; snap that dampers slow; phase in which inertia is not
-        negligible; start that is no equilibrium; unstable states in a motion, and the same while the drive stands still.
+        In this order: change to a stable branch; snap, solved with inertia; snap that dampers slow; phase in which
+        inertia is not negligible; start that is no equilibrium; unstable states in a motion; unstable states while the
+        drive stands still.
     time, end_time : s
     travel, end_travel : m, of the first drive; 0 without one
     force, end_force : N, of the first drive
@@ -87,7 +88,7 @@ class StepFailed(NotConverged):
     outcome : Outcome
     time : s
     worst : name of the body with the largest acceleration
-    reason : why the last step was rejected, if not because of its error
+    reason : reason of the last rejection, if it was not the error
     """
 
     def __init__(self, outcome: Outcome, time: float, worst: str, reason: str = "") -> None:

@@ -24,8 +24,8 @@ __all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
 GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-force"
 
 _MARCH, _MARCH_WORK = 1024, 500_000
-"""Most steps between restart points, if one kernel takes many steps, and these steps times the number of velocities: a
-kernel then returns within a second or two."""
+"""Bounds if one kernel takes many steps: steps between restart points, and these steps times the number of velocities.
+A kernel then returns within two seconds."""
 _MEAN_FORCE = 4
 """Cost of a step of the mean-force method relative to one of generalized-alpha."""
 
@@ -33,8 +33,8 @@ _MEAN_FORCE = 4
 class StepwiseRun(Run):
     """Run of a method whose steps end at saved times; powers are integrated to second order, the order of the method.
 
-    The input power is integrated by the trapezoidal rule. After a jump (a drive stops), the next step starts with its new
-    value. The mean-force method computes work and dissipated energy of its steps itself.
+    The input power is integrated by the trapezoidal rule. After a jump, for example where a drive stops, the next step
+    starts with the new power. The mean-force method computes work and dissipated energy of its steps itself.
     """
 
     def go(self) -> None:
@@ -112,10 +112,10 @@ class StepwiseRun(Run):
             self._look(float(record[TIME]), q, u, observed, steady=record[STEADY] == 1.0)
 
     def _add_pairs(self, forces: np.ndarray, records: np.ndarray) -> None:
-        """Add the points of a curve without drives, with the forces (m, n_pairs) of contact pairs."""
+        """Add the points of a curve without drives; they have the forces (m, n_pairs) of contact pairs."""
         first, points = self.last.drive, self.statistics.points
         path = points[-1].path if points else 0
-        path += path % 2  # no force of a drive is dynamic
+        path += path % 2  # without drives, no drive force is dynamic
         energies = records[:, [TIME, PANELS, CREASES]].tolist()
         points.extend(
             CurvePoint(first, force, t, path, panels, creases)

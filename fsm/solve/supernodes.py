@@ -12,11 +12,12 @@ from fsm.kernels.fronts import Supernodes
 __all__ = ["supernodes"]
 
 _PANEL = 36
-"""Rows of a panel. Shorter panels have slower products, longer ones a slower inverse of their pivot."""
+"""Rows of a panel. Products are slower with shorter panels; the inverse of the pivot is slower with longer panels."""
 _ZEROS = ((1, 1.0), (2, 0.3), (5, 0.1))
 _MOST_ZEROS = 0.05
-"""A supernode merges with its parent if the part of zeros in their columns is below a bound: any for one panel of rows, 0.3
-for two, 0.1 for five, and 0.05 for more (as in CHOLMOD; Chen, Davis, Hager and Rajamanickam, 2008)."""
+"""A supernode merges with its parent if the fraction of zeros in their columns is below a bound. There is no bound up
+to one panel of rows; the bound is 0.3 up to two panels, 0.1 up to five, and 0.05 above (as in CHOLMOD; Chen, Davis,
+Hager and Rajamanickam, 2008)."""
 
 
 class _Tree:
@@ -60,9 +61,11 @@ class _Tree:
                 self._zeros[s] = zeros
 
     def ordered(self) -> list[int]:
-        """Supernodes, children before parents, and of siblings the largest front first, which keeps the stack small."""
+        """Supernodes with children before parents; among siblings the largest front comes first, which keeps the stack
+        small.
+        """
         found, todo = [], list(reversed(self.roots))
-        while todo:  # parents before children, in reverse
+        while todo:  # parents before children; the result is reversed
             s = todo.pop()
             found.append(s)
             todo += sorted(self.children[s], key=lambda c: (-len(self.steps[c]) - len(self.rows[c]), c))
@@ -70,7 +73,9 @@ class _Tree:
 
 
 def supernodes(pattern: BlockPattern, known: Elimination) -> Supernodes:
-    """Supernodes of an elimination. Their order keeps its fill, and adds zeros where a merger of supernodes saves time."""
+    """Supernodes of an elimination. The order keeps the fill of the elimination. Merged supernodes add zeros where this
+    saves time.
+    """
     size, width = pattern.size, max(1, _PANEL // pattern.size)
     tree = _Tree(known)
     tree.merge(width)

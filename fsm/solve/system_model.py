@@ -51,16 +51,17 @@ class SystemModel:
         assert linear is not None and pattern is not None
         moving = by_rate * linear.damping.data + by_acceleration * self._inertia
         self._map = self.system.increment_map(x) if maps else None
-        return self._factorised(effective_stiffness(linear.stiffness.data, moving, 1.0, self._map, pattern.indices))
+        data = effective_stiffness(linear.stiffness.data, moving, 1.0, self._map, pattern.indices)
+        return self._factorised(linear.stiffness.with_data(data))
 
     def factorise_mass(self) -> bool:
         """See `fsm.stepping.model`."""
-        return self._factorised(self._inertia)
-
-    def _factorised(self, data: np.ndarray) -> bool:
         assert self._pattern is not None
+        return self._factorised(BlockMatrix(self._pattern, self._inertia))
+
+    def _factorised(self, matrix: BlockMatrix) -> bool:
         try:
-            self.linear.factorise(BlockMatrix(self._pattern, data))
+            self.linear.factorise(matrix)
         except NotConverged:
             return False
         return True
@@ -93,7 +94,7 @@ class SystemModel:
         return self._linear.damping.times(vector)
 
     def unable(self) -> bool:
-        """See `fsm.stepping.model`; false, since SciPy solves the equations if the block solver fails."""
+        """See `fsm.stepping.model`; always false, since SciPy solves the equations if the block solver fails."""
         return False
 
     def energies(
@@ -131,14 +132,17 @@ class SystemModel:
         linear = self._linear
         assert linear is not None
         stiffness, damping = by_stiffness * linear.stiffness.data, by_damping * linear.damping.data
+        low_rank = None if linear.stiffness.low_rank is None else linear.stiffness.low_rank.scaled(by_stiffness)
         if first:
-            self._kept = linear.stiffness.pattern, stiffness, damping
+            self._kept = linear.stiffness.pattern, stiffness, damping, low_rank
             return True
-        pattern, *kept = self._kept
+        pattern, *kept, other = self._kept
         if linear.stiffness.pattern is not pattern:
             return False
+        if low_rank is not None:
+            low_rank = low_rank.plus(other)
         self._linear = Linearised(
-            linear.force, BlockMatrix(pattern, kept[0] + stiffness), BlockMatrix(pattern, kept[1] + damping)
+            linear.force, BlockMatrix(pattern, kept[0] + stiffness, low_rank), BlockMatrix(pattern, kept[1] + damping)
         )
         return True
 

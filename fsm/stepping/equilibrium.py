@@ -18,7 +18,7 @@ from fsm.stepping.vectors import copy_into, scaled, subtracted
 __all__ = ["RestCalls", "RestModel", "find", "follow_arrays", "predicted"]
 
 _REACH = 0.5
-"""Largest step over the size of a segment or a radian, the range of the linearisation."""
+"""Largest step relative to the size of a segment or to a radian: range of the linearisation."""
 _SMALLEST = 1e-300
 
 
@@ -32,7 +32,7 @@ class RestCalls(NamedTuple):
     renewed_force : ``renewed_force(model, t, q)``
         The same; the stiffness K is evaluated there.
     factorise : ``factorise(model)``
-        Factorise K. False if it is singular.
+        Factorise K; the result is false if it is singular.
     solve : ``solve(model, right)``
         Solution (nu,) with the last factors; NaN if the equations cannot be solved.
     retract : ``retract(model, q, x)``
@@ -62,7 +62,7 @@ class RestModel(NamedTuple):
 
 @kernel
 def _advanced(start: np.ndarray, whole: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Forces `start`, plus the part of `change` that is closest to `whole`, (n,)."""
+    """Forces `start` plus a multiple of `change`, (n,), such that the sum is closest to `whole`."""
     along = size = 0.0
     for i in range(start.shape[0]):
         along += whole[i] * change[i]
@@ -77,8 +77,8 @@ def _advanced(start: np.ndarray, whole: np.ndarray, change: np.ndarray) -> np.nd
 def predicted(model: RestModel, before: float, t: float, q: np.ndarray) -> np.ndarray:
     """Increment (nu,) of the equilibrium from `before` to t, to first order.
 
-    A large motion of the drive alone would stretch its springs beyond the range of the linearisation. So the change of the
-    forces is computed for the beginning of the step, and scaled to the whole step.
+    A large motion of the drive alone would stretch its springs beyond the range of the linearisation. The change of the
+    forces is therefore computed for the beginning of the step, and scaled to the whole step.
     """
     calls, arrays = model.calls, model.arrays
     start = calls.force(arrays, before, q)
@@ -93,10 +93,10 @@ def predicted(model: RestModel, before: float, t: float, q: np.ndarray) -> np.nd
 def find(
     model: RestModel, before: float, t: float, q: np.ndarray, size: np.ndarray, tolerance: float, most: int
 ) -> tuple[bool, np.ndarray, np.ndarray]:
-    """Equilibrium at t from one at `before` (s), in at most so many iterations.
+    """Equilibrium at t from an equilibrium at `before` (s), in at most `most` iterations.
 
-    Returns whether it was found, the configuration (nq,), and the force (nu,) before the last iteration. `size` (nu,) and
-    `tolerance` bound the last step.
+    Returns whether the equilibrium was found, the configuration (nq,), and the force (nu,) before the last iteration.
+    `size` (nu,) and `tolerance` bound the last step.
     """
     calls, arrays = model.calls, model.arrays
     if t != before:
@@ -120,7 +120,7 @@ def find(
 def _follow(
     model: RestModel, times: np.ndarray, q: np.ndarray, size: np.ndarray, tolerance: float, most: int, states: np.ndarray
 ) -> int:
-    """Write the equilibria (m, nq) at times (m,) to `states`, up to the first that is not found; return their number."""
+    """Write the equilibria (m, nq) at times (m,) to `states`, up to the first time without one; return their number."""
     before = times[0] if times.shape[0] > 0 else 0.0
     for k in range(times.shape[0]):
         found, q, _ = find(model, before, times[k], q, size, tolerance, most)

@@ -18,7 +18,7 @@ Choices:
   differences are noise. The filter S^-1 c_m M removes them and does not change the other modes.
 * A step as short as the system's `shortest_step` is accepted with any error. Shorter steps would resolve waves that the mesh
   does not resolve. Numerical damping removes these waves.
-* M is constant for segments and ANCF, and is evaluated once.
+* M is constant for segments and ANCF elements, and is evaluated once.
 
 References
 ----------
@@ -73,8 +73,8 @@ STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, DIVISION, STARTED, 
 _NEWTON = 1e-2
 """Jump of the forces relative to the tolerance, above which the accelerations are computed again."""
 _MOST, _PATIENT = 10, 50
-"""Largest number of Newton iterations, and that with a new tangent in a fixed step. Where films become slack or taut, the
-tangent jumps, and corrections grow before they decrease."""
+"""Largest number of Newton iterations, and that with a new tangent in a fixed step. The tangent jumps where films
+become slack or taut; corrections then grow before they decrease."""
 _SLOW = 0.2
 """Ratio of successive corrections above which the tangent is evaluated again."""
 _SURE = 0.02
@@ -82,7 +82,8 @@ _SURE = 0.02
 _SAFETY = 0.9
 _SHRINK = 0.2
 GROWTH_OF_STEADY_STEPS = 1.2
-"""Smallest growth of a step; with less, step size and factorisation are reused. Limits of growth are not below it."""
+"""Smallest growth of a step; below this growth, step size and factorisation are reused. Limits of growth are at least
+this value."""
 _HOP = 0.2
 """Largest correction of a prediction, relative to the span or in radians; a larger one rejects the step."""
 _CUT = 0.25
@@ -115,7 +116,8 @@ class Rules(NamedTuple):
     shortest : s
         Error control does not reject steps of this size.
     tolerance, resolved, velocity, increment, span : (nu,) arrays
-        Tolerances of x for the local error and for Newton's method, and scales of `fsm.system_records.Scales`.
+        Tolerances of the increment x for the local error and for Newton's method, and scales of
+        `fsm.system_records.Scales`.
     breaks : increasing times, s
     """
 
@@ -275,7 +277,7 @@ def _first_size(motion: Motion, rules: Rules, left: float) -> float:
         return rules.fixed_step
     # changes of u and q over the step are rtol^(1/3) of their scales, since errors are proportional to h^3
     pace = max(mean_ratio(motion.rate, rules.velocity), mean_ratio(motion.u, rules.increment))
-    # modes too fast for the shortest step may be far from equilibrium, and a long step moves them by h^2 u'
+    # modes that are too fast for the shortest step may be far from equilibrium; a long step h moves them by h^2 u'
     first = min(_FIRST * left, motion.sizes[MAX_STEP])
     if rules.shortest > 0.0:
         first = min(first, _FIRST_SHORTEST * rules.shortest)
@@ -363,7 +365,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
             renew, before = True, size
             continue
         if converged:
-            # a correction as long as the structure leads to another solution
+            # a correction as long as the structure would lead to another solution
             hopped = largest_distance(x, predicted, rules.span) > _HOP
             return _Trial(not hopped or rules.fixed_step > 0.0, fresh, x, q, u, a, rate)
         renew = iteration > 0 and counts[SLOW] == 1
@@ -426,7 +428,8 @@ def _adapt(motion: Motion, rules: Rules, h: float, error: float, grow: bool) -> 
     # a step shortened to end at a given time does not reduce the size of later steps
     if grow and h < step_size and error * (step_size / h) ** 3 <= 1.0:
         wanted = max(wanted, step_size)
-    # without numerical damping no step grows by more than a steady one; the error alone then decides whether it is kept
+    # without numerical damping the growth limit is that of a steady step; then only the error decides whether the step
+    # is kept
     possible = wanted if most > GROWTH_OF_STEADY_STEPS else max(wanted, free)
     if not (step_size <= wanted and possible <= GROWTH_OF_STEADY_STEPS * step_size) or not grow:
         sizes[STEP_SIZE] = min(wanted, sizes[MAX_STEP])

@@ -24,9 +24,9 @@ __all__ = [
     START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, ROUND_OFF, POWER, SHORTEST, ALLOWED, LOSSES,
     DRIVEN,
 ) = range(14)  # fmt: skip
-"""Indices of the array `balance` of `march`. START to ROUND_OFF are the numbers of `EnergyBalance` (J). POWER is the input
-power at the end of the last step (W), SHORTEST the shortest step (s). ALLOWED is the largest error relative to the turnover.
-LOSSES is 1 if losses are checked too. DRIVEN is the kinetic energy of driven bodies (J)."""
+"""Indices of the array `balance` of `march`. START to ROUND_OFF are the fields of `EnergyBalance` (J). POWER is the
+input power at the end of the last step (W), SHORTEST the shortest step (s). ALLOWED is the largest error relative to
+the turnover. LOSSES is 1 if losses are checked too. DRIVEN is the kinetic energy of driven bodies (J)."""
 
 
 @shared
@@ -58,7 +58,7 @@ def note_step(balance: np.ndarray, record: np.ndarray, q: np.ndarray, u: np.ndar
 def add_to_balance(
     balance: np.ndarray, work: float, dissipated: float, kinetic: float, potential: float
 ) -> bool:
-    """Add the energies of a step to the balance, J; whether the energy error is above its bound."""
+    """Add the energies of a step to the balance, J; returns whether the energy error is above its bound."""
     balance[WORK] += work
     balance[DISSIPATED] += dissipated
     balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
@@ -76,7 +76,8 @@ def march(
     """Take at most `most` steps up to `until`, and return the outcome of the last step.
 
     The function returns early if the energy error exceeds `balance[ALLOWED]`; the caller then takes single steps.
-    `records` (m, k) receives a record of each step (`fsm.stepping.model`); steps beyond its last row share that row.
+    `records` (m, k) receives a record of each step (`fsm.stepping.model`); all steps beyond the last row overwrite this
+    row.
     """
     sizes, last = motion.sizes, records.shape[0] - 1
     energies(model, sizes[TIME], motion.q, motion.u, 0.0, records[0])  # dampers remember this state

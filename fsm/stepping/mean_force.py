@@ -4,22 +4,24 @@ With x the increment of the configuration from t_n to t_{n+1} = t_n + h [1, 2]:
 
     M (u_{n+1} - u_n)/h = int_0^1 f(t_n + s h, retract(q_n, s x), x/h) ds,    x/h = (u_n + u_{n+1})/2
 
-f.x is then the difference of the potential. So kinetic + potential + dissipated energy - work is constant, except for the
-error of the quadrature. Two Gauss points are exact for potentials up to the fourth degree, for example the potential of a
-stretched film. Rigid bodies rotate about their mean angular velocity, so gyroscopic moments do no work. The method is of
-second order, has no numerical damping, and cannot gain energy; Newmark's method, and generalized-alpha with little damping,
-gain energy where a film stretches. Dampers dissipate energy at the mean rates.
+f.x is then the difference of the potential. Therefore kinetic + potential + dissipated energy - work is constant,
+except for the error of the quadrature. Two Gauss points are exact for potentials up to the fourth degree, for example
+the potential of a stretched film. Rigid bodies rotate about their mean angular velocity, so gyroscopic moments do no
+work. The method is of second order, has no numerical damping, and cannot gain energy. Newmark's method, and
+generalized-alpha with little damping, can gain energy where a film stretches. Dampers dissipate energy at the mean
+rates.
 
 Newton's method solves for x with the matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same quadrature. Where films
-become slack or taut, K differs between the points by orders of magnitude, and K at one point between them does not converge.
-Corrections that overshoot are cut where the work of the residual along them vanishes. The cut is limited, because otherwise
-one region that becomes taut would stop the motion of all others. With fixed steps, Broyden's good update [3] corrects a
-reused tangent. Steps with many iterations are halved, since both halves together may need fewer. Steps are also halved where
-the quadrature does not conserve the energy.
+become slack or taut, K differs between the two points by orders of magnitude; Newton's method with K at one point does
+not converge there. Corrections that overshoot are cut where the work of the residual along them vanishes. The cut is
+limited, because otherwise one region that becomes taut would stop the motion of all others. With fixed steps, Broyden's
+good update [3] corrects a reused tangent. Steps with many iterations are halved, because both halves together may need
+fewer iterations. Steps are also halved where the quadrature does not conserve the energy.
 
-The mean rates of undamped modes that are too fast for a fixed step change their sign in every step. The mean rate of two
-steps before predicts them, as well as slow modes. Linear extrapolation would multiply them by three and have the wrong sign,
-so that it would make taut films slack. With error control these modes are damped, and the prediction is linear.
+The mean rates of undamped modes that are too fast for a fixed step change their sign in every step. The mean rate of
+the step before the last one therefore predicts these modes; it also predicts slow modes. Linear extrapolation would
+give these rates three times the size and the wrong sign, and would make taut films slack. With error control these
+modes are damped, so the prediction is linear.
 
 Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', from differences of
 the mean rates. The filter 2/h^2 S^-1 M, with the matrix S of Newton's method, removes modes that are too fast for the step.
@@ -66,7 +68,7 @@ from fsm.stepping.mean_newton import (
     MeanRules,
     StepEnergies,
     accept_step,
-    off_by,
+    quadrature_error,
     reference,
     same_size,
     solved,
@@ -95,7 +97,8 @@ _FACTORS = 5.0
 _DEAR, _CHEAP, BETWEEN = 25.0, 9.0, 15.0
 """Mean cost of a fixed step, in iterations: bound for halving, bound for doubling, and initial value after a change.
 
-Film with slack parts that become taut: 40 for a step, 10 for each half, 6 for each quarter (2026-11-23).
+Example, film with slack regions that become taut: 40 iterations for a step, 10 for each half, 6 for each quarter
+(2026-11-23).
 """
 _HALVES = 4
 """Largest number of parts of an expensive step."""
@@ -104,15 +107,16 @@ _MEMORY = 0.7
 _FIRST = 1e-4
 """Largest first step relative to the remaining time."""
 _SAFETY, _GROWTH, _SHRINK, _STEADY = 0.9, 2.0, 0.2, 1.2
-"""Constants of error control; with a growth below the last one, step size and factorisation are reused."""
+"""Constants of error control; the last constant is the growth below which step size and factorisation are reused."""
 _CUT = 0.25
 """Factor on a step size for which Newton's method did not converge."""
 _LOST, _AT_ONCE, _LEAST = 3e-6, 0.01, 1e-9
-"""Bounds of the quadrature error of the energy, relative to the reference energy: of all steps; of one step, as a
-part of the remaining error of all steps; and the smallest bound of a step."""
+"""Bounds of the quadrature error of the energy, relative to the reference energy. First: bound for the sum of all
+steps. Second: part of the remaining error that one step may use. Third: smallest bound for a step."""
 _LOST_AT_ONCE = 1e-4
-"""Bound of the quadrature error of the energy in a fixed step, relative to the reference energy. A step with a
-larger error is divided into up to 16 parts, because parts that become slack cause kinks of the force (2026-11-23)."""
+"""Bound of the quadrature error of the energy in a fixed step, relative to the reference energy. A step with a larger
+error is divided into at most 16 parts, because regions of a film that become slack cause kinks of the force
+(2026-11-23)."""
 _SMALLEST = 16.0 * float(np.finfo(float).eps)
 """Smallest step relative to the present time."""
 
@@ -178,7 +182,7 @@ def divide(motion: MeanMotion, cost: float) -> None:
 def _conserved(motion: MeanMotion, found: StepEnergies) -> bool:
     """Whether the quadrature of a fixed step conserves the energy."""
     bound = max(_LOST_AT_ONCE * reference(motion, found), motion.sizes[ROUND_OFF])
-    return abs(off_by(motion, found)) <= bound
+    return abs(quadrature_error(motion, found)) <= bound
 
 
 # error control ----------------------------------------------------------------------------------------------------------
@@ -271,7 +275,7 @@ def _lost(motion: MeanMotion, found: StepEnergies) -> float:
     """Ratio of the energy error of the quadrature to its bound."""
     sizes, turnover = motion.sizes, reference(motion, found)
     most = max(_AT_ONCE * (_LOST * turnover - abs(sizes[OFF])), _LEAST * turnover, sizes[ROUND_OFF])
-    return abs(off_by(motion, found)) / most if most > 0.0 else 0.0
+    return abs(quadrature_error(motion, found)) / most if most > 0.0 else 0.0
 
 
 @shared

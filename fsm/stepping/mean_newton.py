@@ -30,7 +30,7 @@ from fsm.stepping.vectors import changed_rate, copy_into, end_velocity, inner, m
 __all__ = [
     "COST", "DISSIPATED", "DIVISION", "ERROR_BEFORE", "FACTORED", "FACTORISATIONS", "FAILED", "FORCES", "ITERATIONS",
     "KNOWN", "LAST", "LAST_BEFORE", "LINEARISATIONS", "LONGEST", "NEXT", "OFF", "REJECTED", "ROUND_OFF", "START", "STEPS",
-    "STORED", "TIME", "TURNOVER", "WORK", "MeanMotion", "MeanRules", "StepEnergies", "accept_step", "off_by",
+    "STORED", "TIME", "TURNOVER", "WORK", "MeanMotion", "MeanRules", "StepEnergies", "accept_step", "quadrature_error",
     "predicted_rate", "reference", "same_size", "solved", "step_energies",
 ]  # fmt: skip
 
@@ -67,7 +67,7 @@ class MeanRules(NamedTuple):
         Ratio of successive corrections above which the tangent is evaluated again.
     fixed_step : s; 0 with error control
     shortest, max_step : s
-        Error control does not reject steps of the first size, and takes none above the second.
+        Error control accepts all steps of the first size, and takes no step above the second.
     size, weight : (nu,) arrays
         Scales of increments, and the inverse of their squares.
     breaks : increasing times, s
@@ -95,13 +95,14 @@ class MeanMotion(NamedTuple):
     rate : (nu,) array
         Acceleration half-way between the last two steps.
     sizes, counts : (15,) float and (9,) int arrays
-        See the indices above.
+        `TIME` and the names after it are the indices of sizes; `STEPS` and the names after it are those of counts.
     of_pairs : (2, n_pairs) array, J
         Energy dissipated by every contact pair in the last step.
     all_pairs : (2, n_pairs) array, J
-        The same in all steps of `march_mean_force`.
+        Energy dissipated by every contact pair in all steps of `march_mean_force`.
     drive_force : (n_drives,) array, N
-        Mean force over the last step. Rates at the ends contain stiff vibrations, which would cause damper forces.
+        Mean force over the last step. Rates at the ends of a step contain stiff vibrations, which would cause damper
+        forces.
     """
 
     q: np.ndarray
@@ -144,7 +145,7 @@ def reference(motion: MeanMotion, found: StepEnergies) -> float:
 
 
 @shared
-def off_by(motion: MeanMotion, found: StepEnergies) -> float:
+def quadrature_error(motion: MeanMotion, found: StepEnergies) -> float:
     """Energy error of the quadrature of a step, J."""
     return found.stored - motion.sizes[STORED] + found.dissipated - found.work
 
@@ -176,7 +177,7 @@ def _factorise(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> bool:
             break
     motion.counts[FACTORISATIONS] += 1
     motion.sizes[FACTORED] = h
-    # increments at the points are s times the increments of x, except for the rotation of the axes
+    # increments at the point s are s times the increments of x, except for the rotation of the axes
     return factorise(model, 1.0 / h, 2.0 / h**2, scaled(0.5, x), True)
 
 
@@ -214,7 +215,7 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
         left = size * max(contraction, _SURE) / max(1.0 - contraction, 1e-3)
         least = size <= 1e-3 * tolerance
         converged = left <= tolerance or least
-        # contacts of the factorisation that have opened make it too stiff
+        # contacts that have opened since the factorisation make it too stiff
         opened = converged and not renew and contacts_opened(model)
         exact = not learns or least
         if converged and not opened and (exact or _residual_work(model, motion, h, x, residual) <= 1.0):
@@ -284,7 +285,7 @@ def accept_step(model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: fl
     copy_into(found.of_pairs, motion.of_pairs)
     copy_into(found.drive_force, motion.drive_force)
     sizes[TURNOVER] = reference(motion, found)
-    sizes[OFF] += off_by(motion, found)
+    sizes[OFF] += quadrature_error(motion, found)
     sizes[STORED] = found.stored
     rate = scaled(1.0 / h, x)
     if counts[KNOWN] > 0:

@@ -30,7 +30,7 @@ INERTIAL = 1e-2
 
 
 class Calls(NamedTuple):
-    """Kernels of the functions of this module; their first argument are the arrays of the model."""
+    """Kernels of the functions of this module; their first argument is the arrays of the model."""
 
     force: Any
     renewed_force: Any
@@ -83,13 +83,13 @@ def renewed_force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> np.ndar
 def factorise(model: Any, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:
     """Factorise S = K + (by_rate D + by_acceleration M) T, with T of the increment x (nu,) if `maps`, else the identity.
 
-    False if S is singular.
+    The result is false if S is singular.
     """
     return bool(model.factorise(by_rate, by_acceleration, x, maps))
 
 
 def factorise_mass(model: Any) -> bool:
-    """Factorise M. False if it is singular."""
+    """Factorise M and return whether it is regular."""
     return bool(model.factorise_mass())
 
 
@@ -144,7 +144,7 @@ def accept(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> float:
 
 
 def unable(model: Any) -> bool:
-    """Whether the solution of linear equations failed which another model of the same system can solve."""
+    """Whether the model failed to solve linear equations that another model of the same system can solve."""
     return bool(model.unable())
 
 
@@ -153,18 +153,19 @@ def energies(
 ) -> tuple[float, float, float, float, float]:
     """Energies and powers of a state.
 
-    Kinetic and potential energy (J), mean power of dampers over the step to it, and input power (W); and the kinetic energy
-    of driven bodies. The mean power follows from the deformations since the last call, or from the present rates if the
-    step is zero. Energies and drives are recorded.
+    Kinetic and potential energy (J), mean power of dampers over the step that ends at this state (W), input power (W),
+    and kinetic energy of driven bodies (J). The mean power follows from the deformations since the last call, or from
+    the present rates if the step is zero. Energies, travels and forces of drives are written to the record.
     """
     kinetic, potential, dissipated, put_in, driven = model.energies(t, q, u, step, record)
     return kinetic, potential, dissipated, put_in, driven
 
 
 def keep_tangent(model: Any, by_stiffness: float, by_damping: float, first: bool) -> bool:
-    """Keep K and D with these factors if `first`; else add what was kept to the present K and D with these factors.
+    """Keep K and D, multiplied by these factors, if `first`; else add the kept matrices to the present K and D,
+    multiplied by these factors.
 
-    False if the tangents have different patterns.
+    The result is false if the tangents have different patterns.
     """
     return bool(model.keep_tangent(by_stiffness, by_damping, first))
 

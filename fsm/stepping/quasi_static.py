@@ -1,8 +1,8 @@
 """One quasi-static step by Newton's method: h(t, q, u) = 0 with u the mean velocity since the last state.
 
-As for time steps, Python runs `settle` for any system, and a kernel compiles it for models of arrays. The model
-knows the time and the last state. It keeps the efforts of springs and the depths of contacts, if they are separate unknowns
-(see `fsm.system.MixedSystem`).
+As for time steps, Python runs `settle` for any system, and a kernel compiles it for models of arrays. The model stores
+the time and the last state. It also stores the efforts of springs and the depths of contacts if they are separate
+unknowns (see `fsm.system.MixedSystem`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = [
 ]  # fmt: skip
 
 FOUND, NOT_FINITE, SINGULAR, TOO_MANY = range(4)
-"""Endings of Newton's method; the last one: too many iterations."""
+"""Outcomes of Newton's method; the last one means too many iterations."""
 
 _ROUND_OFF = 1e-15
 """Round-off of forces relative to stiffness times size."""
@@ -36,7 +36,7 @@ _TRIALS = 10
 _SMALL_CORRECTION = 1e-4
 """Step below which only the forces are evaluated first, since they are probably in balance."""
 _PATIENCE = 4
-"""Number of iterations after which the residual is compared with the reactions."""
+"""Number of iterations after which the residual is first compared with the reactions."""
 _LARGE_RESIDUAL, _SLOW_REDUCTION = 200.0, 1e-2
 """Residual relative to the largest reaction, and relative to the first residual, above which the iteration stops."""
 
@@ -50,7 +50,7 @@ class NewtonRules(NamedTuple):
         Largest component of the residual at an equilibrium, unless round-off is larger.
     largest_reaction : N
     reach : -
-        Largest correction, over the span of the structure or in radians.
+        Largest correction, relative to the span of the structure or in radians.
     largest_span : m or rad
         Largest of `span`.
     max_iterations : int
@@ -105,7 +105,7 @@ class StaticCalls(NamedTuple):
     linearised_force : ``linearised_force(model, q, mixed)``
         The same; K and D are evaluated there, with the efforts and depths that the model keeps if `mixed`.
     factorise : ``factorise(model)``
-        Factorise K + D/dt. False if it is singular.
+        Factorise K + D/dt; the result is false if it is singular.
     largest_entry : ``largest_entry(model)``
         Largest magnitude of the entries of the last matrix.
     solve : ``solve(model, right)``
@@ -113,7 +113,8 @@ class StaticCalls(NamedTuple):
     retract : ``retract(model, q, dx)``
         Configuration (nq,) after an increment.
     advance : ``advance(model, q, dx, cut)``
-        Advance efforts and depths by an increment from q, to first order; with `cut`, depths become those before it.
+        Advance efforts and depths by an increment from q, to first order; with `cut`, start from the depths before the
+        last increment.
     """
 
     force: Any
@@ -152,7 +153,7 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
         if size < _SMALL_CORRECTION:
             residual = calls.force(arrays, q)
             if largest_ratio(residual, rules.force_scale) <= max(rules.tolerance, round_off):
-                if iteration == 1 and rules.mixed:  # its efforts were only predicted
+                if iteration == 1 and rules.mixed:  # the efforts of this step were only predicted
                     calls.linearised_force(arrays, q, False)
                     counts[FACTORISED] += 1
                     if not calls.factorise(arrays):
@@ -197,7 +198,7 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
 def _shortened(model: StaticModel, q: np.ndarray, step: np.ndarray, work: float, after: float, counts: np.ndarray) -> float:
     """Part of an overshooting step at which its work is about zero, by the Illinois method.
 
-    Contacts that close along the step just touch there, and the next matrix includes them.
+    Contacts that close along the step just touch at its end, and the next matrix includes them.
     """
     low, high, side = 0.0, 1.0, 0
     at_low, at_high, part = work, after, high

@@ -41,7 +41,7 @@ class Secants(NamedTuple):
 
 @shared
 def no_secants(weight: np.ndarray, most: int) -> Secants:
-    """Space for at most so many updates."""
+    """Space for at most `most` updates."""
     n = weight.shape[0]
     return Secants(
         weight, np.empty((most, n)), np.empty((most, n)), np.empty(n), np.empty(n), np.zeros(2, dtype=np.int64)
@@ -68,7 +68,7 @@ def _updated(dx: np.ndarray, weighted: np.ndarray, more: np.ndarray, count: int)
 def _learn(
     dx: np.ndarray, weight: np.ndarray, way: np.ndarray, whole: np.ndarray, weighted: np.ndarray, more: np.ndarray
 ) -> bool:
-    """Write an update; false if the correction `dx` after the last one does not show a curvature."""
+    """Write an update; false if the correction `dx` shows no curvature since the last correction."""
     along = length = 0.0
     for i in range(dx.shape[0]):
         weighted[i] = weight[i] * way[i]
@@ -83,7 +83,7 @@ def _learn(
 
 @shared
 def improved(secants: Secants, dx: np.ndarray) -> np.ndarray:
-    """Correction by the tangent, with the updates of the iterations since then."""
+    """Correction dx by the tangent, improved by the updates of all iterations since that tangent."""
     counts, weighted, more = secants.counts, secants.weighted, secants.more
     dx, k = _updated(dx, weighted, more, counts[_PAIRS]), counts[_PAIRS]
     if counts[_LAST] == 0 or k == weighted.shape[0]:

@@ -14,7 +14,9 @@ __all__ = [
 
 @kernel
 def copy_into(values: np.ndarray, out: np.ndarray) -> None:
-    """Copy an array to another of the same shape. Slices would also compile messages on wrong shapes, for seconds."""
+    """Copy an array to another of the same shape. An assignment to a slice would compile code for messages about wrong
+    shapes, which takes seconds.
+    """
     source, target = values.reshape(-1), out.reshape(-1)
     for i in range(target.shape[0]):
         target[i] = source[i]
@@ -88,7 +90,7 @@ def newton_weight(resolved: np.ndarray, rtol_by_u: float, velocity: np.ndarray, 
 def slope_and_bend(
     rate: np.ndarray, old_rate: np.ndarray, old_slope: np.ndarray, h: float, before: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """u'' and u''' (n,) from u' at both ends of a step, and the slope over the step before, of size `before`."""
+    """u'' and u''' (n,) from u' at both ends of a step and from the slope over the previous step, of size `before`."""
     slope, bend = np.empty(rate.shape[0]), np.empty(rate.shape[0])
     for i in range(rate.shape[0]):
         slope[i] = (rate[i] - old_rate[i]) / h
@@ -141,7 +143,7 @@ def mean_balance(one: np.ndarray, two: np.ndarray, inertial: np.ndarray) -> np.n
 
 @kernel
 def kept(data: np.ndarray, factor: float, first: bool, memory: np.ndarray) -> None:
-    """Write factor data to the memory if `first`, else memory + factor data to the data."""
+    """Write factor * data to the memory if `first`, else write memory + factor * data to the data."""
     values, stored = data.reshape(-1), memory.reshape(-1)
     for i in range(values.shape[0]):
         if first:

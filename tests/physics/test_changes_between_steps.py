@@ -312,7 +312,7 @@ def test_what_is_released_can_be_held_in_the_same_step(tmp_path: Path) -> None:
     [
         ('[[step]]\nkind = "modes"\nhold = ["all"]\n' + DYNAMIC + 'release = ["all"]\n', r"step\.0\.kind: no body is free"),
         (DYNAMIC + 'save = { channels = ["energy.*"] }\n', r"step\.0\.save\.channels: belongs to the whole case"),
-        (DYNAMIC + 'hold = ["block"]\nrelease = ["block"]\n', r"step\.0\.release\.0: nothing called 'block' is held"),
+        (DYNAMIC + 'hold = ["block"]\nrelease = ["block"]\n', r"step\.0\.release\.0: no held body and no acting drive"),
         (
             '[[step]]\nkind = "static"\nsolve = { method = "arc-length", max_step = 0.1 }\n' + PUSH.format(force=1),
             r"step\.0\.solve\.max_step: does not apply",

@@ -1,4 +1,4 @@
-"""A state that friction and dampers alone hold at the end of a pull is named: its force is on its way to another one."""
+"""Warning about a last state that only friction and dampers hold: its force still changes towards another equilibrium."""
 
 from __future__ import annotations
 

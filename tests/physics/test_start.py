@@ -157,7 +157,7 @@ def test_beyond_the_taut_length_all_methods_end_alike(method: str, tmp_path: Pat
 
     far = run(taut + 0.03)
     assert far.exit_code == 3, far.output
-    assert "the drive pulls beyond the reach of the structure; shorten the travel of the drive" in far.stderr
+    assert "the drive pulls beyond the full length of the structure; shorten the travel of the drive" in far.stderr
     torn_at = float(far.stderr.split("(travel ")[1].split(" mm)")[0])
     assert 1e3 * taut < torn_at < 1e3 * taut + 20  # eight joints, each strained by less than a tenth of a segment
     assert not (tmp_path / "out" / "summary.json").exists()

@@ -70,7 +70,7 @@ ONE_MISTAKE = {
     "missing key": (("width = 0.04\n", ""), "strip.width: missing; give a value in m"),
     "missing section": (
         ("[material]\nyoung = 3e9\ndensity = 800\n", ""),
-        "material: section [material] is missing; a strip needs it",
+        "material: section [material] is missing; a strip needs this section",
     ),
     "negative thickness": (
         ("thickness = 3e-4", "thickness = -0.0003"),
@@ -189,7 +189,7 @@ ONE_MISTAKE = {
     ),
     "no end": (
         ('[[drive]]\ncrease = 3\nspeed = "2 mm/s"\ntravel = "150 mm"\n', ""),
-        "solve.end_time: missing, and there is no [[drive]] either, so the run has no end; "
+        "solve.end_time: missing, and there is no [[drive]], so the run has no end; "
         "give one of them",
     ),
     "friction without contact": (

@@ -14,7 +14,7 @@ MISTAKES = (
     (f'[[scene.elements]]{LATCH}steps = ["end"]\n{PULL}', "scene.elements.2.steps", "no step is called 'end'"),
     (f"[[scene.elements]]{LATCH}latch = true\n{PULL}", "scene.elements.2.latch", "needs `steps`"),
     ('[[step]]\nkind = "static"\nhold = ["blok"]', "step.0.hold.0", "did you mean 'block'"),
-    ('[[step]]\nkind = "static"\nrelease = ["hand"]', "step.0.release.0", "nothing called 'hand' is held, driven or loaded"),
+    ('[[step]]\nkind = "static"\nrelease = ["hand"]', "step.0.release.0", "no held body and no acting drive"),
     ('[[step]]\nkind = "dynamic"', "step.0.duration", "is missing"),
     ('[[step]]\nkind = "relax"\nduration = 1', "step.0.duration", "takes no time"),
     ('[[step]]\nkind = "static"\nsolve = { method = "Radau" }', "step.0.solve.method", "does not fit"),

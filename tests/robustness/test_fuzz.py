@@ -113,7 +113,7 @@ def _far_away(file: h5py.File) -> None:
     [
         (_no_group, "damaged or cannot be read"),
         (_no_time, r"/points/displacement has the shape \(3, "),
-        (_far_away, "/shape holds numbers that are not finite or exceed 1e"),
+        (_far_away, "/shape contains numbers that are not finite or exceed 1e"),
     ],
 )
 def test_the_result_of_an_array_that_cannot_be_is_refused(

@@ -141,7 +141,7 @@ def test_joints_that_stay_in_range_are_no_excuse() -> None:
 
 
 def test_failures_are_counted_of_feasible_scenes() -> None:
-    lines = [{"class": name} for name in ["right"] * 18 + ["failed", "told", "refused", "asked", "cut off"]]
+    lines = [{"class": name} for name in ["right"] * 18 + ["failed", "warned", "refused", "asked", "cut off"]]
     assert failed_of_feasible(lines) == (1 / 20, 20)
 
 

@@ -156,7 +156,7 @@ def test_a_reduced_model_of_too_few_modes_tells_its_error(number: int) -> None:
     assert summary["reduced_error_struck"] > 0.5
     assert "at the impact" in said and 'increase vibration.modes, or set vibration.model = "full"' in said
     line = examine(drawn, 20.0)
-    assert (line["class"], line["second"]) == ("told", "differs")
+    assert (line["class"], line["second"]) == ("warned", "differs")
 
 
 def test_overdamped_modes_creep_back() -> None:

@@ -197,7 +197,7 @@ def test_all_faults_at_once() -> None:
         "scene.elements.1: joins 'leg' to itself",
         "scene.surfaces.0.bodies: body 'leg' has no plate",
         "scene.surfaces.1.bodies: the list is empty; give at least one body",
-        "scene.pairs.0.second: nothing that can touch is called 'topp'; did you mean 'top'?",
+        "scene.pairs.0.second: no body, surface or obstacle is called 'topp'; did you mean 'top'?",
         "load.0.body: no body is called 'haed'; did you mean 'head'?",
         "drive.0.body: 'post' is held; a held body cannot be driven",
         "drive: 'arm' is driven 2 times",

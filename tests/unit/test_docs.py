@@ -23,6 +23,7 @@ from fsm.scene.case import Case, Expect, Release, Save, Solve, Strip
 from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 from fsm.scene.crease_family import read_family
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
+from fsm.scene.gas import Closing, Gas, Orifice
 from fsm.scene.lattice import Lattice
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Constant, Cycle, Drive, Load, Ramp, Table
@@ -48,6 +49,7 @@ from fsm.scene.membrane import (
 )
 from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
+from fsm.scene.point_element import BodyPoint, PointElement
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.scene.sheet import BarsOfSheet, Sheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
@@ -65,14 +67,15 @@ CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 TABLES: list[tuple[type[BaseModel], ...]] = [
     (Case,), (Strip,), (Lattice,), (Sheet,), (SheetCrease,), (SheetSupport,), (SheetProbe,), (SheetPly,), (BarsOfSheet,),
     (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
-    (Drive,), (Load,), (Constant, Ramp, Table, Cycle), (Step,), (Obstacle,), (Release,), (Solve,), (Save,),
+    (Drive,), (Load,), (Gas,), (Closing,), (Orifice,), (Constant, Ramp, Table, Cycle), (Step,), (Obstacle,), (Release,),
+    (Solve,), (Save,),
     (SavedPoint,), (Expect,),
     (Scissor,), (BarSection,),
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
     (Deployed,), (Air,), (Damping,), (HalfSinePulse, RectanglePulse, MeasuredPulse), (Vibration,), (Scene,), (Body,),
-    (Plate,), (ForceElement,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneTruss,), (SceneFrame,),
-    (SceneSeam,), (Surface,),
+    (Plate,), (ForceElement,), (PointElement,), (BodyPoint,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneTruss,),
+    (SceneFrame,), (SceneSeam,), (Surface,),
     (scenes.PlateGroup,), (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""

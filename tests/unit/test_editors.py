@@ -75,7 +75,7 @@ def test_a_file_is_not_overwritten(tmp_path: Path) -> None:
     for wrong in ("stripe", "../strip", ""):
         found = fsm("init", wrong, str(tmp_path / "x.toml"))
         assert found.exit_code == 2
-        assert "the kinds are array, beam, cable, cone" in found.output
+        assert "the kinds are array, beam, boom, cable, cone" in found.output
         assert not (tmp_path / "x.toml").exists()
 
 

@@ -23,6 +23,7 @@ from fsm.cli import cli
 from fsm.exporters import EXPORTERS, export
 from fsm.exporters.mesh import Mesh, mesh_of
 from fsm.results.all_channels import all_channels
+from fsm.scene.patterns.flexible_mesh import flexible_mesh
 
 ROOT = Path(__file__).parents[2]
 CASES = {
@@ -251,9 +252,48 @@ def test_inp_holds_the_mesh(name: str, results: dict[str, fsm.Result], tmp_path:
     order = [np.lexsort(np.round(places, 5).T) for places in (middles, expected)]
     assert np.allclose(middles[order[0]], expected[order[1]], atol=1e-4 * np.ptp(mesh.points[0]))
     assert "units: m, kg, s, N, Pa" in text
+    assert ("cables of the film" in text) == (name == "membrane_impact")
+    assert ("N m/rad per m" in text) == (name == "miura_push")
+    listed = re.search(r"ELSET=ALL_ELEMENTS\n((?:\w+\n)+)", text)
+    assert listed is not None and set(listed[1].split()) == sections
+    assert not set(unmoved_nodes(text)) & {one for one, _ in equations(text)}  # CalculiX refuses such supports
     if name == "strip_trial":
         assert text.count("*EQUATION") == 5 * 2 * 3
         assert len(nodes) == 2 * (2 + 2 + 4 * 5)  # held panels are one plate, others have four segments
+
+
+def unmoved_nodes(text: str) -> list[int]:
+    found = re.search(r"NSET=UNMOVED\n([\d,\s]+)", text)
+    return [int(number) for number in re.findall(r"\d+", found[1])] if found else []
+
+
+def equations(text: str) -> set[tuple[int, int]]:
+    """Pairs of nodes with equal translations."""
+    rows = re.findall(r"\*EQUATION\n2\n(\d+), (\d), 1.0, (\d+), \2, -1.0", text)
+    assert len(rows) == text.count("*EQUATION")
+    pairs = {(int(one), int(other)) for one, _, other in rows}
+    assert len(rows) == 3 * len(pairs)
+    return pairs
+
+
+def test_flexible_facets_are_hinged_at_creases_only(tmp_path: Path) -> None:
+    """Every triangle was hinged to its neighbours, and the edges of a slit were joined: another structure."""
+    ring = fsm.load(ROOT / "folding_cases" / "slit_annulus" / "case.toml")
+    ring = ring.set({"sheet.mesh": [2, 8], "load.0.force_per_length": [0, 0, 0.01]})
+    folded = fsm.load(ROOT / "fsm" / "commands" / "templates" / "flexible.toml").set("drive.0.travel", "0.5 mm")
+    for case in (ring, folded):
+        result = case.run()
+        text = result.export("inp", tmp_path / "x.inp").read_text()
+        mesh = flexible_mesh(case.model.sheet)
+        nodes = dict(re.findall(r"^(\d+), ([-\d.e]+, [-\d.e]+, [-\d.e]+)$", text.partition("*ELEMENT")[0], re.MULTILINE))
+        assert len(nodes) == len(mesh.owner)
+        pairs = equations(text)
+        assert len(pairs) == len(mesh.owner) - len(set(mesh.owner.tolist()))
+        places = {number: np.array(place.split(","), dtype=float) for number, place in nodes.items()}
+        assert all(np.allclose(places[str(one)], places[str(other)], atol=1e-9) for one, other in pairs)
+        assert bool(pairs) == (case is folded)
+        assert unmoved_nodes(text)
+        assert not set(unmoved_nodes(text)) & {one for one, _ in pairs}
 
 
 WICKED = ["<script>alert(1)</script>", "$HOME", "../../outside", "/etc/passwd", "a/b", "=1+1", 'quo"te', "ü", "*", "%s%n"]

@@ -5,10 +5,14 @@ from __future__ import annotations
 import importlib.util
 import re
 from pathlib import Path
+from types import ModuleType
 
+import numpy as np
+from matplotlib.colors import to_rgb
 from PIL import Image
 
 from fsm.plots import figures
+from fsm.plots.style import COLOURS
 from fsm.scene.table import OVERLAY, STUDY
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -31,9 +35,27 @@ def test_the_pictures_of_the_page_are_there_and_small() -> None:
             assert picture.width <= 720
 
 
-def test_the_page_is_the_text_of_its_script() -> None:
+def script() -> ModuleType:
     spec = importlib.util.spec_from_file_location("figure_page", DOCS / "figures" / "draw.py")
     assert spec is not None and spec.loader is not None
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    assert script.page() == (DOCS / "figures.md").read_text(encoding="utf-8")
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return found
+
+
+def test_the_page_is_the_text_of_its_script() -> None:
+    assert script().page() == (DOCS / "figures.md").read_text(encoding="utf-8")
+
+
+def test_thin_lines_keep_their_colours(tmp_path: Path) -> None:
+    """A palette by the median drew two panels of a strip, and two of five channels, in one colour."""
+    picture = Image.new("RGB", (600, 600), "white")
+    picture.paste(Image.linear_gradient("L").resize((600, 500)), (0, 100))
+    for k, colour in enumerate(COLOURS):
+        picture.paste(colour, (10, 10 * k, 60, 10 * k + 2))
+    picture.save(tmp_path / "large.png")
+    script().small(tmp_path / "large.png", tmp_path / "small.png")
+    with Image.open(tmp_path / "small.png") as found:
+        small = np.asarray(found.convert("RGB"), dtype=int)
+    for k, colour in enumerate(COLOURS):
+        assert np.abs(small[10 * k, 30] - np.array(to_rgb(colour)) * 255).max() < 20

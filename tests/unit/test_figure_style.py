@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -15,10 +16,11 @@ from matplotlib.figure import Figure
 
 from fsm.cli import cli
 from fsm.plots.channels import plot_channels
+from fsm.plots.contact_map import plot_contact_map
 from fsm.plots.drawing import drawing
 from fsm.plots.energy import STACK, plot_energy
 from fsm.plots.figures import draw
-from fsm.plots.force import plot_force
+from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.marks import stage_shade
 from fsm.plots.motion import plot_motion
 from fsm.plots.parts import colours_of_parts, handles_of_parts, polygons
@@ -47,6 +49,21 @@ def test_a_slide_has_larger_letters_and_thicker_lines(tmp_path: Path, figures: l
     assert letters == 9.0
     assert larger > 1.3 * letters
     assert thicker > 1.3 * lines
+
+
+def test_the_effort_of_a_turning_drive_is_a_moment(tmp_path: Path, figures: list[Figure]) -> None:
+    """The axes had N m and mrad; the peak and the stages had N and mm."""
+    run = strip_run(31)
+    turning = replace(run, layout=replace(run.layout, drive_names=("lid (turn)",)))
+    plot_force(turning, tmp_path / "force.png")
+    plot_contact_map(turning, tmp_path / "contact.png")
+    plot_overlay([("a", turning)], tmp_path / "overlay.png")
+    plot_overlay([("a", turning), ("b", run)], tmp_path / "both.png")
+    force, contact, overlay, both = map(words, figures)
+    for text in (force, contact, overlay):
+        assert "mrad" in text
+        assert not re.search(r" mm\b(?!²)|\(mm\)| N at", text)
+    assert "travel (mm) or turn (mrad)" in both and "force (N) or moment (N m)" in both
 
 
 @pytest.mark.parametrize(("suffix", "text"), [(".svg", b">travel (mm)</text>"), (".pdf", b"/FontFile2")])

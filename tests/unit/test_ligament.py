@@ -189,7 +189,7 @@ def test_a_lattice_has_no_preview(tmp_path: Path) -> None:
     [
         ("solve.spatial=true", "in its plane only"),
         ("drive.0.edge=bottom", "is held"),
-        ("contact.stiffness=1e5", "rigid without contact; remove section [contact]"),
+        ("contact.stiffness=1e5", "rigid and have no contact; remove section [contact]"),
         ("strip.length=1", "both define a model"),
         ("drive.0.body=block 1.6", "give either"),
     ],
@@ -201,5 +201,5 @@ def test_what_a_lattice_cannot_have_is_refused(override: str, said: str) -> None
 
 
 def test_a_lattice_is_of_the_plane() -> None:
-    with pytest.raises(CaseError, match="of the plane"):
+    with pytest.raises(CaseError, match="only in a plane model"):
         compile_scene(build_lattice(lattice()), spatial=True)

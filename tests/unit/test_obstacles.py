@@ -88,7 +88,7 @@ def test_faults_of_a_scene_name_what_is_wrong() -> None:
     assert faults["scene.obstacles.1.body"] == "no body is called 'bb'; did you mean 'b'?"
     assert faults["scene.obstacles.1.name"] == "'hub' is used 2 times; names must differ"
     assert faults["scene.obstacles.2.orientation"] == "the quaternion has norm 1.41421; the norm must be 1 within 1e-6"
-    assert faults["scene.pairs.0.second"] == "nothing that can touch is called 'hb'; did you mean 'hub'?"
+    assert faults["scene.pairs.0.second"] == "no body, surface or obstacle is called 'hb'; did you mean 'hub'?"
     assert faults["scene.pairs.1.first"] == "body 'bare' has no plate, so it has no face to touch"
     assert faults["scene.pairs.2"].startswith("obstacles 'hub' and 'cap': a plane and a plane do not touch")
     assert faults["scene.pairs.3"] == "'b' and 'cap' are both part of body 'b': they cannot touch"

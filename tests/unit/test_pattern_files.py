@@ -190,7 +190,7 @@ def test_inner_boundaries_are_cuts() -> None:
         (svg(FRAME, '<rect x="200" y="20" width="10" height="10" stroke="black"/>'), "the pattern has 2 separate parts"),
         (svg('<path d="M0,0 A5,5 0 0 1 10,0" stroke="red"/>'), "command 'A', which is not supported"),
         (svg('<line x1="1" y1="1" x2="1" y2="1" stroke="red"/>'), "zero length"),
-        (svg(FRAME, '<rect x="30" y="30" width="20" height="20" stroke="red"/>'), "a facet has a closed line in it at"),
+        (svg(FRAME, '<rect x="30" y="30" width="20" height="20" stroke="red"/>'), "a facet contains a closed line at"),
         (svg(FRAME, '<line x1="10%" y1="50" x2="110" y2="50" stroke="blue"/>'), "x1 is '10%', not a number"),
         (svg(FRAME, '<polyline points="10,nan 110,50" stroke="blue"/>'), "a <polyline> with 'nan' among its numbers"),
         (svg(FRAME, '<polyline points="10,50,110" stroke="blue"/>'), "3 coordinates, an odd number"),

@@ -123,7 +123,7 @@ def test_a_drive_at_a_speed_at_which_friction_falls_is_named(speed: str, may: bo
     friction = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": "1 mm/s", "v_dynamic": "10 mm/s"}
     drive = [{"crease": 3, "direction": [0, 0, 1], "speed": speed, "travel": "40 mm"}]
     text = text_of(contact={"stiffness": "1e8 N/m^1.5"}, friction=friction, drive=drive)
-    (said if may else not_said)(text, "contacts may stick and slip in turn, and a run may take long")
+    (said if may else not_said)(text, "contacts may alternately stick and slip, and a run may take long")
 
 
 def test_the_tension_that_segments_resolve_is_said() -> None:

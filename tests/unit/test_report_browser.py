@@ -299,6 +299,62 @@ def test_lines_of_a_large_sheet_wait_until_the_picture_rests(browser: Browser, t
     check_quiet(browser)
 
 
+def test_views_contain_the_motion_and_use_the_window(browser: Browser, tmp_path: Path) -> None:
+    """A view left room for a sphere around the motion: a tube had a third of the window."""
+    opened(browser, tmp_path, {"sheet": folded(100, 5)})
+    for view in ("iso", "front", "side", "top"):
+        browser.run(f"document.querySelector('[data-view={view}]').click()")
+        reach = browser.run("""(() => {
+            const player = fsmReport.page.player, reach = [0, 0];
+            player.render();
+            for (const frame of [0, player.frames - 1]) {
+                player.show(frame);
+                for (let k = 0; k < player.vertices; k++) {
+                    const { x, y } = player.vertex(k).project(player.camera);
+                    reach[0] = Math.max(reach[0], Math.abs(x)); reach[1] = Math.max(reach[1], Math.abs(y));
+                }
+            }
+            return reach;
+        })()""")
+        assert 0.5 < max(reach) < 1.0, view
+    check_quiet(browser)
+
+
+def test_a_moving_picture_of_many_facets_has_fewer_pixels(browser: Browser, tmp_path: Path) -> None:
+    opened(browser, tmp_path, {"sheet": folded(4200, 3)})
+    ratios = browser.run("""(() => {
+        const player = fsmReport.page.player, ratios = [];
+        for (const [slow, drawn] of [[true, -Infinity], [true, performance.now() + 1e6], [false, performance.now()]]) {
+            Object.assign(player, { slow, drawn });
+            player.render();
+            ratios.push(player.renderer.getPixelRatio());
+        }
+        Object.assign(player, { slow: true, drawn: performance.now() + 500 });
+        player.render();
+        return ratios;
+    })()""")
+    assert ratios == [1, 0.7, 1]
+    browser.wait("fsmReport.page.player.renderer.getPixelRatio() === 1", 20)  # after a rest
+    check_quiet(browser)
+
+
+def test_results_with_missing_numbers_are_not_drawn_as_their_minimum(browser: Browser, tmp_path: Path) -> None:
+    """A missing number had a line through the smallest number; the scatter of two stages had one quantity on all axes."""
+    runs = {"a": strip_run(21, peak=1.0), "b": strip_run(21), "c": strip_run(21, peak=3.0)}
+    for name in ("a", "b"):
+        runs[name].summary["max_stress"] = runs[name].summary["peak_force"]
+    opened(browser, tmp_path, runs)
+    browser.wait("['scatter', 'parallel'].every((id) => document.getElementById(id)._fullLayout)")
+    assert set(browser.run("document.getElementById('parallel').data[0].dimensions.map((one) => one.values.length)")) == {2}
+    assert browser.run("document.getElementById('parallel-note').textContent") == "2 of 3 results have all of these numbers."
+    chosen = browser.run("['x', 'y', 'colour'].map((axis) => document.getElementById(`scatter-${axis}`).value)")
+    assert chosen[0] != chosen[1]
+    opened(browser, tmp_path, {"pull": strip_run(21), "free": undriven(strip_run(11))})
+    for box in ("scatter-box", "parallel-box"):
+        assert browser.run(f"document.getElementById('{box}').hidden")
+    check_quiet(browser)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(path.parent.name for path in CASES.glob("*/case.toml")))
 def test_every_shipped_case(browser: Browser, tmp_path: Path, name: str) -> None:

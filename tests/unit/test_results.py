@@ -34,6 +34,7 @@ LAYOUT = Layout(
 STATS = {"steps": 812, "method": "Radau", "seconds": 1.25, "converged": True, "per_stage": [1, 2]}
 SUMMARY = {
     "peak_force": 1.992,
+    "peak_travel": 0.024,
     "stages": [{"name": "contact", "travel": np.float64(0.013), "force": 1.2}],
     "note": None,
 }
@@ -448,6 +449,10 @@ ODD_SUMMARIES = {
     "events that are none": {"events": [{"kind": "snap"}]},
     "warnings of numbers": {"warnings": [1]},
     "a peak that is a list": {"peak_force": [1.0]},
+    "stages without a peak": {"stages": [], "peak_force": 1.0, "peak_travel": None},
+    "a frequency without that of the spectrum": {"frequency_hz": 3.0, "frequency_resolution_hz": 0.1},
+    "frequencies that are words": {"modes_hz": ["one"]},
+    "a tension without stresses": {"tension_state": {"slack_fraction": 0.1}},
 }
 
 

@@ -182,7 +182,7 @@ def fake_run(monkeypatch):
 def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     rows = run_table(write(tmp_path), tmp_path / "out")
     assert fake_run == [
-        ("compile ahead", "planar", "statics in one call, planar"),
+        ("compile ahead", "planar", "statics in one kernel, planar"),
         ("80 low", False),
         ("80 high", False),
         ("83 low", False),
@@ -214,16 +214,16 @@ def test_resume_runs_only_what_is_not_there_or_has_changed(tmp_path, fake_run):
     first = run_table(path, tmp_path / "out", progress=False)
     fake_run.clear()
     again = run_table(path, tmp_path / "out", resume=True, progress=False)
-    assert fake_run == [("compile ahead", "planar", "statics in one call, planar"), ("83 low", False)]
+    assert fake_run == [("compile ahead", "planar", "statics in one kernel, planar"), ("83 low", False)]
     assert again == first
     fake_run.clear()
     path.write_text(TABLE.replace("80 high, 80 deg, 9e-3", "80 high, 80 deg, 8e-3"))
     run_table(path, tmp_path / "out", resume=True, progress=False)
-    assert fake_run == [("compile ahead", "planar", "statics in one call, planar"), ("80 high", False), ("83 low", False)]
+    assert fake_run == [("compile ahead", "planar", "statics in one kernel, planar"), ("80 high", False), ("83 low", False)]
     fake_run.clear()
     (tmp_path / "out" / "80 low" / "summary.json").unlink()  # as if it had been cut off
     run_table(path, tmp_path / "out", resume=True, progress=False)
-    assert fake_run == [("compile ahead", "planar", "statics in one call, planar"), ("80 low", True), ("83 low", False)]
+    assert fake_run == [("compile ahead", "planar", "statics in one kernel, planar"), ("80 low", True), ("83 low", False)]
     fake_run.clear()
     run_table(path, tmp_path / "out", progress=False)
     assert len(fake_run) == 5

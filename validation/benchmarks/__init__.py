@@ -1,1 +1,1 @@
-"""How long things take."""
+"""Times of runs and of kernels."""

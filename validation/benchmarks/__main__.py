@@ -40,7 +40,7 @@ PARTS = ("precision", "segments", "linear", "broad_phase", "demo", "memory")
 
 
 def options(arguments: list[str] | None = None) -> argparse.Namespace:
-    """What is asked for."""
+    """Options of the command line."""
     parser = argparse.ArgumentParser(prog="python -m validation.benchmarks", description=__doc__.splitlines()[0])
     parser.add_argument("--parts", default=None, help=f"of {','.join(PARTS)}; all, or precision,segments with --quick")
     parser.add_argument("--scenes", default=",".join(PROBLEMS), help="of the work-precision part: %(default)s")
@@ -184,7 +184,7 @@ def draw_values(chosen: argparse.Namespace, file: str, head: str) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure what is asked for, then draw everything there is."""
+    """Measure the selected parts, then draw all results."""
     chosen = options(arguments)
     about = machine() | {"threads": os.environ[one_thread.VARIABLES[0]]}
     runs: dict[str, Callable[[argparse.Namespace, dict[str, str]], None]] = {

@@ -145,7 +145,7 @@ SCENES: dict[str, Callable[[int, int], Job]] = {
     "plates in one layer, broad and narrow phase": lambda count, seed: heap(count, seed, flat=True),
     "plates in a heap, narrow phase": still_heap,
 }
-"""What is timed, by name."""
+"""Timed scenes by name."""
 
 
 def measure_broad_phase(counts: Sequence[int], repeat: int) -> Iterator[list[Row]]:

@@ -22,9 +22,9 @@ from validation.benchmarks.problem import Problem
 from validation.benchmarks.scenes import PENDULUM_TIP, TOP_ENERGY, heavy_top, pendulum, roll_up, stack, strip, strip_in_space
 
 Finding = tuple[str, float, float]
-"""What, how far off, how far it may be."""
+"""Quantity, its error, and the bound of the error."""
 
-STRIP_PEAK = 2.0041  # validation/references.md; 10 segments a panel are 3.4 % below it
+STRIP_PEAK = 2.0041  # validation/references.md; 10 segments per panel are 3.4 % below it
 
 
 def solved(

@@ -35,7 +35,7 @@ class Times(NamedTuple):
 
 
 def machine() -> dict[str, str]:
-    """What the times were measured on."""
+    """Machine on which the times were measured."""
     model = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.is_file():

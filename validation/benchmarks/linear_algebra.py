@@ -24,7 +24,7 @@ BACKENDS: tuple[Backend, ...] = ("block", "splu", "pardiso")
 TOUCHING = 0.05
 """Contacts over segments in a chain that lies on itself."""
 AT_LEAST, MOST = 0.2, 200
-"""A matrix is solved with for so many seconds, but not more often than so many times."""
+"""Solutions with a matrix are repeated up to this time (s) and up to this number of times."""
 
 
 def chain(segments: int) -> BlockMatrix:

@@ -29,7 +29,7 @@ def _large_chain() -> SegmentSystem:
 
 JOBS: dict[str, Callable[[], object]] = {
     "import alone": lambda: None,
-    "strip, 10 segments a panel, Radau": lambda: METHODS["Radau"].run(strip(), 1e-3),
+    "strip, 10 segments per panel, Radau": lambda: METHODS["Radau"].run(strip(), 1e-3),
     "roll-up, 200 segments, BDF": lambda: METHODS["BDF"].run(roll_up(), 1e-3),
     "chain of 5000, Newton iterations": lambda: newton_iterations(_large_chain(), "block", 5),
     "chain of 5000, steps of Radau": lambda: time_steps(_large_chain(), "Radau"),

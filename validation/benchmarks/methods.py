@@ -34,7 +34,7 @@ class TooSlow(Exception):
 
 @dataclass(frozen=True)
 class Run:
-    """What one run gave: processor and wall time (s), samples (one row a saved time), and what it took."""
+    """Result of a run: processor and wall time (s), samples (one row for each saved time), and effort."""
 
     seconds: float
     wall: float
@@ -76,7 +76,7 @@ class Method:
                 return run
 
     def warm_up(self, problem: Problem) -> None:
-        """The first instants, so that what is loaded once is loaded; how they end does not matter."""
+        """Run the first steps, so that kernels are loaded; their result is not used."""
         short = replace(problem, times=(1e-3 * problem.end_time,))
         try:
             self._once(short, self.tolerances[0], limit=10.0)
@@ -106,7 +106,7 @@ class Method:
 
 
 def integrator(name: str, tolerances: tuple[float, ...] = TOLERANCES) -> Method:
-    """A time integrator, by the name that `Settings.method` knows it under; any scene."""
+    """A time integrator by its name in `Settings.method`, for any scene."""
 
     def solve(
         system: SegmentSystem, problem: Problem, tolerance: float, on_save: OnSave, on_step: OnStep
@@ -139,4 +139,4 @@ METHODS: dict[str, Method] = {
         # new solvers go here, for example integrator("Radau (structured)")
     )
 }
-"""All methods by name; the order is that of the colours."""
+"""All methods by name, in the order of the colours."""

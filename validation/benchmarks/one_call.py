@@ -36,11 +36,11 @@ def systems(segments: int, spatial: bool, damping: float) -> list[SegmentSystem]
 def main() -> int:
     """Run all, print a row each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--segments", type=int, nargs="+", default=[4, 10, 20], help="segments a panel")
+    parser.add_argument("--segments", type=int, nargs="+", default=[4, 10, 20], help="segments per panel")
     parser.add_argument("--repeat", type=int, default=200, help="paths of each, after one that compiles")
     chosen = parser.parse_args()
     print(", ".join(f"{name} {value}" for name, value in machine().items()), end="\n\n")
-    print("| segments a panel | model | damping | kernel by kernel, ms | in one call, ms | ratio | compiled first, s |")
+    print("| segments per panel | model | damping | kernel by kernel, ms | in one call, ms | ratio | compiled first, s |")
     print("|---|---|---|---|---|---|---|")
     for segments in chosen.segments:
         for spatial, damping in ((False, 0.0), (False, 0.01), (True, 0.0), (True, 0.01)):

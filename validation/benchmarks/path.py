@@ -42,11 +42,11 @@ def strip(segments: int, spatial: bool) -> SegmentSystem:
 def main() -> int:
     """Run all, print a row each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--segments", type=int, nargs="+", default=[20, 40], help="segments a panel")
+    parser.add_argument("--segments", type=int, nargs="+", default=[20, 40], help="segments per panel")
     parser.add_argument("--repeat", type=int, default=5, help="runs that a time is the median of, after one that warms up")
     chosen = parser.parse_args()
     print(", ".join(f"{name} {value}" for name, value in machine().items()), end="\n\n")
-    print("| segments a panel | model | processor time, s | shortest | steps | refused | iterations | peak, N | events |")
+    print("| segments per panel | model | processor time, s | shortest | steps | refused | iterations | peak, N | events |")
     print("|---|---|---|---|---|---|---|---|---|")
     for segments in chosen.segments:
         for spatial in (False, True):

@@ -79,7 +79,7 @@ def measure(
 def _outcome(
     problem: Problem, method: Method, expected: np.ndarray, tolerance: float, repeat: int, limit: float
 ) -> Row:
-    """Status, error and time of one tolerance. A failure of whatever kind is a result here, and is told."""
+    """Status, error and time of one tolerance. A failure of any kind is a result here, and is printed."""
     runs: list[Run] = []
     try:
         while len(runs) < repeat and sum(run.seconds for run in runs) < ENOUGH:
@@ -112,7 +112,7 @@ def read(path: Path) -> list[Row]:
 
 
 def write(path: Path, new: Sequence[Row], about: dict[str, str]) -> None:
-    """Put rows into the file, in place of those of the same scene and method; with the machine they were measured on."""
+    """Replace the rows of the same scene and method in the file, and write the machine of the measurement."""
     replaced = {(row["scene"], row["method"]) for row in new}
     kept = [row for row in read(path) if (row["scene"], row["method"]) not in replaced]
     write_rows(path, COLUMNS, [*kept, *(row | about for row in new)], about)

@@ -1,4 +1,4 @@
-"""What a benchmark is: a scene, the states that are looked at, the numbers taken from each, and what they should be."""
+"""Benchmark: a scene, the compared states, the numbers of each state, and their references."""
 
 from __future__ import annotations
 
@@ -64,6 +64,6 @@ class Problem:
         return compile_scene(self.scene, self.spatial)
 
     def digest(self) -> str:
-        """Stands for everything that a tight reference depends on, but for the code of the forces."""
+        """Digest of everything that determines a reference with a small tolerance, except the code of the forces."""
         text = f"{self.scene.model_dump_json()} {self.spatial} {list(self.times)} {self.reference!r}"
         return hashlib.sha256(text.encode()).hexdigest()[:12]

@@ -86,7 +86,7 @@ def _end_of_last(length: float) -> Callable[[SavedState], np.ndarray]:
 
 
 def strip_scene(segments: int, travel: float = 0.04) -> Scene:
-    """The trial strip (folding_cases/strip_trial) with so many segments a panel, pulled so far (m)."""
+    """The trial strip (folding_cases/strip_trial) with its segments per panel and its travel (m)."""
     overrides = [f"strip.segments_per_panel={segments}", f"drive.0.travel={travel}", "expect=none"]
     return build_scene(load_case(TRIAL, overrides).case)
 
@@ -98,7 +98,7 @@ def strip(segments: int = 10, travel: float = 0.04, spatial: bool = False) -> Pr
     where = "space" if spatial else "the plane"
     return Problem(
         name="strip_in_space" if spatial else "strip",
-        title=f"pulled strip with contact in {where}, {segments} segments a panel",
+        title=f"pulled strip with contact in {where}, {segments} segments per panel",
         measure="RMS error of the force / peak",
         scene=scene,
         times=tuple(motion.time_of(float(x)) for x in np.linspace(0.0, travel, 81)),
@@ -314,4 +314,4 @@ QUICK: dict[str, Callable[[], Problem]] = {
     "stack": lambda: stack(2),
     "roll_up": lambda: roll_up(20),
 }
-"""Small ones that take seconds, for `--quick`; what is not here is left out of it."""
+"""Small scenes that take seconds, for `--quick`; other scenes are omitted with this option."""

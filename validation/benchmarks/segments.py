@@ -27,9 +27,9 @@ SEGMENTS_COLUMNS = ("scene", "what", "segments", "time_s", "repeats", "slope", "
 COUNTS = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 QUICK_COUNTS = (10, 50, 200, 500)
 FITTED_FROM = 100
-"""Slopes are fitted over counts from here on: below, what every call costs in Python hides the rest."""
+"""Smallest count for the fit of slopes; below it, the time of calls in Python dominates."""
 MOVING_PANELS = 4
-"""Of the strip's six panels two are held."""
+"""Number of moving panels; two of the six panels of the strip are held."""
 STEPS, SETTLING = 10, 20
 """Time steps that are timed, after those in which the step size still grows."""
 LARGEST_DENSE = 6000
@@ -56,7 +56,7 @@ SCENES: dict[str, tuple[Callable[[int], Scene], bool, int]] = {
     "chain in space": (_chain, True, 10),
     "strip with contact in the plane": (_strip, False, 20),
 }
-"""How to make each with so many segments, whether in space, and the smallest count."""
+"""Function that makes each scene with a number of segments, whether it is in space, and the smallest count."""
 
 
 def measure_segments(counts: Sequence[int], methods: Sequence[str], repeat: int, limit: float) -> Iterator[list[Row]]:

@@ -28,7 +28,7 @@ from validation.membrane.film import pulled_film
 __all__ = ["exponent", "main", "nested_dissection", "orders"]
 
 SLOW = 20.0
-"""A factorisation that takes so many seconds is not repeated, and the method is left out for more unknowns."""
+"""Time of a factorisation (s) above which it is not repeated, and the method is not used for more unknowns."""
 
 
 def nested_dissection(rows: int, columns: int) -> np.ndarray:
@@ -70,7 +70,7 @@ def orders(pattern: BlockPattern, cells: int) -> dict[str, np.ndarray]:
 
 
 def seconds(job: Callable[[], Any], repeat: int) -> float:
-    """Shortest processor time of so many runs after a first one."""
+    """Shortest processor time of several runs after a first run."""
     job()
     times = []
     while len(times) < repeat and sum(times) < SLOW:

@@ -33,7 +33,7 @@ EXACT = "closed form: h(1 + e) = ln[(1 + h)/(1 - he)]"
 
 
 def restitution(place: Place) -> Iterator[Check]:
-    """What restitution the damped contact laws deliver, whatever mass, speed and exponent."""
+    """Restitution of the damped contact laws, for different masses, speeds and exponents."""
     asked = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
     curves, points = {}, {}
     for law in ("restitution", *FACTORS):

@@ -186,7 +186,7 @@ def miura(a: float, b: float, gamma: float, start: float, moment: float) -> tupl
                 rotation=(1e3, 1e-3, 1e3),
             )
         )  # fmt: skip
-    fixed = (corners[1, 1] - corners[1, 0]) / b  # the crease between the held plate and the one that is turned
+    fixed = (corners[1, 1] - corners[1, 0]) / b  # the crease between the held plate and the rotated plate
     load = Load(body="10", moment=_tuple(moment * fixed), time=Ramp(kind="ramp", end=1.0))
     system = compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), loads=(load,)), True)
     angles: list[float] = []

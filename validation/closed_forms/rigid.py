@@ -19,7 +19,7 @@ TOP_POSITION = {
     1.0: (0.1733439641, 0.6400885921, -0.7484907911),
 }
 TOP_QUATERNION = (0.7329439807, -0.2782857193, 0.5318246113, -0.3201761427)
-"""Of the heavy top: J, centre by time (m), attitude at 1 s; converged to 1e-13 by an independent method."""
+"""Heavy top: energy (J), centre by time (m), attitude at 1 s, by an independent method within 1e-13."""
 
 ADAMS = {
     0.2: -0.1394122,

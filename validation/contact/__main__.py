@@ -17,7 +17,7 @@ import numpy as np
 from validation.contact import box_of_plates, plots, pulled_strip, rigid_peer, stack
 
 Check = tuple[str, float, float]
-"""What, its value, the largest that is allowed."""
+"""Quantity, its value, and the largest allowed value."""
 
 
 def check_stack(quick: bool, out: Path) -> list[Check]:
@@ -131,7 +131,7 @@ def say(text: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the parts, print what was found and what is allowed."""
+    """Run the parts, and print values and bounds."""
     parser = argparse.ArgumentParser(prog="python -m validation.contact", description=__doc__.splitlines()[0])
     parser.add_argument("--parts", default=",".join(PARTS), help="%(default)s")
     parser.add_argument("--quick", action="store_true", help="fewer panels and plates")

@@ -33,7 +33,7 @@ CORNER = 1.0 / 72.0
 
 @dataclass(frozen=True)
 class Fall:
-    """What came of it.
+    """Result of the run.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ def deepest_allowed(contact: Contact, energy: float, weight: float) -> float:
 
 
 def outside(system: SegmentSystem, state: SavedState, half: float) -> float:
-    """How far the corner farthest out is beyond the walls or below the floor, m; negative when all are inside."""
+    """Largest distance of a corner beyond the walls or below the floor, m; negative if all corners are inside."""
     corners = system.shape(state.time, state.q)
     return float(max((np.abs(corners[..., :2]) - half).max(), (-corners[..., 2]).max()))
 

@@ -27,7 +27,7 @@ PYMUNK_STEP = 1e-5
 
 @dataclass(frozen=True)
 class Case:
-    """What came out, by who says so: fsm, pymunk, closed form; each a row of the same numbers."""
+    """Results of fsm, of pymunk and of the closed form; each is a row of the same numbers."""
 
     fsm: np.ndarray
     pymunk: np.ndarray

@@ -25,7 +25,7 @@ from fsm.solve.static import PathSettings, follow
 __all__ = ["CONTACT", "END", "FOLD", "LENGTH", "RTOL", "THICKNESS", "PressedStack", "crossings", "press", "stack_scene"]
 
 LENGTH, WIDTH, THICKNESS = 0.08, 0.04, 3e-4
-"""Of a panel, m."""
+"""Size of a panel, m."""
 CREASE = 9e-3
 """Stiffness of a crease, N m/rad."""
 FOLD = math.radians(80.0)
@@ -35,14 +35,14 @@ AWAY = 1e-3
 ROOM = 1e-3
 """Between the ends of the panels, when they stand upright, and floor or lid, m."""
 RTOL = 1e-5
-"""Of the path; after it the strip may be off by as much of a panel's length."""
+"""Relative tolerance of the path; afterwards the strip may deviate by this part of the length of a panel."""
 END = 45.0
 """Duration of pressing and letting go, s."""
 
 
 @dataclass(frozen=True)
 class PressedStack:
-    """What came of it.
+    """Result of the run.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class PressedStack:
 
     @property
     def not_back(self) -> float:
-        """How far the last state is from the first, m or rad."""
+        """Largest difference between the last and the first state, m or rad."""
         return float(np.abs(self.saved[-1].q - self.saved[0].q).max())
 
 

@@ -1,1 +1,1 @@
-"""What is left when the program is killed, interrupted, or cannot write."""
+"""Files that remain if the program is killed or interrupted, or cannot write."""

@@ -1,4 +1,4 @@
-"""kill -9 at random moments, in `fsm run`, `fsm table` and `fsm calibrate`, and what is left."""
+"""Kills (kill -9) of `fsm run`, `fsm table` and `fsm calibrate` at random moments; checks of their files."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LOOK = 0.01
 
 @dataclass
 class Found:
-    """What a number of kills came to.
+    """Result of a number of kills.
 
     Attributes
     ----------
@@ -53,12 +53,12 @@ class Found:
 
     @property
     def worst_loss(self) -> float:
-        """Of all kills, s."""
+        """Largest loss of all kills, s."""
         return max(self.losses, default=0.0)
 
 
 def kill_many(kind: str, kills: int, seed: int, folder: Path) -> Found:
-    """Start a command again and again with --resume, and kill it at a random moment, until so many kills are done.
+    """Start a command repeatedly with --resume, and kill it at random moments, up to a number of kills.
 
     Three moments in four are counted from when it begins to solve, so that a machine that is busy with other work does not
     have all of them fall into the start of Python.
@@ -101,7 +101,7 @@ def kill_many(kind: str, kills: int, seed: int, folder: Path) -> Found:
 
 
 class _Watch:
-    """What a process that was just started has written of solves that are not done."""
+    """Checkpoints of unfinished solves that a process has written since its start."""
 
     def __init__(self, out: Path) -> None:
         self.out, self.since = out, time.time()
@@ -166,7 +166,7 @@ KINDS: dict[str, Callable[[Path], tuple[list[str], float]]] = {"run": _run, "tab
 
 
 def _differences(out: Path, whole: Path) -> list[str]:
-    """Where curves and numbers of a run that was killed again and again differ from those of one that was not."""
+    """Differences of curves and numbers between a run that was killed repeatedly and an uninterrupted run."""
     different = []
     for file in whole.rglob("*.csv"):
         other = out / file.relative_to(whole)
@@ -180,7 +180,7 @@ def _differences(out: Path, whole: Path) -> list[str]:
 
 
 def _broken(out: Path) -> list[str]:
-    """What is not as it should be in a folder of results."""
+    """Faults in a folder of results."""
     faults = []
     for file in sorted(path for path in out.rglob("*") if path.is_file()):
         if file.name.startswith("."):

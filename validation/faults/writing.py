@@ -105,4 +105,4 @@ FAULTS: dict[str, Callable[[Path], str]] = {
     "cache taken away": cache_taken_away,
     "Ctrl-C": interrupted,
 }
-"""Name, and what is tried in an empty folder: a text that says what went wrong, empty if nothing did."""
+"""Name, and function that tries to write in an empty folder; it returns the fault as text, empty if there is none."""

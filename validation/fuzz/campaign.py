@@ -25,9 +25,9 @@ from validation.fuzz.targets import TARGETS
 __all__ = ["CLASSES", "Line", "run_fuzz", "write_broken"]
 
 CLASSES = ("read", "refused", "traceback", "hang", "memory", "crash")
-"""What becomes of a broken file; all but the first two are faults of the program."""
+"""Verdicts on a broken file; except for the first two, they are faults of the program."""
 MEMORY = 3 * 2**30
-"""Bytes of address space that a reader may take besides what the process has."""
+"""Bytes of address space that a reader may take in addition to the memory of the process."""
 PATIENCE = 20.0
 """Seconds of processor time for a file."""
 
@@ -107,7 +107,7 @@ def _one(target: str, seed: int, number: int) -> Line:
         line |= {"class": "read", "what": ""}
     except FsmError as error:
         line |= {"class": "refused", "what": str(error).splitlines()[0][:200]}
-    except OSError as error:  # the command line tells of these in a line and ends with 2
+    except OSError as error:  # the command line prints such errors in one line and ends with code 2
         line |= {"class": "refused", "what": str(error)[:200]}
     except MemoryError:
         line |= {"class": "memory", "what": traceback.format_exc()[-1500:]}

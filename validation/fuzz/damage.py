@@ -1,4 +1,4 @@
-"""What is done to a file: to its bytes, to the tree of a TOML file, to the cells of a CSV file, to the datasets of HDF5."""
+"""Damage of files: bytes, the tree of a TOML file, cells of a CSV file, datasets of HDF5."""
 
 from __future__ import annotations
 

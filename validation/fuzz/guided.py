@@ -28,7 +28,7 @@ MEMORY, PATIENCE = 4096, 30
 
 @dataclass(frozen=True)
 class Guided:
-    """What a reader is given.
+    """Input of a reader.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ def run_guided(target: str, seconds: int, seed: int, keep: Path) -> tuple[int, i
 
 
 def _main() -> None:
-    """Let libFuzzer go: target, folder to work in, name of the file, name of what is read, options of libFuzzer."""
+    """Run libFuzzer: target, working folder, name of the file, name of the input, options of libFuzzer."""
     import atheris
 
     with atheris.instrument_imports(include=["fsm", "tomllib", "csv", "json"], exclude=_compiled()):
@@ -112,7 +112,7 @@ def _main() -> None:
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(Path(work) / "beside", folder)
         (folder / name).write_bytes(data)
-        with suppress(FsmError, OSError):  # in words; the command line tells of both in a line and ends with 2
+        with suppress(FsmError, OSError):  # messages: the command line prints both in one line and ends with code 2
             TARGETS[target].read(folder / opened)
 
     atheris.Setup([sys.argv[0], *sys.argv[5:]], give)
@@ -120,7 +120,7 @@ def _main() -> None:
 
 
 def _compiled() -> list[str]:
-    """Modules that define kernels: what is compiled must not be instrumented."""
+    """Modules that define kernels; compiled functions must not be instrumented."""
     package = Path(jit.__file__).parents[1]
     files = [file for file in package.rglob("*.py") if "@kernel" in file.read_text(encoding="utf-8")]
     return [".".join((package.name, *file.relative_to(package).with_suffix("").parts)) for file in files]

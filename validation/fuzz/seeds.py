@@ -47,7 +47,7 @@ class Seeds:
 
 @functools.cache
 def seeds() -> Seeds:
-    """Read what is shipped and solve two small cases."""
+    """Read the files of the repository and solve two small cases."""
     files = sorted(_CASES.glob("*/case.toml"))
     tables = [(folder, _tables(folder)) for folder in (_CASES / "strip_pull", _CASES / "membrane_impact")]
     beside = [_CASES / "strip_pull/crease.csv", _CASES / "strip_hinge/crease.h5"]

@@ -1,4 +1,4 @@
-"""Which folders of `validation/` are on the page, in which order, and which are not and why."""
+"""Folders of `validation/` on the page, in their order, and the other folders with the reason for their absence."""
 
 from __future__ import annotations
 

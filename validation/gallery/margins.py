@@ -1,4 +1,4 @@
-"""Checks of the kind "value, at most so much", with a picture of how near each is to its bound where there is no other."""
+"""Checks of values with an upper bound; if there is no other picture, one shows the ratios of values and bounds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["with_margins"]
 
 
 def with_margins(found: Sequence[tuple[str, float, float]], source: str, picture: Path) -> Iterator[Check]:
-    """Of rows (what, value, largest that is allowed)."""
+    """Margins of rows (quantity, value, largest allowed value)."""
     if not picture.is_file():
         draw_margins(picture, found)
     for what, value, allowed in found:

@@ -1,4 +1,4 @@
-"""What a check is, how it is judged, and what is said of a reference that is not compared.
+"""Checks, their criteria, and texts for references that are not compared.
 
 A folder of `validation/` is in the gallery by a module `gallery.py` or `check.py` with a `TITLE` and `PARTS`, a dict of
 functions `(place) -> iterator of Check or NotCompared`. The same functions serve the folder's own command line.
@@ -19,7 +19,7 @@ Kind = Literal["relative", "absolute", "bound", "said"]
 
 @dataclass(frozen=True)
 class Place:
-    """Where a part puts its pictures, and whether it may take long."""
+    """Folder for the pictures of a part, and whether the part may take long."""
 
     out: Path
     full: bool = False
@@ -41,7 +41,7 @@ class Reason:
     within: float
 
     def explains(self, value: float | None) -> bool:
-        """Whether a value is the one that the reason was found for."""
+        """Whether the reason was found for this value."""
         return value is not None and abs(value - self.value) <= self.within * abs(self.value)
 
 
@@ -174,7 +174,7 @@ def below(
     reason: Reason | None = None,
     detail: str = "",
 ) -> Check:
-    """A number that must not be above what is allowed: an energy error, a spread, how far an order is off."""
+    """A number with an upper bound: an energy error, a scatter, the error of an order."""
     return Check(
         name,
         what,
@@ -203,7 +203,7 @@ def said(
     number: float | None = None,
     detail: str = "",
 ) -> Check:
-    """What a paper says in words, what comes out here, and whether it is the same."""
+    """Statement of a paper in words, the result of this program, and whether both agree."""
     error = 0.0 if holds else 1.0
     return Check(name, "", statement, shown, source, error, 0.0, "said", figure, "", reason, detail, number)
 

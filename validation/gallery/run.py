@@ -25,7 +25,7 @@ SOURCES = ("fsm/**/*.py", "validation/**/*.py", "folding_cases/**/*.toml", "fold
 
 
 def run(only: list[str], out: Path, full: bool = False, again: bool = False, say: Callable[[str], None] = print) -> int:
-    """Run what is asked for, write `out`/checks.json after every part; 1 if a red check has no reason that holds for it."""
+    """Run the selected parts, and write `out`/checks.json after each; 1 if a failed check has no valid reason."""
     sources = fingerprint()
     path = out / "checks.json"
     kept: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))["parts"] if path.is_file() else {}
@@ -122,7 +122,7 @@ def first_line(function: Part) -> str:
 
 
 def fingerprint() -> str:
-    """Of everything that a check's numbers hang on."""
+    """Digest of everything that determines the numbers of a check."""
     digest = hashlib.sha256()
     for pattern in SOURCES:
         for path in sorted(REPOSITORY.glob(pattern)):

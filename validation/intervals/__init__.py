@@ -1,1 +1,1 @@
-"""How often intervals of `fsm calibrate force` hold the truth."""
+"""Frequency with which intervals of `fsm calibrate force` contain the true value."""

@@ -38,7 +38,7 @@ TRAVEL = 0.02
 
 @dataclass(frozen=True)
 class Covered:
-    """What of one study lies within its intervals: parameters, share of the fitted curves, of the prediction, its peak."""
+    """Values of a study that lie in their intervals: parameters, parts of both curves (fit, prediction), peak."""
 
     parameters: tuple[bool, ...]
     fitted: float

@@ -29,7 +29,7 @@ from validation.membrane.film import AMPLITUDE, exact_frequencies, frequency, pl
 from validation.membrane.strip import FILM, HEIGHT, SHEAR, Wrinkled, wrinkled_strip
 
 STARTS = (0.78, 1.0)
-"""Half-wavelengths that the long strip starts from, over that of the closed form: the two of least energy of six tried."""
+"""Initial half-wavelengths of the long strip over the closed form: the two of six with the least energy."""
 EXACT = "closed form of the hinged plate under tension, ω² = (Dk⁴ + Nk²)/(ρt), in material lengths"
 
 

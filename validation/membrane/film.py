@@ -17,11 +17,11 @@ from fsm.solve.modal import modes
 FILM = FilmMaterial(2.5e9, 0.34, 1420.0, 25e-6)
 SIDE, STRAIN = 0.3, 1e-3
 AMPLITUDE = 5e-4
-"""Of the free vibration in the first mode, m."""
+"""Amplitude of the free vibration in the first mode, m."""
 
 
 def pulled_film(n: int) -> tuple[AncfSystem, np.ndarray, FilmGrid]:
-    """The film on n x n cells with its edges to be moved, what is moved, and its nodes."""
+    """The film on n x n cells, the coordinates of its moved edges, and its nodes."""
     builder = MeshBuilder()
     lines = np.linspace(0.0, SIDE, n + 1)
     grid = builder.film(lines, lines, (FILM,))
@@ -50,7 +50,7 @@ def plucked_film(n: int, amplitude: float = AMPLITUDE) -> tuple[AncfSystem, int]
 
 
 def exact_frequencies(count: int) -> np.ndarray:
-    """Of the stretched plate, hinged all around, Hz; in material lengths, where Green strain and tension are uniform."""
+    """Frequencies (Hz) of the stretched, hinged plate in material lengths; Green strain and tension are uniform."""
     tension = FILM.stretch * (1 + FILM.poisson) * STRAIN * (1 + 0.5 * STRAIN)
     waves = [(i * math.pi / SIDE) ** 2 + (j * math.pi / SIDE) ** 2 for i in range(1, 20) for j in range(1, 20)]
     k = np.array(waves)

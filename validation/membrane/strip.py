@@ -108,7 +108,7 @@ def wrinkled_strip(length: float, cell: float, seed: float = 1.0, max_iterations
 
 @cache
 def tension_field_stress(length: float, cell: float) -> np.ndarray:
-    """`middle_stress` of the strip as a tension field, which knows nothing of the waves that the others start from."""
+    """`middle_stress` of the strip as a tension field; it does not depend on the initial waves of the other models."""
     field, _ = sheared_strip(length, cell, True)
     slack = settled(field, 1.0, field.initial()[0], tolerance=1e-6)
     return middle_stress(field, field.place(1.0, slack.q, None)[0], length)

@@ -2,7 +2,7 @@
 
     python -m validation.methods.check [--full] [--out out/validation/methods]
 
-4 segments a panel at rtol 1e-5; with --full 20 segments at rtol 1e-6, some minutes. Exit code 1 if two peaks are apart by
+4 segments per panel at rtol 1e-5; with --full 20 segments at rtol 1e-6, some minutes. Exit code 1 if two peaks are apart by
 more than 0.1 %.
 """
 
@@ -48,7 +48,7 @@ def peaks(place: Place) -> Iterator[Check]:
             continue
         yield against(
             f"largest force up to 28 mm, {method}",
-            f"{segments} segments a panel, rtol {rtol:g}",
+            f"{segments} segments per panel, rtol {rtol:g}",
             summary["peak_force"],
             first,
             f"Radau of SciPy ({told})",

@@ -1,4 +1,4 @@
-"""What a mutant is, and how it is put into a copy of the package."""
+"""Mutant: one fault, which is put into a copy of the package."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def physics_test(file: str, *tests: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Mutant:
-    """A fault in one place.
+    """A fault at one place of the program.
 
     Attributes
     ----------
     name : of the fault, in plain words
-    file : below the repository
-    old, new : the text that is replaced, and by what; `old` is there exactly once
-    guard : what must catch it and names the cause: nodes of pytest, or "gallery FOLDER/PART"
+    file : path relative to the repository
+    old, new : the replaced text and its replacement; `old` occurs exactly once in the file
+    guard : tests that must detect the fault and name its cause: nodes of pytest, or "gallery FOLDER/PART"
     """
 
     name: str
@@ -38,7 +38,7 @@ class Mutant:
     guard: tuple[str, ...]
 
     def fault(self, root: Path) -> str:
-        """What is wrong with the entry itself; empty if nothing is."""
+        """Fault of the entry itself; empty if there is none."""
         path = root / self.file
         if not path.is_file():
             return f"{self.name}: {self.file} is not there"
@@ -52,11 +52,11 @@ class Mutant:
         return ""
 
     def changed(self, text: str) -> str:
-        """The file's text with the fault in it."""
+        """Text of the file with the fault."""
         return text.replace(self.old, self.new)
 
     def key(self, root: Path) -> str:
-        """Of the entry, its file and the tests that guard it: a result holds as long as these are the same."""
+        """Digest of the entry, its file and its tests; a result is valid as long as these do not change."""
         files = [self.file, *(node.partition("::")[0] for node in self.guard if not node.startswith("gallery "))]
         digest = hashlib.sha256("\0".join((self.name, self.old, self.new, *self.guard)).encode())
         for name in files:

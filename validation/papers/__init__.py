@@ -1,1 +1,1 @@
-"""What three papers say in words and numbers, one by one."""
+"""Statements of three papers in words and numbers."""

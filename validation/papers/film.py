@@ -26,7 +26,7 @@ AIR = (
 AIR_RATIOS = {"20 mm": 0.9340, "uniform": 1.0207}
 """Frequencies over that with a patch of 10 mm that `AIR` explains."""
 SHRINKS = 0.7955
-"""Amplitude at the centre of a patch of 20 mm over that of one of 10 mm, which a pulse of 5 ms explains."""
+"""Ratio of the amplitudes at the centre of patches of 20 mm and 10 mm, which a pulse of 5 ms explains."""
 
 
 def _rows(place: Place, table: str) -> dict[str, dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""What the paper on the film does not state: which air, which patch and which pulse would give its numbers.
+"""Air, patch and pulse that would give the numbers of the paper on the film, which does not state them.
 
     python -m validation.papers.film_unknowns
 
@@ -19,9 +19,9 @@ from fsm.scene.load_case import load_case
 from validation.papers.film import BIN, FOLDER
 
 AIR, STEEL = 1.2, 7850.0
-"""Of the case, kg/m^3: the air's mass goes with its density, so a part of it is a part of Minami's coefficient."""
+"""Densities of the case, kg/m^3; the added mass is proportional to the density of air."""
 SIZE, PULL = (-4.88, -12.2, 7.32), (20.58, 38.24)
-"""The paper's: patch of 15 and 20 mm and none against 10 mm; 15 and 20 N against 10 N."""
+"""Values of the paper: patches of 15 and 20 mm, and no patch, relative to 10 mm; 15 and 20 N relative to 10 N."""
 
 
 def film(*overrides: str) -> VibrationAnalysis:

@@ -1,4 +1,4 @@
-"""What three papers say, for the gallery and by themselves.
+"""Statements of three papers, for the gallery and as a command.
 
 python -m validation.papers.gallery [--parts pull_conditions ...]
 """

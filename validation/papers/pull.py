@@ -125,13 +125,13 @@ def conditions(place: Place) -> Iterator[Check | NotCompared]:
 
 @cache
 def _scale(place: Place, name: str) -> float:
-    """Of the first column of force.csv to m, by its heading."""
+    """Factor from the unit of the first column of force.csv to m, by its heading."""
     heading = (place.out / name.replace(" ", "_") / "force.csv").read_text(encoding="utf-8").splitlines()[0]
     return 1e-3 if "(mm)" in heading.split(",")[0] else 1.0
 
 
 def factors(place: Place) -> Iterator[Check]:
-    """What fold angle, stiffness and thickness do to the force, one at a time."""
+    """Effects of fold angle, stiffness and thickness on the force, one at a time."""
     travel = np.linspace(0.0, 0.04, 81)
 
     def pulled(*changes: str) -> tuple[np.ndarray, float]:

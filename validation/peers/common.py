@@ -1,4 +1,4 @@
-"""What the runs of all problems share."""
+"""Common functions of the runs of all problems."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EXUDYN = "build without range checks, one thread, no files, no sensor but of wha
 
 
 def rms(path: np.ndarray, reference: np.ndarray, size: float) -> float:
-    """Of the distance of two paths, over a size."""
+    """Root mean square of the distance between two paths, relative to a size."""
     return float(np.sqrt(((path - reference) ** 2).sum(axis=1).mean()) / size)
 
 

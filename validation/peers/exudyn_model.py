@@ -27,9 +27,9 @@ from fsm.segments.element_angles import initial_twists, rest_twists
 __all__ = ["Contact", "ExudynSettings", "ExudynStrip"]
 
 _AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Turns components of fsm's axes into those of Exudyn."""
+"""Matrix that converts components in fsm's axes to components in Exudyn's axes."""
 _ORDER = [0, 2, 1]
-"""Where the stiffnesses of fsm's three axes stand among Exudyn's."""
+"""Positions of the stiffnesses of fsm's three axes in the order of Exudyn."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class ExudynSettings:
-    """How Exudyn solves.
+    """Settings of Exudyn's solver.
 
     Attributes
     ----------

@@ -20,7 +20,7 @@ _POSITION = exu.OutputVariableType.Position
 
 @dataclass(frozen=True)
 class Stepping:
-    """How Exudyn steps through time: step (s), solver, Newton, spectral radius of generalised alpha.
+    """Settings of Exudyn's time integration: step (s), solver, Newton, spectral radius of generalised alpha.
 
     `smooth`: forces of contacts are continuous, and no iterations find out which contacts are closed.
     """
@@ -35,7 +35,7 @@ class Stepping:
 
 
 def solve(mbs: Any, sensor: int, stepping: Stepping, times: np.ndarray) -> tuple[float, np.ndarray]:
-    """Processor time of the solver, s, and what the sensor saw at these times, evenly spaced; (times, 3)."""
+    """Processor time of the solver, s, and values of the sensor (times, 3) at equally spaced times."""
     options = exu.SimulationSettings()
     options.solution.file.write = False
     options.parallel.numberOfThreads = 1

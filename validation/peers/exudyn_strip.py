@@ -64,7 +64,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Bench:
-    """What stays the same for all rows of one number of segments."""
+    """Data that all rows of one number of segments have in common."""
 
     segments: int
     repeat: int
@@ -122,7 +122,7 @@ def contact_settings(planar: bool) -> Iterator[tuple[str, ExudynSettings]]:
 
 
 def plain_settings(planar: bool, end: float = 0.0) -> Iterator[tuple[str, ExudynSettings]]:
-    """Default settings, but for the number of steps and the linear solver; in time up to `end` (s), if there is one."""
+    """Default settings except the number of steps and the linear solver; dynamic up to `end` (s), if it is given."""
     from validation.peers.exudyn_model import ExudynSettings
 
     for solver in PLAIN_SOLVERS:
@@ -236,7 +236,7 @@ HEADER = "| " + " | ".join(COLUMNS) + " |\n" + "|---" * len(COLUMNS) + "|"
 
 
 def fastest(rows: list[Row]) -> list[Row]:
-    """Of every tool, model and method the row with the shortest run within `GOOD`; or the most accurate one."""
+    """For every tool, model and method: the row with the shortest run within `GOOD`, or else the most accurate row."""
     groups: dict[tuple, list[Row]] = {}
     for row in rows:
         if row.runs:
@@ -277,7 +277,7 @@ def plot(rows: list[Row], path: Path) -> None:
                         markersize=4,
                         label=f"{tool}, {method}, {model}",
                     )
-            ax.set_title(f"{count} segments a panel")
+            ax.set_title(f"{count} segments per panel")
             ax.set_xlabel("error (% of the peak force)")
         axes[0].set_ylabel("shortest solver time (s)")
         handles, labels = axes[0].get_legend_handles_labels()
@@ -301,7 +301,7 @@ def measure(bench: Bench) -> list[Row]:
 def main() -> int:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--segments", type=int, nargs="+", help="segments a panel: 4 10 20, with --quick 4")
+    parser.add_argument("--segments", type=int, nargs="+", help="segments per panel: 4 10 20, with --quick 4")
     parser.add_argument("--repeat", type=int, default=5, help="runs that a median is taken of")
     parser.add_argument("--quick", action="store_true", help="without the slow methods")
     options = parser.parse_args()

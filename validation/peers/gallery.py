@@ -27,9 +27,9 @@ SLOWER = {
     "strip_10_contact": 0.498,
     "strip_20_contact": 0.347,
 }
-"""Fsm's time over that of Exudyn tuned, where it is more than is wanted (23 November 2026, README.md)."""
+"""Time of fsm over the time of tuned Exudyn, where the ratio is above its goal (23 November 2026, README.md)."""
 MACHINES = 0.5
-"""What such ratios differ by, from machine to machine and from run to run."""
+"""Relative difference of such ratios between machines and between runs."""
 MISSING = NotCompared("Exudyn beside fsm", "Exudyn", "Exudyn is not installed: pip install 'fsm[peers]'")
 
 

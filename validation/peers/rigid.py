@@ -192,7 +192,7 @@ def _pose(angles: np.ndarray, linkage: Linkage) -> tuple[np.ndarray, np.ndarray,
 
 
 def _closing(angles: np.ndarray, linkage: Linkage) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """How far the loop is open (6,), the derivative of that (6, 6), and the corners."""
+    """Opening of the loop (6,), its derivative (6, 6), and the corners."""
     points, axes, turn = _pose(angles, linkage)
     spin = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     slopes = np.vstack([np.cross(axes, points[6] - points[:6]).T, axes.T])

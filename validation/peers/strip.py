@@ -47,7 +47,7 @@ LONG = 2.0
 """Runs of more seconds are measured once."""
 AT_LEAST = 0.1
 MOST = 50
-"""Short runs are repeated for so many seconds, but not more often than so many times."""
+"""Short runs are repeated up to this time (s) and up to this number of times."""
 
 Curve = tuple[np.ndarray, np.ndarray]
 """Travel (m), increasing, and pull force (N)."""
@@ -78,7 +78,7 @@ class FsmMethod:
     settings, unit : what is swept, and its name
     overrides : of the case
     contact : it can pass a touch
-    most, most_in_space : segments a panel up to which it is measured
+    most, most_in_space : segments per panel up to which it is measured
     """
 
     run: Callable[[SegmentSystem, Any], Curve]
@@ -131,7 +131,7 @@ FSM_METHODS: dict[str, FsmMethod] = {
     "Radau": FsmMethod(_radau, (1e-4,), "rtol", contact=True, most=10, most_in_space=4),
     "Newton at even travels": FsmMethod(_equilibrium, (5, 7, 10, 14, 20, 40, 80), "steps"),
 }
-"""What fsm offers, by name: a function of (system, setting) that gives (travel, force), and its settings."""
+"""Methods of fsm by name: a function of (system, setting) that gives (travel, force), and its settings."""
 if follow is not None:
     # without the springs' damping, which is 0.1 % of the force; Radau needs it
     FSM_METHODS["static"] = FsmMethod(static_path, (1e-2, 1e-3, 1e-4, 1e-6), "rtol", ("material.damping=0",), contact=True)

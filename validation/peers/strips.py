@@ -81,7 +81,7 @@ def strip(segments: int, spatial: bool) -> PeerCase:
     """The pulled strip without contact."""
     where = "space" if spatial else "plane"
     return PeerCase(
-        f"strip_{segments}_{where}", f"pulled strip, no contact, {segments} segments a panel, {where}",
+        f"strip_{segments}_{where}", f"pulled strip, no contact, {segments} segments per panel, {where}",
         "force against travel, RMS over the peak; fsm's path at rtol 1e-6, from which Exudyn's at 320 steps is 2e-6 off.",
         {FSM: "static path, no dampers", PEER: f"{'Rxyz angles' if spatial else 'planar bodies'}; {EXUDYN}; EigenSparse, "
          "full and modified Newton to 1e-3, Jacobian without the springs' geometric stiffness; dynamics at the speed of the "
@@ -93,7 +93,7 @@ def strip(segments: int, spatial: bool) -> PeerCase:
 def pressed_strip(segments: int) -> PeerCase:
     """The pulled strip with contact."""
     return PeerCase(
-        f"strip_{segments}_contact", f"pulled strip, panels 3 and 4 touch, {segments} segments a panel, plane",
+        f"strip_{segments}_contact", f"pulled strip, panels 3 and 4 touch, {segments} segments per panel, plane",
         "as without contact; Exudyn's half strip at 1280 steps, for both.",
         {FSM: "static path, no dampers, the whole strip", PEER: "half the strip against its mirror plane, Hertz springs at "
          "fsm's points in Exudyn's symbols (Exudyn has no contact of faces); full and modified Newton to 1e-4, whole "

@@ -24,7 +24,7 @@ TARGETS = (1e-2, 1e-3)
 LONG = 0.3
 """Runs of more seconds are measured once."""
 ENOUGH, MOST = 0.02, 20
-"""What is solved sooner is solved again in its turn until so many seconds have gone, at most so many times."""
+"""Shorter runs are repeated until this time has passed (s), at most this number of times."""
 GIVEN_UP = 0.5
 """A run with a larger error has lost its problem; it is no point of a sweep."""
 
@@ -47,7 +47,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Point:
-    """What a run gave: the shortest processor time, s, of so many runs, and the error."""
+    """Result of several equal runs: the shortest processor time, s, and the error."""
 
     tool: str
     method: str
@@ -136,7 +136,7 @@ class Reached:
 
 
 def front(points: Iterable[Point]) -> list[Point]:
-    """Those that no other beats in both time and error; the quickest first."""
+    """Points that no other point beats in both time and error; the fastest first."""
     found: list[Point] = []
     for point in sorted(points, key=lambda p: (p.seconds, p.error)):
         if not found or point.error < found[-1].error:
@@ -161,7 +161,7 @@ def time_to_error(points: Iterable[Point], target: float) -> Reached | None:
 
 
 def best(points: Sequence[Point], tool: str, target: float) -> Reached | None:
-    """Of the methods of a program the one that gets there first."""
+    """Fastest method of a program."""
     methods = dict.fromkeys(point.method for point in points if point.tool == tool)
     found = [time_to_error([p for p in points if (p.tool, p.method) == (tool, name)], target) for name in methods]
     reached = [one for one in found if one is not None]
@@ -186,7 +186,7 @@ def verdict(points: Sequence[Point], target: float, peer: str = PEER) -> str:
 
 
 def _plain(value: float, digits: int) -> str:
-    """So many digits, large numbers to the unit."""
+    """Text of a number with some digits; large numbers are rounded to integers."""
     return f"{value:.0f}" if value >= 10.0**digits else f"{value:.{digits}g}"
 
 

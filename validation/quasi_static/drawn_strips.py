@@ -24,7 +24,7 @@ _SECTIONS = ("strip", "material", "crease", "contact", "friction", "gravity", "d
 def draw_strips(count: int, seed: int = SEED) -> list[Tables]:
     """Strips of the campaign of strangers, up to 6 panels, with linear creases and a driven crease line, made quick.
 
-    They have 4 to 6 segments a panel, and travel by half a panel at most.
+    They have 4 to 6 segments per panel, and travel by half a panel at most.
     """
     found: list[Tables] = []
     number = 0

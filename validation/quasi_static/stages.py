@@ -123,7 +123,7 @@ def _lines(solution: Solution) -> Floats:
 
 @dataclass(frozen=True)
 class Begin:
-    """How far the stages of a strip are from those of its shapes.
+    """Distance between the stages of a strip and the stages of its shapes.
 
     Attributes
     ----------

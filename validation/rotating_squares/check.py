@@ -50,7 +50,7 @@ GRADIENTS = {
     "strip.fold_angle": 3e-5,
     "strip.length": 3e-5,
 }
-"""What the peak of the trial strip is differentiated by, and the relative step of the central difference."""
+"""Parameters of the derivatives of the peak of the trial strip, and relative step of the central difference."""
 TRAVEL = np.arange(0.0, 37.01, 0.5) * 1e-3
 TESTS = "bertoldi-collab/DifFlexMM (MIT), testing machine, digitised from the published plot"
 

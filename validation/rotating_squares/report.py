@@ -1,4 +1,4 @@
-"""On what the prediction of shear hangs, how near squares come to each other, what gradients cost: tables for the README.
+"""Tables for the README: parameters that affect the prediction of shear, smallest gaps of squares, time of gradients.
 
     python -m validation.rotating_squares.report [--out out/validation/rotating_squares] [--write]
 
@@ -62,7 +62,7 @@ def main() -> int:
 
 
 def _choices(tests: list[ForceTest], parameters: list[Parameter], priors: list[Prior]) -> None:
-    """What other choices would predict at the end of shear."""
+    """Predictions of other choices at the end of shear."""
     print("\n| choice | axial, N/mm | shear, N/mm | rotational, N mm/rad | shear l^2/rotational | force at 3.75 mm, N |")
     print("|---|---|---|---|---|---|")
     length = value_at(tests[0].case, "lattice.hinge_length")
@@ -125,7 +125,7 @@ def _gaps(found: Calibration) -> None:
 
 
 def _gap(poses: np.ndarray, case: Case) -> float:
-    """Smallest distance of any corner of a square from any other square, but for the corners that hinges join."""
+    """Smallest distance between a corner of a square and another square, without corners that hinges join."""
     assert case.lattice is not None
     lattice = case.lattice
     radius = (lattice.spacing - lattice.hinge_length) / (2.0 * np.cos(lattice.angle))
@@ -151,7 +151,7 @@ def _distance(point: np.ndarray, a: np.ndarray, b: np.ndarray) -> float:
 
 
 def _cost() -> None:
-    """What the gradient of the peak costs beside the solve."""
+    """Time of the gradient of the peak relative to the time of the solve."""
     case = load_case(STRIP, ["solve.rtol=1e-6"]).case
     paths = list(GRADIENTS)
     works = (

@@ -20,7 +20,7 @@ from fsm.plots.style import WIDE, figure
 from validation.scissor.arrays import move, rigid_angle, steel_array
 
 Check = tuple[str, float, float]
-"""What, its value, the largest that is allowed."""
+"""Quantity, its value, and the largest allowed value."""
 
 
 def check_alpha(quick: bool, out: Path) -> list[Check]:

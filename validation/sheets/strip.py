@@ -144,7 +144,7 @@ def forces_of(data: dict[str, Any], folder: Path) -> np.ndarray:
 
 
 def _of_elastica() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Forces as those of `forces_of`, and the curve: travels and forces."""
+    """Forces as in `forces_of`, and the curve: travels and forces."""
     travels, force = elastica(TRAVELS[-1], 81)
     top = int(np.argmax(force))
     fit = np.polynomial.Polynomial.fit(travels[top - 2 : top + 3], force[top - 2 : top + 3], 4)
@@ -166,7 +166,7 @@ def pulled_strip(place: Place) -> Iterator[Check]:
     names = [*(f"force at {1e3 * travel:g} mm" for travel in TRAVELS), "peak force"]
     source = "elastica of inextensible panels, solved by shooting (SciPy)"
     for name, value, reference in zip(names, facets[fine], exact, strict=True):
-        yield against(name, f"{fine} cells a panel", value, reference, source, picture, rtol=2e-3, unit="N")
+        yield against(name, f"{fine} cells per panel", value, reference, source, picture, rtol=2e-3, unit="N")
     errors = {
         "facets, cells": [abs(facets[n][-1] / exact[-1] - 1.0) for n in cells[:3]],
         "segments": [abs(chains[n][-1] / exact[-1] - 1.0) for n in segments[:3]],

@@ -101,7 +101,7 @@ def _folded(dice: Dice, shape: str) -> tuple[int, float, float]:
 
 
 def _resisting(dice: Dice, moment: float) -> Tables:
-    """What hinges resist with: little beside the moment in the bars."""
+    """Springs and dampers of hinges; their moments are small relative to the moment in the bars."""
     hinge: Tables = {}
     if dice.chance(0.6):
         hinge["stiffness"] = f"{digits(0.02 * moment):.12g} N m/rad"
@@ -152,7 +152,7 @@ class _Opening:
     def time(self, work: np.ndarray, angle: float) -> float:
         """When an angle is reached from rest, s."""
         middle = 0.5 * (self.mass[1:] + self.mass[:-1])
-        # the speed grows as a root at first: times of its steps by what the work grows, not by the speed at their middle
+        # the speed grows as a root at first, so times of steps follow from the growth of the work, not from a speed
         speed = np.sqrt(2.0 * np.maximum(work, 1e-12 * work.max()) / self.mass)
         speed[0] = 0.0
         step = 2.0 * np.abs(np.diff(self.angles)) / (speed[1:] + speed[:-1])

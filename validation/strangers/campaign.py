@@ -22,7 +22,7 @@ from validation.strangers.verdict import cause_of, first_words, numbers_of
 __all__ = ["LIMIT", "Line", "course_of", "fsm_command", "nudge_of", "read_lines", "row_key", "run_campaign"]
 
 Line = dict[str, Any]
-"""What is kept of a row."""
+"""Saved data of a row."""
 
 LIMIT = 120.0
 """Processor time of a case, s."""
@@ -67,7 +67,7 @@ def _stands(line: Line) -> bool:
 
 
 def read_lines(path: Path) -> list[Line]:
-    """What has been done; the last line may have been cut off and is done again."""
+    """Saved lines; an incomplete last line is omitted, so its row runs again."""
     if not path.is_file():
         return []
     text = path.read_text(encoding="utf-8")
@@ -111,7 +111,7 @@ def course_of(row: Row, seed: int, folder: Path, limit: float, shared: Path, kee
 
 
 def _checked(row: Row, drawn: Drawn, line: Line, case: Path, folder: Path, limit: float) -> Course:
-    """What a second solver says: "agrees", "differs", "sensitive" (a nudged case differs as much) or "failed"."""
+    """Verdict of a second solver: "agrees", "differs", "sensitive" (a changed case differs as much) or "failed"."""
     other = otherwise(row.kind, drawn.tables, line["method"])
     run = ("run", str(case), "--quiet", "--out")
     settings = [word for text in other.settings for word in ("--set", text)]

@@ -36,7 +36,7 @@ def _material(dice: Dice, size: float) -> tuple[Tables, float, float]:
 
 
 def _crease(dice: Dice, plate: float, size: float) -> Tables:
-    """[crease] whose stiffness is a part of that of a panel of a size."""
+    """[crease] whose stiffness is a part of the stiffness of a panel."""
     return {"stiffness_per_length": f"{digits(dice.decades(0.02, 1.0) * plate / size):.12g} N m/rad/m"}
 
 

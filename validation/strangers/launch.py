@@ -23,7 +23,7 @@ _ASLEEP = 10
 
 @dataclass(frozen=True)
 class Command:
-    """What `fsm` is called with, the file that gets what it says, and the processor time it may take, s."""
+    """Arguments of `fsm`, file for its output, and bound of its processor time, s."""
 
     arguments: tuple[str, ...]
     said: Path
@@ -32,7 +32,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended.
+    """Result of a command.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ Course = Generator[Command, Ended, Any]
 
 
 def side_by_side(courses: Iterable[Course], workers: int, run: Callable[[Command], int]) -> Generator[Any, None, None]:
-    """Go through courses, so many at a time, and yield what they return as they end.
+    """Run courses, several at a time, and yield their results as they end.
 
     `run` is called in the forked process and returns its exit code. If the consumer stops early, what runs is killed.
     """

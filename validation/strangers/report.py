@@ -1,4 +1,4 @@
-"""What a campaign amounts to: a table of kinds, a CSV of rows, and every failure with its command."""
+"""Report of a campaign: a table of kinds, a CSV file of rows, and every failure with its command."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COLUMNS = (
 
 
 def report(lines: Sequence[Line], seed: int) -> str:
-    """The table of kinds, what the second solver found wrong, and all failures."""
+    """The table of kinds, the disagreements with the second solver, and all failures."""
     text = ["| kind | cases | solved | % | failed by cause | checked | wrong | time, median (s) | worst |", "|" + "---|" * 9]
     for kind in [*KINDS, "all"]:
         own = [line for line in lines if kind in ("all", line["kind"])]
@@ -56,7 +56,7 @@ def _row(kind: str, own: Sequence[Line]) -> str:
 
 
 def _checks(lines: Sequence[Line]) -> Iterator[str]:
-    """The second solver: counts, and what is not in agreement."""
+    """Counts of the second solver, and its disagreements."""
     says = Counter(line["second"] for line in lines if line.get("second", "none") != "none")
     yield "Second solver: " + (", ".join(f"{count} {what}" for what, count in says.most_common()) or "none asked") + "."
     for line in lines:

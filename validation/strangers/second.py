@@ -32,7 +32,7 @@ _TIGHT = "1e-6"
 
 @dataclass(frozen=True)
 class Other:
-    """What is set otherwise, as for `--set`, and its name."""
+    """Changed settings, in the form of `--set`, and a name for them."""
 
     settings: tuple[str, ...]
     by: str
@@ -44,7 +44,7 @@ def otherwise(kind: str, tables: Tables, method: str) -> Other:
         drive = tables["drive"][0]
         if kind == "strips" and "body" not in drive:
             segments = 2 * tables["strip"]["segments_per_panel"]
-            return Other((f"strip.segments_per_panel={segments}",), f"{segments} segments a panel")
+            return Other((f"strip.segments_per_panel={segments}",), f"{segments} segments per panel")
         increment = float(drive["travel"].split()[0]) / 1000.0
         return Other((f"solve.increment={increment:.12g} mm", "solve.rtol=1e-8"), "increments of a thousandth at rtol 1e-8")
     if kind == "films":
@@ -145,7 +145,7 @@ def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Itera
 
 
 def _motions(kind: str, first: Path, second: Path, rtol: float) -> Iterator[tuple[str, float, float]]:
-    """Where everything goes, of the largest way."""
+    """Differences of all motions, relative to the largest displacement."""
     if kind not in ("strips", "released", "scenes", "arrays"):
         return
     one, two = (read_solution(folder / "result.h5") for folder in (first, second))

@@ -26,7 +26,7 @@ MATERIALS: tuple[tuple[float, float, float, float, float, float], ...] = (
 FAMILY_FILE = "crease.h5"
 """A calibrated family of creases; `family.py` makes it."""
 FAMILY_STIFFNESS = 4.5e-3
-"""Of the creases in it at the folded state, N m/rad: scaled to the stiffness wanted."""
+"""Stiffness of the creases of this file in the folded state, N m/rad; it is scaled to the wanted stiffness."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def crease_tables(dice: Dice, of: Sheet, ratio: float, kinds: tuple[str, ...]) -
     """[crease], files beside the case, and the stiffness at the folded state, N m/rad.
 
     `ratio` is that of the stiffness to EI over the length of a panel. Half a segment on either side has a stiffness of
-    2 n EI/a, n segments a panel: a crease of up to 10 EI/a wants a few segments and always has them.
+    2 n EI/a, n segments per panel: a crease of up to 10 EI/a wants a few segments and always has them.
     """
     stiffness = digits(ratio * of.bending / of.panel)
     kind = dice.one_of(kinds)

@@ -8,7 +8,7 @@ __all__ = ["deg", "digits", "gpa", "mm", "newton", "nice", "stiffness_text", "um
 
 
 def digits(value: float, count: int = 3) -> float:
-    """A number rounded to so many significant digits."""
+    """A number rounded to a number of significant digits."""
     return float(f"{value:.{count}g}")
 
 

@@ -1,4 +1,4 @@
-"""What became of a run: solved, or why not."""
+"""Verdict on a run: solved, or the reason of the failure."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def cause_of(ended: Ended) -> str:
 
 
 def first_words(ended: Ended, folder: str) -> str:
-    """The line that says what is wrong, without the folder of the case; progress is left out."""
+    """The line with the error message, without the folder of the case and without progress."""
     lines = [line.strip() for line in ended.said.replace("\r", "\n").splitlines()]
     lines = [line.replace(folder, "") for line in lines if line and not _PROGRESS.search(line)]
     if ended.code is None:

@@ -1,4 +1,4 @@
-"""Random scenes of all kinds, by thousands; README.md says what is drawn and what is judged.
+"""Thousands of random scenes of all kinds; README.md describes the scenes and the checks.
 
     python -m validation.stress [--scenes 5000] [--first 0] [--seed 1] [--workers 1] [--limit 5] [--kinds strip,chain]
                                 [--out out/stress]

@@ -35,7 +35,7 @@ _DRAWN = 4.0
 
 @dataclass
 class Attempt:
-    """How a case ended.
+    """Result of a case.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ def _compiling(frame: FrameType | None) -> bool:
 
 
 def _bodies(tables: dict[str, Any]) -> int:
-    """How many segments a strip has: large ones have more time."""
+    """Number of segments of a strip; large strips have more time."""
     strip = tables.get("strip", {})
     return int(strip.get("panels", 0)) * int(strip.get("segments_per_panel", 0))
 
@@ -139,13 +139,13 @@ def _solve(found: Attempt, name: str, folder: Path, steps: list[float], whole: b
 
 @contextmanager
 def _limited(limit: float) -> Iterator[None]:
-    """So much processor time but for compiling; a kernel that never returns ends the process, ten times as late."""
+    """Limit the processor time without compilation; a kernel that never returns ends the process at 10 times it."""
     granted = jit.compile_time()
 
     def over(number: int, frame: FrameType | None) -> None:
         nonlocal granted
         more, granted = jit.compile_time() - granted, jit.compile_time()
-        # once more if this one is lost: what is raised while an object is finalised goes nowhere
+        # again if this one is lost: Python ignores errors that are raised while an object is finalised
         signal.setitimer(signal.ITIMER_PROF, max(0.5, more))
         if not more and not _compiling(frame):
             raise _TimeUp

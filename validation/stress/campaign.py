@@ -1,4 +1,4 @@
-"""The campaign: scenes by number, each solved, judged and written down in a line; what is written is not done again."""
+"""Campaign of numbered scenes: each is solved and judged, and a line is saved; saved scenes do not run again."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from validation.stress.second import second_opinion
 
 __all__ = ["CLASSES", "Job", "examine", "read_lines", "run_campaign"]
 
-CLASSES = ("right", "told", "refused", "asked", "singular", "failed", "cut off", "wrong")
-"""What becomes of a scene; README.md says what each means."""
+CLASSES = ("right", "warned", "refused", "asked", "singular", "failed", "cut off", "wrong")
+"""Classes of results; README.md defines them."""
 
 Line = dict[str, Any]
-"""What is kept of a scene."""
+"""Saved data of a scene."""
 
 _OWNED_UP = 0.3
-"""Part of what a second solver finds that a run must have told of itself, to be "told" and not "wrong"."""
+"""Stated error of a run relative to the difference of a second solver above which a run is "warned" and not "wrong"."""
 _WHOLE = 40
-"""Every so manyth scene is run with curves and plots."""
+"""Distance of the numbers of scenes that run with curves and plots."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A scene to be done, for a worker."""
+    """Scene for a worker."""
 
     seed: int
     number: int
@@ -47,7 +47,7 @@ def run_campaign(
     path: Path, seed: int, numbers: Sequence[int], limit: float, workers: int = 1, kinds: tuple[str, ...] = tuple(KINDS),
     told: Callable[[Line], None] = lambda line: None,
 ) -> list[Line]:  # fmt: skip
-    """Do what is not in the file yet, and append a line for each as it is done; all lines."""
+    """Run the scenes that are not in the file, and append a line for each; returns all lines."""
     done = read_lines(path)
     jobs = [Job(seed, number, kinds, limit) for number in numbers if number not in done]
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -64,7 +64,7 @@ def run_campaign(
 
 
 def read_lines(path: Path) -> dict[int, Line]:
-    """What has been done, by number; the last line may have been cut off and is done again."""
+    """Saved lines by number of the scene; an incomplete last line is omitted, so its scene runs again."""
     if not path.is_file():
         return {}
     text = path.read_text(encoding="utf-8")
@@ -109,8 +109,8 @@ def examine(drawn: Drawn, limit: float) -> Line:
         line["second"], line["difference"], line["by"] = opinion.says, opinion.difference, opinion.by
         if opinion.says == "differs":
             off = f"off by {opinion.difference:.2g} from {opinion.by}"
-            if told_error(solution) >= _OWNED_UP * opinion.difference:
-                line["class"], line["what"] = "told", off
+            if stated_error(solution) >= _OWNED_UP * opinion.difference:
+                line["class"], line["what"] = "warned", off
             else:
                 against.append(off)
     if against:
@@ -118,10 +118,10 @@ def examine(drawn: Drawn, limit: float) -> Line:
     return line
 
 
-def told_error(solution: Solution) -> float:
-    """Largest error that a run's warnings tell of its own model, the reduced one of a film; 0 where there is none.
+def stated_error(solution: Solution) -> float:
+    """Largest error of a reduced model of a film that the warnings of a run state; 0 without such a warning.
 
-    Infinite where it is told not to be known.
+    Infinite if the run states that it is not known.
     """
     summary = solution.summary
     if not any(line.startswith("reduced model: ") for line in summary["warnings"]):

@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 class Dice:
-    """What scenes are drawn with."""
+    """Random numbers for scenes."""
 
     def __init__(self, seed: int, number: int) -> None:
         self.rng = np.random.default_rng([seed, number])

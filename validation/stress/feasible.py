@@ -29,7 +29,7 @@ _SHORTER = 0.25
 _BALANCED = 0.05
 """Energy error over the reference energy, above which the turns of joints mean nothing."""
 _BEFORE = 1.0 - 1e-5
-"""Times the time of a failure, as far as its message tells it, up to which a scene is solved again."""
+"""Factor of the time of a failure, if its message states this time; a scene is solved again up to this time."""
 _TRIES = 4
 """Solves that may fail earlier than the one before."""
 _KEPT = ("end_time", "spatial")
@@ -37,7 +37,7 @@ _KEPT = ("end_time", "spatial")
 
 
 def better_asked(tables: Tables, first: Attempt, limit: float) -> str:
-    """What becomes of a scene that failed with the method, step or tolerance asked for, with the program's own.
+    """Class of a scene that failed with its given method, step or tolerance, by a run with the default settings.
 
     "asked": it is solved, at a tolerance that is ever smaller if the message advises that. The run said that it cannot be
     done as asked, and what it advised helps. "cut off": it is past the failure when its time is up. "": it fails again.

@@ -16,20 +16,20 @@ from fsm.scene.scene import Scene
 __all__ = ["TOLD", "Verdict", "free_of_ground", "judge", "momentum_error"]
 
 TOLD = 1e-3
-"""Energy error, part of the reference energy, from which on a run must say so itself."""
+"""Energy error relative to the reference energy above which a run must give a warning."""
 _BOOKS = 1e-8
-"""What the recorded energies may differ from their own balance by."""
+"""Bound of the difference between the recorded energies and their balance."""
 _UNIT = 1e-12
-"""What a quaternion may be off its length by."""
+"""Bound of the error of the length of a quaternion."""
 _LINEAR, _ANGULAR = 1e-7, 5e-2
-"""What the momentum of a free scene may change by, of its parts' sum: it is kept by every method, the angular one is not."""
+"""Bounds of the relative change of momenta of a free scene; methods need not conserve angular momentum."""
 
 Verdict = list[str]
-"""What is wrong; empty if nothing is."""
+"""Faults of a result; empty if there are none."""
 
 
 def judge(case: Case, solution: Solution) -> Verdict:
-    """Everything that a result says against itself."""
+    """All faults that the numbers of a result show."""
     found = [*_not_finite(solution)]
     if found:
         return found

@@ -1,4 +1,4 @@
-"""How far a crease line of a folded strip can be drawn before a panel is taut, crushed or stretched."""
+"""Largest travel of a crease line of a folded strip before a panel is taut, crushed or stretched."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ KINDS: dict[str, tuple[Callable[[Dice], Tables], int]] = {
     "film": (draw_film, 8),
     "scissor": (draw_scissor, 8),
 }
-"""How each kind is drawn, and how many of a hundred scenes are of it."""
+"""Function that draws each kind, and its percentage of the scenes."""
 
 
 @dataclass(frozen=True)

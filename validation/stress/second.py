@@ -14,18 +14,18 @@ from validation.stress.attempt import Attempt, attempt
 __all__ = ["Opinion", "difference_of", "second_opinion"]
 
 _SAME = 2e-2
-"""Difference, part of the way that something has gone, up to which two solvers agree."""
+"""Largest difference, relative to the displacement, with which two solvers agree."""
 _TOLERANCES = 30.0
-"""So many rtol of its size are added to that way: errors of steps add up."""
+"""Multiple of rtol times the size that is added to this displacement, because errors of steps add up."""
 _FINER = 1e-2
-"""Factor on rtol where they do not, to see who was right."""
+"""Factor of rtol for a repeated solution if they do not agree."""
 _NUDGE = 1e-6
-"""Part by which the end of a sensitive scene is made to differ: its speeds or its first load are changed by so much."""
+"""Relative change of the speeds or of the first load of a scene, to find whether it is sensitive."""
 
 
 @dataclass(frozen=True)
 class Opinion:
-    """What the second solver says: "agrees", "loose", "sensitive", "none" or "differs", and by how much."""
+    """Verdict of the second solver: "agrees", "loose", "sensitive", "none" or "differs", with the difference."""
 
     says: str
     difference: float

@@ -14,7 +14,7 @@ __all__ = ["draw_lattice", "draw_strip"]
 
 
 def draw_strip(dice: Dice) -> Tables:
-    """A strip of 1 to 2000 segments a panel, any fold angle, creases up to 1e5 times softer or stiffer than its panels."""
+    """A strip of 1 to 2000 segments per panel, any fold angle, creases up to 1e5 times softer or stiffer than its panels."""
     panels = dice.one_of((2, 3, 4, 5, 6, 8, 20), (0.3, 3, 4, 4, 6, 2, 1))
     segments = dice.count(1, 12) if dice.chance(0.96) else dice.count(20, 2000)
     thickness = dice.decades(1e-6, 1e-2)

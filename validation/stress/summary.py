@@ -1,4 +1,4 @@
-"""What a campaign amounts to, as text."""
+"""Summary of a campaign as text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["failed_of_feasible", "summarised"]
 
 
 def summarised(lines: Sequence[Mapping[str, Any]]) -> str:
-    """Scenes by kind and class, energy and momentum errors, second opinions, what was said most, and what is wrong."""
+    """Scenes by kind and class, errors of energy and momentum, second solvers, frequent messages, wrong results."""
     text = ["| kind | scenes | " + " | ".join(CLASSES) + " | time (s) |", "|" + "---|" * (len(CLASSES) + 3)]
     for kind in [*KINDS, "all"]:
         own = [line for line in lines if kind in ("all", line["kind"])]
@@ -32,9 +32,9 @@ def summarised(lines: Sequence[Mapping[str, Any]]) -> str:
 
 
 def failed_of_feasible(lines: Sequence[Mapping[str, Any]]) -> tuple[float, int]:
-    """Part of the scenes with an answer that failed, and how many there are: refused ones and those cut off are left out."""
+    """Failed part of the feasible scenes, and their number; scenes that were cut off do not count."""
     counts = Counter(line["class"] for line in lines)
-    feasible = sum(counts[name] for name in ("right", "told", "failed", "wrong"))
+    feasible = sum(counts[name] for name in ("right", "warned", "failed", "wrong"))
     return counts["failed"] / max(1, feasible), feasible
 
 
@@ -45,7 +45,7 @@ def _errors(right: Sequence[Mapping[str, Any]]) -> list[str]:
     untold = [error for error in energy if error <= TOLD]
     found = [
         f"energy error: median {np.median(energy):.1e}, worst {max(energy):.1e}; "
-        f"{len(energy) - len(untold)} above {TOLD:g}, all of them told in the run's warnings"
+        f"{len(energy) - len(untold)} above {TOLD:g}, all with a warning of the run"
     ]
     for name in ("linear", "angular"):
         values = [line[name] for line in right if name in line]

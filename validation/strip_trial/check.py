@@ -42,12 +42,12 @@ ALLOWED = {
     "drive speed, with a damper of 10 ms": 0.004,
     "as in the case": 0.02,
 }
-"""Of the peak, for the coarsest setting of each part."""
+"""Bounds of the relative error of the peak, for the coarsest setting of each part."""
 SOURCE = "independent quasi-static computation (validation/references.md)"
 
 
 class Setting(NamedTuple):
-    """What the numbers of a run depend on: segments a panel, contact stiffness (N/m^1.5), damper (ms), speed (mm/s)."""
+    """Settings of a run: segments per panel, contact stiffness (N/m^1.5), time of the damper (ms), speed (mm/s)."""
 
     segments: int
     stiffness: float
@@ -74,7 +74,7 @@ COUNTS = (5, 10, 20, 40)
 
 @dataclass(frozen=True)
 class Pull:
-    """One run: segments a panel, contact pairs (all for ""), reference peak (N), relative tolerance, travel."""
+    """One run: segments per panel, contact pairs (all for ""), reference peak (N), relative tolerance, travel."""
 
     segments: int
     pairs: str
@@ -248,7 +248,7 @@ def limit() -> float:
 
 
 def orders(half_cell: bool) -> np.ndarray:
-    """Of convergence, from 5 to 40 segments a panel."""
+    """Orders of convergence from 5 to 40 segments per panel."""
     errors = np.array([abs(static_force(count, half_cell) - limit()) for count in COUNTS])
     return np.asarray(np.log2(errors[:-1] / errors[1:]))
 
@@ -259,7 +259,7 @@ def before_contact(place: Place) -> Iterator[Check]:
         name: [abs(static_force(count, half) / limit() - 1) for count in COUNTS]
         for name, half in (("with half a cell at creases", True), ("without", False))
     }
-    picture = convergence(place.out / "order.png", COUNTS, errors, 2, x="segments a panel")
+    picture = convergence(place.out / "order.png", COUNTS, errors, 2, x="segments per panel")
     yield against("force at 4 mm", "limit of many segments", limit(), 0.11413, SOURCE, picture, atol=0.5e-5, unit="N")
     yield below(
         "order with the half-cell correction, off 2 by",

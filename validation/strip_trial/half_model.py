@@ -31,7 +31,7 @@ STEPS = 100
 
 
 class Shot(NamedTuple):
-    """What is left of the conditions, the pull force (N), and how far along the bottom crease is, over a."""
+    """Residuals of the conditions, pull force (N), and position of the bottom crease along the strip, over a."""
 
     left: np.ndarray
     pull: np.ndarray
@@ -184,7 +184,7 @@ class HalfModel:
         return self.solve(guess, travel)
 
     def _gap(self, x: np.ndarray, travel: float, touched: list[float]) -> float:
-        """Of what touches next, over a: the bottoms, then panels 1 and 2."""
+        """Gap of the next contact, over a: first of the bottoms, then of panels 1 and 2."""
         if touched:
             return self.height(x)[0]
         return self.plane - float(self.shoot(x[:, None], travel).bottom[0])

@@ -47,7 +47,7 @@ def draw(number: int) -> Drawn:
 
 
 def solved(number: int, segments: int, folder: Path) -> tuple[str, bool]:
-    """Peak and stated error of a strip with so many segments a panel, and whether it was solved."""
+    """Peak and stated error of a strip with so many segments per panel, and whether it was solved."""
     path = folder / f"{number}_{segments}.toml"
     path.write_text(draw(number).text, encoding="utf-8")
     try:

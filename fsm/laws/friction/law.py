@@ -11,7 +11,7 @@ __all__ = ["FrictionDescription", "FrictionLaw"]
 
 
 class FrictionDescription(Protocol):
-    """Parameters of friction in a case; a law reads only its own ones.
+    """Parameters of friction in a case; each law reads only its own parameters.
 
     Attributes
     ----------

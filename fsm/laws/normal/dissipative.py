@@ -3,12 +3,12 @@
     N = w K d^e max(0, 1 + h d'/v0),    v0 = sqrt(onset^2 + floor^2)
 
 Each law computes the damping factor h from the coefficient of restitution. v0 is the closing speed at the onset of the
-contact. For a contact that began within the step it is the present closing speed, sqrt(d'^2 + floor^2), which is smooth at
-d' = 0.
+contact. For a contact that began within the step, v0 is the present closing speed, sqrt(d'^2 + floor^2), which is
+smooth at d' = 0.
 
-Without the floor, a contact that begins at rest and is pressed later, as in statics, would have unbounded damping.
-Far below the floor the law is K d^e (1 + h d'/floor), which tends to the elastic law. In an impact at ten times the floor,
-the effective h is 0.5 % too small.
+Some contacts begin at rest and are loaded later, for example in statics. Without the floor their damping would be
+unbounded. Far below the floor the law is K d^e (1 + h d'/floor), which tends to the elastic law. In an impact at ten
+times the floor, the effective h is 0.5 % too small.
 """
 
 from __future__ import annotations

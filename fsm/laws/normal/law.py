@@ -14,7 +14,7 @@ Energy = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 class ContactDescription(Protocol):
-    """Parameters of a contact in a case; a law reads only its own ones.
+    """Parameters of a contact in a case; each law reads only its own parameters.
 
     Attributes
     ----------

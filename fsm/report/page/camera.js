@@ -2,6 +2,8 @@
 "use strict";
 
 const MOST_LINES = 8000;  // ends of lines that are drawn in a moving picture without a graphics card
+const MOST_FINE = 4000;   // facets that a moving picture without a graphics card draws with all pixels
+const COARSE = 0.7;       // pixels across of a moving picture with more facets, relative to all
 const REST = 150;         // time (ms) after which a picture rests
 
 const VIEWS = { iso: [1, -1.5, 0.8], front: [0, -1, 0], side: [1, 0, 0], top: [0, -0.001, 1] };
@@ -10,24 +12,55 @@ Object.assign(Player.prototype, {
   view(name) {
     const direction = new THREE.Vector3(...VIEWS[name]).normalize();
     this.target = this.centre.clone();
-    this.distance = (1.12 * this.reach) / Math.sin((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect || 1);
+    this.distance = this.fit(direction);
+    this.fitted = name;  // until the user moves the camera
     this.azimuth = Math.atan2(direction.y, direction.x);
     this.elevation = Math.asin(direction.z);
     this.request();
   },
 
+  // Distance (m) from the centre at which the whole motion is visible from a direction.
+  fit(direction) {
+    const right = new THREE.Vector3().crossVectors(this.camera.up, direction).normalize(), up = new THREE.Vector3().crossVectors(direction, right);
+    const high = 0.9 * Math.tan((this.camera.fov * Math.PI) / 360), wide = high * (this.camera.aspect || 1);
+    const place = new THREE.Vector3();
+    let distance = 0.1 * this.reach;
+    for (let k = 0; k < this.extent.length; k += 3) {
+      place.fromArray(this.extent, k).sub(this.centre);
+      distance = Math.max(distance, place.dot(direction) + Math.max(Math.abs(place.dot(right)) / wide, Math.abs(place.dot(up)) / high));
+    }
+    return distance;
+  },
+
+  // Points (m) that a view must contain: corners of the box of the motion, and tips of arrows in some of the shapes.
+  findExtent() {
+    const { low, data: { arrows, positions: { high } } } = this;
+    this.extent = [];
+    for (let k = 0; k < 8; k++) this.extent.push(k & 1 ? high[0] : low[0], k & 2 ? high[1] : low[1], k & 4 ? high[2] : low[2]);
+    for (const { kind, place, vector } of arrows) {
+      const scale = (0.28 * this.size) / (this.strongest[kind] || 1);
+      for (let f = 0; f < this.frames && kind !== "joint"; f += Math.max(1, this.frames >> 4)) {
+        const tip = [0, 1, 2].map((axis) => place[3 * f + axis] + scale * vector[3 * f + axis]);
+        if (tip.every(Number.isFinite)) this.extent.push(...tip);
+      }
+    }
+  },
+
   orbit(across, up) {
+    this.fitted = "";
     this.azimuth -= across;
     this.elevation = Math.max(-1.57, Math.min(1.57, this.elevation + up));
     this.request();
   },
 
   zoom(factor) {
+    this.fitted = "";
     this.distance = Math.max(0.02 * this.reach, Math.min(60 * this.reach, this.distance * factor));
     this.request();
   },
 
   shift(x, y) {
+    this.fitted = "";
     const scale = (2 * this.distance * Math.tan((this.camera.fov * Math.PI) / 360)) / this.canvas.clientHeight;
     const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 0);
     const up = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 1);
@@ -146,9 +179,11 @@ Object.assign(Player.prototype, {
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    this.ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.renderer.setPixelRatio(this.ratio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
+    if (this.data && this.fitted) this.view(this.fitted);
     this.request();
   },
 
@@ -158,12 +193,19 @@ Object.assign(Player.prototype, {
     requestAnimationFrame(() => { this.waiting = false; this.render(); });
   },
 
-  // On the processor, many lines take longer than all facets. They are drawn as soon as the picture rests.
-  drawLines() {
-    const many = this.slow && this.outline.userData.vertices.length > MOST_LINES;
-    const moves = many && performance.now() - this.drawn < REST;
+  // On the processor, many lines take longer than all facets, and pixels as long as facets. Lines and all pixels are drawn as
+  // soon as the picture rests.
+  refine() {
+    const follows = this.slow && performance.now() - this.drawn < REST;
+    const ratio = this.ratio * (follows && this.solid.length > MOST_FINE ? COARSE : 1);
+    if (this.ratio && this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
+    const moves = follows && this.outline.userData.vertices.length > MOST_LINES;
     clearTimeout(this.resting);
-    if (moves) this.resting = setTimeout(() => this.request(), 1.5 * REST);
+    if (moves || ratio < this.ratio) this.resting = setTimeout(() => this.request(), 1.5 * REST);
+    this.drawLines(moves);
+  },
+
+  drawLines(moves) {
     this.outline.visible = !moves;
     this.mesh.visible = !moves && this.options.mesh;
     this.chosen.visible = this.chosenPart() >= 0;
@@ -189,7 +231,7 @@ Object.assign(Player.prototype, {
     this.light.position.copy(this.camera.position).add(new THREE.Vector3(0.3 * this.distance, 0, 0.4 * this.distance));
     this.shade(away);
     for (const rods of [this.creases, this.cables]) rods.aim(this.points, this.camera.position);
-    this.drawLines();
+    this.refine();
     this.renderer.render(this.scene, this.camera);
     this.drawn = performance.now();
   },

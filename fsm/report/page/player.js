@@ -69,6 +69,7 @@ class Player {
     this.makeObstacles();
     this.makeRest();
     this.applySection();
+    this.findExtent();
     this.view(data.view);
     this.show(0);
   }

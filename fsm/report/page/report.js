@@ -78,7 +78,7 @@ class Page {
     this.data.results[this.number] = result;
     this.cache.delete(this.number);
     await this.choose(this.number);
-    if (kept) Object.assign(player, Object.fromEntries(kept));
+    if (kept) Object.assign(player, Object.fromEntries(kept), { fitted: "" });
     this.show(last ? Infinity : frame);
     if (selected) this.select(this.objects.find((one) => one.name === selected.name) || null);
   }
@@ -294,7 +294,7 @@ class Page {
       this.before = document.documentElement.dataset.theme === "dark";
       if (this.before) this.theme(false);
       this.curves.drawAll();
-      if (this.player && this.player.data) { this.player.render(); at("still").src = at("canvas").toDataURL(); }
+      if (this.player && this.player.data) { this.player.drawn = -Infinity; this.player.render(); at("still").src = at("canvas").toDataURL(); }
     } else if (!on && this.before !== undefined) {
       if (this.before) this.theme(true);
       this.before = undefined;

@@ -34,16 +34,17 @@ class Comparison {
     page.comparison = this;
     at("compare").hidden = false;
     const label = (column) => `${column.name}${column.unit ? ` (${column.unit})` : ""}`;
-    this.numbers = data.columns.filter((column) => column.values.some((value) => typeof value === "number"));
+    this.numbers = data.columns.filter((column) => column.values.filter((value) => typeof value === "number").length > 1);
+    if (this.numbers.every((column) => column.counter)) this.numbers = [];
     for (const id of ["scatter-x", "scatter-y", "scatter-colour"]) {
       at(id).append(...this.numbers.map((column, k) => element("option", { value: k, textContent: label(column) })));
       at(id).onchange = () => this.draw();
     }
-    const input = Math.max(0, this.numbers.findIndex((column) => column.input));
-    const output = Math.max(0, this.numbers.findIndex((column) => !column.input));
-    at("scatter-x").value = input;
-    at("scatter-y").value = output;
-    at("scatter-colour").value = output;
+    const outputs = this.numbers.flatMap((column, k) => (column.input ? [] : [k])), input = this.numbers.findIndex((column) => column.input);
+    const [x, y, colour] = input < 0 ? outputs : [input, ...outputs];
+    at("scatter-x").value = x;
+    at("scatter-y").value = y ?? x;
+    at("scatter-colour").value = colour ?? y ?? x;
     const rows = data.names.map((name, k) => [name, ...data.columns.map((column) => typeof column.values[k] === "number" ? shortNumber(column.values[k]) : column.values[k] ?? "")]);
     at("compare-table").append(table(["result", ...data.columns.map(label)], rows, (k) => page.choose(k)));
     page.curves.resultChosen = (k) => page.choose(k);
@@ -80,13 +81,14 @@ class Comparison {
       Plotly.react(at("scatter"), scatter, { ...base, xaxis: axis(label(x)), yaxis: axis(label(y)), hovermode: "closest" }, config).then((box) => choose(box, (point) => point.pointIndex));
       const varies = (column) => new Set(column.values).size > 1;
       const chosen = this.numbers.filter((column) => varies(column) && !column.counter).slice(0, AXES);
-      const known = (column) => column.values.filter((value) => typeof value === "number");
-      const dimensions = chosen.map((column) => {
-        const values = known(column), low = Math.min(...values), high = Math.max(...values);
-        return { label: plain(label(column)), values: column.values.map((value) => (typeof value === "number" ? value : low)), range: high > low ? [low, high] : [low - 1, high + 1] };
+      const complete = this.data.names.flatMap((name, k) => (chosen.every((column) => typeof column.values[k] === "number") ? [k] : []));
+      const dimensions = (complete.length > 1 ? chosen : []).map((column) => {
+        const values = complete.map((k) => column.values[k]), low = Math.min(...values), high = Math.max(...values);
+        return { label: plain(label(column)), values, range: high > low ? [low, high] : [low - 1, high + 1] };
       });
+      at("parallel-note").textContent = complete.length < this.data.names.length ? `${complete.length} of ${this.data.names.length} results have all of these numbers.` : "";
       const shades = document.documentElement.dataset.theme === "dark" ? maps.viridis.slice(8) : maps.viridis.slice(0, -4);
-      const line = { color: c.values.map((value) => value ?? 0), colorscale: shades.map((colour, k) => [k / (shades.length - 1), colour]) };
+      const line = { color: complete.map((k) => c.values[k] ?? 0), colorscale: shades.map((colour, k) => [k / (shades.length - 1), colour]) };
       at("parallel-box").hidden = dimensions.length < 2;
       if (dimensions.length > 1) Plotly.react(at("parallel"), [{ type: "parcoords", dimensions, line, labelfont: { size: 11, color: colours.text }, tickfont: { size: 9, color: colours.text }, rangefont: { size: 9, color: colours.text }, labelangle: -18 }], { ...base, margin: { l: 70, r: 100, t: 110, b: 20 } }, config);
     }

@@ -18,12 +18,12 @@ __all__ = ["load_parts", "loads_on_mesh", "place_points", "pressed_facets"]
 
 
 def loads_on_mesh(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
-    """Loads with a body each, which is a frame of the mesh for loads on a place.
+    """Loads that each act on a body; for a load on a place, this body is a frame of the mesh.
 
     Raises
     ------
     CaseError
-        There is no such place, or a load along a line that is no edge.
+        There is no such place, or a load acts along a line that is no edge.
     """
     assert case.sheet is not None
     mesh, found = flexible_mesh(case.sheet), list[Load]()

@@ -4,37 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.flexible_loads import load_parts, place_points, pressed_facets
 from fsm.scene.builders.sheet_folding import Folds, facet_damping
+from fsm.scene.builders.sheet_gas import with_gas
 from fsm.scene.builders.sheet_joints import sheet_joints
 from fsm.scene.case import Case
 from fsm.scene.flexible import SceneFrame
+from fsm.scene.frame_bodies import quaternion_matrix
 from fsm.scene.laminate import Laminate, laminate_of
 from fsm.scene.loads import Drive, Load
+from fsm.scene.patterns.booms import seam_angle
+from fsm.scene.patterns.chamber import SheetSurface
 from fsm.scene.patterns.facet_mesh import FacetMesh, MeshPoint
+from fsm.scene.patterns.facets import quaternions
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place
 from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.scene.scene import Body, ContactPair, ForceElement, Scene
 from fsm.scene.sheet import Box, Sheet, SheetSupport
 from fsm.scene.time_program import Ramp
 
 __all__ = ["build_flexible"]
 
 _DRIVEN = 1e3
-"""Stiffness of the springs between a driven place and its nodes, all together, over E t."""
+"""Total stiffness of the springs between a driven place and its nodes, relative to E t."""
 _JOINED = 100.0
-"""Stiffness per length of joints that do not fold, over the bending stiffness of a cell beside them."""
+"""Stiffness per length of joints that do not fold, relative to the bending stiffness of a cell beside them."""
 _SYMMETRIC = 1e-9
-"""Coupling of stretch and bending over the stiffness in stretch times the thickness, below which it is round-off."""
+"""Coupling of stretch and bending, relative to the stiffness in stretch times the thickness, below which the coupling
+is round-off."""
 _AXIS = 1.0 - 1e-9
-"""Cosine of the angle between two directions above which they are one."""
+"""Cosine of the angle between two directions above which they count as one direction."""
 
 
 def build_flexible(case: Case) -> Scene:
@@ -51,6 +58,7 @@ def build_flexible(case: Case) -> Scene:
     facets = FlexibleFacets(
         mesh, material.young, material.poisson, material.density, thickness,
         facet_damping(case), _folds(case, mesh), laminate=_laminate(case),
+        tension_field=case.sheet.film == "tension-field",
     )  # fmt: skip
     return _FlexibleBuilder(case, case.sheet, facets).scene()
 
@@ -97,11 +105,32 @@ class _FlexibleBuilder:
             self.facets.probes[probe.name] = self.facets.mesh.at_node(int(place.sectors[0]))
         loads = [part for number, load in enumerate(self.case.load) for part in self._load(load, f"load.{number}")]
         drives = [self._drive(drive, f"drive.{number}") for number, drive in enumerate(self.case.drive)]
+        touching = self._contact()
         scene = Scene(
             bodies=tuple(self.bodies), frames=tuple(self.frames), elements=tuple(self.elements), loads=tuple(loads),
-            drives=tuple(drives), gravity=self.case.gravity,
+            drives=tuple(drives), gravity=self.case.gravity, **touching,
         )  # fmt: skip
-        return scene.with_facets(self.facets)
+        mesh = self.facets.mesh
+        held = {vector // 3: axes for vector, axes in self.facets.held.items() if vector % 3 == 0}
+        facet = mesh.facet[mesh.triangles[:, 0]]
+        groups = {name: tuple(mesh.owner[mesh.ends(edges)].ravel().tolist()) for name, edges in mesh.edges.items()}
+        surface = SheetSurface(mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices])
+        return with_gas(self.case, scene.with_facets(self.facets), surface)
+
+    def _contact(self) -> dict[str, Any]:
+        """Contact of the nodes of all facets with the other facets and with every obstacle."""
+        case, mesh = self.case, self.facets.mesh
+        if case.contact is None:
+            return {}
+        if case.friction is not None and case.friction.across != 1.0:
+            text = f"{case.friction.across:g} is not available with flexible facets, whose points have no axes; give 1"
+            raise CaseError(Fault("friction.across", text))
+        nodes = mesh.nodes.tolist()
+        self.facets.nodes[:] = [self._frame(f"node {row + 1}", mesh.at_node(node)) for row, node in enumerate(nodes)]
+        pairs = [ContactPair(first=SHEET, second=name) for name in (SHEET, *(obstacle.name for obstacle in case.obstacle))]
+        return {
+            "pairs": tuple(pairs), "contact": case.contact, "friction": case.friction, "obstacles": case.obstacle,
+        }  # fmt: skip
 
     def _place(self, at: str | Box, path: str) -> MeshPlace:
         try:
@@ -112,7 +141,9 @@ class _FlexibleBuilder:
     # supports -------------------------------------------------------------------------------------------------------
 
     def _hold(self, support: SheetSupport, place: MeshPlace, path: str) -> None:
-        """Hold the nodes of a place; on an edge also the slopes along it, so that it does not move between the nodes."""
+        """Hold the nodes of a place. On an edge the slopes along the edge are held too, so that the edge does not move
+        between the nodes.
+        """
         mesh, fixed = self.facets.mesh, {"xyz".index(axis) for axis in support.fixed}
         along = mesh.along_edges(place.edges)
         if support.mirror is not None:
@@ -153,11 +184,17 @@ class _FlexibleBuilder:
         self.facets.points[name] = point
         self.frames.append(SceneFrame(name=name, on=SHEET, at=()))
         x, y, z = place.tolist()
-        self.bodies.append(Body(name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z), held=True))
+        body = Body(name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z), held=True)
+        if point.along.any():
+            along, across = (part @ vectors[point.vectors] for part in (point.along, point.across))
+            axes = np.array([along, np.cross(np.cross(along, across), along), np.cross(along, across)])
+            turned = quaternions((axes / np.linalg.norm(axes, axis=1)[:, None]).T[None])[0]
+            body = body.model_copy(update={"orientation": tuple(turned.tolist())})
+        self.bodies.append(body)
         return name
 
     def _load(self, load: Load, path: str) -> Iterator[Load]:
-        """Loads on the frames of a place, which together are a load of the case."""
+        """Loads on the frames of a place; their sum is one load of the case."""
         if load.at is None or load.pressure is not None:
             if load.pressure is not None:
                 pressed_facets(self.facets.mesh, load, path)
@@ -169,7 +206,7 @@ class _FlexibleBuilder:
             yield self._in_time(part)
 
     def _in_time(self, load: Load) -> Load:
-        """Load that grows over the run, if it is static and has no function of time."""
+        """Load that grows over the run if the run is static and the load has no function of time."""
         method, end = self.case.solve.method, self.case.solve.end_time
         if load.time is not None or self.case.step or end is None or method not in ("static", "arc-length"):
             return load
@@ -182,6 +219,8 @@ class _FlexibleBuilder:
         if at is None:
             return drive
         place = self._place(at, f"{path}.edge" if drive.edge is not None else f"{path}.at")
+        if drive.turn is not None:
+            return self._turn(drive, place)
         mesh, facets = self.facets.mesh, self.facets
         x, y, z = mesh.positions[place.sectors].mean(axis=0).tolist()
         stiffness = _DRIVEN * facets.young * facets.thickness
@@ -201,6 +240,44 @@ class _FlexibleBuilder:
             )  # fmt: skip
         return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
 
+    def _turn(self, drive: Drive, place: MeshPlace) -> Drive:
+        """Turn of a place that is clamped in a rigid end: springs join its points to a massless body that turns.
+
+        Without a guide the end can translate. Its points are then joined to the middle one of them in translation.
+        """
+        mesh, facets = self.facets.mesh, self.facets
+        at, stiffness = mesh.positions[place.sectors], _DRIVEN * facets.young * facets.thickness
+        size, extent = (float(np.ptp(of, axis=0).max()) or facets.thickness for of in (at, mesh.positions))
+        local = stiffness * facets.thickness**2 * size / (12.0 * float(mesh.lengths.min()))  # plate of a cell, all along
+        whole = stiffness * size**3 / (12.0 * extent)  # sheet as a beam with the end as its section
+        parts = [(self._frame(name, point), share) for name, point, share in place_points(mesh, place, place.name, True)]
+        known = {body.name: body for body in self.bodies}
+        x, y, z = at.mean(axis=0).tolist()
+        known[place.name] = Body(name=place.name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z))
+        self.bodies.append(known[place.name])
+        middle = parts[len(parts) // 2][0]
+        for name, share in parts:
+            move, turn = stiffness * share, local * share + (whole if name == middle and not drive.guide else 0.0)
+            if drive.guide:
+                self._join(name, known[name], known[place.name], move, turn)
+                continue
+            self._join(f"{name} turns", known[name], known[place.name], 0.0, turn)
+            if name != middle:
+                self._join(name, known[name], known[middle], move, 0.0)
+        return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
+
+    def _join(self, name: str, inner: Body, outer: Body, move: float, turn: float) -> None:
+        """Add springs (N/m, N m/rad) without force at the start between the centre of a body and a point of another one."""
+        from_inner, from_outer = (quaternion_matrix(body.orientation).T for body in (inner, outer))
+        apart = from_outer @ (np.array(inner.position) - np.array(outer.position))
+        axes = (tuple(quaternions(turned[None])[0].tolist()) for turned in (from_inner, from_outer))
+        self.elements.append(
+            ForceElement(
+                name=name, inner=inner.name, outer=outer.name, point_outer=tuple(apart.tolist()),
+                axes_inner=next(axes), axes_outer=next(axes), translation=(move,) * 3, rotation=(turn,) * 3,
+            )
+        )  # fmt: skip
+
 
 def _turned(along: np.ndarray) -> tuple[float, float, float, float]:
     """Quaternion that turns the x axis to a unit vector."""
@@ -216,10 +293,14 @@ def _folds(case: Case, mesh: FacetMesh) -> FoldData | None:
     if not mesh.creases:
         return None
     assert case.sheet is not None and case.material is not None
+    plate = case.material.young * case.sheet.thickness**3 / (12.0 * (1.0 - case.material.poisson**2))
+    if case.sheet.is_shell:  # a lenticular boom, whose seams are rigid
+        angles = np.concatenate([np.full(len(seam.lengths), seam_angle(case.sheet)) for seam in mesh.creases])
+        stiffness = np.concatenate([_JOINED * plate / seam.lengths.min() * seam.lengths for seam in mesh.creases])
+        return FoldData.linear(stiffness, angles, angles)
     coarse = pattern_of(case.sheet)
     joints = {joint.edge: joint for joint in sheet_joints(case, coarse)}
     start = coarse.with_bend_lines(most=4).start_angles()
-    plate = case.material.young * case.sheet.thickness**3 / (12.0 * (1.0 - case.material.poisson**2))
     folds = Folds(case, coarse)
     for crease in mesh.creases:
         joint, angle = joints.get(crease.edge), float(start[crease.edge])

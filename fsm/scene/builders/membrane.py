@@ -93,7 +93,9 @@ def _on_arm(arm: str, distance: float, along: tuple[float, float]) -> tuple[floa
 
 
 def mesh_lines(membrane: Membrane, patches: Sequence[PlacedPatch]) -> MeshLines:
-    """Mesh lines on the edges of film and patches, and at equal distances between them, as fine as `mesh` requires."""
+    """Mesh lines on the edges of film and patches, with equal cells between these lines; cells are as fine as `mesh`
+    requires.
+    """
     return MeshLines(_lines(membrane, patches, 0), _lines(membrane, patches, 1))
 
 

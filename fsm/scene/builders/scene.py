@@ -45,7 +45,7 @@ def build_scene(case: Case) -> Scene:
 
 
 def _with_items_of_steps(case: Case) -> Case:
-    """Case with the drives and loads of all its steps; drives of one target once."""
+    """Case with the drives and loads of all its steps; of several drives with the same target, one is kept."""
     scene = case.scene
     if scene is not None:
         scene = scene.model_copy(update={"drives": (), "loads": ()})

@@ -6,8 +6,9 @@ lower ends). Its bars have the angle phi with x, and a kink kappa at the hinge, 
     p (cos(phi - kappa/2), sin(phi - kappa/2)) above,   q (cos(phi + kappa/2), -sin(phi + kappa/2)) below,
 
 and its left ends are their mirror images. The right line of a unit joins its right ends, and is the left line of the next
-unit. With p = q and kappa = 0 the lines are parallel (linear array). With p = q and kappa = 2 pi/n they meet at the angle
-2 pi/n for every phi (angulated element of a ring). Otherwise their angle depends on phi (arched array).
+unit. With p = q and kappa = 0 the lines are parallel (linear array). With p = q and kappa = 2 pi/n the lines meet at
+the angle 2 pi/n for every phi (angulated element of a ring). Otherwise the angle of the lines depends on phi (arched
+array).
 """
 
 from __future__ import annotations
@@ -77,7 +78,8 @@ def array_at(scissor: Scissor, angle: float) -> Array:
     number = scissor.units
     (right_a, right_b), half = _right_ends(scissor, angle), _half_line(scissor, angle)
     height = math.dist(right_a, right_b)
-    # positions of the hinge and of the right line, for a unit with its left line on y and b at the origin
+    # positions of the hinge and of the right line of a unit; its left line is on the y axis, and its point b is at the
+    # origin
     hinge = _turned((right_b[0], -right_b[1]), -half)
     rest = _turned(right_b, -half)
     away = (hinge[0] + rest[0], hinge[1] + rest[1])
@@ -127,5 +129,6 @@ def _centre(below: Point, hinge: Point, half: float) -> Point | None:
     """Intersection of the lines of all units, which lies on the first line, x = 0; None for parallel lines."""
     if abs(math.sin(half)) < 1e-12:
         return None
-    # on the axis of symmetry of the first unit, which passes through its hinge and makes the angle `half` with x = 0
+    # the centre lies on the axis of symmetry of the first unit, which passes through its hinge and makes the angle
+    # `half` with x = 0
     return 0.0, hinge[1] - hinge[0] / math.tan(half)

@@ -29,17 +29,18 @@ __all__ = ["RIGID", "build_sheet", "rigid_factor", "sheet_place", "vertex_spring
 
 RIGID = 3e8
 """Stiffness of the joints of rigid facets, relative to the stiffest crease k: k over its length squared in translation, k
-in rotation across the crease. Its flexibility causes an error of the force in inverse proportion, and round-off one in
-proportion; docs/sheets.md has both for a Miura sheet."""
+in rotation across the crease. The flexibility of the joints causes an error of the force in inverse proportion to this
+factor; round-off causes an error in proportion to it. docs/sheets.md lists both errors for a Miura sheet."""
 
 
 RIGID_OF_FOLDING = 1e6
-"""`RIGID` of a sheet that folds itself: softer joints have less round-off, which can hide the sign of a soft pivot."""
+"""`RIGID` for a sheet that folds itself. Softer joints cause less round-off, which can hide the sign of a small
+pivot."""
 
 
 RIGID_OF_CHAIN = 1e6
-"""`RIGID` of a sheet without loops of facets: its joints do not oppose each other, and a long chain is soft as a whole, so
-that round-off of stiff joints can exceed its forces."""
+"""`RIGID` for a sheet without loops of facets. Its joints do not oppose each other, and a long chain is soft as a
+whole; round-off of stiff joints could exceed its forces."""
 
 
 RIGID_OF_BEND_LINES = 1e7
@@ -48,7 +49,7 @@ stiffer joints exceeds the forces."""
 
 
 RIGID_OF_MOTION = 1e5
-"""`RIGID` of a motion with inertia, whose steps depend on the frequencies of the joints."""
+"""`RIGID` for a motion with inertia; its step sizes depend on the frequencies of the joints."""
 
 
 def rigid_factor(case: Case, pattern: Pattern) -> float:
@@ -83,7 +84,9 @@ def build_sheet(case: Case) -> Scene:
 def vertex_springs(
     pattern: Pattern, vertices: Iterable[int], body: str, at: np.ndarray, stiffness: float, drive: Drive
 ) -> list[ForceElement]:
-    """Springs between frames at vertices and a driven body at a point: in all directions, or along the drive only."""
+    """Springs between frames at vertices and a driven body at a point. They act in all directions, or along the drive
+    only.
+    """
     turn = np.eye(3) if drive.guide else _axes_along(np.array(drive.direction) / np.linalg.norm(drive.direction))
     axes = tuple(quaternions(turn[None])[0].tolist())
     return [
@@ -109,7 +112,7 @@ class _SheetBuilder:
         rigid = rigid_factor(self.case, self.pattern)
         reference = max((joint.stiffness for joint in joints), default=0.0)
         assert case.material is not None
-        if not reference:  # creases without stiffness: joints are as stiff as the sheet
+        if not reference:  # if creases have no stiffness, the bending stiffness of the sheet is the reference
             reference = case.material.young * self.sheet.thickness * self.pattern.extent() ** 2 / rigid
         attach = _Attachment(self.pattern, frames, rigid * reference / float(np.median(self.pattern.lengths)) ** 2)
         held, elements = self._supports(attach)
@@ -127,7 +130,9 @@ class _SheetBuilder:
         )
 
     def _contact(self, frames: FacetFrames, joints: list[SheetJoint]) -> dict[str, Any]:
-        """Contact of every facet with every other facet and obstacle. A mean facet of the pattern has the stiffness."""
+        """Contact of every facet with every other facet and obstacle. The contact stiffness is that of a facet of mean
+        size.
+        """
         case = self.case
         if case.contact is None:
             return {}
@@ -251,7 +256,9 @@ class _Attachment(NamedTuple):
         name: str,
         along: np.ndarray | None = None,
     ) -> list[ForceElement]:
-        """One spring for each vertex; its axes are those of the body, with the first along a direction if it is given."""
+        """One spring for each vertex. Its axes are the axes of the body; if a direction is given, the first axis is
+        along it.
+        """
         found = []
         facets = facets_of_vertices(self.pattern)
         turn = np.eye(3) if along is None else _axes_along(along)
@@ -275,7 +282,7 @@ class _Attachment(NamedTuple):
 
 
 def sheet_place(pattern: Pattern, at: object, path: str) -> Place:
-    """Place of a sheet; a fault at a path of the case if there is none."""
+    """Place of a sheet; if there is no such place, an error with the path of the key."""
     try:
         return place_of(pattern, at)  # type: ignore[arg-type]
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""Scene of a sheet of bars and hinges: bars along all edges and bend lines, and rotational springs about them."""
+"""Scene of a bar-and-hinge model: bars along all edges and bend lines of a sheet, and rotational springs about them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.sheet import sheet_place, vertex_springs
 from fsm.scene.builders.sheet_folding import Folds, facet_damping
+from fsm.scene.builders.sheet_gas import with_gas
 from fsm.scene.builders.sheet_joints import sheet_joints
 from fsm.scene.builders.sheet_loads import placed_loads, vertex_name
 from fsm.scene.builders.sheet_supports import check_supports
 from fsm.scene.case import Case
 from fsm.scene.flexible import SceneFrame
 from fsm.scene.loads import Drive
+from fsm.scene.patterns.chamber import SheetSurface
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
@@ -53,14 +55,19 @@ def build_bars(case: Case) -> Scene:
         bodies=tuple(lines), trusses=(truss,), frames=frames, elements=tuple(springs), loads=loads, drives=tuple(drives),
         gravity=case.gravity,
     )  # fmt: skip
-    return scene.with_folds(folds)
+    held = {vertex: {"xyz".index(axis) for axis in axes} for vertex, axes in truss.held}
+    triangles = np.array(pattern.faces, dtype=np.int64)
+    own = np.arange(len(pattern.vertices))
+    surface = SheetSurface(pattern.vertices, triangles, np.arange(len(triangles)), held, pattern.groups, own)
+    return with_gas(case, scene.with_folds(folds), surface)
 
 
 def bar_areas(case: Case, pattern: Pattern) -> np.ndarray:
     """Cross-section of the bar of each edge, (m,), m^2: as given, or a preset.
 
-    With the preset, bars and plate have the same energy in a uniform expansion: a triangle of area S and thickness t
-    gives each of its bars of lengths L the area 2 S t/((1 - nu) sum L) (Filipov, Liu, Tachi, Schenk and Paulino, 2017).
+    With the preset, bars and plate have the same energy in a uniform expansion. A triangle of area S and thickness t
+    with bars of the lengths L gives each bar the area 2 S t/((1 - nu) sum L) (Filipov, Liu, Tachi, Schenk and Paulino,
+    2017).
     """
     sheet, material = case.sheet, case.material
     assert sheet is not None and material is not None

@@ -1,4 +1,4 @@
-"""How the creases of a sheet act in time: dampers, moving rest angles, laws over their length."""
+"""Dampers, moving rest angles and laws per length of the creases of a sheet."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ def is_motion(case: Case) -> bool:
 
 
 def crease_damping(case: Case) -> float:
-    """Kelvin-Voigt time of creases and bend lines, s: as given, else a part of the time of folding.
+    """Kelvin-Voigt time of creases and bend lines, s: the value of the case, else a part of the time of folding.
 
-    Absent, a motion of rigid facets has the default of materials, and flexible facets and bars have no dampers.
+    Without time of folding, a motion of rigid facets has the default of materials, and flexible facets and bars have no
+    dampers.
     """
     assert case.sheet is not None and case.material is not None
     given = case.material.damping
@@ -43,7 +44,7 @@ def crease_damping(case: Case) -> float:
 
 
 def facet_damping(case: Case) -> float:
-    """Kelvin-Voigt time of flexible facets and of bars, s: as given, else none."""
+    """Kelvin-Voigt time of flexible facets and of bars, s: the value of the case, else none."""
     assert case.material is not None
     return case.material.damping or 0.0
 
@@ -72,14 +73,14 @@ def time_of_folding(case: Case) -> float | None:
 
 def _has_fold_angles(sheet: Sheet) -> bool:
     """Whether a sheet has mountains or valleys with fold angles."""
-    if sheet.kind == "plate":
+    if sheet.is_shell:
         return False
     pattern = pattern_of(sheet)
     return any(pattern.assignment[edge] in "MV" and pattern.target[edge] for edge in pattern.creases.tolist())
 
 
 def fold_turn(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) -> float:
-    """Change of the rest angle of a joint until the end of the run, rad; `angle`: at the start."""
+    """Change of the rest angle of a joint until the end of the run, rad; `angle` is its fold angle at the start."""
     assert case.sheet is not None
     if case.sheet.fold_to is None or joint.kind != "crease" or pattern.assignment[joint.edge] == "U":
         return 0.0
@@ -129,7 +130,7 @@ class Folds:
             self._rows.append((law, length if law else k, rest, angle, self._damping * k, k * turn, k, number, length))
 
     def add_linear(self, stiffness: np.ndarray, angle: float) -> None:
-        """Add linear folds (N m/rad each) at rest at the start."""
+        """Add linear folds (N m/rad each) without moment at the start."""
         for k in stiffness.tolist():
             self._rows.append((0, k, angle, angle, self._damping * k if is_motion(self.case) else 0.0, 0.0, k, -1, 0.0))
 

@@ -77,7 +77,9 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
 
 
 def rest_angle(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) -> float:
-    """Angle of a joint without moment: as folded, unless a crease law gives it; bend lines are flat."""
+    """Angle of a joint without moment: the angle at the start, unless a crease law gives another; zero for bend
+    lines.
+    """
     size = joint.rest
     if size is None and joint.kind == "crease" and case.crease is not None:
         size = case.crease.rest_angle
@@ -87,7 +89,7 @@ def rest_angle(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) ->
 
 
 def _own_laws(case: Case, pattern: Pattern) -> tuple[dict[str, list[SheetCrease]], dict[str, list[SheetCrease]]]:
-    """Items of `sheet.crease` by letter, and by the name of the joint."""
+    """Items of `sheet.crease` by letter and by name of a joint."""
     by_letter: dict[str, list[SheetCrease]] = {}
     by_name: dict[str, list[SheetCrease]] = {}
     assert case.sheet is not None

@@ -34,12 +34,12 @@ def facets_of_vertices(pattern: Pattern) -> dict[int, int]:
 
 
 def placed_loads(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
-    """Loads with a body each: a force on vertices of a sheet acts on each of them in equal parts.
+    """Loads that each act on one body; a force on several vertices of a sheet acts on each of them in equal parts.
 
     Raises
     ------
     CaseError
-        There is no such place, or a load that its vertices cannot carry.
+        There is no such place, or the vertices of the place cannot carry the load.
     """
     loads = tuple(loads)
     if case.sheet is None or not any(load.at is not None for load in loads):
@@ -76,7 +76,7 @@ def _placed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
 
 
 def _pressed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
-    """Pressure on facets: for rigid facets a force at each centroid that turns with the facet."""
+    """Pressure on facets; rigid facets have a force at each centroid that rotates with the facet."""
     assert case.sheet is not None and isinstance(load.at, str) and load.pressure is not None
     try:
         facets = facets_named(load.at, len(pattern.faces))

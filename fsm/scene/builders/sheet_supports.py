@@ -18,7 +18,8 @@ _FREE = 1e-7
 def check_supports(case: Case, pattern: Pattern) -> None:
     """Raise a CaseError if a static sheet can move as a whole.
 
-    Steps may change drives, and a motion with inertia needs no supports: both are not checked.
+    Cases with steps, which may change drives, are not checked. Motions with inertia need no supports and are not
+    checked either.
     """
     if case.step or case.solve.method not in ("static", "arc-length"):
         return

@@ -51,7 +51,7 @@ def build_strip(case: Case) -> Scene:
 
 
 def strip_damping(case: Case, scene: Scene) -> float:
-    """Kelvin-Voigt time beta of a strip, s: as given, or `DAMPING`, and less with a slow drive.
+    """Kelvin-Voigt time beta of a strip, s: the value of the case, else `DAMPING`, or less with a slow drive.
 
     Dampers delay the force by beta, which causes an error where the force rises steeply, for example at first contact. With
     a slow drive beta is therefore a small part of the duration. Free and fast motions need dampers to come to rest.
@@ -139,13 +139,13 @@ class _StripBuilder:
             contact=self.case.contact,
             friction=self.case.friction,
             loads=self.case.load,
-            # in the order of the case, whose first drive the force curve and its peak are of
+            # in the order of the case: the force curve and its peak belong to the first drive
             drives=tuple(drive if drive.crease is None else lines[drive.crease] for drive in self.case.drive),
             gravity=self.case.gravity,
         )
 
     def _pairs(self) -> tuple[ContactPair, ...]:
-        """Contact pairs of the case; default: every panel with every other (Li and Huang: with the next panel only)."""
+        """Contact pairs of the case; by default each panel with all others (Li and Huang: with the next panel only)."""
         if self.case.contact is None:
             return ()
         every = combinations(range(1, self.strip.panels + 1), 2)
@@ -209,7 +209,7 @@ class _StripBuilder:
         return self.strip.fold_angle * (1 if panel % 2 else -1)
 
     def _springs(self, distance: float) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Translational and rotational stiffness of a piece of strip with the length `distance` (docs/theory.md)."""
+        """Translational and rotational stiffness of a piece of the strip of the length `distance` (docs/theory.md)."""
         shear = 5 / 6 * self.shear * self.area / distance
         torsion = self.shear * self.strip.width * self.strip.thickness**3 / (3 * distance)
         return (
@@ -277,8 +277,8 @@ class _StripBuilder:
         )
 
     def _released(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
-        """Half joints of a drive. If a step releases the drive, they act until then, and the springs of a free crease
-        afterwards.
+        """Half joints of a drive. If a step releases the drive, half joints act until then, and the springs of a free
+        crease act afterwards.
         """
         half_joints = self._half_joints(number, inner, outer, drive)
         at = releases(self.case, drive.called)
@@ -295,7 +295,7 @@ class _StripBuilder:
         return [*half_joints, joints.model_copy(update=twist | more)]
 
     def _crease_stiffness(self) -> float:
-        """Stiffness of the crease, N m/rad; for a measured curve its mean slope, which only affects the damping."""
+        """Stiffness of the crease, N m/rad; for a measured curve the mean slope, which is used for the damping only."""
         if isinstance(self.crease, FamilyCrease):
             raise CaseError(Fault("crease.file", UNREAD))
         return self.crease.mean_stiffness

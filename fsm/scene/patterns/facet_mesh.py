@@ -1,8 +1,8 @@
 """Mesh of triangles of flexible facets: nodes with slopes, edges by name, and points on it.
 
-A node has one position. Each facet that meets at a node has its own slopes there (a sector), so facets fold along creases.
-Vectors are numbered by sectors: 3 s is the position of sector s, 3 s + 1 and 3 s + 2 are its slopes along two orthogonal
-directions of the facet. All sectors of a node use the position of the first one.
+A node has one position. Each facet has separate slopes at each of its nodes (a sector), so facets can fold along
+creases. Vectors are numbered by sectors: 3 s is the position of sector s, 3 s + 1 and 3 s + 2 are its slopes along two
+orthogonal directions of the facet. All sectors of a node use the position of the first one.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ MOST_TRIANGLES = 100_000
 _ALIGNED = 1e-9
 """Sine of the angle between an edge and a slope below which both have one direction."""
 _SMOOTH = 0.7
-"""Cosine of the angle between two edges above which they are one smooth line."""
+"""Cosine of the angle between two edges above which they form one smooth line."""
 _LONG = 10**12
 _GAUSS = 0.5 - 0.5 / np.sqrt(3.0)
 
 
 def many(number: int) -> str:
-    """Number with commas; a very large one in short."""
+    """Text of a number with commas; very large numbers in scientific notation."""
     return f"{number:,}" if number < _LONG else "10^" + str(len(str(number)) - 1)
 
 
@@ -83,7 +83,7 @@ class FacetMesh:
     plane : (m, 3, 2) array, m
         Corners in the flat facet.
     angle : (m, 3) array, rad
-        Angle of the first slope of each corner with the first axis of the facet.
+        Angle between the first slope of each corner and the first axis of the facet.
     vertices : (v,) int array
         A sector of each vertex of the pattern.
     facet : (s,) int array
@@ -127,6 +127,14 @@ class FacetMesh:
         """Sectors that own their node."""
         return np.flatnonzero(self.owner == np.arange(len(self.owner)))
 
+    @cached_property
+    def node_areas(self) -> np.ndarray:
+        """Area that each of the `nodes` represents, a third of its triangles, m^2."""
+        along = np.roll(self.plane, -1, axis=1) - self.plane
+        areas = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0])
+        owners = self.owner[self.triangles].ravel()
+        return np.bincount(owners, np.repeat(areas / 3.0, 3), len(self.owner))[self.nodes]
+
     def ends(self, edge: np.ndarray) -> np.ndarray:
         """Sectors at both ends of edges (k, 2) of triangles, (k, 2)."""
         triangle, number = edge.T
@@ -144,9 +152,9 @@ class FacetMesh:
         return np.stack([c * x + s * y, -s * x + c * y], axis=-1)
 
     def along_edges(self, edge: np.ndarray) -> dict[int, set[int]]:
-        """Slopes (0, 1) that lie along edges, by sector; both where an edge lies between them.
+        """Slopes (0, 1) that lie along edges, by sector; both slopes if an edge lies between them.
 
-        At a node of a curved line its direction is the mean of both edges.
+        At a node of a curved line, the direction of the line is the mean of both edges.
         """
         lines: dict[int, list[np.ndarray]] = {}
         for sectors, directions in zip(self.ends(edge).tolist(), self.directions(edge), strict=True):

@@ -50,14 +50,16 @@ def facet_frames(pattern: Pattern) -> FacetFrames:
         axes = np.column_stack([first, np.cross(normal, first), normal])
         flat = (points - origin) @ axes[:, :2]
         area, centroid, tensor = _area_moments(flat)
-        values, vectors = np.linalg.eigh(tensor)  # of x x^T over the area: the larger value is along the long side
+        # second moments x x^T over the area: the larger value belongs to the long side
+        values, vectors = np.linalg.eigh(tensor)
         turned = vectors[:, ::-1]
         if np.linalg.det(turned) < 0.0:
             turned[:, 1] = -turned[:, 1]
         centres.append(origin + axes[:, :2] @ centroid)
         frames.append(np.column_stack([axes[:, :2] @ turned, normal]))
         areas.append(area)
-        moments.append((values[0], values[1]))  # about the first axis: the integral of the square of the second coordinate
+        # the moment about the first axis is the integral of the square of the second coordinate
+        moments.append((values[0], values[1]))
         outlines.append((flat - centroid) @ turned)
     return FacetFrames(
         np.array(centres), np.array(frames), np.array(areas), np.array(moments), tuple(outlines)

@@ -19,7 +19,7 @@ _MOST_TEXT = 16 * 2**20
 
 
 def with_pattern(sheet: Sheet, folder: Path) -> tuple[Sheet, list[Fault]]:
-    """Sheet with the pattern of its file in place of the name of the file, or the fault of the file."""
+    """Sheet with the pattern of its file in place of the file name, or the fault of the file."""
     if sheet.pattern is None:
         return sheet, []
     place = folder / sheet.pattern

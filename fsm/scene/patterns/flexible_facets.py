@@ -29,6 +29,8 @@ class FlexibleFacets:
     points : points of the mesh by the name of their frame
     probes : points by the name of a probe
     laminate : stiffness of plies, in place of that of an isotropic plate
+    tension_field : whether facets carry no compression
+    nodes : names of the frames at the `nodes` of the mesh, for contact; empty without contact
     """
 
     mesh: FacetMesh
@@ -42,16 +44,29 @@ class FlexibleFacets:
     points: dict[str, MeshPoint] = field(default_factory=dict)
     probes: dict[str, MeshPoint] = field(default_factory=dict)
     laminate: Laminate | None = None
+    tension_field: bool = False
+    nodes: list[str] = field(default_factory=list)
+
+    @property
+    def mean_facet(self) -> float:
+        """Area of a mean facet of the pattern, which has the whole contact stiffness, m^2."""
+        return float(self.mesh.facet_areas.mean())
+
+    @property
+    def areal_density(self) -> float:
+        """Mass per area, kg/m^2."""
+        return self.density * self.thickness if self.laminate is None else self.laminate.areal_density
 
     @property
     def mass(self) -> float:
         """Mass of all facets, kg."""
-        areal = self.density * self.thickness if self.laminate is None else self.laminate.areal_density
-        return areal * self.mesh.area
+        return self.areal_density * self.mesh.area
 
     @property
     def hinge_stiffness(self) -> list[float]:
-        """Stiffness of each crease that has one, and of a square plate against uniform bending, N m/rad."""
+        """Stiffness of all creases with a stiffness, and stiffness of a square plate against uniform bending, N
+        m/rad.
+        """
         folds = self.folds
         creases: list[float] = []
         if folds is not None:

@@ -17,7 +17,7 @@ UNIT = LinearCrease(stiffness=1.0)
 
 @dataclass(frozen=True, eq=False)
 class FoldData:
-    """Folds; arrays have an item for each of them.
+    """Folds; each array has one item for each fold.
 
     Attributes
     ----------

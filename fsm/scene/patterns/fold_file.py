@@ -132,7 +132,7 @@ def _are_numbers(listed: Any, count: int) -> bool:
 
 
 def _target(number: int, letter: str, angle: Any) -> float:
-    """Fold angle of an edge in rad; refused if it contradicts the assignment."""
+    """Fold angle of an edge in rad; an error if it contradicts the assignment."""
     if angle is None:
         return unit_targets(letter)
     if isinstance(angle, bool) or not isinstance(angle, int | float) or not -180.001 <= angle <= 180.001:
@@ -263,7 +263,7 @@ def _folded(frame: Mapping[str, Any], scale: float | None) -> Pattern:
         if letters[k] == "B":
             continue
         now = float(targets[k])
-        if abs(abs(now) - math.pi) < 1e-3:  # closed: the sign follows from the assignment only
+        if abs(abs(now) - math.pi) < 1e-3:  # the sign of a closed crease follows from the assignment only
             now = math.copysign(now, target) if math.isfinite(target) and target else now
         elif letter in "MV" and abs(now) > 1e-3 and (now > 0.0) != (letter == "V"):
             text = f"a {ASSIGNMENTS[letter]} that is folded by {math.degrees(now):.4g} deg"
@@ -292,7 +292,9 @@ def _check_joined(pattern: Pattern) -> None:
 
 
 def _is_seen_from_behind(pattern: Pattern, edges: list[tuple[int, int, str, float]]) -> bool:
-    """Whether all mountains and valleys contradict the normals of the faces, so that the faces have the other order."""
+    """Whether all mountains and valleys contradict the normals of the faces, so that the order of the faces must be
+    reversed.
+    """
     angles = {frozenset(edge): float(angle) for edge, angle in zip(pattern.edges.tolist(), pattern.target, strict=True)}
     found = [(letter, angles.get(frozenset((u, v)), 0.0)) for u, v, letter, _ in edges if letter in "MV"]
     folded = [(angle > 0.0) == (letter == "V") for letter, angle in found if 1e-3 < abs(angle) < math.pi - 1e-3]

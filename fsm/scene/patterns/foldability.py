@@ -1,8 +1,9 @@
 """Conditions for folding at the inner vertices of a flat pattern.
 
-Rigid facets fold from flat about all creases of a vertex, each to its side, only if the creases of one side span the plane
-with positive factors, and the other side has a crease, too (Abel, Cantarella, Demaine, Eppstein, Hull, Ku, Lang and Tachi,
-2016). Kawasaki (1989) and Maekawa give conditions for the state that is folded flat.
+Let all creases of a vertex fold from flat, mountains to one side and valleys to the other. Rigid facets allow this only
+if the creases of one kind span the plane with positive factors, and the other kind has a crease, too (Abel, Cantarella,
+Demaine, Eppstein, Hull, Ku, Lang and Tachi, 2016). Kawasaki (1989) and Maekawa give conditions for the state that is
+folded flat.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _STRAIGHT = 1e-6
 
 
 class Foldability(NamedTuple):
-    """Inner vertices of a flat pattern, and those that miss a condition (numbers from 0).
+    """Inner vertices of a flat pattern, and vertices that violate a condition (numbers from 0).
 
     Attributes
     ----------
@@ -44,14 +45,14 @@ class Foldability(NamedTuple):
 
     @property
     def folds_flat(self) -> bool:
-        """Whether all inner vertices have the conditions for flat folding (necessary for the pattern, not sufficient)."""
+        """Whether all inner vertices meet the conditions for flat folding, which are necessary and not sufficient."""
         return not (self.rigid or self.kawasaki or self.maekawa)
 
 
 def foldability(pattern: Pattern, bends: bool = False, tolerance: float = 1e-6) -> Foldability | None:
     """Conditions at all inner vertices; None for a pattern without a flat state.
 
-    Vertices without creases count as inner vertices that miss no condition. Unassigned creases count for Kawasaki's
+    Vertices without creases count as inner vertices that meet all conditions. Unassigned creases count for Kawasaki's
     condition (Kawasaki, 1989); Maekawa's condition is not checked there.
 
     Parameters
@@ -94,7 +95,9 @@ def foldability(pattern: Pattern, bends: bool = False, tolerance: float = 1e-6) 
 
 
 def _folds_rigidly(lines: Sequence[tuple[float, str]]) -> bool:
-    """Whether facets around a vertex fold from flat about lines (angle, letter), mountains and valleys each to its side."""
+    """Whether rigid facets around a vertex can fold from flat about lines (angle, letter): mountains to one side,
+    valleys to the other.
+    """
     free = [angle for angle, letter in lines if letter in _EITHER]
     for side, other in ("MV", "VM"):
         own = [angle for angle, letter in lines if letter == side]

@@ -14,8 +14,8 @@ from fsm.scene.patterns.pattern import Pattern
 __all__ = ["fold_pattern"]
 
 _WEIGHT = 10.0
-"""Weight of the lengths and the planarity of facets relative to that of fold angles, in radians, along the path. A large
-weight shortens the steps of the iteration; the last state is projected on rigid facets."""
+"""Weight of the lengths and the planarity of facets relative to that of fold angles, in radians, along the path. A
+large weight shortens the steps of the iteration; the last state is projected onto states with rigid facets."""
 _INCREMENT = math.radians(5.0)
 """Largest increment of a fold angle on the path."""
 _ITERATIONS = 20
@@ -235,7 +235,7 @@ def _in_place(pattern: Pattern, x: np.ndarray) -> np.ndarray:
     """Vertices moved as a whole, so that the first facet is where it was."""
     one = replace(pattern, vertices=x, faces=pattern.faces[:1])
     before, after = facet_frames(replace(pattern, faces=pattern.faces[:1])), facet_frames(one)
-    # principal axes may have other signs: the first corners decide
+    # the signs of principal axes are arbitrary: the first corners decide them
     corners = list(pattern.faces[0][:2])
     old = _corner_axes(pattern.vertices[corners], before.axes[0][:, 2])
     new = _corner_axes(x[corners], after.axes[0][:, 2])

@@ -70,7 +70,7 @@ def waterbomb(columns: int, rows: int, a: float) -> Pattern:
     faces: list[tuple[int, int, int]] = []
     for row in range(rows):
         for column in range(columns):
-            x, y = 2 * column + row % 2, 2 * row  # in units of a / 2
+            x, y = 2 * column + row % 2, 2 * row  # coordinates over a/2
             around = [(x, y), (x + 1, y), (x + 2, y), (x + 2, y + 2), (x + 1, y + 2), (x, y + 2), (x + 1, y + 1)]
             *corners, centre = [places.setdefault(place, len(places)) for place in around]
             faces += [(first, last, centre) for first, last in zip(corners, [*corners[1:], corners[0]], strict=True)]
@@ -103,9 +103,10 @@ def cone(sides: int, inner_radius: float, outer_radius: float) -> Pattern:
 def flasher(sides: int, outer_radius: float, height: float) -> Pattern:
     """Regular polygon that wraps around a hub: walls of a height turn up at the sides of the hub, and its edge twists.
 
-    The sides of the hub are valleys of 90 degrees. At each of its corners begin a valley of 180 degrees along the radius,
-    and a mountain of 180 - 360/sides degrees at a right angle to the side before the corner. Folded, the walls stand on the
-    sides of the hub, and each wall continues as a double flap beyond a corner. Between flat and folded, facets bend.
+    The sides of the hub are valleys of 90 degrees. Two creases begin at each corner of the hub. A valley of 180 degrees
+    runs along the radius. A mountain of 180 - 360/sides degrees runs at a right angle to the side before the corner.
+    In the folded state the walls stand on the sides of the hub, and each wall continues as a double flap beyond a
+    corner. Between flat and folded, facets bend.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def tube(rows: int, radius: float, height: float) -> Pattern:
 
     The sheet has the width 2 pi radius, the circumference of the tube; its seam is on the edges "left" and "right". The line
     in the middle and both edges are the sides of the flattened tube. Lines between panels are mountains on one half and
-    valleys on the other, in turns. The target angle is 180 degrees.
+    valleys on the other, and change roles from line to line. The target angle is 180 degrees.
     """
     width = math.pi * radius
     i, j = np.divmod(np.arange(3 * (rows + 1)), rows + 1)
@@ -167,7 +168,8 @@ def _fully_folded(pattern: Pattern, letters: list[str]) -> Pattern:
 
 
 def kresling(sides: int, rows: int, radius: float, height: float, twist: float) -> Pattern:
-    """Kresling tube: rings of regular polygons at a height of each other, each rotated by `twist` about z.
+    """Kresling tube: regular polygons stacked at the distance `height`, each rotated by `twist` about z relative to the
+    one below.
 
     Parameters
     ----------
@@ -180,7 +182,7 @@ def kresling(sides: int, rows: int, radius: float, height: float, twist: float) 
 
 
 def yoshimura(sides: int, rows: int, radius: float, height: float) -> Pattern:
-    """Yoshimura tube: rings as in `kresling`, each rotated by half a side, so that all triangles are isosceles."""
+    """Yoshimura tube: polygons as in `kresling`, each rotated by half a side, so that all triangles are isosceles."""
     return _tube(sides, rows, radius, height, math.pi / sides)
 
 

@@ -146,7 +146,7 @@ class Pattern:
     def with_bend_lines(self, most: int = 3) -> Pattern:
         """Pattern whose faces with more than `most` corners are divided into triangles, with bend lines between them.
 
-        Each time the shortest diagonal that lies inside of the face is chosen.
+        Each division uses the shortest diagonal inside the face.
         """
         faces: list[tuple[int, ...]] = []
         added: list[tuple[int, int]] = []
@@ -188,7 +188,7 @@ def triangles_of_face(
             others = [v for v in rest if v not in (before, corner, after)]
             if _is_ear(vertices, (before, corner, after), others, normal):
                 diagonal = float(np.linalg.norm(vertices[after] - vertices[before]))
-                options.append((float(f"{diagonal:.9e}"), k))  # round-off does not decide between equal diagonals
+                options.append((float(f"{diagonal:.9e}"), k))  # round-off must not decide between equal diagonals
         k = min(options)[1] if options else 0
         before, corner, after = rest[k - 1], rest[k], rest[(k + 1) % len(rest)]
         pieces.append((before, corner, after))
@@ -198,7 +198,7 @@ def triangles_of_face(
 
 
 def _is_ear(vertices: np.ndarray, corners: tuple[int, int, int], others: list[int], normal: np.ndarray) -> bool:
-    """Whether three successive corners make a triangle inside of the face."""
+    """Whether three successive corners make a triangle inside the face."""
     a, b, c = vertices[list(corners)]
 
     def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> float:

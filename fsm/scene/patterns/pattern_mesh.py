@@ -1,8 +1,9 @@
 """Meshes of the facets of a crease pattern: grids of cells in triangles and quadrilaterals, equal along common edges.
 
-A face with more than four corners is divided into triangles by its shortest diagonals. The edges of a triangle, and opposite
-edges of a quadrilateral, have the same number of divisions, which follows from the largest of these edges. Each face has
-slopes of its own at its nodes (a sector for each node of a face), so faces fold along all edges.
+A face with more than four corners is divided into triangles by its shortest diagonals. All edges of a triangle have the
+same number of divisions, and so have opposite edges of a quadrilateral. The longest of these edges determines the
+number. Each face has separate slopes at its nodes (a sector for each node of a face), so faces can fold along all
+edges.
 """
 
 from __future__ import annotations
@@ -219,7 +220,9 @@ class _Mesher:
         return [(number, (int(a), int(b))) for number, (a, b) in enumerate(self.fine.edges.tolist())]
 
     def _angles(self, flat: np.ndarray) -> np.ndarray:
-        """Angle of the first slope of each sector: along an edge of its face where it lies on one, boundaries first."""
+        """Angle of the first slope of each sector. If the node lies on an edge of its face, the slope is along this
+        edge; boundaries come first.
+        """
         angle = np.zeros(len(flat))
         lines = [line for of_face in self.of_edge.values() if len(of_face) > 1 for line in of_face.values()]
         lines += [line for of_face in self.of_edge.values() if len(of_face) == 1 for line in of_face.values()]

@@ -52,7 +52,7 @@ def planar_pattern(lines: list[Line], scale: float, split: bool = True, toleranc
     lines : list of Line
     scale : length of one unit of the lines, m
     split : bool
-        Whether lines are split where they cross; false: crossing lines are refused.
+        Whether lines are split where they cross; if false, crossing lines are an error.
     tolerance : distance below which points are one vertex, relative to the size of the pattern
 
     Raises
@@ -158,7 +158,8 @@ def _crossings(ends: np.ndarray, near: float) -> list[np.ndarray]:
         t = (apart[:, 0] * along[k, 1] - apart[:, 1] * along[k, 0]) / safe
         within = near / length[k], near / length[others]
         hit = ~parallel & (s >= -within[0]) & (s <= 1 + within[0]) & (t >= -within[1]) & (t <= 1 + within[1])
-        hit &= ~(((s <= within[0]) | (s >= 1 - within[0])) & ((t <= within[1]) | (t >= 1 - within[1])))  # both end there
+        # both lines end there
+        hit &= ~(((s <= within[0]) | (s >= 1 - within[0])) & ((t <= within[1]) | (t >= 1 - within[1])))
         found += [start[k] + s[i] * along[k] for i in np.flatnonzero(hit)]
         if len(found) > _MOST_CROSSINGS:
             text = f"the lines of the pattern cross at more than {_MOST_CROSSINGS:,} places"
@@ -199,7 +200,7 @@ def _with_faces(flat: np.ndarray, edges: dict[tuple[int, int], tuple[str, float]
                 f"a line ends inside of a facet near ({x:g}, {y:g}) m; continue it to another line, or remove it"
             )
     faces = _joined(faces, edges, flat)
-    used = np.unique(np.concatenate(faces))  # without the ends of lines beyond the outline
+    used = np.unique(np.concatenate(faces))  # the outline without the ends of lines that extend beyond it
     number = {int(v): k for k, v in enumerate(used)}
     faces = [[number[v] for v in face] for face in faces]
     edges = {(number[u], number[v]): found for (u, v), found in edges.items() if u in number and v in number}
@@ -215,7 +216,9 @@ def _with_faces(flat: np.ndarray, edges: dict[tuple[int, int], tuple[str, float]
 def _joined(
     faces: list[list[int]], edges: dict[tuple[int, int], tuple[str, float]], flat: np.ndarray
 ) -> list[list[int]]:
-    """Facets that creases join. Areas beside them that boundaries and cuts enclose are holes; other parts are refused."""
+    """Facets that creases join. Other areas that boundaries and cuts enclose are holes; all other separate parts are
+    errors.
+    """
     owner: dict[tuple[int, int], int] = {}
     parent = list(range(len(faces)))
     beside: set[int] = set()
@@ -245,7 +248,7 @@ def _joined(
     for inner, (x, y) in enumerate(middles):
         outer = (part for number, part in enumerate(sheets) if number != inner)
         if any(_contains(flat[faces[number]], middles[inner]) for part in outer for number in part):
-            text = f"a facet has a closed line in it at ({x:g}, {y:g}) m, which no line joins to its outline"
+            text = f"a facet contains a closed line at ({x:g}, {y:g}) m that no line joins to its outline"
             raise ValueError(f"{text}; join both by a crease or a bend line")
     x, y = flat[faces[min(sheets or parts.values(), key=len)[0]]].mean(axis=0)
     count = len(sheets) or len(parts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from fsm.errors import CaseError, Fault
 from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, graded, many
 from fsm.scene.sheet import Sheet
 
-__all__ = ["annulus_mesh", "disc_mesh", "plate_mesh", "rectangle_mesh"]
+__all__ = ["annulus_mesh", "bent_mesh", "cells_of", "disc_mesh", "displacements", "plate_mesh", "rectangle_mesh"]
 
 
 def rectangle_mesh(
@@ -27,23 +28,41 @@ def rectangle_mesh(
     moved : (nx + 1, ny + 1, 2) array, m
         Displacements of the nodes in the plane, for irregular meshes; None: none.
     """
+
+    def bent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        turn = np.zeros(len(points)) if radius is None else points[:, 0] / radius
+        zero = np.zeros(len(points))
+        if radius is None:
+            positions = np.column_stack([points, zero])
+        else:
+            positions = np.column_stack([radius * np.sin(turn), points[:, 1], radius * (np.cos(turn) - 1.0)])
+        along = np.column_stack([np.cos(turn), zero, -np.sin(turn)])
+        return positions, np.stack([along, np.column_stack([zero, zero + 1.0, zero])], axis=1)
+
+    return bent_mesh(length, width, mesh, moved, bent, radius is not None)
+
+
+def bent_mesh(
+    length: float,
+    width: float,
+    mesh: tuple[int, int],
+    moved: np.ndarray | None,
+    bent: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    curved: bool = True,
+) -> FacetMesh:
+    """Rectangle that a function bends: it gives positions (n, 3) and slopes (n, 2, 3) of points (n, 2) of the flat plate.
+
+    The other arguments are those of `rectangle_mesh`; `curved`: see `FacetMesh`.
+    """
     nx, ny = mesh
     x, y = np.meshgrid(np.linspace(0.0, length, nx + 1), np.linspace(0.0, width, ny + 1), indexing="ij")
     flat = np.stack([x, y], axis=-1)
     if moved is not None:
         flat = flat + moved
     number = np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1)
-    triangles = _triangles(number, flat.reshape(-1, 2))
     points = flat.reshape(-1, 2)
-    turn = np.zeros(len(points)) if radius is None else points[:, 0] / radius
-    zero = np.zeros(len(points))
-    if radius is None:
-        positions = np.column_stack([points, zero])
-    else:
-        positions = np.column_stack([radius * np.sin(turn), points[:, 1], radius * (np.cos(turn) - 1.0)])
-    slopes = np.stack(
-        [np.column_stack([np.cos(turn), zero, -np.sin(turn)]), np.column_stack([zero, zero + 1.0, zero])], axis=1
-    )
+    triangles = _triangles(number, points)
+    positions, slopes = bent(points)
     edges = {
         "left": _edge(triangles, number[0]), "right": _edge(triangles, number[-1]),
         "bottom": _edge(triangles, number[:, 0]), "top": _edge(triangles, number[:, -1]),
@@ -51,7 +70,7 @@ def rectangle_mesh(
     corners = np.array([number[0, 0], number[-1, 0], number[-1, -1], number[0, -1]])
     return FacetMesh(
         positions, slopes, np.arange(len(points)), triangles, points[triangles], np.zeros(triangles.shape), corners,
-        np.zeros(len(points), dtype=np.int64), edges, radius is not None,
+        np.zeros(len(points), dtype=np.int64), edges, curved,
     )  # fmt: skip
 
 
@@ -173,11 +192,27 @@ def plate_mesh(sheet: Sheet) -> FacetMesh:
     else:
         assert sheet.length is not None and sheet.width is not None
         sides = sheet.length, sheet.width
+    mesh = cells_of(sheet, sides, 4 if sheet.is_annulus else 1)
+    if sheet.is_annulus:
+        assert inner is not None and outer is not None
+        moved = displacements(sheet, mesh, (outer - inner, 2.0 * math.pi))
+        return annulus_mesh(inner, outer, bool(sheet.slit), mesh, moved)
+    return rectangle_mesh(*sides, mesh, sheet.radius, displacements(sheet, mesh, sides))
+
+
+def cells_of(sheet: Sheet, sides: tuple[float, float], least: int) -> tuple[int, int]:
+    """Numbers of cells along both sides (m), at least `least` along the second if they follow from `mesh_size`.
+
+    Raises
+    ------
+    CaseError
+        There are too many.
+    """
     mesh = sheet.mesh
     if mesh is None:
         assert sheet.mesh_size is not None
         cells = [max(1, math.ceil(side / sheet.mesh_size - 1e-9)) for side in sides]
-        mesh = cells[0], max(cells[1], 4 if sheet.is_annulus else 1)
+        mesh = cells[0], max(cells[1], least)
     if 2 * mesh[0] * mesh[1] > MOST_TRIANGLES:
         raise CaseError(
             Fault(
@@ -186,18 +221,14 @@ def plate_mesh(sheet: Sheet) -> FacetMesh:
                 f"at most {MOST_TRIANGLES:,} are allowed: use fewer cells",
             )
         )
-    if sheet.is_annulus:
-        assert inner is not None and outer is not None
-        moved = _displacements(sheet, mesh, (outer - inner, 2.0 * math.pi))
-        return annulus_mesh(inner, outer, bool(sheet.slit), mesh, moved)
-    return rectangle_mesh(*sides, mesh, sheet.radius, _displacements(sheet, mesh, sides))
+    return mesh
 
 
-def _displacements(sheet: Sheet, mesh: tuple[int, int], sides: tuple[float, float]) -> np.ndarray | None:
+def displacements(sheet: Sheet, mesh: tuple[int, int], sides: tuple[float, float]) -> np.ndarray | None:
     """Displacements of the nodes from a uniform mesh; None: none.
 
-    Inner nodes are displaced at random by at most a part of a cell, always by the same for the same mesh. Then coordinates
-    from -1 to 1 along each side are `graded`.
+    Inner nodes are displaced at random by at most a part of a cell; the same mesh always has the same displacements.
+    Then coordinates from -1 to 1 along each side are `graded`.
     """
     if not sheet.mesh_shift and not any(sheet.mesh_grading):
         return None

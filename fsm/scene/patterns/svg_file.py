@@ -64,7 +64,7 @@ def read_svg(text: str, scale: float) -> Pattern:
         raise ValueError(f"is not an SVG file: {error}") from None
     if not root.tag.endswith("svg"):
         raise ValueError(f"is not an SVG file; its root is <{root.tag}>")
-    with np.errstate(over="ignore", invalid="ignore"):  # such coordinates are refused later
+    with np.errstate(over="ignore", invalid="ignore"):  # an error is raised for such coordinates later
         lines = list(itertools.islice(_lines(root, _style_sheet(root)), _MOST_LINES + 1))
     if len(lines) > _MOST_LINES:
         raise ValueError(f"has more than {_MOST_LINES:,} lines, the limit; give fewer lines")
@@ -85,7 +85,7 @@ def _tag(element: ElementTree.Element) -> str:
 
 
 def _properties(text: str) -> dict[str, str]:
-    """Properties of a text like "stroke: red; opacity: 0.5" that are read."""
+    """Properties that are read, from a text like "stroke: red; opacity: 0.5"."""
     pairs = (entry.partition(":") for entry in text.split(";"))
     return {name.strip(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip() in _STYLES}
 
@@ -103,7 +103,9 @@ def _style_sheet(root: ElementTree.Element) -> dict[str, dict[str, str]]:
 
 
 def _own_style(element: ElementTree.Element, sheet: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
-    """Properties of an element: its attributes, then the style sheet, then its `style`; the last ones hold."""
+    """Properties of an element from its attributes, the style sheet and its `style`; later ones replace earlier
+    ones.
+    """
     own = {name: value for name in _STYLES if (value := element.get(name)) is not None}
     names = [_tag(element), *(f".{name}" for name in (element.get("class") or "").split()), f"#{element.get('id')}"]
     for name in names if sheet else ():

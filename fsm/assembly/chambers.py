@@ -1,0 +1,215 @@
+"""Chambers of gas in a system: volumes, forces along their gradients, tangents, power and energy.
+
+The force of the gas i is (p_i - p_outside) dV_i/dx. Its tangent is the sum of a sparse part, (p_i - p_outside) d2V_i/dx2,
+and of a part of low rank, sum_j dp_i/dV_j dV_i/dx (dV_j/dx)^T, which `fsm.blocks.LowRank` holds. The volume of a chamber
+with closed facets is their flux (`fsm.scene.patterns.chamber`), and its gradient is the force of a unit pressure
+(`fsm.ancf.pressure`). A sheet of one facet has the cubic shape of its elements. At a crease both facets have slopes of
+their own, so their cubic edges differ; the chamber then has straight edges between the nodes.
+
+A lid over a ring of nodes v_i has its tip c at their mean. With B = sum v_i x v_(i+1) it adds the volume c . B/6. The second
+derivative of B joins nodes beside each other; that of c . B joins all nodes of the ring, so it is of low rank, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from fsm.ancf.assembly import slots_of
+from fsm.ancf.pressure import PressedFaces
+from fsm.assembly.gas import Gases, GasState
+from fsm.blocks import BlockPattern, LowRank
+from fsm.scene.gas import Orifice
+from fsm.scene.patterns.chamber import Chamber
+
+__all__ = ["Chambers"]
+
+
+def _cross_matrices(vectors: np.ndarray) -> np.ndarray:
+    """Matrices (m, 3, 3) of v x."""
+    out = np.zeros((len(vectors), 3, 3))
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[:, a, b], out[:, b, a] = -vectors[:, c], vectors[:, c]
+    return out
+
+
+class _Lid:
+    """Lid over a ring, given by the first coordinates (k,) of its nodes: triangles of its edges and its tip."""
+
+    def __init__(self, places: np.ndarray, origin: np.ndarray) -> None:
+        self.places, self.origin = places, origin
+        self.pairs = np.ascontiguousarray(np.stack([places, np.roll(places, -1)], axis=1))
+        self._entries = places[:, None] + np.arange(3)
+
+    def volume(self, q: np.ndarray) -> float:
+        """Flux through the lid, m^3."""
+        at = q[self._entries] - self.origin
+        return float(at.mean(axis=0) @ np.cross(at, np.roll(at, -1, axis=0)).sum(axis=0)) / 6.0
+
+    def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
+        """Add the forces of a pressure; the tip shares its force among the nodes."""
+        at = q[self._entries]
+        at = at - at.mean(axis=0)
+        sides = np.cross(at, np.roll(at, -1, axis=0))
+        own = sides + np.roll(sides, 1, axis=0) + sides.mean(axis=0)
+        np.add.at(force, self._entries, pressure / 6.0 * own)
+
+    def _neighbours(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Matrices (k, 3, 3) of (v_(i-1) - v_(i+1)) x and of (v_i - c) x."""
+        at = q[self._entries]
+        beside = np.roll(at, 1, axis=0) - np.roll(at, -1, axis=0)
+        return _cross_matrices(beside), _cross_matrices(at - at.mean(axis=0))
+
+    def add_stiffness(self, q: np.ndarray, pressure: float, slots: np.ndarray, stiffness: np.ndarray) -> None:
+        """Add -df/dq to block data, without the part of `low_rank`; `slots` of `pairs` as in `PressedFaces`."""
+        beside, own = self._neighbours(q)
+        size, flat = stiffness.shape[1], stiffness.reshape(-1)
+        block = size * np.arange(3)[:, None] + np.arange(3)
+        factor = -pressure / 6.0
+        np.add.at(flat, slots[:, 0, 0, None, None] + block, factor * beside)
+        np.add.at(flat, slots[:, 0, 1, None, None] + block, factor * own)
+        np.add.at(flat, slots[:, 1, 0, None, None] + block, -factor * np.roll(own, -1, axis=0))
+
+    def low_rank(self, q: np.ndarray, pressure: float) -> LowRank:
+        """Part of -df/dq that joins all nodes."""
+        count = len(self.places)
+        vectors = np.zeros((6, len(q)))
+        vectors[:3, self._entries.ravel()] = self._neighbours(q)[0].transpose(1, 0, 2).reshape(3, -1)
+        for axis in range(3):
+            vectors[3 + axis, self._entries[:, axis]] = 1.0 / count
+        weights = np.zeros((6, 6))
+        weights[:3, 3:] = weights[3:, :3] = -pressure / 6.0 * np.eye(3)
+        return LowRank(vectors, weights)
+
+
+class _Surface:
+    """Facets and lids of one chamber."""
+
+    def __init__(self, chamber: Chamber, faces: PressedFaces, places: np.ndarray) -> None:
+        self.faces = faces.of(np.array(chamber.facets))
+        self.lids = tuple(_Lid(np.ascontiguousarray(places[ring]), chamber.origin) for ring in chamber.caps)
+        self._parts: tuple[PressedFaces | _Lid, ...] = (self.faces, *self.lids)
+        self.sign = chamber.sign
+        self._chamber = chamber
+        first = self.faces.vectors if not len(self.faces.plane) else self.faces.vectors[:, ::3]
+        self._positions = np.unique(first)
+
+    def gradient(self, q: np.ndarray) -> np.ndarray:
+        """Gradient (n,) of the volume."""
+        out = np.zeros_like(q)
+        self.add_force(q, 1.0, out)
+        return out
+
+    def volume(self, q: np.ndarray) -> float:
+        """Enclosed volume, m^3."""
+        unit, moved = np.zeros_like(q), q.copy()
+        self.faces.add_force(q, 1.0, unit)
+        moved[self._positions[:, None] + np.arange(3)] -= self._chamber.origin
+        axes = self._chamber.axes
+        flux = sum(float(unit[axis::3] @ moved[axis::3]) for axis in axes) / len(axes)
+        return self.sign * (flux + sum(lid.volume(q) for lid in self.lids))
+
+    def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
+        """Add the forces of a pressure."""
+        for part in self._parts:
+            part.add_force(q, self.sign * pressure, force)
+
+    def add_stiffness(self, q: np.ndarray, pressure: float, slots: Sequence[np.ndarray], stiffness: np.ndarray) -> None:
+        """Add the negative derivative of the forces of a given pressure, without the low rank of lids."""
+        for part, own in zip(self._parts, slots, strict=True):
+            part.add_stiffness(q, self.sign * pressure, own, stiffness)
+
+    def slots(self, shift: int, pattern: BlockPattern) -> list[np.ndarray]:
+        """Slots of the elements in a matrix whose coordinates of nodes begin at `shift`."""
+        vectors = [self.faces.vectors, *(lid.pairs for lid in self.lids)]
+        return [slots_of(np.ascontiguousarray(one + shift), 3, pattern.indptr, pattern.indices) for one in vectors]
+
+
+class Chambers:
+    """Chambers of a sheet with their gases.
+
+    Parameters
+    ----------
+    chambers : tuple of Chamber
+    orifices : tuple of Orifice
+    faces : PressedFaces
+        All triangles of the sheet.
+    places : int array
+        First coordinate of the position of every node that a lid may have.
+    start : (n,) array
+        Coordinates of the nodes at the start.
+    """
+
+    def __init__(
+        self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...], faces: PressedFaces, places: np.ndarray,
+        start: np.ndarray,
+    ) -> None:  # fmt: skip
+        self.names = tuple(chamber.gas.name for chamber in chambers)
+        self._surfaces = tuple(_Surface(chamber, faces, places) for chamber in chambers)
+        self._last: tuple[np.ndarray, np.ndarray] = start[:0], np.zeros(0)
+        self.gases = Gases(tuple(chamber.gas for chamber in chambers), orifices, self.volumes(start))
+
+    def volumes(self, nodes: np.ndarray) -> np.ndarray:
+        """Volumes (k,), m^3."""
+        if not np.array_equal(nodes, self._last[0]):
+            self._last = nodes.copy(), np.array([surface.volume(nodes) for surface in self._surfaces])
+        return self._last[1]
+
+    def state(self, t: float, nodes: np.ndarray) -> GasState:
+        """State of all gases at coordinates (n,) of the nodes."""
+        return self.gases.state(t, self.volumes(nodes))
+
+    def slots(self, shift: int, pattern: BlockPattern) -> list[list[np.ndarray]]:
+        """Slots of all chambers; see `_Surface.slots`."""
+        return [surface.slots(shift, pattern) for surface in self._surfaces]
+
+    def add_force(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
+        """Add the forces on the coordinates (n,) of the nodes."""
+        state = self.state(t, nodes)
+        for surface, pressure in zip(self._surfaces, state.pressure - self.gases.outside, strict=True):
+            surface.add_force(nodes, float(pressure), force)
+
+    def add_force_rate(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
+        """Add the change of the forces with time at fixed nodes."""
+        for surface, rate in zip(self._surfaces, self.state(t, nodes).by_time, strict=True):
+            surface.add_force(nodes, float(rate), force)
+
+    def add_linearised(
+        self, t: float, nodes: np.ndarray, slots: list[list[np.ndarray]], force: np.ndarray, stiffness: np.ndarray
+    ) -> LowRank | None:
+        """Add the forces, and the sparse part of their negative derivatives to block data; returns the other part.
+
+        None if the pressures do not depend on the volumes and there are no lids.
+        """
+        state = self.state(t, nodes)
+        above = (state.pressure - self.gases.outside).tolist()
+        gradients = []
+        for surface, pressure, own in zip(self._surfaces, above, slots, strict=True):
+            gradients.append(surface.gradient(nodes))
+            force += pressure * gradients[-1]
+            surface.add_stiffness(nodes, pressure, own, stiffness)
+        found = LowRank(np.array(gradients), -state.by_volume) if np.any(state.by_volume) else None
+        for surface, pressure in zip(self._surfaces, above, strict=True):
+            for lid in surface.lids:
+                found = lid.low_rank(nodes, surface.sign * pressure).plus(found)
+        return found
+
+    def compressions(self, nodes: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
+        """Stiffness -dp/dV (Pa/m^3) of the last accepted state and gradient (n,) of every chamber."""
+        state = self.gases.state(float(self.gases.memory()[0]), self.volumes(nodes))
+        for surface, stiffness in zip(self._surfaces, -np.diag(state.by_volume), strict=True):
+            yield float(np.nan_to_num(stiffness)), surface.gradient(nodes)
+
+    def energy(self, t: float, nodes: np.ndarray) -> float:
+        """Energy of all gases, J."""
+        return float(self.gases.energies(self.state(t, nodes)).sum())
+
+    def power(self, t: float, nodes: np.ndarray, rates: np.ndarray, before: float | None) -> float:
+        """Power of supplies and orifices at velocities (n,) of the nodes, W; `before` as in `Gases.power`."""
+        state = self.state(t, nodes)
+        total = self.gases.power(t, state, before)
+        above = np.where(self.gases.holds_pressure, state.pressure - self.gases.outside, 0.0)
+        for surface, pressure in zip(self._surfaces, above.tolist(), strict=True):
+            total += pressure * float(surface.gradient(nodes) @ rates) if pressure else 0.0
+        return total

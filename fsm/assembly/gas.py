@@ -1,0 +1,396 @@
+"""Gas in chambers of given volumes: pressure, supply, flow through orifices, and energy.
+
+The state of a chamber is the mass m of its gas and, if it is adiabatic, s = p V^gamma. Without supply and flow both are
+constant. With flows m'_k, positive into the chamber, of gas of temperature T_k,
+
+    m' = sum m'_k,    s' = (gamma - 1) V^(gamma - 1) sum m'_k c_p T_k
+
+which is the energy equation (m c_v T)' = sum m'_k c_p T_k - p V'. A step from the last accepted state integrates both.
+Without orifices the mass follows from the program, and V^(gamma - 1) is the mean of its values at both ends. With orifices
+the step has two implicit stages of second order (SDIRK, L-stable: Alexander, 1977), between which the volume changes
+linearly. The flows between two chambers cancel, so the mass is conserved to round-off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.scene.gas import OUTSIDE, Gas, Orifice
+from fsm.scene.time_program import Constant, TimeFunction
+from fsm.segments.time_function import breaks, factor, integral, slope
+
+__all__ = ["Gases", "GasState", "Supply", "nozzle"]
+
+_STAGE = 1.0 - math.sqrt(0.5)
+_LAMINAR = 0.999
+"""Ratio of pressures above which the flow is proportional to their difference."""
+_PIECES = 4.0
+"""Parts of a step for each change of a mass or energy by itself."""
+_MOST_PIECES = 1000
+_NO_TIME = 1e-12
+"""Length of a step in which nothing flows, s."""
+_NEWTON = 30
+_TOLERANCE = 1e-13
+
+
+@dataclass(frozen=True)
+class Supply:
+    """Program of a supply: mass (kg) and its rate (kg/s), or pressure (Pa) and its rate."""
+
+    gas: Gas
+
+    @property
+    def time(self) -> TimeFunction:
+        """Function of time that multiplies it."""
+        return self.gas.time or Constant()
+
+    def pressure(self, t: float) -> float | None:
+        """Absolute pressure that the supply holds, Pa; None if it gives gas."""
+        size = self.gas.supply_pressure
+        return None if size is None else size * factor(self.time, t)
+
+    def pressure_rate(self, t: float) -> float:
+        """Rate of this pressure, Pa/s."""
+        return (self.gas.supply_pressure or 0.0) * slope(self.time, t)
+
+    def mass(self, t: float) -> float:
+        """Mass of gas given since time zero, kg."""
+        if self.gas.supply_flow is not None:
+            return self.gas.supply_flow * integral(self.time, t)
+        return (self.gas.supply_mass or 0.0) * factor(self.time, t)
+
+    def flow(self, t: float) -> float:
+        """Mass flow, kg/s."""
+        if self.gas.supply_flow is not None:
+            return self.gas.supply_flow * factor(self.time, t)
+        return (self.gas.supply_mass or 0.0) * slope(self.time, t)
+
+
+def nozzle(before: float, behind: float, warmth: float, ratio: float) -> tuple[float, float, float, float]:
+    """Mass flow per area through a nozzle, kg/(m^2 s), and its derivatives.
+
+    Parameters
+    ----------
+    before, behind : pressures, Pa; `before` is the larger one
+    warmth : R T before the nozzle, J/kg
+    ratio : heat ratio gamma
+
+    Returns
+    -------
+    flow, and its derivatives by the three parameters
+    """
+    if before <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    critical = (2.0 / (ratio + 1.0)) ** (ratio / (ratio - 1.0))
+    pi = behind / before
+    if pi > _LAMINAR:
+        psi, _ = _nozzle_factor(_LAMINAR, ratio)
+        by_pi = -psi / (1.0 - _LAMINAR)
+        psi = by_pi * (pi - 1.0)
+    elif pi > critical:
+        psi, by_pi = _nozzle_factor(pi, ratio)
+    else:
+        psi, by_pi = _nozzle_factor(critical, ratio)[0], 0.0
+    scale = 1.0 / math.sqrt(warmth)
+    flow = before * scale * psi
+    return flow, scale * (psi - pi * by_pi), scale * by_pi, -0.5 * flow / warmth
+
+
+def _nozzle_factor(pi: float, ratio: float) -> tuple[float, float]:
+    """sqrt(2 g/(g - 1) (pi^(2/g) - pi^((g + 1)/g))) and its slope."""
+    one, two = 2.0 / ratio, (ratio + 1.0) / ratio
+    scale = 2.0 * ratio / (ratio - 1.0)
+    psi = math.sqrt(scale * (pi**one - pi**two))
+    return psi, 0.5 * scale * (one * pi ** (one - 1.0) - two * pi ** (two - 1.0)) / psi
+
+
+@dataclass(frozen=True, eq=False)
+class GasState:
+    """State of all chambers at a time, (k,) arrays.
+
+    Attributes
+    ----------
+    volume, mass, entropy : m^3, kg, Pa m^(3 gamma)
+        `entropy` is p V^gamma.
+    pressure, temperature : Pa, K
+    by_volume : (k, k) array, Pa/m^3
+        Derivatives of the pressures by the volumes.
+    by_time : Pa/s
+        Derivatives of the pressures by the time, at given volumes.
+    """
+
+    volume: np.ndarray
+    mass: np.ndarray
+    entropy: np.ndarray
+    pressure: np.ndarray
+    temperature: np.ndarray
+    by_volume: np.ndarray
+    by_time: np.ndarray
+
+
+class Gases:
+    """Gases of all chambers, with their state at the last accepted time.
+
+    Parameters
+    ----------
+    gases : tuple of Gas
+    orifices : tuple of Orifice
+    volume : (k,) array, m^3
+        Volumes at the start.
+    """
+
+    def __init__(self, gases: tuple[Gas, ...], orifices: tuple[Orifice, ...], volume: np.ndarray) -> None:
+        self.gases, self.orifices = gases, orifices
+        self.supplies = tuple(Supply(gas) for gas in gases)
+        names = [gas.name for gas in gases] + [OUTSIDE]
+        self._ends = [tuple(names.index(name) for name in orifice.between) for orifice in orifices]
+        self._adiabatic = np.array([gas.law == "adiabatic" for gas in gases])
+        self._constant = np.array([gas.gas_constant for gas in gases])
+        self._ratio = np.array([gas.heat_ratio for gas in gases])
+        self._warmth = np.array([gas.temperature for gas in gases])
+        self.holds_pressure = np.array([gas.supply_pressure is not None for gas in gases])
+        self.outside = np.array([gas.outside_pressure for gas in gases])
+        pressure = np.array([supply.pressure(0.0) or supply.gas.at_start for supply in self.supplies])
+        mass = pressure * volume / (self._constant * self._warmth)
+        reference = np.where(self.outside > 0.0, self.outside, pressure)
+        self._reference = np.where(reference > 0.0, reference, 1e5)
+        self._start = np.concatenate([[0.0], volume, mass, pressure * volume**self._ratio])
+        self._last = self._start.copy()
+
+    # memory -----------------------------------------------------------------------------------------------------------
+
+    @property
+    def remembered(self) -> int:
+        """Size of the memory."""
+        return len(self._start)
+
+    def memory(self) -> np.ndarray:
+        """Time, volumes, masses and p V^gamma of the last accepted state."""
+        return self._last.copy()
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Set the memory; an empty array resets it."""
+        self._last = memory.copy() if len(memory) else self._start.copy()
+
+    def commit(self, t: float, volume: np.ndarray) -> None:
+        """Accept a state."""
+        state = self.state(t, volume)
+        self._last = np.concatenate([[t], volume, state.mass, state.entropy])
+
+    def break_times(self) -> list[float]:
+        """Times at which a supply is not smooth, s."""
+        return sorted({time for supply in self.supplies for time in breaks(supply.time)})
+
+    # state ------------------------------------------------------------------------------------------------------------
+
+    def state(self, t: float, volume: np.ndarray) -> GasState:
+        """State at a time (s), with given volumes (k,), m^3."""
+        begin, count = float(self._last[0]), len(self.gases)
+        given = np.array([supply.mass(t) - supply.mass(begin) for supply in self.supplies])
+        flow = np.array([supply.flow(t) for supply in self.supplies])
+        before, mass, entropy = (self._last[1 + k * count : 1 + (k + 1) * count] for k in range(3))
+        less = self._ratio - 1.0
+        heat = less * self._heat_capacity * self._warmth  # (gamma - 1) c_p T of the supply
+        with np.errstate(invalid="ignore", divide="ignore"):
+            held = volume > 0.0
+            size = np.where(held, volume, np.nan)
+            mean, slope_of_mean = 0.5 * (before**less + size**less), 0.5 * less * size ** (less - 1.0)
+            if self.orifices:
+                mass, entropy, by_volume, by_time = self._with_flow(t, size)
+            else:
+                mass = mass + given
+                entropy = entropy + heat * given * mean
+                by_volume = np.stack([np.zeros((count, count)), np.diag(heat * given * slope_of_mean)])
+                by_time = np.stack([flow, heat * flow * mean])
+            pressure, partial = self._pressure(t, size, mass, entropy)
+        total = partial[0, :, None] * by_volume[0] + partial[1, :, None] * by_volume[1] + np.diag(partial[2])
+        rate = partial[0] * by_time[0] + partial[1] * by_time[1]
+        rate = np.where(self.holds_pressure, [supply.pressure_rate(t) for supply in self.supplies], rate)
+        total[self.holds_pressure] = 0.0
+        mass = np.where(self.holds_pressure, pressure * np.maximum(volume, 0.0) / (self._constant * self._warmth), mass)
+        return GasState(
+            volume, mass, entropy, pressure, self._temperature(size, mass, pressure)[0], total, rate
+        )  # fmt: skip
+
+    @property
+    def _heat_capacity(self) -> np.ndarray:
+        """c_p, J/(kg K)."""
+        return self._ratio * self._constant / (self._ratio - 1.0)
+
+    def _pressure(
+        self, t: float, volume: np.ndarray, mass: np.ndarray, entropy: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pressures, and their derivatives (3, k) by mass, p V^gamma and volume."""
+        warmth = self._constant * self._warmth
+        power = volume**-self._ratio
+        pressure = np.where(self._adiabatic, entropy * power, mass * warmth / volume)
+        none = np.zeros(len(volume))
+        partial = np.array([
+            np.where(self._adiabatic, none, warmth / volume), np.where(self._adiabatic, power, none),
+            np.where(self._adiabatic, -self._ratio, -1.0) * pressure / volume,
+        ])  # fmt: skip
+        given = np.array([supply.pressure(t) or 0.0 for supply in self.supplies])
+        partial[:, self.holds_pressure] = 0.0
+        return np.where(self.holds_pressure, given, pressure), partial
+
+    def _temperature(self, volume: np.ndarray, mass: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Temperatures, and whether they follow from the state."""
+        follows = self._adiabatic & ~self.holds_pressure & (mass > 0.0)
+        safe = np.where(follows, mass, 1.0)
+        return np.where(follows, pressure * volume / (safe * self._constant), self._warmth), follows
+
+    # flow -------------------------------------------------------------------------------------------------------------
+
+    def _with_flow(self, t: float, volume: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Mass and p V^gamma (k,) after a step, with derivatives (2, k, k) by the volumes and (2, k) by time."""
+        count, begin = len(self.gases), float(self._last[0])
+        before, start = self._last[1 : 1 + count], self._last[1 + count :]
+        step = t - begin
+        if abs(step) <= _NO_TIME:
+            now = self._rates(t, volume, start, [supply.flow(t) for supply in self.supplies])[0]
+            return start[:count], start[count:], np.zeros((2, count, count)), now.reshape(2, count)
+        y, dy, pieces = start, np.zeros((2 * count, count)), self._pieces(t, before, step)
+        for piece in range(pieces):
+            h, at = step / pieces, begin + piece / pieces * step
+            part, rest = _STAGE * h, (1.0 - _STAGE) * h
+            given = [np.array([supply.mass(time) for supply in self.supplies]) for time in (at, at + part, at + h)]
+            first = (given[1] - given[0]) / part
+            second = (given[2] - given[0] - rest * first) / part
+            ways = (piece + _STAGE) / pieces, (piece + 1.0) / pieces
+            _, rates, by_y, by_v = self._stage(at + part, before + ways[0] * (volume - before), y, part, first)
+            done = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[0] * by_v)
+            dy = dy + rest * (by_y @ done + ways[0] * by_v)
+            y, rates, by_y, by_v = self._stage(at + h, before + ways[1] * (volume - before), y + rest * rates, part, second)
+            dy = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[1] * by_v)
+        return y[:count], y[count:], dy.reshape(2, count, count), rates.reshape(2, count)
+
+    def _pieces(self, t: float, volume: np.ndarray, step: float) -> int:
+        """Number of parts of a step in which masses and energies change by a moderate factor."""
+        start = self._last[1 + len(volume) :]
+        rates = self._rates(t, volume, start, [supply.flow(t) for supply in self.supplies])[0]
+        sizes = start.reshape(2, -1)
+        scale = np.maximum(sizes, 0.1 * sizes.mean(axis=1)[:, None]).ravel()
+        change = abs(step) * np.abs(rates / np.where(scale > 0.0, scale, 1.0)).max(initial=0.0)
+        return int(min(max(math.ceil(_PIECES * change), 1), _MOST_PIECES)) if math.isfinite(change) else 1
+
+    def _stage(
+        self, t: float, volume: np.ndarray, start: np.ndarray, part: float, supply: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Solution y of y = start + part f(y), with f and its derivatives by y and by the volumes, by Newton's method."""
+        y, eye = start.copy(), np.eye(len(start))
+        scale = np.maximum(np.abs(start), 1e-30)
+        for _ in range(_NEWTON):
+            rates, by_y, by_v = self._rates(t, volume, y, supply)
+            change = np.linalg.solve(eye - part * by_y, start + part * rates - y)
+            # a chamber loses at most nine tenths of its gas in an iteration
+            change = np.maximum(change, -0.9 * np.maximum(y, 0.0))
+            y = y + change
+            if not np.abs(change / scale).max() > _TOLERANCE:
+                break
+        rates, by_y, by_v = self._rates(t, volume, y, supply)
+        return start + part * rates, rates, by_y, by_v
+
+    def _rates(
+        self, t: float, volume: np.ndarray, y: np.ndarray, supply: np.ndarray | list[float]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rates f (2 k,) of masses and p V^gamma, and their derivatives by these (2 k, 2 k) and by the volumes (2 k, k)."""
+        count = len(self.gases)
+        mass, entropy = y[:count], y[count:]
+        pressure, by_state = self._pressure(t, volume, mass, entropy)
+        warmth, by_warmth = self._warmths(volume, mass, pressure, by_state)
+        less, capacity = self._ratio - 1.0, self._heat_capacity / self._constant  # of R T
+        grown = np.where(self._adiabatic, less * volume**less, 0.0)
+        rates, by_y, by_v = np.zeros(2 * count), np.zeros((2 * count, 2 * count)), np.zeros((2 * count, count))
+        for i, flow in enumerate(supply):
+            heat = grown[i] * capacity[i] * self._constant[i] * self._warmth[i] * flow
+            rates[i] += flow
+            rates[count + i] += heat
+            by_v[count + i, i] += less[i] / volume[i] * heat
+        for orifice, (a, b) in zip(self.orifices, self._ends, strict=True):
+            up, down = (a, b) if self._at(pressure, a, b) >= self._at(pressure, b, a) else (b, a)
+            gas = up if up < count else down
+            out = self._constant[gas] * self._warmth[gas] if up == count else warmth[up]
+            one = nozzle(self._at(pressure, up, down), self._at(pressure, down, up), float(out), float(self._ratio[gas]))
+            flow, by_up, by_down, by_out = (orifice.discharge * orifice.area * x for x in one)
+            of_y, of_v = np.zeros(2 * count), np.zeros(count)
+            heat_y, heat_v = np.zeros(2 * count), np.zeros(count)  # of R T of the gas that flows
+            for end, slope_of in ((up, by_up), (down, by_down)):
+                if end < count:
+                    of_y[end] += slope_of * by_state[0, end]
+                    of_y[count + end] += slope_of * by_state[1, end]
+                    of_v[end] += slope_of * by_state[2, end]
+            if up < count:
+                heat_y[up], heat_y[count + up], heat_v[up] = by_warmth[:, up]
+                of_y += by_out * heat_y
+                of_v += by_out * heat_v
+            for end, sense in ((up, -1.0), (down, 1.0)):
+                if end == count:
+                    continue
+                rates[end] += sense * flow
+                by_y[end] += sense * of_y
+                by_v[end] += sense * of_v
+                factor_of = sense * grown[end] * capacity[end]
+                rates[count + end] += factor_of * out * flow
+                by_y[count + end] += factor_of * (out * of_y + flow * heat_y)
+                by_v[count + end] += factor_of * (out * of_v + flow * heat_v)
+                by_v[count + end, end] += factor_of * less[end] / volume[end] * out * flow
+        return rates, by_y, by_v
+
+    def _at(self, pressure: np.ndarray, end: int, other: int) -> float:
+        """Pressure at an end of an orifice, Pa."""
+        return float(pressure[end] if end < len(pressure) else self.outside[other])
+
+    def _warmths(
+        self, volume: np.ndarray, mass: np.ndarray, pressure: np.ndarray, by_state: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """R T of every chamber, J/kg, and its derivatives (3, k) by mass, p V^gamma and volume."""
+        temperature, follows = self._temperature(volume, mass, pressure)
+        warmth, safe = self._constant * temperature, np.where(follows, mass, 1.0)
+        partial = np.array([
+            by_state[0] * volume / safe - warmth / safe, by_state[1] * volume / safe,
+            (by_state[2] * volume + pressure) / safe,
+        ])  # fmt: skip
+        return warmth, np.where(follows, partial, 0.0)
+
+    # energy -----------------------------------------------------------------------------------------------------------
+
+    def energies(self, state: GasState) -> np.ndarray:
+        """Energy of every gas and of the surroundings that it displaces, J.
+
+        Isothermal: free energy m R T (ln(p/p0) - 1); p0 is the outside pressure, or that of the start. Adiabatic: m c_v T.
+        """
+        of_gas = state.pressure * state.volume
+        with np.errstate(invalid="ignore", divide="ignore"):
+            free = of_gas * (np.log(np.where(state.pressure > 0.0, state.pressure, 1.0) / self._reference) - 1.0)
+        stored = np.where(self._adiabatic, of_gas / (self._ratio - 1.0), free)
+        return np.where(self.holds_pressure, 0.0, stored + self.outside * state.volume)
+
+    def power(self, t: float, state: GasState, before: float | None) -> float:
+        """Power of the supply and of flow through orifices, W.
+
+        Gas that expands in the flow between isothermal chambers gives its power to the surroundings as heat; it counts as
+        negative. `before` (s): the supply is the mean between that time and t; None: at t.
+        """
+        if before is not None and before != t:
+            flow = np.array([(supply.mass(t) - supply.mass(before)) / (t - before) for supply in self.supplies])
+        else:
+            flow = np.array([supply.flow(math.nextafter(t, 0.0) if t > 0.0 else t) for supply in self.supplies])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            level = self._constant * self._warmth * np.log(np.maximum(state.pressure, 1e-300) / self._reference)
+        warm = np.where(self._adiabatic, self._heat_capacity * self._warmth, level)
+        total = float(np.where(self.holds_pressure, 0.0, flow * warm).sum())
+        count = len(self.gases)
+        for orifice, (a, b) in zip(self.orifices, self._ends, strict=True):
+            up, down = (a, b) if self._at(state.pressure, a, b) >= self._at(state.pressure, b, a) else (b, a)
+            gas = up if up < count else down
+            out = self._constant[gas] * (self._warmth[gas] if up == count else state.temperature[up])
+            ends = self._at(state.pressure, up, down), self._at(state.pressure, down, up)
+            through = orifice.discharge * orifice.area * nozzle(*ends, float(out), float(self._ratio[gas]))[0]
+            for end, sense in ((up, -1.0), (down, 1.0)):
+                if end < count and not self.holds_pressure[end]:
+                    capacity = self._heat_capacity[end] / self._constant[end]
+                    total += sense * through * float(capacity * out if self._adiabatic[end] else level[end])
+        return total

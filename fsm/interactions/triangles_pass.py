@@ -1,0 +1,143 @@
+"""Points that pass through triangles, and edges that pass through each other, in a step with straight paths of all nodes.
+
+Four points lie in one plane when a cubic of the time is zero. Between the extrema of the cubic each sign change is one root,
+found by bisection; there the point must lie in the triangle, or both edges must cross (Provot, 1997).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+from fsm.kernels.vector import cross, dot
+
+__all__ = ["edges_pass_edges", "points_pass_triangles"]
+
+
+@kernel
+def _volume(x: np.ndarray) -> float:
+    """Triple product of the sides from node 0 of four nodes (4, 3)."""
+    a = (x[1, 1] - x[0, 1]) * (x[2, 2] - x[0, 2]) - (x[1, 2] - x[0, 2]) * (x[2, 1] - x[0, 1])
+    b = (x[1, 2] - x[0, 2]) * (x[2, 0] - x[0, 0]) - (x[1, 0] - x[0, 0]) * (x[2, 2] - x[0, 2])
+    c = (x[1, 0] - x[0, 0]) * (x[2, 1] - x[0, 1]) - (x[1, 1] - x[0, 1]) * (x[2, 0] - x[0, 0])
+    return a * (x[3, 0] - x[0, 0]) + b * (x[3, 1] - x[0, 1]) + c * (x[3, 2] - x[0, 2])
+
+
+@kernel
+def _coplanar_times(start: np.ndarray, end: np.ndarray, at: np.ndarray, times: np.ndarray) -> int:
+    """Times (3,) from 0 to 1 at which four nodes are in one plane; returns their number. `at` (4, 3) is scratch."""
+    values = np.empty(4)
+    for k in range(4):
+        tau = k / 3.0
+        for m in range(4):
+            for e in range(3):
+                at[m, e] = start[m, e] + tau * (end[m, e] - start[m, e])
+        values[k] = _volume(at)
+    f0, f1, f2, f3 = values[0], values[1], values[2], values[3]
+    # cubic through the four values
+    c1 = -5.5 * f0 + 9.0 * f1 - 4.5 * f2 + f3
+    c2 = 9.0 * f0 - 22.5 * f1 + 18.0 * f2 - 4.5 * f3
+    c3 = -4.5 * f0 + 13.5 * f1 - 13.5 * f2 + 4.5 * f3
+    limits = np.empty(4)
+    limits[0], pieces = 0.0, 1
+    a, b, c = 3.0 * c3, 2.0 * c2, c1
+    root = b * b - 4.0 * a * c
+    if root > 0.0:
+        q = -0.5 * (b + (np.sqrt(root) if b >= 0.0 else -np.sqrt(root)))
+        one = q / a if a != 0.0 else -1.0
+        two = c / q if q != 0.0 else -1.0
+        for extremum in (min(one, two), max(one, two)):
+            if 0.0 < extremum < 1.0:
+                limits[pieces] = extremum
+                pieces += 1
+    limits[pieces] = 1.0
+    number = 0
+    for piece in range(pieces):
+        low, high = limits[piece], limits[piece + 1]
+        at_low = f0 + low * (c1 + low * (c2 + low * c3)) if piece > 0 else f0
+        at_high = f0 + high * (c1 + high * (c2 + high * c3)) if piece < pieces - 1 else f3
+        if at_low == 0.0 or (at_low > 0.0) == (at_high > 0.0):
+            continue
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            value = f0 + middle * (c1 + middle * (c2 + middle * c3))
+            if (value > 0.0) == (at_low > 0.0):
+                low = middle
+            else:
+                high = middle
+        times[number] = 0.5 * (low + high)
+        number += 1
+    return number
+
+
+@kernel
+def _far_apart(start: np.ndarray, end: np.ndarray, split: int) -> bool:
+    """Whether the swept boxes of the nodes before and after the split are apart."""
+    for e in range(3):
+        low, high = np.inf, -np.inf
+        other_low, other_high = np.inf, -np.inf
+        for m in range(4):
+            least, most = min(start[m, e], end[m, e]), max(start[m, e], end[m, e])
+            if m < split:
+                low, high = min(low, least), max(high, most)
+            else:
+                other_low, other_high = min(other_low, least), max(other_high, most)
+        if low > other_high or other_low > high:
+            return True
+    return False
+
+
+@kernel
+def _gather(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, one: np.ndarray, two: np.ndarray) -> None:
+    for m in range(4):
+        for e in range(3):
+            one[m, e], two[m, e] = start[nodes[m], e], end[nodes[m], e]
+
+
+@kernel
+def points_pass_triangles(start: np.ndarray, end: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Whether points pass through triangles, (m,) bool; `nodes` (m, 4): point, corners."""
+    out = np.zeros(nodes.shape[0], dtype=np.bool_)
+    one, two, at, times = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty(3)
+    normal, part = np.empty(3), np.empty(3)
+    for i in range(nodes.shape[0]):
+        _gather(start, end, nodes[i], one, two)
+        if _far_apart(one, two, 1):
+            continue
+        for k in range(_coplanar_times(one, two, at, times)):
+            for m in range(4):
+                for e in range(3):
+                    at[m, e] = one[m, e] + times[k] * (two[m, e] - one[m, e])
+            cross(at[2] - at[1], at[3] - at[1], normal)
+            inside = True
+            for corner in range(3):
+                p, q = at[1 + corner], at[1 + (corner + 1) % 3]
+                cross(q - p, at[0] - p, part)
+                inside &= dot(part, normal) >= 0.0
+            out[i] |= inside
+    return out
+
+
+@kernel
+def edges_pass_edges(start: np.ndarray, end: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Whether edges pass through edges, (m,) bool; `nodes` (m, 4): ends of one, ends of the other."""
+    out = np.zeros(nodes.shape[0], dtype=np.bool_)
+    one, two, at, times = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty(3)
+    normal, part, other = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(nodes.shape[0]):
+        _gather(start, end, nodes[i], one, two)
+        if _far_apart(one, two, 2):
+            continue
+        for k in range(_coplanar_times(one, two, at, times)):
+            for m in range(4):
+                for e in range(3):
+                    at[m, e] = one[m, e] + times[k] * (two[m, e] - one[m, e])
+            cross(at[1] - at[0], at[3] - at[2], normal)
+            cross(at[2] - at[0], at[3] - at[2], part)
+            cross(at[2] - at[0], at[1] - at[0], other)
+            whole = dot(normal, normal)
+            if whole == 0.0:
+                continue
+            s, t = dot(part, normal) / whole, dot(other, normal) / whole
+            out[i] |= 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0
+    return out

@@ -1,0 +1,133 @@
+"""Sections [[gas]] and [[orifice]] of a case: gas in closed chambers of a sheet, and flow between them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from fsm.scene.model import Model, Name
+from fsm.scene.time_program import Table, TimeFunction
+from fsm.scene.units import Area, GasConstant, Length, Mass, MassFlow, Number, Stress, Temperature
+
+__all__ = ["OUTSIDE", "SUPPLIES", "Closing", "Gas", "Orifice"]
+
+SUPPLIES = ("supply_pressure", "supply_flow", "supply_mass")
+"""Keys of a gas of which one may be given."""
+OUTSIDE = "outside"
+"""Name of the surroundings in `orifice.between`."""
+
+
+class Closing(Model):
+    """Closing of a chamber at open edges: a plane in which they are held, or a lid. Give `axis` or `cap`.
+
+    A plane is a plane of symmetry or a fixed wall. A lid is massless. It is a cone with its tip at the mean of the nodes of
+    its ring, which is flat for a flat ring. The work of its forces is the pressure times the change of the volume.
+
+    Attributes
+    ----------
+    axis : normal of the plane
+    at : position of the plane along the axis, m
+    cap : ring of open edges under a lid: a named edge of the sheet ("edge top"), or a vertex on the ring ("vertex 7")
+    """
+
+    axis: Literal["x", "y", "z"] | None = None
+    at: Length = 0.0
+    cap: Name | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.axis is None) == (self.cap is None):
+            both = "both are given; remove one of them" if self.axis is not None else "both are missing"
+            raise ValueError(f"give `axis` (normal of a plane) or `cap` (place of a lid); {both}")
+        if self.cap is not None and self.at:
+            raise ValueError("`at` is the position of a plane along `axis`; remove it beside `cap`")
+        return self
+
+
+class Gas(Model):
+    """Gas in a chamber: facets that enclose a volume, with planes and lids that close it.
+
+    Pressures are absolute. The force on the facets is that of the pressure above `outside_pressure`, along the gradient of
+    the volume. Give at most one supply; without one, the chamber keeps its gas.
+
+    Attributes
+    ----------
+    name : name for channels and orifices
+    at : str
+        Facets around the chamber: "all", "facet 3" or "facets 1, 2".
+    closed_by : planes and lids that close the chamber at open edges
+    law : str
+        "isothermal": p V = m R T. "adiabatic": p V^gamma is constant without supply and flow.
+    gas_constant : J/(kg K)
+    heat_ratio : -
+        Ratio of the heat capacities, gamma.
+    temperature : K
+        Of the gas at the start, of the supply, and of the surroundings.
+    pressure : Pa
+        At the start; absent: `outside_pressure`.
+    outside_pressure : Pa
+    supply_pressure, supply_flow, supply_mass : Pa, kg/s, kg
+        Pressure of the chamber, mass flow into it, or mass of gas in addition to that of the start, times `time`.
+    time : function of time of the whole run; absent: constant, or a ramp over the run in statics
+    """
+
+    name: Name = "gas"
+    at: Name = "all"
+    closed_by: tuple[Closing, ...] = ()
+    law: Literal["isothermal", "adiabatic"] = "isothermal"
+    gas_constant: Annotated[GasConstant, Field(gt=0)] = 287.06
+    heat_ratio: Annotated[Number, Field(gt=1, le=2)] = 1.4
+    temperature: Annotated[Temperature, Field(gt=0)] = 293.15
+    pressure: Annotated[Stress, Field(ge=0)] | None = None
+    outside_pressure: Annotated[Stress, Field(ge=0)] = 0.0
+    supply_pressure: Annotated[Stress, Field(ge=0)] | None = None
+    supply_flow: MassFlow | None = None
+    supply_mass: Mass | None = None
+    time: TimeFunction | None = None
+
+    @property
+    def at_start(self) -> float:
+        """Absolute pressure at the start without supply, Pa."""
+        return self.outside_pressure if self.pressure is None else self.pressure
+
+    @model_validator(mode="after")
+    def _one_supply(self) -> Self:
+        given = [name for name in SUPPLIES if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"`{given[0]}` and `{given[1]}` are given; give one supply")
+        if isinstance(self.time, Table) and self.time.amount is not None:
+            raise ValueError(f"the table of a supply has the column `value` (factors), not `{self.time.amount}`")
+        if self.time is not None and not given:
+            raise ValueError("`time` multiplies a supply, and there is none; give `supply_mass`, or remove `time`")
+        if self.supply_pressure is not None and self.pressure is not None:
+            raise ValueError("`supply_pressure` gives the pressure at all times; remove `pressure`")
+        if self.supply_pressure is not None and self.law == "adiabatic":
+            raise ValueError('`supply_pressure` gives the pressure whatever the heat; remove law = "adiabatic"')
+        if not given and not self.at_start and not self.outside_pressure:
+            raise ValueError("the chamber is empty and has no supply; give `pressure`, or for example `supply_mass`")
+        return self
+
+
+class Orifice(Model):
+    """Opening through which gas flows between two chambers, or between a chamber and the surroundings.
+
+    Mass flow of an ideal gas through a nozzle, choked below the critical ratio of pressures.
+
+    Attributes
+    ----------
+    between : names of two gases, or of one and "outside"
+    area : m^2
+    discharge : -
+        Ratio of the mass flow to that of an ideal nozzle.
+    """
+
+    between: tuple[Name, Name]
+    area: Annotated[Area, Field(ge=0)]
+    discharge: Annotated[Number, Field(gt=0, le=1)] = 1.0
+
+    @model_validator(mode="after")
+    def _two(self) -> Self:
+        if self.between[0] == self.between[1]:
+            raise ValueError(f"`between` names {self.between[0]!r} twice; give two gases, or one and {OUTSIDE!r}")
+        return self

@@ -1,0 +1,63 @@
+"""Lines of `fsm check` on gas in chambers and on orifices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fsm.report_text import count, stress_text
+from fsm.scene.gas import Gas
+from fsm.scene.patterns.chamber import Chamber
+from fsm.segments.report_view import CheckContext
+
+__all__ = ["gas_lines"]
+
+_CELSIUS = 273.15
+
+
+def gas_lines(view: CheckContext) -> Iterator[str]:
+    """Lines on every chamber, its gas and its supply, and on orifices."""
+    for chamber in view.scene.chambers:
+        yield _chamber(chamber)
+        yield from _gas(chamber)
+    for orifice in view.scene.orifices:
+        between = " and ".join(orifice.between)
+        yield f"orifice between {between}: {1e6 * orifice.area:.4g} mm^2, discharge coefficient {orifice.discharge:.4g}"
+    if view.scene.chambers:
+        facets = view.scene.facets
+        if facets is not None and (facets.mesh.creases or any(chamber.caps for chamber in view.scene.chambers)):
+            yield "chambers have straight edges between nodes: the volume has an error of the order of the squared cell size"
+        yield "a case with gas steps in Python, not in compiled steps"
+
+
+def _chamber(chamber: Chamber) -> str:
+    gas = chamber.gas
+    closings = [f"plane {one.axis} = {one.at:g} m" for one in gas.closed_by if one.axis is not None]
+    closings += [f"lid on {one.cap}" for one in gas.closed_by if one.cap is not None]
+    closed = f", closed by {', '.join(closings)}" if closings else ""
+    side = "" if chamber.sign > 0.0 else "; the normals of the facets point into it"
+    return (
+        f"{gas.name}: {count(len(chamber.facets), 'facet')} of {1e6 * chamber.area:.4g} mm^2 around "
+        f"{1e9 * chamber.volume:.4g} mm^3 at the start{closed}{side}"
+    )
+
+
+def _gas(chamber: Chamber) -> Iterator[str]:
+    gas = chamber.gas
+    law = "isothermal, p V = m R T" if gas.law == "isothermal" else f"adiabatic, p V^{gas.heat_ratio:g} constant"
+    warm = f"{gas.temperature:g} K ({gas.temperature - _CELSIUS:.4g} deg C), R = {gas.gas_constant:g} J/(kg K)"
+    yield f"  {law}; {warm}; outside {stress_text(gas.outside_pressure)}"
+    if gas.supply_pressure is None:
+        mass = gas.at_start * chamber.volume / (gas.gas_constant * gas.temperature)
+        yield f"  {stress_text(gas.at_start)} and {1e3 * mass:.4g} g at the start"
+    yield f"  {_supply(gas)}"
+
+
+def _supply(gas: Gas) -> str:
+    kind = gas.time.kind if gas.time else "constant"
+    if gas.supply_pressure is not None:
+        return f"pressure {stress_text(gas.supply_pressure)}, {kind}"
+    if gas.supply_flow is not None:
+        return f"mass flow {1e3 * gas.supply_flow:.4g} g/s, {kind}"
+    if gas.supply_mass is not None:
+        return f"supply of {1e3 * gas.supply_mass:.4g} g, {kind}"
+    return "no supply"

@@ -1,0 +1,234 @@
+"""Gas in chambers of sheets: derivatives, work of an ideal gas, supply, flow through orifices, and the energy balance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import fsm
+from fsm.compile_case import compile_case
+from fsm.errors import CaseError
+
+BOX = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
+WALLS = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+R, T0 = 287.06, 293.15
+
+
+def box(facets: str, size: Sequence[float] = (0.1, 0.1, 0.1), **sheet: Any) -> dict[str, Any]:
+    """Box with square walls, normals outwards; wall 2 is the piston at the top."""
+    edges = sorted({tuple(sorted(pair)) for wall in WALLS for pair in zip(wall, (*wall[1:], wall[0]), strict=True)})
+    return {
+        "vertices": (BOX * size).tolist(), "faces": [list(wall) for wall in WALLS], "edges": [list(e) for e in edges],
+        "assignment": ["M"] * len(edges), "angles": [-np.pi / 2] * len(edges), "thickness": 1e-3, "facets": facets,
+    } | sheet  # fmt: skip
+
+
+def case(sheet: dict[str, Any], gas: Sequence[dict[str, Any]], **more: Any) -> dict[str, Any]:
+    crease = {} if sheet.get("kind") == "plate" else {"crease": {"law": "linear", "stiffness_per_length": 0.1}}
+    return crease | {
+        "sheet": sheet, "material": {"young": 1e9, "poisson": 0.3, "density": 1000.0},
+        "gas": list(gas),
+        "solve": {"method": "static", "end_time": 1.0}, "save": {"interval": 0.1, "channels": ["gas.*"]},
+    } | more  # fmt: skip
+
+
+KRESLING = {
+    "kind": "kresling", "sides": 6, "rows": 1, "radius": 0.05, "height": 0.05, "twist": "40 deg", "thickness": 1e-3,
+    "support": [{"at": "edge bottom"}],
+}  # fmt: skip
+QUARTER = {
+    "kind": "plate", "length": 0.05 * np.pi, "width": 0.05, "radius": 0.1, "mesh": [3, 2], "facets": "flexible",
+    "thickness": 1e-3,
+    "support": [{"at": "edge left", "mirror": "x"}, {"at": "edge right", "mirror": "z"},
+                {"at": "edge bottom", "mirror": "y"}, {"at": "edge top", "mirror": "y"}],
+}  # fmt: skip
+PLANES = [{"axis": "x"}, {"axis": "z", "at": -0.1}, {"axis": "y"}, {"axis": "y", "at": 0.05}]
+BARS = {"facets": "bars", "bend_stiffness_per_length": 0.1}
+FLEXIBLE = {"facets": "flexible", "mesh_size": 0.03}
+LIDS = [{"cap": "edge bottom"}, {"cap": "edge top"}]
+AIR = {"pressure": 2e5, "outside_pressure": 1e5}
+CASES = {
+    "box of flexible facets": (box("flexible", mesh_size=0.05), {"name": "air", "law": "adiabatic"} | AIR),
+    "box of bars": (box("bars", bend_stiffness_per_length=1.0), {"name": "air"} | AIR),
+    "planes": (QUARTER, {"closed_by": PLANES} | AIR),
+    "lids of flexible facets": (KRESLING | FLEXIBLE, {"closed_by": LIDS} | AIR),
+    "lids of bars": (KRESLING | BARS, {"closed_by": LIDS} | AIR),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_force_and_tangent_are_derivatives(name: str, tmp_path: Path) -> None:
+    """The force of the gas is the gradient of its energy, and the tangent that of the force, with the part of low rank."""
+    sheet, gas = CASES[name]
+    data = case(sheet, [gas], solve={"method": "generalized-alpha", "end_time": 1.0})
+    _, system = compile_case(fsm.load(data, folder=tmp_path).model)
+    chambers = system.chambers
+    rng, q = np.random.default_rng(2), system.initial()[0]
+    free = ~system._fixed.ravel()
+    q = q + 2e-3 * rng.normal(size=len(q)) * free
+    nodes = q[system._nq :]
+
+    def force(q: np.ndarray) -> np.ndarray:
+        out = np.zeros(len(q))
+        chambers.add_force(0.0, q, out)
+        return out
+
+    ways = rng.normal(size=(4, len(nodes))) * free
+    for way in ways:
+        gain = (chambers.energy(0.0, nodes + 1e-6 * way) - chambers.energy(0.0, nodes - 1e-6 * way)) / 2e-6
+        assert force(nodes) @ way == pytest.approx(-gain, rel=1e-6)
+    linear = system.linearise(0.0, q, None)
+    assert linear.stiffness.low_rank is not None
+    np.testing.assert_allclose(linear.force, system.force(0.0, q, None), rtol=0.0, atol=1e-12 * np.abs(linear.force).max())
+    ways = rng.normal(size=(4, system.nu)) * free
+    for way in ways:
+        change = (system.force(0.0, q + 1e-7 * way, None) - system.force(0.0, q - 1e-7 * way, None)) / 2e-7
+        np.testing.assert_allclose(linear.stiffness.times(way), -change, rtol=0.0, atol=1e-6 * np.abs(change).max())
+    dense = free[:, None] * free * linear.stiffness.bsr().toarray()
+    np.testing.assert_allclose(dense, dense.T, rtol=0.0, atol=1e-9 * np.abs(dense).max())
+
+
+HEIGHT = RADIUS = 0.05
+AREA = 2.0 * RADIUS**2
+STIFF = 1e7 * 1e-6
+SQUARE = {
+    "kind": "kresling", "sides": 4, "rows": 1, "radius": RADIUS, "height": HEIGHT, "twist": 0.0, "thickness": 1e-3,
+    "facets": "bars", "bend_stiffness_per_length": 1e-3, "bars": {"young": 1e7, "area": 1e-6},
+    "support": [{"at": "edge bottom"}, {"at": "edge top", "fixed": ["x", "y"]}],
+}  # fmt: skip
+
+
+def elastic(height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Force and energy of the four walls of a square tube of bars: one along its height and one diagonal each."""
+    side = np.sqrt(AREA)
+    first, length = np.hypot(side, HEIGHT), np.hypot(side, height)
+    force = 4.0 * STIFF * ((height / HEIGHT - 1.0) + (length / first - 1.0) * height / length)
+    energy = 2.0 * STIFF * (HEIGHT * (height / HEIGHT - 1.0) ** 2 + first * (length / first - 1.0) ** 2)
+    return force, energy
+
+
+@pytest.mark.parametrize(("law", "exponent"), [("isothermal", 1.0), ("adiabatic", 1.4)])
+def test_piston(law: str, exponent: float, tmp_path: Path) -> None:
+    """A lid pulled by a force: p V^gamma is constant, and the force is that of the bars and of the gas."""
+    gas = {"name": "air", "law": law, "closed_by": LIDS, "pressure": 1e5, "outside_pressure": 1e5}
+    ramp = {"kind": "ramp", "end": 1.0, "shape": "linear"}
+    load = {"at": "edge top", "force": [0.0, 0.0, 150.0], "time": ramp}
+    run = fsm.load(case(SQUARE, [gas], load=[load]), folder=tmp_path).run(tmp_path / "out", figures=False)
+    found, volume = run.solution, run.solution.channels["gas.air.volume"].values
+    height = volume / AREA
+    above = 1e5 * (HEIGHT / height) ** exponent - 1e5
+    assert height[-1] > 1.2 * HEIGHT
+    np.testing.assert_allclose(elastic(height)[0] - above * AREA, 150.0 * found.time, rtol=0.0, atol=1.5e-6)
+    np.testing.assert_allclose(found.channels["gas.air.pressure"].values, above + 1e5, rtol=1e-12)
+    warm = T0 * (HEIGHT / height) ** (exponent - 1.0)
+    np.testing.assert_allclose(found.channels["gas.air.temperature"].values, warm, rtol=1e-12)
+    assert run.summary["energy_error"] < 1e-4
+
+
+@pytest.mark.parametrize(("law", "exponent"), [("isothermal", 1.0), ("adiabatic", 1.4)])
+def test_work_of_an_ideal_gas(law: str, exponent: float, tmp_path: Path) -> None:
+    """A lid that the gas throws up has the kinetic energy of the work of the gas, m R T ln(V1/V0) or m c_v (T0 - T1)."""
+    gas = {"name": "air", "law": law, "closed_by": LIDS, "pressure": 2e5, "outside_pressure": 1e5}
+    more = {
+        "solve": {"method": "mean-force", "step": 2e-5, "end_time": 2e-3},
+        "save": {"interval": 2e-4, "channels": ["gas.*", "energy.*"]},
+    }  # fmt: skip
+    run = fsm.load(case(SQUARE, [gas], **more), folder=tmp_path).run(tmp_path / "out", figures=False)
+    channels, first = run.solution.channels, AREA * HEIGHT
+    volume, kinetic = channels["gas.air.volume"].values, channels["energy.kinetic"].values
+    grown = volume / first
+    work = 2e5 * first * (np.log(grown) if exponent == 1.0 else (1.0 - grown ** (1.0 - exponent)) / (exponent - 1.0))
+    assert grown.max() > 1.5
+    expected = work - 1e5 * (volume - first) - elastic(volume / AREA)[1]
+    np.testing.assert_allclose(kinetic, expected, rtol=0.0, atol=1e-6 * np.abs(work).max())
+    assert run.summary["energy_error"] < 1e-6
+
+
+def test_flow_between_two_storeys(tmp_path: Path) -> None:
+    """A tube with a lid between its storeys: gas flows until both pressures are equal; mass and energy are conserved."""
+    sheet = SQUARE | {
+        "rows": 2,
+        "support": [{"at": "edge bottom"}, {"at": "edge top", "fixed": ["x", "y"]},
+                    {"at": "vertices 5, 6, 7, 8", "fixed": ["x", "y"]}],
+    }  # fmt: skip
+    gases = [
+        {"name": "low", "at": f"facets {', '.join(map(str, range(1, 9)))}", "pressure": 1.5e5,
+         "closed_by": [{"cap": "edge bottom"}, {"cap": "vertex 5"}]},
+        {"name": "up", "at": f"facets {', '.join(map(str, range(9, 17)))}", "pressure": 1e5,
+         "closed_by": [{"cap": "vertex 5"}, {"cap": "edge top"}]},
+    ]  # fmt: skip
+    gases = [gas | {"law": "adiabatic", "outside_pressure": 1e5} for gas in gases]
+    flow = {"between": ["low", "up"], "area": 2e-6, "discharge": 0.7}
+    run = fsm.load(case(sheet, gases, orifice=[flow]), folder=tmp_path).run(tmp_path / "out", figures=False)
+    masses, pressures = (
+        np.array([run.solution.channels[f"gas.{name}.{key}"].values for name in ("low", "up")])
+        for key in ("mass", "pressure")
+    )
+    assert masses[0, -1] < 0.9 * masses[0, 0]
+    assert np.ptp(masses.sum(axis=0)) <= 1e-15 * masses.sum()
+    assert pressures[1, -1] == pytest.approx(pressures[0, -1], rel=1e-3)
+    assert run.summary["energy_error"] < 1e-4
+
+
+def test_limit_points(tmp_path: Path) -> None:
+    """A Kresling tube collapses as gas is taken out. Its equilibria do not depend on the supply, but their stability does.
+
+    With a given pressure the tube is unstable from the extremum of the pressure on, and with a given mass from that of the
+    mass on, which comes later.
+    """
+    sheet = KRESLING | {
+        "sides": 8, "radius": 1.0, "height": 1.0, "twist": "45 deg", "facets": "bars", "thickness": 1e-3,
+        "bars": {"young": 5e3, "area": 0.1, "law": "ogden", "linear_to": "135 deg"}, "support": [{"at": "edge bottom"}],
+    }  # fmt: skip
+    table = {"kind": "table", "time": [0.0, 1.0], "value": [1.0, 0.2]}
+    curves = {}
+    for key, supply in (("mass", {"supply_mass": -5e-5}), ("pressure", {"supply_pressure": 2.0, "time": table})):
+        gas = {"name": "air", "closed_by": LIDS, "outside_pressure": 2.0} | supply
+        data = case(sheet, [gas], solve={"method": "arc-length", "end_time": 1.0})
+        data["crease"] = {"law": "linear", "stiffness_per_length": 1e-3}
+        data["save"] = {"channels": ["gas.*"], "interval": 0.01}
+        found = fsm.load(data, folder=tmp_path).run(tmp_path / key, figures=False).solution
+        names = ("volume", "pressure", "mass")
+        volume, *others = (found.channels[f"gas.air.{name}"].values for name in names)
+        part = slice(0, int(np.argmin(np.where(volume > 1.2, volume, np.inf))) + 1)
+        curves[key] = volume[part], dict(zip(names[1:], others, strict=True))[key][part], found.negative_pivots[part]
+        at = int(np.argmin(curves[key][1]))
+        assert 5 < at < len(volume[part]) - 5
+        assert not np.any(curves[key][2][: at - 1])
+        assert np.all(curves[key][2][at + 2 :] > 0)
+        if key == "mass":
+            known = CubicSpline(volume[part][::-1], others[0][part][::-1])
+        else:
+            np.testing.assert_allclose(known(volume[part]), others[0][part], rtol=0.0, atol=1e-5)
+    assert curves["mass"][0][np.argmin(curves["mass"][1])] < curves["pressure"][0][np.argmin(curves["pressure"][1])] - 0.03
+
+
+@pytest.mark.parametrize(
+    ("gas", "sheet", "text"),
+    [
+        (AIR, KRESLING | BARS, r"the chamber is open at the edge .*closed_by"),
+        ({"closed_by": [{"cap": "edge left"}]} | AIR, KRESLING | BARS, "is not a place of the sheet"),
+        ({"closed_by": LIDS, "pressure": 0.0}, KRESLING | BARS, "the chamber is empty and has no supply"),
+        ({"closed_by": LIDS} | AIR, KRESLING | {"facets": "rigid"}, 'not available with facets = "rigid"'),
+        ({"closed_by": PLANES[1:]} | AIR, QUARTER, "open at the edge"),
+        ({"closed_by": PLANES, "supply_mass": 1.0, "supply_flow": 1.0}, QUARTER, "give one supply"),
+        ({"at": "facet 9"} | AIR, QUARTER, "there is no number 9"),
+        ({"closed_by": [{"axis": "x", "cap": "edge top"}]} | AIR, QUARTER, "both are given"),
+    ],
+)
+def test_faults(gas: dict[str, Any], sheet: dict[str, Any], text: str, tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match=text):
+        fsm.load(case(sheet, [gas]), folder=tmp_path).check()
+
+
+def test_orifice_between_different_gases(tmp_path: Path) -> None:
+    gases = [{"name": "a", "closed_by": LIDS} | AIR, {"name": "b", "closed_by": LIDS, "gas_constant": 2077.0} | AIR]
+    for between, text in ((["a", "b"], "joins gases with gas_constant"), (["a", "c"], "there is no gas 'c'")):
+        data = case(KRESLING | BARS, gases, orifice=[{"between": between, "area": 1e-6}])
+        with pytest.raises(CaseError, match=text):
+            fsm.load(data, folder=tmp_path).check()

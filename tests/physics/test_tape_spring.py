@@ -1,0 +1,110 @@
+"""Booms: sections, stress-free starts, and the moments of a tape spring against its theory."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fsm
+from fsm.errors import CaseError
+from fsm.scene.patterns.booms import boom_mesh
+from fsm.scene.sheet import Sheet
+from validation.boom.tape import ANGLE, NU, RADIUS, THICK, YOUNG
+
+STEM = {"kind": "stem", "subtended_angle": "400 deg", "mesh": [4, 24]}
+LENS = {"kind": "lenticular", "subtended_angle": "120 deg", "mesh": [4, 8]}
+
+
+def boom(**changes: Any) -> dict[str, Any]:
+    """Sheet of a short tape spring."""
+    return {
+        "kind": "tape-spring", "length": 0.06, "radius": RADIUS, "subtended_angle": ANGLE, "thickness": THICK,
+        "facets": "flexible", "mesh": [6, 8],
+    } | changes  # fmt: skip
+
+
+def case(sheet: dict[str, Any], **more: Any) -> dict[str, Any]:
+    return {"sheet": sheet, "material": {"young": YOUNG, "poisson": NU, "density": 7850.0}} | more
+
+
+@pytest.mark.parametrize("changes", [{}, STEM, LENS, {"mesh_grading": [0, 1]}], ids=["tape", "stem", "lens", "graded"])
+def test_start_is_on_the_section_without_stress(changes: dict[str, Any], tmp_path: Path) -> None:
+    """All nodes are on the arcs, normals point outwards, and a free boom has six motions without stiffness only."""
+    data = boom(**changes)
+    mesh = boom_mesh(Sheet.model_validate(data))
+    angle = float(Sheet.model_validate(data).subtended_angle or 0.0)
+    centre = np.array([0.0, 0.0, -RADIUS])
+    normal = np.cross(*mesh.slopes.transpose(1, 0, 2))
+    upper = mesh.facet == 0
+    away = (mesh.positions - centre)[upper] * [0, 1, 1]
+    grown = THICK * 400.0 / 720.0 if data["kind"] == "stem" else 0.0
+    assert abs(np.linalg.norm(away, axis=1) - RADIUS).max() <= 1.01 * grown + 1e-12
+    assert (np.einsum("nk,nk->n", normal[upper], away) > 0.99 * RADIUS).all()
+    if data["kind"] == "lenticular":
+        lower = mesh.positions[~upper]
+        chord = -RADIUS * (1.0 - math.cos(0.5 * angle))
+        assert lower[:, 2].max() == pytest.approx(chord)
+        assert (normal[~upper][:, 2] < 0.0).all()
+    run = fsm.load(case(data, step=[{"kind": "modes", "modes": 8}]), folder=tmp_path).run(tmp_path / "out", figures=False)
+    found = np.array(run.summary["step"][0]["frequencies_hz"])
+    assert abs(found[:6]).max() < 1e-3 * found[6]
+
+
+def test_plies_of_an_isotropic_material_are_the_isotropic_boom(tmp_path: Path) -> None:
+    """Frequencies of a clamped tape spring, whose plies have their angle from its axis."""
+    isotropic = {
+        "young": YOUNG,
+        "young_across": YOUNG,
+        "shear": 0.5 * YOUNG / (1 + NU),
+        "poisson": NU,
+        "thickness": 0.5 * THICK,
+    }
+    found = []
+    for plies in ([], [isotropic | {"angle": 0.3}, isotropic | {"angle": -1.0}]):
+        data = case(boom(ply=plies, support=[{"at": "edge left", "clamped": True}]), step=[{"kind": "modes", "modes": 3}])
+        run = fsm.load(data, folder=tmp_path).run(tmp_path / str(len(plies)), figures=False)
+        found.append(run.summary["step"][0]["frequencies_hz"])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-6)
+
+
+def test_rigid_ends_turn(tmp_path: Path) -> None:
+    """Small turns of both ends bend the tape spring as a beam: M = E I turn/L, whichever end turns and about any axis.
+
+    I of the arc about the axis through its centroid is R^3 t (a/2 + sin(a)/2 - 4 sin^2(a/2)/a). Rigid ends keep the section.
+    """
+    whole = 1e-3
+    inertia = RADIUS**3 * THICK * (0.5 * ANGLE + 0.5 * math.sin(ANGLE) - 4.0 * math.sin(0.5 * ANGLE) ** 2 / ANGLE)
+    exact = YOUNG * inertia * whole / 0.06
+    found = []
+    for left, point in ((0.5, [0.0, 0.0, 0.0]), (0.9, [0.01, 0.0, -0.02])):
+        turns = {"left": left * whole, "right": (1.0 - left) * whole}
+        drives = [
+            {"edge": edge, "turn": turn, "rate": turn, "axis": [0, way, 0], "guide": edge == "left", "point": point}
+            for (edge, turn), way in zip(turns.items(), (1, -1), strict=True)
+        ]
+        data = case(boom(mesh=[8, 12]), drive=drives, solve={"method": "static", "rtol": 1e-4}, save={"interval": 0.5})
+        result = fsm.load(data, folder=tmp_path).run(tmp_path / str(left), figures=False)
+        found.append(result.summary["final_force"])
+    assert found[0] == pytest.approx(exact, rel=0.02)
+    assert found[1] == pytest.approx(found[0], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"subtended_angle": "200 deg"}, "must be above 0 deg and at most 180 deg"),
+        ({"kind": "stem"}, "must be above 180 deg and at most 720 deg"),
+        ({"facets": "rigid", "mesh": None, "mesh_size": 0.01}, 'give facets = "flexible"'),
+        ({"radius": None}, "needs `radius`"),
+        ({"width": 0.1}, "`width` is not used"),
+        ({"thickness": 0.01}, "booms are thin shells"),
+    ],
+)
+def test_faults_are_told(changes: dict[str, Any], text: str) -> None:
+    data = {key: value for key, value in boom(**changes).items() if value is not None}
+    with pytest.raises(CaseError, match=text):
+        fsm.load(case(data), folder=Path.cwd()).check()

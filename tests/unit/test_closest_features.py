@@ -1,0 +1,199 @@
+"""Closest points of triangles and edges: distances, gradients and second derivatives against central differences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fsm.interactions.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
+from fsm.interactions.feature_contact import measure_features, parallel_weights, tangent_features
+from fsm.interactions.shapes import ContactForces
+from fsm.interactions.triangles_pass import edges_pass_edges, points_pass_triangles
+from fsm.segments.pattern import body_pattern
+
+ONE, NODES = np.zeros(1, dtype=np.int64), np.arange(4)
+TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.2, 0.9, -0.1]])
+POINTS = {
+    "inside": ([0.4, 0.3, 0.5], 2), "below": ([0.4, 0.3, -0.5], 2), "first edge": ([0.4, -0.5, 0.4], 1),
+    "second edge": ([0.9, 0.8, 0.3], 1), "third edge": ([-0.4, 0.5, 0.3], 1), "first corner": ([-0.3, -0.4, 0.2], 0),
+    "second corner": ([1.5, 0.0, 0.4], 0), "third corner": ([0.2, 1.6, -0.4], 0),
+}  # fmt: skip
+EDGES = {
+    "crossing": ([[-0.5, 0.1, 0.3], [0.6, 0.2, 0.4], [0.0, -0.6, 0.0], [0.1, 0.7, 0.1]], 2),
+    "end of the first": ([[0.2, 0.1, 0.3], [0.9, 0.2, 0.4], [0.0, -0.6, 0.0], [0.1, 0.7, 0.1]], 1),
+    "end of the second": ([[-0.5, 0.1, 0.3], [0.6, 0.2, 0.4], [0.0, 0.4, 0.0], [0.1, 0.9, 0.1]], 1),
+    "both ends": ([[0.2, 0.1, 0.3], [0.9, 0.2, 0.4], [0.0, 0.4, 0.0], [-0.1, 0.9, 0.1]], 0),
+    "nearly parallel": ([[-0.5, 0.1, 0.3], [0.6, 0.1, 0.3], [-0.4, 0.05, 0.0], [0.7, 0.15, 0.0]], 2),
+}  # fmt: skip
+
+
+def of_point(outline: int, side: float) -> Callable[[np.ndarray], Found]:
+    """Closest points of node 0 and the triangle of nodes 1 to 3, whose edges are on the outline of a facet or not."""
+    faces = Faces(np.array([[1, 2, 3]]), np.full((1, 3), 0.02 * outline), np.zeros((0, 2), dtype=np.int64))
+
+    def find(places: np.ndarray) -> Found:
+        slots = ONE, np.array([0, 1]), ONE
+        triangle, part, _ = select_faces(places, *slots, faces)
+        return Found(*find_point_faces(places, ONE, triangle, part, np.array([side]), faces, 0.01, 9.0, 9.0)[2])
+
+    return find
+
+
+def of_edges(places: np.ndarray) -> Found:
+    return Found(*find_edge_edges(places, ONE, np.array([[0, 1]]), np.array([[0, 1], [2, 3]]), 0.01, 9.0)[2])
+
+
+def cases() -> list[tuple[str, Callable[[np.ndarray], Found], np.ndarray, int]]:
+    found: list[tuple[str, Callable[[np.ndarray], Found], np.ndarray, int]] = []
+    for name, (place, free) in POINTS.items():
+        for side in (-1.0, 1.0):
+            places = np.concatenate([[place], TRIANGLE])
+            found.append((f"{name}, {side:g}", of_point(1, side), places, free))
+    found.append(("over the plane", of_point(0, 1.0), np.concatenate([[POINTS["first edge"][0]], TRIANGLE]), 2))
+    return found + [(name, of_edges, np.array(places), free) for name, (places, free) in EDGES.items()]
+
+
+CASES = pytest.mark.parametrize(("name", "find", "places", "free"), cases(), ids=[name for name, *_ in cases()])
+
+
+def central(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, step: float = 1e-5) -> np.ndarray:
+    """Derivatives by all places, last axis: 3 node + component."""
+    columns = []
+    for i in range(x.size):
+        moved = x.ravel().copy()
+        moved[i] += step
+        ahead = function(moved.reshape(x.shape))
+        moved[i] -= 2.0 * step
+        columns.append((ahead - function(moved.reshape(x.shape))) / (2.0 * step))
+    return np.stack(columns, axis=-1)
+
+
+def in_order(find: Callable[[np.ndarray], Found]) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Gradient of the gap (12,) and of the slip (3, 12), by 3 node + component."""
+
+    def gradients(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found = find(places)
+        bodies, _, gradient = measure_features(np.zeros((4, 6)), NODES, found)
+        out = np.zeros((4, 4, 3))
+        out[:, bodies[0]] = gradient[0].reshape(4, 4, 6)[:, :, :3]
+        return out[0].ravel(), out[1:].reshape(3, 12)
+
+    return gradients
+
+
+@CASES
+def test_the_gradient_is_that_of_the_distance(name: str, find: Callable[..., Found], places: np.ndarray, free: int) -> None:
+    found = find(places)
+    assert found.free[0] == free
+    np.testing.assert_allclose(in_order(find)(places)[0], central(lambda x: find(x).distance[0], places), atol=1e-8, rtol=0)
+    r = found.coefficients[0] @ places[found.nodes[0]]
+    assert found.normal[0] @ r == pytest.approx(found.distance[0], abs=1e-14)
+    assert abs(found.coefficients[0].sum()) < 1e-14, "a translation changes nothing"
+
+
+def test_the_side_of_a_point_gives_the_sign() -> None:
+    above = np.concatenate([[POINTS["inside"][0]], TRIANGLE])
+    assert of_point(0, 1.0)(above).distance[0] > 0.0
+    assert of_point(0, -1.0)(above).distance[0] == -of_point(0, 1.0)(above).distance[0]
+    beside = np.concatenate([[POINTS["first edge"][0]], TRIANGLE])
+    assert of_point(1, -1.0)(beside).distance[0] > 0.0, "round at the outline"
+    assert of_point(0, -1.0)(beside).distance[0] < 0.0
+
+
+@CASES
+def test_the_tangent_is_that_of_the_force(name: str, find: Callable[..., Found], places: np.ndarray, free: int) -> None:
+    """Normal force and friction as functions of places and rates, with laws of one depth, slip and normal force."""
+    random = np.random.default_rng(1)
+    rates = np.zeros((4, 6))
+    rates[:, :3] = random.normal(size=(4, 3))
+    depth_rate, closing_rate, sliding = 3.0, 0.2, random.normal(size=(3, 3))
+
+    def forces(x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, ContactForces, tuple[np.ndarray, ...]]:
+        found = find(x)
+        moving = np.zeros((4, 6))
+        moving[:, :3] = u
+        measured = measure_features(moving, NODES, found)
+        depth, closing, slip = 2.0 - found.distance, -measured[1][:, 0], measured[1][:, 1:]
+        normal = depth_rate * depth + closing_rate * closing
+        effort = slip @ sliding.T * normal[:, None]
+        acting = ContactForces(
+            normal,
+            np.full(1, depth_rate),
+            np.full(1, closing_rate),
+            effort,
+            sliding[None] * normal[0],
+            slip @ sliding.T,
+            True,
+        )
+        wrench = np.zeros((4, 6))
+        generalised = normal[0] * measured[2][0, 0] - effort[0] @ measured[2][0, 1:]
+        wrench[measured[0][0]] = generalised.reshape(4, 6)
+        return wrench[:, :3].ravel(), acting, measured
+
+    pattern = body_pattern(NODES, [np.array([[i, j] for i in range(4) for j in range(i)])], 6)
+    stiffness, damping = pattern.zeros(), pattern.zeros()
+    _, acting, (bodies, _, gradient) = forces(places, rates[:, :3])
+    tangent_features(places, rates, bodies, gradient, find(places), acting, pattern.index, stiffness, damping)
+    for block, derivative in (
+        (stiffness, central(lambda x: forces(x, rates[:, :3])[0], places)),
+        (damping, central(lambda u: forces(places, u)[0], rates[:, :3].copy())),
+    ):
+        dense = np.zeros((4, 4, 6, 6))
+        for row in range(4):
+            for k in range(pattern.indptr[row], pattern.indptr[row + 1]):
+                dense[row, pattern.indices[k]] = block[k]
+        exact = dense[:, :, :3, :3].transpose(0, 2, 1, 3).reshape(12, 12)
+        np.testing.assert_allclose(exact, -derivative, atol=2e-7 * max(1.0, np.abs(derivative).max()), rtol=0)
+        assert not dense[:, :, 3:].any() and not dense[:, :, :, 3:].any()
+
+
+def test_weights_of_nearly_parallel_edges() -> None:
+    places, least = np.array(EDGES["nearly parallel"][0]), 0.01
+
+    def weight(x: np.ndarray) -> np.ndarray:
+        return parallel_weights(x, of_edges(x), least)[1][0]
+
+    rows, part, gradient, hessian = parallel_weights(places, of_edges(places), least)
+    u, v = places[1] - places[0], places[3] - places[2]
+    y = (1.0 - (u @ v) ** 2 / (u @ u) / (v @ v)) / least
+    assert 0.0 < y < 1.0
+    assert rows[0] == 0 and part[0] == pytest.approx(y * (2.0 - y), rel=1e-9)
+    flat = [6 * k + e for k in range(4) for e in range(3)]
+    np.testing.assert_allclose(gradient[0, flat], central(weight, places), rtol=1e-5, atol=1e-6)
+
+    def slope(x: np.ndarray) -> np.ndarray:
+        return parallel_weights(x, of_edges(x), least)[2][0, flat]
+
+    np.testing.assert_allclose(hessian[0][np.ix_(flat, flat)], central(slope, places), rtol=1e-5, atol=1e-4)
+    crossing = np.array(EDGES["crossing"][0])
+    assert not len(parallel_weights(crossing, of_edges(crossing), least)[0])
+
+
+@pytest.mark.parametrize(("place", "passes"), [([0.4, 0.3], True), ([0.9, 0.9], False), ([-0.1, 0.2], False)])
+def test_points_that_pass_through_a_moving_triangle(place: list[float], passes: bool) -> None:
+    start = np.concatenate([[[*place, 1.0]], TRIANGLE])
+    end = np.concatenate([[[*place, 0.2]], TRIANGLE + [0.0, 0.0, 0.6]])
+    assert points_pass_triangles(start, end, NODES[None])[0] == passes
+    assert points_pass_triangles(end, start, NODES[None])[0] == passes
+    assert not points_pass_triangles(start, start + [0.0, 0.0, 5.0], NODES[None])[0]
+
+
+def test_a_point_that_passes_there_and_back() -> None:
+    """The plane of a triangle that turns over passes the point twice; the point is inside at the first time only."""
+    start = np.array([[0.0, 0.0, 0.1], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
+    end = start.copy()
+    end[0, 2] = -0.1
+    assert points_pass_triangles(start, end, NODES[None])[0]
+    end[0] = [3.0, 0.0, -0.1]
+    assert not points_pass_triangles(start, end, NODES[None])[0]
+
+
+@pytest.mark.parametrize(("shift", "passes"), [(0.0, True), (2.0, False)])
+def test_edges_that_pass_through_each_other(shift: float, passes: bool) -> None:
+    start = np.array([[-1.0, shift, 0.3], [1.0, shift, 0.4], [0.0, -1.0, 0.0], [0.1, 1.0, 0.1]])
+    end = start.copy()
+    end[:2, 2] -= 1.0
+    assert edges_pass_edges(start, end, NODES[None])[0] == passes
+    assert not edges_pass_edges(start, start + 1.0, NODES[None])[0]

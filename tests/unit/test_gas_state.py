@@ -1,0 +1,143 @@
+"""Gas in chambers of given volumes: derivatives, supply, and flow through orifices against closed forms."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.assembly.gas import Gases, nozzle
+from fsm.scene.gas import Gas, Orifice
+from fsm.scene.time_program import Ramp
+
+R, T0, G = 287.06, 293.15, 1.4
+CHOKED = math.sqrt(G) * (2.0 / (G + 1.0)) ** ((G + 1.0) / (2.0 * (G - 1.0)))
+
+
+def gas(name: str, pressure: float | None = None, law: str = "isothermal", **more: Any) -> Gas:
+    return Gas.model_validate({"name": name, "pressure": pressure, "law": law} | more)
+
+
+def orifice(*between: str, area: float = 1e-6, discharge: float = 1.0) -> Orifice:
+    return Orifice.model_validate({"between": between, "area": area, "discharge": discharge})
+
+
+def after(gases: Gases, volume: np.ndarray, times: np.ndarray) -> Any:
+    """State at the last of the times, with a step to each."""
+    for t in times:
+        state = gases.state(float(t), volume)
+        gases.commit(float(t), volume)
+    return state
+
+
+@pytest.mark.parametrize("law", ["isothermal", "adiabatic"])
+@pytest.mark.parametrize("flow", ["none", "to the other", "to both"])
+def test_derivatives(law: str, flow: str) -> None:
+    """Derivatives of the pressures by volumes, and by time without flow, against central differences."""
+    orifices = {"none": (), "to the other": (orifice("a", "b"),), "to both": (orifice("a", "b"), orifice("b", "outside"))}
+    ramp = Ramp(kind="ramp", end=1.0)
+    both = (
+        gas("a", 3e5, law, outside_pressure=1e5, supply_mass=2e-3, time=ramp),
+        gas("b", 2.5e5, law, outside_pressure=1e5, supply_flow=1e-3),
+    )
+    gases = Gases(both, orifices[flow], np.array([1e-3, 2e-3]))
+    gases.commit(0.3, np.array([1.1e-3, 1.9e-3]))
+    t, volume = 0.35, np.array([1.05e-3, 2.1e-3])
+    found = gases.state(t, volume)
+    for k in range(2):
+        more, less = (gases.state(t, volume + sign * 1e-9 * np.eye(2)[k]).pressure for sign in (1.0, -1.0))
+        np.testing.assert_allclose(found.by_volume[:, k], (more - less) / 2e-9, rtol=1e-6, atol=1e-2)
+    if flow == "none":
+        more, less = (gases.state(t + step, volume).pressure for step in (1e-6, -1e-6))
+        np.testing.assert_allclose(found.by_time, (more - less) / 2e-6, rtol=1e-6)
+
+
+def test_nozzle() -> None:
+    """Derivatives, continuity where the flow chokes and where it is laminar, and no flow without a difference."""
+    for behind in (0.1e5, 0.5e5, 0.6e5, 0.9e5, 0.9995e5):
+        found = nozzle(1e5, behind, R * T0, G)
+        for k, step in enumerate((1.0, 1.0, 10.0)):
+            ends = []
+            for sign in (1.0, -1.0):
+                arguments = [1e5, behind, R * T0]
+                arguments[k] += sign * step
+                ends.append(nozzle(*arguments, G)[0])
+            assert found[1 + k] == pytest.approx((ends[0] - ends[1]) / (2.0 * step), rel=1e-5, abs=1e-12)
+    assert nozzle(1e5, 0.5e5, R * T0, G)[0] == pytest.approx(1e5 / math.sqrt(R * T0) * CHOKED, rel=1e-12)
+    critical = (2.0 / (G + 1.0)) ** (G / (G - 1.0))
+    for place in (critical, 0.999):
+        below, above = (nozzle(1e5, 1e5 * (place + shift), R * T0, G)[0] for shift in (-1e-9, 1e-9))
+        assert above == pytest.approx(below, rel=1e-5)
+    assert nozzle(1e5, 1e5, R * T0, G)[0] == 0.0
+
+
+def test_choked_flow_into_vacuum() -> None:
+    """The mass decays as exp(-t/tau), or adiabatic as (1 + (g - 1)/2 t/tau)^(-2/(g - 1)); order 2 in the step."""
+    volume = np.array([1e-3])
+    tau = 1e-3 / (1e-6 * math.sqrt(R * T0) * CHOKED)
+    for law, mass in (("isothermal", math.exp(-1.0)), ("adiabatic", (1.0 + 0.5 * (G - 1.0)) ** (-2.0 / (G - 1.0)))):
+        errors = []
+        for steps in (10, 20, 40):
+            gases = Gases((gas("a", 1e5, law),), (orifice("a", "outside"),), volume)
+            start = gases.state(0.0, volume)
+            end = after(gases, volume, np.linspace(0.0, tau, steps + 1)[1:])
+            errors.append(abs(end.mass[0] / start.mass[0] - mass))
+            if law == "adiabatic":
+                assert end.temperature[0] / T0 == pytest.approx((1.0 + 0.5 * (G - 1.0)) ** -2.0, rel=2e-3)
+        assert errors[-1] < 1e-4 * mass
+        for one, two in pairwise(errors):
+            assert math.log2(one / two) == pytest.approx(2.0, abs=0.1)
+
+
+def test_choked_flow_between_two_chambers() -> None:
+    """While the flow is choked the first mass decays exponentially, and the second chamber has all the rest."""
+    volume, start = np.array([1e-3, 1e-2]), (4e5, 1e4)
+    gases = Gases((gas("a", start[0]), gas("b", start[1])), (orifice("a", "b", discharge=0.8),), volume)
+    tau = 1e-3 / (0.8e-6 * math.sqrt(R * T0) * CHOKED)
+    whole = gases.state(0.0, volume).mass.sum()
+    end = after(gases, volume, np.linspace(0.0, tau, 201)[1:])
+    left = start[0] * math.exp(-1.0)
+    assert end.pressure[0] == pytest.approx(left, rel=1e-5)
+    assert end.pressure[1] == pytest.approx(start[1] + 0.1 * (start[0] - left), rel=1e-5)
+    assert end.mass.sum() == pytest.approx(whole, rel=1e-15)
+
+
+def test_chambers_come_to_one_pressure() -> None:
+    """Two adiabatic chambers end with the mean energy density; mass is conserved to round-off in long steps, too."""
+    volume = np.array([1e-3, 3e-3])
+    for steps, accuracy in ((3, 0.2), (400, 1e-4)):
+        gases = Gases((gas("a", 5e5, "adiabatic"), gas("b", 1e5, "adiabatic")), (orifice("a", "b", area=1e-4),), volume)
+        whole = gases.state(0.0, volume).mass.sum()
+        end = after(gases, volume, np.linspace(0.0, 1.0, steps + 1)[1:] ** 2)
+        assert end.pressure[0] == pytest.approx(end.pressure[1], rel=1e-3)
+        assert end.pressure[1] == pytest.approx((5e5 * 1e-3 + 1e5 * 3e-3) / 4e-3, rel=accuracy)
+        assert end.mass.sum() == pytest.approx(whole, rel=1e-14)
+
+
+def test_filling_of_a_rigid_chamber() -> None:
+    """The energy of an adiabatic gas grows by c_p T for each mass: the gas arrives warmer than its supply."""
+    volume = np.array([1e-3])
+    gases = Gases((gas("a", 1e5, "adiabatic", supply_flow=1e-3),), (), volume)
+    end = after(gases, volume, np.array([0.5, 2.0]))
+    grown = (end.pressure[0] - 1e5) * 1e-3 / (G - 1.0)
+    assert grown == pytest.approx(2e-3 * G * R / (G - 1.0) * T0, rel=1e-12)
+    assert T0 < end.temperature[0] < G * T0
+    given = Gases((gas("a", supply_pressure=2e5),), (), volume)
+    assert given.state(1.0, volume).pressure[0] == 2e5
+    assert given.state(1.0, volume).by_volume[0, 0] == 0.0
+
+
+def test_memory() -> None:
+    """A gas continues from its memory, and an empty one resets it."""
+    volume = np.array([1e-3, 2e-3])
+    make = (gas("a", 3e5), gas("b", 1e5)), (orifice("a", "b"),), volume
+    gases, other = Gases(*make), Gases(*make)
+    first = gases.state(0.1, volume).mass
+    after(gases, volume, np.array([0.2]))
+    other.restore(gases.memory())
+    np.testing.assert_array_equal(other.state(0.3, volume).mass, gases.state(0.3, volume).mass)
+    gases.restore(np.zeros(0))
+    np.testing.assert_array_equal(gases.state(0.1, volume).mass, first)

@@ -1,0 +1,1 @@
+"""Tape springs against the theory of their moments, and beside CalculiX."""
