@@ -1,6 +1,6 @@
 """Run time against error of rigid facets, bend lines, bars and flexible facets, on three sheets that bend.
 
-python -m validation.sheets.ladder [--out out/validation/sheets/ladder] [--fine 8]
+python -m validation.sheets.ladder [--out out/validation/sheets/ladder]
 
 The reference is the value of flexible facets, extrapolated from the two finest meshes with order 2.
 """
@@ -125,17 +125,17 @@ def _strain_energy(summary: dict[str, Any]) -> float:
     return float(sum(summary["folded"]["strain_energy"].values()))
 
 
-SHEETS: dict[str, tuple[Callable[[str, int, Path], dict[str, Any]], Callable[[dict[str, Any]], float], str]] = {
-    "pulled strip": (_strip, _last_force, "force at 4 mm (N)"),
-    "Miura sheet, pushed": (_miura, _last_force, "force at 15 mm (N)"),
-    "square twist": (_twist, _strain_energy, "strain energy (J)"),
+SHEETS: dict[str, tuple[Callable[[str, int, Path], dict[str, Any]], Callable[[dict[str, Any]], float], str, int]] = {
+    "pulled strip": (_strip, _last_force, "force at 4 mm (N)", 8),
+    "Miura sheet, pushed": (_miura, _last_force, "force at 15 mm (N)", 8),
+    "square twist": (_twist, _strain_energy, "strain energy (J)", 4),
 }
-"""Cases, with the number that is compared."""
+"""Cases, with the number that is compared, and the cells along a panel of the finest mesh, a power of two."""
 
 
-def ladder(name: str, finest: int, folder: Path) -> list[Rung]:
+def ladder(name: str, folder: Path) -> list[Rung]:
     """All runs of a sheet."""
-    case, value_of, _ = SHEETS[name]
+    case, value_of, _, finest = SHEETS[name]
     meshes = [2**k for k in range(int(math.log2(finest)) + 1)]
     found = []
     for facets, cells in [(facets, 0) for facets in ("rigid", "bend-lines", "bars")] + [("flexible", n) for n in meshes]:
@@ -160,9 +160,9 @@ def table(rungs: Sequence[Rung]) -> str:
     """Table of all runs in Markdown."""
     lines = ["| sheet | facets | unknowns | time (s) | value | error |", "|---|---|---|---|---|---|"]
     for rung in rungs:
-        facets = f"{rung.facets}, {rung.cells} cells" if rung.cells else rung.facets
+        facets = f"{rung.facets}, {rung.cells} a panel" if rung.cells else rung.facets
         what = f"{rung.value:.4g} {SHEETS[rung.sheet][2].rpartition('(')[2].rstrip(')')}"
-        error = f"{100.0 * rung.error:+.2g} %" if math.isfinite(rung.error) else "no equilibrium found"
+        error = f"{100.0 * rung.error:+.3g} %" if math.isfinite(rung.error) else "no equilibrium found"
         lines.append(f"| {rung.sheet} | {facets} | {rung.unknowns} | {rung.seconds:.2g} | {what} | {error} |")
     return "\n".join(lines)
 
@@ -194,10 +194,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run all sheets, print the table, and write table and picture."""
     parser = argparse.ArgumentParser(prog="python -m validation.sheets.ladder", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("out/validation/sheets/ladder"))
-    parser.add_argument("--fine", type=int, default=8, help="cells along a panel of the finest mesh, a power of two")
     chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)
-    rungs = [rung for name in SHEETS for rung in ladder(name, chosen.fine, chosen.out / "work")]
+    rungs = [rung for name in SHEETS for rung in ladder(name, chosen.out / "work")]
     with (chosen.out / "ladder.csv").open("w", encoding="utf-8", newline="") as file:
         csv.writer(file).writerows([Rung._fields, *rungs])
     draw(rungs, chosen.out / "ladder.png")

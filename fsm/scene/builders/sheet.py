@@ -43,6 +43,11 @@ RIGID_OF_CHAIN = 1e6
 whole; round-off of stiff joints could exceed its forces."""
 
 
+RIGID_OF_BEND_LINES = 1e7
+"""`RIGID` with bend lines, which are usually several times as stiff as the creases: under a small load the round-off of
+stiffer joints exceeds the forces."""
+
+
 RIGID_OF_MOTION = 1e5
 """`RIGID` for a motion with inertia; its step sizes depend on the frequencies of the joints."""
 
@@ -54,7 +59,9 @@ def rigid_factor(case: Case, pattern: Pattern) -> float:
     joints = int((pattern.edge_faces >= 0).all(axis=1).sum())
     if joints < len(pattern.faces):
         return RIGID_OF_CHAIN
-    return RIGID if case.sheet is None or case.sheet.fold_to is None else RIGID_OF_FOLDING
+    if case.sheet is not None and case.sheet.fold_to is not None:
+        return RIGID_OF_FOLDING
+    return RIGID_OF_BEND_LINES if case.sheet is not None and case.sheet.facets == "bend-lines" else RIGID
 
 
 def build_sheet(case: Case) -> Scene:
