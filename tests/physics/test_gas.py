@@ -93,6 +93,26 @@ def test_force_and_tangent_are_derivatives(name: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(dense, dense.T, rtol=0.0, atol=1e-9 * np.abs(dense).max())
 
 
+@pytest.mark.parametrize("kind", [BARS, FLEXIBLE])
+def test_tangent_of_an_orifice_that_follows_a_crease(kind: dict[str, Any], tmp_path: Path) -> None:
+    """The flow of a step depends on the fold angle at its end, and so does the pressure."""
+    gas = {"closed_by": LIDS, "law": "adiabatic", "pressure": 1.5e5, "outside_pressure": 1e5}
+    flow = {"between": ["gas", "outside"], "crease": "crease 2", "area_by_angle": [[0.0, 0.0], [3.0, 3e-5]]}
+    data = case(KRESLING | kind, [gas], orifice=[flow], solve={"method": "generalized-alpha", "end_time": 1.0})
+    _, system = compile_case(fsm.load(data, folder=tmp_path).model)
+    free, (q, u), t = ~system._fixed.ravel(), system.initial(), 0.01
+    system.commit(0.0, q, u)
+    rng = np.random.default_rng(4)
+    q = q + 1e-4 * rng.normal(size=len(q)) * free
+    state = system.chambers.state(t, q[system._nq :])
+    assert 1.05e5 < state.pressure[0] < 1.4e5
+    assert abs(state.by_area[0, 0]) > 1e8
+    linear = system.linearise(t, q, None)
+    for way in rng.normal(size=(4, system.nu)) * free:
+        change = (system.force(t, q + 1e-7 * way, None) - system.force(t, q - 1e-7 * way, None)) / 2e-7
+        np.testing.assert_allclose(linear.stiffness.times(way), -change, rtol=0.0, atol=1e-6 * np.abs(change).max())
+
+
 HEIGHT = RADIUS = 0.05
 AREA = 2.0 * RADIUS**2
 STIFF = 1e7 * 1e-6
@@ -232,3 +252,6 @@ def test_orifice_between_different_gases(tmp_path: Path) -> None:
         data = case(KRESLING | BARS, gases, orifice=[{"between": between, "area": 1e-6}])
         with pytest.raises(CaseError, match=text):
             fsm.load(data, folder=tmp_path).check()
+    flow = {"between": ["a", "outside"], "crease": "crease 99", "area_by_angle": [[0, 0], [1, 1e-6]]}
+    with pytest.raises(CaseError, match='there is no "crease 99"; the sheet has "crease 1" to'):
+        fsm.load(case(KRESLING | BARS, gases[:1], orifice=[flow]), folder=tmp_path).check()
