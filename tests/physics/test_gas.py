@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 import fsm
 from fsm.compile_case import compile_case
 from fsm.errors import CaseError
+from fsm.solve.modal import modes
 
 BOX = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
 WALLS = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -123,7 +124,7 @@ SQUARE = {
 }  # fmt: skip
 
 
-def elastic(height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def elastic(height: Any) -> tuple[Any, Any]:
     """Force and energy of the four walls of a square tube of bars: one along its height and one diagonal each."""
     side = np.sqrt(AREA)
     first, length = np.hypot(side, HEIGHT), np.hypot(side, height)
@@ -255,3 +256,15 @@ def test_orifice_between_different_gases(tmp_path: Path) -> None:
     flow = {"between": ["a", "outside"], "crease": "crease 99", "area_by_angle": [[0, 0], [1, 1e-6]]}
     with pytest.raises(CaseError, match='there is no "crease 99"; the sheet has "crease 1" to'):
         fsm.load(case(KRESLING | BARS, gases[:1], orifice=[flow]), folder=tmp_path).check()
+
+
+def test_frequency_of_a_lid_on_gas(tmp_path: Path) -> None:
+    """m omega^2 is the stiffness gamma p A^2/V of the gas plus that of the bars; modes see the part of low rank."""
+    gas = {"name": "air", "law": "adiabatic", "closed_by": LIDS, "pressure": 1e5, "outside_pressure": 1e5}
+    data = case(SQUARE, [gas], solve={"method": "generalized-alpha", "end_time": 1.0})
+    _, system = compile_case(fsm.load(data, folder=tmp_path).model)
+    q = system.initial()[0]
+    mass = 0.5 * 4.0 * np.sqrt(AREA) * HEIGHT * 1e-3 * 1000.0  # half of the walls: thickness 1 mm, 1000 kg/m^3
+    stiffness = 1.4 * 1e5 * AREA / HEIGHT + (elastic(HEIGHT + 1e-7)[0] - elastic(HEIGHT - 1e-7)[0]) / 2e-7
+    squared = modes(system, 0.0, q, system.nu).squared
+    assert np.abs(squared / (stiffness / mass) - 1.0).min() < 1e-7
