@@ -79,6 +79,10 @@ class FoldGroup:
         """Fold angle of every fold, (m,), rad."""
         return self._states(q)[:, 0].copy()
 
+    def add_turns(self, q: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+        """Add the gradient of the sum of weights (m,) times fold angles to `out` (n,)."""
+        add_moments(self.arrays, self._states(q), -weights, out)
+
     def moments(self, q: np.ndarray, u: np.ndarray | None = None) -> np.ndarray:
         """Moment of every fold, (m,), N m."""
         return self._efforts(self._states(q), u)[0]

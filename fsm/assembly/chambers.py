@@ -17,13 +17,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fsm.ancf.assembly import slots_of
+from fsm.ancf.folds import FoldGroup
 from fsm.ancf.pressure import PressedFaces
 from fsm.assembly.gas import Gases, GasState
 from fsm.blocks import BlockPattern, LowRank
 from fsm.scene.gas import Orifice
 from fsm.scene.patterns.chamber import Chamber
 
-__all__ = ["Chambers"]
+__all__ = ["Chambers", "OrificeArea"]
 
 
 def _cross_matrices(vectors: np.ndarray) -> np.ndarray:
@@ -126,13 +127,49 @@ class _Surface:
         return [slots_of(np.ascontiguousarray(one + shift), 3, pattern.indptr, pattern.indices) for one in vectors]
 
 
+class OrificeArea:
+    """Area of an orifice: constant, or a function of the mean fold angle of a crease.
+
+    Parameters
+    ----------
+    orifice : Orifice
+    folds : FoldGroup or None
+    lengths : (m,) array
+        Length of each fold of the crease, 0 for other folds.
+    """
+
+    def __init__(self, orifice: Orifice, folds: FoldGroup | None = None, lengths: np.ndarray | None = None) -> None:
+        self._orifice, self.folds = orifice, folds
+        self._weights = np.zeros(0) if lengths is None else lengths / lengths.sum()
+        self._angles, self._areas = (np.array([pair[k] for pair in orifice.area_by_angle]) for k in (0, 1))
+
+    def size(self, nodes: np.ndarray) -> float:
+        """Area at coordinates (n,) of the nodes, m^2."""
+        if self.folds is None:
+            assert self._orifice.area is not None
+            return self._orifice.area
+        return float(np.interp(abs(self._weights @ self.folds.angles(nodes)), self._angles, self._areas))
+
+    def gradient(self, nodes: np.ndarray) -> np.ndarray:
+        """Gradient (n,) of the area, m."""
+        out = np.zeros_like(nodes)
+        if self.folds is None:
+            return out
+        angle = float(self._weights @ self.folds.angles(nodes))
+        piece = int(np.searchsorted(self._angles, abs(angle), side="right")) - 1
+        if 0 <= piece < len(self._angles) - 1:
+            slope = (self._areas[piece + 1] - self._areas[piece]) / (self._angles[piece + 1] - self._angles[piece])
+            self.folds.add_turns(nodes, float(np.copysign(slope, slope * angle)) * self._weights, out)
+        return out
+
+
 class Chambers:
     """Chambers of a sheet with their gases.
 
     Parameters
     ----------
     chambers : tuple of Chamber
-    orifices : tuple of Orifice
+    orifices, areas : tuples of Orifice and OrificeArea
     faces : PressedFaces
         All triangles of the sheet.
     places : int array
@@ -142,13 +179,15 @@ class Chambers:
     """
 
     def __init__(
-        self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...], faces: PressedFaces, places: np.ndarray,
-        start: np.ndarray,
+        self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...], areas: tuple[OrificeArea, ...],
+        faces: PressedFaces, places: np.ndarray, start: np.ndarray,
     ) -> None:  # fmt: skip
         self.names = tuple(chamber.gas.name for chamber in chambers)
         self._surfaces = tuple(_Surface(chamber, faces, places) for chamber in chambers)
         self._last: tuple[np.ndarray, np.ndarray] = start[:0], np.zeros(0)
-        self.gases = Gases(tuple(chamber.gas for chamber in chambers), orifices, self.volumes(start))
+        self._areas = areas
+        gases = tuple(chamber.gas for chamber in chambers)
+        self.gases = Gases(gases, orifices, self.volumes(start), self.areas(start))
 
     def volumes(self, nodes: np.ndarray) -> np.ndarray:
         """Volumes (k,), m^3."""
@@ -156,9 +195,17 @@ class Chambers:
             self._last = nodes.copy(), np.array([surface.volume(nodes) for surface in self._surfaces])
         return self._last[1]
 
+    def areas(self, nodes: np.ndarray) -> np.ndarray:
+        """Areas of the orifices (n,), m^2."""
+        return np.array([area.size(nodes) for area in self._areas])
+
     def state(self, t: float, nodes: np.ndarray) -> GasState:
         """State of all gases at coordinates (n,) of the nodes."""
-        return self.gases.state(t, self.volumes(nodes))
+        return self.gases.state(t, self.volumes(nodes), self.areas(nodes))
+
+    def commit(self, t: float, nodes: np.ndarray) -> None:
+        """Accept a state."""
+        self.gases.commit(t, self.volumes(nodes), self.areas(nodes))
 
     def slots(self, shift: int, pattern: BlockPattern) -> list[list[np.ndarray]]:
         """Slots of all chambers; see `_Surface.slots`."""
@@ -190,6 +237,11 @@ class Chambers:
             force += pressure * gradients[-1]
             surface.add_stiffness(nodes, pressure, own, stiffness)
         found = LowRank(np.array(gradients), -state.by_volume) if np.any(state.by_volume) else None
+        for k, area in enumerate(self._areas):
+            if area.folds is not None:
+                weights = np.zeros((len(gradients) + 1, len(gradients) + 1))
+                weights[:-1, -1] = -state.by_area[:, k]
+                found = LowRank(np.array([*gradients, area.gradient(nodes)]), weights).plus(found)
         for surface, pressure in zip(self._surfaces, above, strict=True):
             for lid in surface.lids:
                 found = lid.low_rank(nodes, surface.sign * pressure).plus(found)
@@ -197,7 +249,7 @@ class Chambers:
 
     def compressions(self, nodes: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
         """Stiffness -dp/dV (Pa/m^3) of the last accepted state and gradient (n,) of every chamber."""
-        state = self.gases.state(float(self.gases.memory()[0]), self.volumes(nodes))
+        state = self.state(float(self.gases.memory()[0]), nodes)
         for surface, stiffness in zip(self._surfaces, -np.diag(state.by_volume), strict=True):
             yield float(np.nan_to_num(stiffness)), surface.gradient(nodes)
 

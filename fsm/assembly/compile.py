@@ -15,7 +15,7 @@ from fsm.ancf.pressure import PressedFaces
 from fsm.ancf.shape import cable_shape, membrane_shape
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.truss import BarGroup
-from fsm.assembly.chambers import Chambers
+from fsm.assembly.chambers import Chambers, OrificeArea
 from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.fold_laws_of import fold_laws_of
 from fsm.assembly.frames import FramePoint, Frames
@@ -24,6 +24,7 @@ from fsm.errors import CaseError
 from fsm.scene.contact_points import contact_points
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
+from fsm.scene.gas import Orifice
 from fsm.scene.patterns.facet_mesh import MeshPoint, facet_vectors
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.fold_data import FoldData
@@ -180,7 +181,18 @@ class _Parts:
             places = self.first + 9 * np.arange(len(mesh.owner))
         else:
             places = next(places for truss, places in self.trusses.values() if truss.faces)
-        return Chambers(scene.chambers, scene.orifices, faces, places, self.mesh.coordinates)
+        areas = tuple(self._area(scene, orifice) for orifice in scene.orifices)
+        return Chambers(scene.chambers, scene.orifices, areas, faces, places, self.mesh.coordinates)
+
+    def _area(self, scene: Scene, orifice: Orifice) -> OrificeArea:
+        """Area of an orifice, with the folds of its crease."""
+        data = scene.folds if scene.facets is None else scene.facets.folds
+        if orifice.crease is None or data is None:
+            return OrificeArea(orifice)
+        group = next(one for one in self.mesh.groups if isinstance(one, FoldGroup) and one.name == "creases")
+        part = data.part(slice(len(group.vectors)))  # creases come first
+        own = part.joint == data.names.index(orifice.crease)
+        return OrificeArea(orifice, group, np.where(own, part.length, 0.0))
 
     def point(self, frame: SceneFrame) -> FramePoint:
         """Frame as sums of nodal vectors."""

@@ -118,6 +118,10 @@ class GasState:
     pressure, temperature : Pa, K
     by_volume : (k, k) array, Pa/m^3
         Derivatives of the pressures by the volumes.
+    by_area : (k, n) array, Pa/m^2
+        Derivatives by the areas of the orifices.
+    area : (n,) array, m^2
+        Areas of the orifices.
     by_time : Pa/s
         Derivatives of the pressures by the time, at given volumes.
     """
@@ -128,6 +132,8 @@ class GasState:
     pressure: np.ndarray
     temperature: np.ndarray
     by_volume: np.ndarray
+    by_area: np.ndarray
+    area: np.ndarray
     by_time: np.ndarray
 
 
@@ -138,11 +144,11 @@ class Gases:
     ----------
     gases : tuple of Gas
     orifices : tuple of Orifice
-    volume : (k,) array, m^3
-        Volumes at the start.
+    volume, area : (k,) and (n,) arrays, m^3 and m^2
+        Volumes of the chambers and areas of the orifices at the start.
     """
 
-    def __init__(self, gases: tuple[Gas, ...], orifices: tuple[Orifice, ...], volume: np.ndarray) -> None:
+    def __init__(self, gases: tuple[Gas, ...], orifices: tuple[Orifice, ...], volume: np.ndarray, area: np.ndarray) -> None:
         self.gases, self.orifices = gases, orifices
         self.supplies = tuple(Supply(gas) for gas in gases)
         names = [gas.name for gas in gases] + [OUTSIDE]
@@ -157,7 +163,7 @@ class Gases:
         mass = pressure * volume / (self._constant * self._warmth)
         reference = np.where(self.outside > 0.0, self.outside, pressure)
         self._reference = np.where(reference > 0.0, reference, 1e5)
-        self._start = np.concatenate([[0.0], volume, mass, pressure * volume**self._ratio])
+        self._start = np.concatenate([[0.0], volume, mass, pressure * volume**self._ratio, area])
         self._last = self._start.copy()
 
     # memory -----------------------------------------------------------------------------------------------------------
@@ -168,17 +174,17 @@ class Gases:
         return len(self._start)
 
     def memory(self) -> np.ndarray:
-        """Time, volumes, masses and p V^gamma of the last accepted state."""
+        """Time, volumes, masses, p V^gamma and areas of orifices of the last accepted state."""
         return self._last.copy()
 
     def restore(self, memory: np.ndarray) -> None:
         """Set the memory; an empty array resets it."""
         self._last = memory.copy() if len(memory) else self._start.copy()
 
-    def commit(self, t: float, volume: np.ndarray) -> None:
+    def commit(self, t: float, volume: np.ndarray, area: np.ndarray) -> None:
         """Accept a state."""
-        state = self.state(t, volume)
-        self._last = np.concatenate([[t], volume, state.mass, state.entropy])
+        state = self.state(t, volume, area)
+        self._last = np.concatenate([[t], volume, state.mass, state.entropy, area])
 
     def break_times(self) -> list[float]:
         """Times at which a supply is not smooth, s."""
@@ -186,8 +192,8 @@ class Gases:
 
     # state ------------------------------------------------------------------------------------------------------------
 
-    def state(self, t: float, volume: np.ndarray) -> GasState:
-        """State at a time (s), with given volumes (k,), m^3."""
+    def state(self, t: float, volume: np.ndarray, area: np.ndarray) -> GasState:
+        """State at a time (s), with given volumes (k,), m^3, and areas of orifices (n,), m^2."""
         begin, count = float(self._last[0]), len(self.gases)
         given = np.array([supply.mass(t) - supply.mass(begin) for supply in self.supplies])
         flow = np.array([supply.flow(t) for supply in self.supplies])
@@ -199,20 +205,22 @@ class Gases:
             size = np.where(held, volume, np.nan)
             mean, slope_of_mean = 0.5 * (before**less + size**less), 0.5 * less * size ** (less - 1.0)
             if self.orifices:
-                mass, entropy, by_volume, by_time = self._with_flow(t, size)
+                mass, entropy, by_drivers, by_time = self._with_flow(t, np.concatenate([size, area]))
             else:
                 mass = mass + given
                 entropy = entropy + heat * given * mean
-                by_volume = np.stack([np.zeros((count, count)), np.diag(heat * given * slope_of_mean)])
+                by_drivers = np.stack([np.zeros((count, count)), np.diag(heat * given * slope_of_mean)])
                 by_time = np.stack([flow, heat * flow * mean])
             pressure, partial = self._pressure(t, size, mass, entropy)
-        total = partial[0, :, None] * by_volume[0] + partial[1, :, None] * by_volume[1] + np.diag(partial[2])
+        total = partial[0, :, None] * by_drivers[0] + partial[1, :, None] * by_drivers[1]
+        total[:, :count] += np.diag(partial[2])
         rate = partial[0] * by_time[0] + partial[1] * by_time[1]
         rate = np.where(self.holds_pressure, [supply.pressure_rate(t) for supply in self.supplies], rate)
         total[self.holds_pressure] = 0.0
         mass = np.where(self.holds_pressure, pressure * np.maximum(volume, 0.0) / (self._constant * self._warmth), mass)
         return GasState(
-            volume, mass, entropy, pressure, self._temperature(size, mass, pressure)[0], total, rate
+            volume, mass, entropy, pressure, self._temperature(size, mass, pressure)[0], total[:, :count],
+            total[:, count:], area, rate,
         )  # fmt: skip
 
     @property
@@ -244,15 +252,19 @@ class Gases:
 
     # flow -------------------------------------------------------------------------------------------------------------
 
-    def _with_flow(self, t: float, volume: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Mass and p V^gamma (k,) after a step, with derivatives (2, k, k) by the volumes and (2, k) by time."""
+    def _with_flow(self, t: float, drivers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Mass and p V^gamma (k,) after a step, with derivatives (2, k, k + n) and (2, k) by time.
+
+        `drivers` (k + n,) are the volumes and the areas of the orifices at the end; the first derivatives are by these.
+        """
         count, begin = len(self.gases), float(self._last[0])
-        before, start = self._last[1 : 1 + count], self._last[1 + count :]
+        start = self._last[1 + count : 1 + 3 * count]
+        before = np.concatenate([self._last[1 : 1 + count], self._last[1 + 3 * count :]])
         step = t - begin
         if abs(step) <= _NO_TIME:
-            now = self._rates(t, volume, start, [supply.flow(t) for supply in self.supplies])[0]
-            return start[:count], start[count:], np.zeros((2, count, count)), now.reshape(2, count)
-        y, dy, pieces = start, np.zeros((2 * count, count)), self._pieces(t, before, step)
+            now = self._rates(t, drivers, start, [supply.flow(t) for supply in self.supplies])[0]
+            return start[:count], start[count:], np.zeros((2, count, len(drivers))), now.reshape(2, count)
+        y, dy, pieces = start, np.zeros((2 * count, len(drivers))), self._pieces(t, before, step)
         for piece in range(pieces):
             h, at = step / pieces, begin + piece / pieces * step
             part, rest = _STAGE * h, (1.0 - _STAGE) * h
@@ -260,63 +272,66 @@ class Gases:
             first = (given[1] - given[0]) / part
             second = (given[2] - given[0] - rest * first) / part
             ways = (piece + _STAGE) / pieces, (piece + 1.0) / pieces
-            _, rates, by_y, by_v = self._stage(at + part, before + ways[0] * (volume - before), y, part, first)
+            _, rates, by_y, by_v = self._stage(at + part, before + ways[0] * (drivers - before), y, part, first)
             done = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[0] * by_v)
             dy = dy + rest * (by_y @ done + ways[0] * by_v)
-            y, rates, by_y, by_v = self._stage(at + h, before + ways[1] * (volume - before), y + rest * rates, part, second)
+            y, rates, by_y, by_v = self._stage(at + h, before + ways[1] * (drivers - before), y + rest * rates, part, second)
             dy = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[1] * by_v)
-        return y[:count], y[count:], dy.reshape(2, count, count), rates.reshape(2, count)
+        return y[:count], y[count:], dy.reshape(2, count, -1), rates.reshape(2, count)
 
-    def _pieces(self, t: float, volume: np.ndarray, step: float) -> int:
+    def _pieces(self, t: float, drivers: np.ndarray, step: float) -> int:
         """Number of parts of a step in which masses and energies change by a moderate factor."""
-        start = self._last[1 + len(volume) :]
-        rates = self._rates(t, volume, start, [supply.flow(t) for supply in self.supplies])[0]
+        count = len(self.gases)
+        start = self._last[1 + count : 1 + 3 * count]
+        rates = self._rates(t, drivers, start, [supply.flow(t) for supply in self.supplies])[0]
         sizes = start.reshape(2, -1)
         scale = np.maximum(sizes, 0.1 * sizes.mean(axis=1)[:, None]).ravel()
         change = abs(step) * np.abs(rates / np.where(scale > 0.0, scale, 1.0)).max(initial=0.0)
         return int(min(max(math.ceil(_PIECES * change), 1), _MOST_PIECES)) if math.isfinite(change) else 1
 
     def _stage(
-        self, t: float, volume: np.ndarray, start: np.ndarray, part: float, supply: np.ndarray
+        self, t: float, drivers: np.ndarray, start: np.ndarray, part: float, supply: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Solution y of y = start + part f(y), with f and its derivatives by y and by the volumes, by Newton's method."""
+        """Solution y of y = start + part f(y), with f and its derivatives by y and by the drivers, by Newton's method."""
         y, eye = start.copy(), np.eye(len(start))
         scale = np.maximum(np.abs(start), 1e-30)
         for _ in range(_NEWTON):
-            rates, by_y, by_v = self._rates(t, volume, y, supply)
+            rates, by_y, by_v = self._rates(t, drivers, y, supply)
             change = np.linalg.solve(eye - part * by_y, start + part * rates - y)
             # a chamber loses at most nine tenths of its gas in an iteration
             change = np.maximum(change, -0.9 * np.maximum(y, 0.0))
             y = y + change
             if not np.abs(change / scale).max() > _TOLERANCE:
                 break
-        rates, by_y, by_v = self._rates(t, volume, y, supply)
+        rates, by_y, by_v = self._rates(t, drivers, y, supply)
         return start + part * rates, rates, by_y, by_v
 
     def _rates(
-        self, t: float, volume: np.ndarray, y: np.ndarray, supply: np.ndarray | list[float]
+        self, t: float, drivers: np.ndarray, y: np.ndarray, supply: np.ndarray | list[float]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rates f (2 k,) of masses and p V^gamma, and their derivatives by these (2 k, 2 k) and by the volumes (2 k, k)."""
+        """Rates f (2 k,) of masses and p V^gamma, and their derivatives by these and by the drivers (2 k, k + n)."""
         count = len(self.gases)
+        volume, area = drivers[:count], drivers[count:]
         mass, entropy = y[:count], y[count:]
         pressure, by_state = self._pressure(t, volume, mass, entropy)
         warmth, by_warmth = self._warmths(volume, mass, pressure, by_state)
         less, capacity = self._ratio - 1.0, self._heat_capacity / self._constant  # of R T
         grown = np.where(self._adiabatic, less * volume**less, 0.0)
-        rates, by_y, by_v = np.zeros(2 * count), np.zeros((2 * count, 2 * count)), np.zeros((2 * count, count))
+        rates, by_y, by_v = np.zeros(2 * count), np.zeros((2 * count, 2 * count)), np.zeros((2 * count, len(drivers)))
         for i, flow in enumerate(supply):
             heat = grown[i] * capacity[i] * self._constant[i] * self._warmth[i] * flow
             rates[i] += flow
             rates[count + i] += heat
             by_v[count + i, i] += less[i] / volume[i] * heat
-        for orifice, (a, b) in zip(self.orifices, self._ends, strict=True):
+        for k, (orifice, (a, b)) in enumerate(zip(self.orifices, self._ends, strict=True)):
             up, down = (a, b) if self._at(pressure, a, b) >= self._at(pressure, b, a) else (b, a)
             gas = up if up < count else down
             out = self._constant[gas] * self._warmth[gas] if up == count else warmth[up]
             one = nozzle(self._at(pressure, up, down), self._at(pressure, down, up), float(out), float(self._ratio[gas]))
-            flow, by_up, by_down, by_out = (orifice.discharge * orifice.area * x for x in one)
-            of_y, of_v = np.zeros(2 * count), np.zeros(count)
-            heat_y, heat_v = np.zeros(2 * count), np.zeros(count)  # of R T of the gas that flows
+            flow, by_up, by_down, by_out = (orifice.discharge * float(area[k]) * x for x in one)
+            of_y, of_v = np.zeros(2 * count), np.zeros(len(drivers))
+            heat_y, heat_v = np.zeros(2 * count), np.zeros(len(drivers))  # of R T of the gas that flows
+            of_v[count + k] = orifice.discharge * one[0]
             for end, slope_of in ((up, by_up), (down, by_down)):
                 if end < count:
                     of_y[end] += slope_of * by_state[0, end]
@@ -383,12 +398,12 @@ class Gases:
         warm = np.where(self._adiabatic, self._heat_capacity * self._warmth, level)
         total = float(np.where(self.holds_pressure, 0.0, flow * warm).sum())
         count = len(self.gases)
-        for orifice, (a, b) in zip(self.orifices, self._ends, strict=True):
+        for orifice, area, (a, b) in zip(self.orifices, state.area.tolist(), self._ends, strict=True):
             up, down = (a, b) if self._at(state.pressure, a, b) >= self._at(state.pressure, b, a) else (b, a)
             gas = up if up < count else down
             out = self._constant[gas] * (self._warmth[gas] if up == count else state.temperature[up])
             ends = self._at(state.pressure, up, down), self._at(state.pressure, down, up)
-            through = orifice.discharge * orifice.area * nozzle(*ends, float(out), float(self._ratio[gas]))[0]
+            through = orifice.discharge * area * nozzle(*ends, float(out), float(self._ratio[gas]))[0]
             for end, sense in ((up, -1.0), (down, 1.0)):
                 if end < count and not self.holds_pressure[end]:
                     capacity = self._heat_capacity[end] / self._constant[end]

@@ -377,7 +377,7 @@ class JoinedSystem(JoinedConfiguration):
         super().commit(t, q, u, before)
         self.elements.commit(t, q[self._nq :], u[self._nu :])
         if self.chambers is not None:
-            self.chambers.gases.commit(t, self.chambers.volumes(self.elements.place(t, q[self._nq :], None)[0]))
+            self.chambers.commit(t, self.elements.place(t, q[self._nq :], None)[0])
         self._near = self._poses(t, q)[self.frames.bodies, 3:].copy()
 
     def memory(self) -> np.ndarray:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from fsm.scene.model import Model, Name
 from fsm.scene.time_program import Table, TimeFunction
-from fsm.scene.units import Area, GasConstant, Length, Mass, MassFlow, Number, Stress, Temperature
+from fsm.scene.units import Angle, Area, GasConstant, Length, Mass, MassFlow, Number, Stress, Temperature
 
 __all__ = ["OUTSIDE", "SUPPLIES", "Closing", "Gas", "Orifice"]
 
@@ -118,16 +119,31 @@ class Orifice(Model):
     ----------
     between : names of two gases, or of one and "outside"
     area : m^2
+        Constant area; give this or `crease`.
+    crease : str
+        Name of a crease, for example "crease 3", whose mean fold angle gives the area.
+    area_by_angle : rad, m^2
+        Pairs of the magnitude of this angle (0 flat) and the area, linear between them and constant beyond.
     discharge : -
         Ratio of the mass flow to that of an ideal nozzle.
     """
 
     between: tuple[Name, Name]
-    area: Annotated[Area, Field(ge=0)]
+    area: Annotated[Area, Field(ge=0)] | None = None
+    crease: Name | None = None
+    area_by_angle: tuple[tuple[Angle, Annotated[Area, Field(ge=0)]], ...] = ()
     discharge: Annotated[Number, Field(gt=0, le=1)] = 1.0
 
     @model_validator(mode="after")
     def _two(self) -> Self:
         if self.between[0] == self.between[1]:
             raise ValueError(f"`between` names {self.between[0]!r} twice; give two gases, or one and {OUTSIDE!r}")
+        if (self.area is None) == (self.crease is None):
+            both = "both are given; remove one of them" if self.crease is not None else "both are missing"
+            raise ValueError(f"give `area`, or `crease` with `area_by_angle`; {both}")
+        angles = [angle for angle, _ in self.area_by_angle]
+        if (self.crease is None) != (not angles) or len(angles) == 1:
+            raise ValueError("`crease` needs at least two pairs of `area_by_angle`, and these need `crease`")
+        if any(b <= a for a, b in pairwise(angles)):
+            raise ValueError("the angles of `area_by_angle` must increase")
         return self

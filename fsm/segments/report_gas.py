@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsm.report_text import count, stress_text
+from fsm.report_text import count, degrees, stress_text
 from fsm.scene.gas import Gas
 from fsm.scene.patterns.chamber import Chamber
 from fsm.segments.report_view import CheckContext
@@ -21,7 +21,12 @@ def gas_lines(view: CheckContext) -> Iterator[str]:
         yield from _gas(chamber)
     for orifice in view.scene.orifices:
         between = " and ".join(orifice.between)
-        yield f"orifice between {between}: {1e6 * orifice.area:.4g} mm^2, discharge coefficient {orifice.discharge:.4g}"
+        if orifice.area is not None:
+            size = f"{1e6 * orifice.area:.4g} mm^2"
+        else:
+            ends = [f"{1e6 * area:.4g} mm^2 at {degrees(angle)}" for angle, area in orifice.area_by_angle]
+            size = f"by the angle of {orifice.crease}: {', '.join(ends)}"
+        yield f"orifice between {between}: {size}, discharge coefficient {orifice.discharge:.4g}"
     if view.scene.chambers:
         facets = view.scene.facets
         if facets is not None and (facets.mesh.creases or any(chamber.caps for chamber in view.scene.chambers)):

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 import fsm
 from fsm.compile_case import compile_case
 from fsm.errors import CaseError
+from fsm.solve.modal import modes
 
 BOX = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
 WALLS = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -93,6 +94,26 @@ def test_force_and_tangent_are_derivatives(name: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(dense, dense.T, rtol=0.0, atol=1e-9 * np.abs(dense).max())
 
 
+@pytest.mark.parametrize("kind", [BARS, FLEXIBLE])
+def test_tangent_of_an_orifice_that_follows_a_crease(kind: dict[str, Any], tmp_path: Path) -> None:
+    """The flow of a step depends on the fold angle at its end, and so does the pressure."""
+    gas = {"closed_by": LIDS, "law": "adiabatic", "pressure": 1.5e5, "outside_pressure": 1e5}
+    flow = {"between": ["gas", "outside"], "crease": "crease 2", "area_by_angle": [[0.0, 0.0], [3.0, 3e-5]]}
+    data = case(KRESLING | kind, [gas], orifice=[flow], solve={"method": "generalized-alpha", "end_time": 1.0})
+    _, system = compile_case(fsm.load(data, folder=tmp_path).model)
+    free, (q, u), t = ~system._fixed.ravel(), system.initial(), 0.01
+    system.commit(0.0, q, u)
+    rng = np.random.default_rng(4)
+    q = q + 1e-4 * rng.normal(size=len(q)) * free
+    state = system.chambers.state(t, q[system._nq :])
+    assert 1.05e5 < state.pressure[0] < 1.4e5
+    assert abs(state.by_area[0, 0]) > 1e8
+    linear = system.linearise(t, q, None)
+    for way in rng.normal(size=(4, system.nu)) * free:
+        change = (system.force(t, q + 1e-7 * way, None) - system.force(t, q - 1e-7 * way, None)) / 2e-7
+        np.testing.assert_allclose(linear.stiffness.times(way), -change, rtol=0.0, atol=1e-6 * np.abs(change).max())
+
+
 HEIGHT = RADIUS = 0.05
 AREA = 2.0 * RADIUS**2
 STIFF = 1e7 * 1e-6
@@ -103,7 +124,7 @@ SQUARE = {
 }  # fmt: skip
 
 
-def elastic(height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def elastic(height: Any) -> tuple[Any, Any]:
     """Force and energy of the four walls of a square tube of bars: one along its height and one diagonal each."""
     side = np.sqrt(AREA)
     first, length = np.hypot(side, HEIGHT), np.hypot(side, height)
@@ -232,3 +253,18 @@ def test_orifice_between_different_gases(tmp_path: Path) -> None:
         data = case(KRESLING | BARS, gases, orifice=[{"between": between, "area": 1e-6}])
         with pytest.raises(CaseError, match=text):
             fsm.load(data, folder=tmp_path).check()
+    flow = {"between": ["a", "outside"], "crease": "crease 99", "area_by_angle": [[0, 0], [1, 1e-6]]}
+    with pytest.raises(CaseError, match='there is no "crease 99"; the sheet has "crease 1" to'):
+        fsm.load(case(KRESLING | BARS, gases[:1], orifice=[flow]), folder=tmp_path).check()
+
+
+def test_frequency_of_a_lid_on_gas(tmp_path: Path) -> None:
+    """m omega^2 is the stiffness gamma p A^2/V of the gas plus that of the bars; modes see the part of low rank."""
+    gas = {"name": "air", "law": "adiabatic", "closed_by": LIDS, "pressure": 1e5, "outside_pressure": 1e5}
+    data = case(SQUARE, [gas], solve={"method": "generalized-alpha", "end_time": 1.0})
+    _, system = compile_case(fsm.load(data, folder=tmp_path).model)
+    q = system.initial()[0]
+    mass = 0.5 * 4.0 * np.sqrt(AREA) * HEIGHT * 1e-3 * 1000.0  # half of the walls: thickness 1 mm, 1000 kg/m^3
+    stiffness = 1.4 * 1e5 * AREA / HEIGHT + (elastic(HEIGHT + 1e-7)[0] - elastic(HEIGHT - 1e-7)[0]) / 2e-7
+    squared = modes(system, 0.0, q, system.nu).squared
+    assert np.abs(squared / (stiffness / mass) - 1.0).min() < 1e-7

@@ -25,11 +25,17 @@ def orifice(*between: str, area: float = 1e-6, discharge: float = 1.0) -> Orific
     return Orifice.model_validate({"between": between, "area": area, "discharge": discharge})
 
 
-def after(gases: Gases, volume: np.ndarray, times: np.ndarray) -> Any:
+def chambers(gases: tuple[Gas, ...], orifices: tuple[Orifice, ...], volume: np.ndarray) -> tuple[Gases, np.ndarray]:
+    """Gases with constant areas of orifices, and these areas."""
+    area = np.array([one.area for one in orifices], dtype=float)
+    return Gases(gases, orifices, volume, area), area
+
+
+def after(gases: Gases, volume: np.ndarray, area: np.ndarray, times: np.ndarray) -> Any:
     """State at the last of the times, with a step to each."""
     for t in times:
-        state = gases.state(float(t), volume)
-        gases.commit(float(t), volume)
+        state = gases.state(float(t), volume, area)
+        gases.commit(float(t), volume, area)
     return state
 
 
@@ -43,15 +49,18 @@ def test_derivatives(law: str, flow: str) -> None:
         gas("a", 3e5, law, outside_pressure=1e5, supply_mass=2e-3, time=ramp),
         gas("b", 2.5e5, law, outside_pressure=1e5, supply_flow=1e-3),
     )
-    gases = Gases(both, orifices[flow], np.array([1e-3, 2e-3]))
-    gases.commit(0.3, np.array([1.1e-3, 1.9e-3]))
-    t, volume = 0.35, np.array([1.05e-3, 2.1e-3])
-    found = gases.state(t, volume)
+    gases, area = chambers(both, orifices[flow], np.array([1e-3, 2e-3]))
+    gases.commit(0.3, np.array([1.1e-3, 1.9e-3]), area)
+    t, volume, area = 0.35, np.array([1.05e-3, 2.1e-3]), 1.2 * area
+    found = gases.state(t, volume, area)
     for k in range(2):
-        more, less = (gases.state(t, volume + sign * 1e-9 * np.eye(2)[k]).pressure for sign in (1.0, -1.0))
+        more, less = (gases.state(t, volume + sign * 1e-9 * np.eye(2)[k], area).pressure for sign in (1.0, -1.0))
         np.testing.assert_allclose(found.by_volume[:, k], (more - less) / 2e-9, rtol=1e-6, atol=1e-2)
+    for k in range(len(area)):
+        more, less = (gases.state(t, volume, area + sign * 1e-12 * np.eye(len(area))[k]).pressure for sign in (1.0, -1.0))
+        np.testing.assert_allclose(found.by_area[:, k], (more - less) / 2e-12, rtol=1e-5, atol=1e5)
     if flow == "none":
-        more, less = (gases.state(t + step, volume).pressure for step in (1e-6, -1e-6))
+        more, less = (gases.state(t + step, volume, area).pressure for step in (1e-6, -1e-6))
         np.testing.assert_allclose(found.by_time, (more - less) / 2e-6, rtol=1e-6)
 
 
@@ -81,9 +90,9 @@ def test_choked_flow_into_vacuum() -> None:
     for law, mass in (("isothermal", math.exp(-1.0)), ("adiabatic", (1.0 + 0.5 * (G - 1.0)) ** (-2.0 / (G - 1.0)))):
         errors = []
         for steps in (10, 20, 40):
-            gases = Gases((gas("a", 1e5, law),), (orifice("a", "outside"),), volume)
-            start = gases.state(0.0, volume)
-            end = after(gases, volume, np.linspace(0.0, tau, steps + 1)[1:])
+            gases, area = chambers((gas("a", 1e5, law),), (orifice("a", "outside"),), volume)
+            start = gases.state(0.0, volume, area)
+            end = after(gases, volume, area, np.linspace(0.0, tau, steps + 1)[1:])
             errors.append(abs(end.mass[0] / start.mass[0] - mass))
             if law == "adiabatic":
                 assert end.temperature[0] / T0 == pytest.approx((1.0 + 0.5 * (G - 1.0)) ** -2.0, rel=2e-3)
@@ -95,10 +104,10 @@ def test_choked_flow_into_vacuum() -> None:
 def test_choked_flow_between_two_chambers() -> None:
     """While the flow is choked the first mass decays exponentially, and the second chamber has all the rest."""
     volume, start = np.array([1e-3, 1e-2]), (4e5, 1e4)
-    gases = Gases((gas("a", start[0]), gas("b", start[1])), (orifice("a", "b", discharge=0.8),), volume)
+    gases, area = chambers((gas("a", start[0]), gas("b", start[1])), (orifice("a", "b", discharge=0.8),), volume)
     tau = 1e-3 / (0.8e-6 * math.sqrt(R * T0) * CHOKED)
-    whole = gases.state(0.0, volume).mass.sum()
-    end = after(gases, volume, np.linspace(0.0, tau, 201)[1:])
+    whole = gases.state(0.0, volume, area).mass.sum()
+    end = after(gases, volume, area, np.linspace(0.0, tau, 201)[1:])
     left = start[0] * math.exp(-1.0)
     assert end.pressure[0] == pytest.approx(left, rel=1e-5)
     assert end.pressure[1] == pytest.approx(start[1] + 0.1 * (start[0] - left), rel=1e-5)
@@ -108,10 +117,11 @@ def test_choked_flow_between_two_chambers() -> None:
 def test_chambers_come_to_one_pressure() -> None:
     """Two adiabatic chambers end with the mean energy density; mass is conserved to round-off in long steps, too."""
     volume = np.array([1e-3, 3e-3])
+    opening = (orifice("a", "b", area=1e-4),)
     for steps, accuracy in ((3, 0.2), (400, 1e-4)):
-        gases = Gases((gas("a", 5e5, "adiabatic"), gas("b", 1e5, "adiabatic")), (orifice("a", "b", area=1e-4),), volume)
-        whole = gases.state(0.0, volume).mass.sum()
-        end = after(gases, volume, np.linspace(0.0, 1.0, steps + 1)[1:] ** 2)
+        gases, area = chambers((gas("a", 5e5, "adiabatic"), gas("b", 1e5, "adiabatic")), opening, volume)
+        whole = gases.state(0.0, volume, area).mass.sum()
+        end = after(gases, volume, area, np.linspace(0.0, 1.0, steps + 1)[1:] ** 2)
         assert end.pressure[0] == pytest.approx(end.pressure[1], rel=1e-3)
         assert end.pressure[1] == pytest.approx((5e5 * 1e-3 + 1e5 * 3e-3) / 4e-3, rel=accuracy)
         assert end.mass.sum() == pytest.approx(whole, rel=1e-14)
@@ -120,24 +130,24 @@ def test_chambers_come_to_one_pressure() -> None:
 def test_filling_of_a_rigid_chamber() -> None:
     """The energy of an adiabatic gas grows by c_p T for each mass: the gas arrives warmer than its supply."""
     volume = np.array([1e-3])
-    gases = Gases((gas("a", 1e5, "adiabatic", supply_flow=1e-3),), (), volume)
-    end = after(gases, volume, np.array([0.5, 2.0]))
+    gases, area = chambers((gas("a", 1e5, "adiabatic", supply_flow=1e-3),), (), volume)
+    end = after(gases, volume, area, np.array([0.5, 2.0]))
     grown = (end.pressure[0] - 1e5) * 1e-3 / (G - 1.0)
     assert grown == pytest.approx(2e-3 * G * R / (G - 1.0) * T0, rel=1e-12)
     assert T0 < end.temperature[0] < G * T0
-    given = Gases((gas("a", supply_pressure=2e5),), (), volume)
-    assert given.state(1.0, volume).pressure[0] == 2e5
-    assert given.state(1.0, volume).by_volume[0, 0] == 0.0
+    given, area = chambers((gas("a", supply_pressure=2e5),), (), volume)
+    assert given.state(1.0, volume, area).pressure[0] == 2e5
+    assert given.state(1.0, volume, area).by_volume[0, 0] == 0.0
 
 
 def test_memory() -> None:
     """A gas continues from its memory, and an empty one resets it."""
     volume = np.array([1e-3, 2e-3])
     make = (gas("a", 3e5), gas("b", 1e5)), (orifice("a", "b"),), volume
-    gases, other = Gases(*make), Gases(*make)
-    first = gases.state(0.1, volume).mass
-    after(gases, volume, np.array([0.2]))
+    (gases, area), (other, _) = chambers(*make), chambers(*make)
+    first = gases.state(0.1, volume, area).mass
+    after(gases, volume, area, np.array([0.2]))
     other.restore(gases.memory())
-    np.testing.assert_array_equal(other.state(0.3, volume).mass, gases.state(0.3, volume).mass)
+    np.testing.assert_array_equal(other.state(0.3, volume, area).mass, gases.state(0.3, volume, area).mass)
     gases.restore(np.zeros(0))
-    np.testing.assert_array_equal(gases.state(0.1, volume).mass, first)
+    np.testing.assert_array_equal(gases.state(0.1, volume, area).mass, first)

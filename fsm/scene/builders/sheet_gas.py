@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.gas import OUTSIDE, SUPPLIES, Gas, Orifice
@@ -27,6 +29,12 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
     _check_names(case.gas)
     for number, orifice in enumerate(case.orifice):
         _check_orifice(orifice, chambers, f"orifice.{number}.between")
+        data = scene.folds if scene.facets is None else scene.facets.folds
+        names = () if data is None else tuple(data.names[k] for k in np.unique(data.joint[data.joint >= 0]))
+        names = tuple(name for name in names if name.startswith("crease"))
+        if orifice.crease is not None and orifice.crease not in names:
+            known = f'the sheet has "{names[0]}" to "{names[-1]}"' if names else "the sheet has no creases"
+            raise CaseError(Fault(f"orifice.{number}.crease", f'there is no "{orifice.crease}"; {known}'))
     return scene.with_chambers(tuple(chambers), case.orifice)
 
 
