@@ -301,6 +301,27 @@ FACETS = (
         "weights[:, 1 - side, 2 * side], weights[:, 1 - side, 2 * side + 1] = -y, x",
         unit_test("pattern_mesh", "test_creases_of_flexible_facets"),
     ),
+    Mutant(
+        "contact of flexible facets with the whole stiffness for each of both faces",
+        "fsm/segments/sheet_contacts.py",
+        "self.share = 0.5 * np.concatenate([own, least]) / surface.face",
+        "self.share = np.concatenate([own, least]) / surface.face",
+        physics_test("flexible_facets_touch", "test_the_stiffness_of_an_area_does_not_depend_on_the_mesh"),
+    ),
+    Mutant(
+        "closest points of flexible facets that do not move",
+        "fsm/interactions/feature_contact.py",
+        "shift -= tau[a, m] * by_beta[two, a]",
+        "shift -= 0.0",
+        unit_test("closest_features", "test_the_tangent_is_that_of_the_force"),
+    ),
+    Mutant(
+        "points pass through the planes of triangles, also beside them",
+        "fsm/interactions/triangles_pass.py",
+        "inside &= dot(part, normal) >= 0.0",
+        "inside &= True",
+        unit_test("closest_features", "test_points_that_pass_through_a_moving_triangle"),
+    ),
 )
 
 ELEMENTS = (*FILMS, *FACETS, *JOINED, *ARRAYS, *DATA, *CHANNELS)
