@@ -112,11 +112,11 @@ Every run draws its figures. `fsm plot RESULT.h5` draws them again, and `result.
 |---|---|
 | `--style paper` | sizes for a printed page: 122 mm or 183 mm wide, letters of 7 to 9 points; the default |
 | `--style slide` | letters 1.4 times and lines 1.6 times as large in the same sizes |
-| `--format png`, `svg`, `pdf` | pixels (200 per inch), or lines and letters; maps of modes are pixels in all formats |
+| `--format png`, `svg`, `pdf` | "png": pixels (200 per inch); "svg" and "pdf": lines and letters. Maps of modes are pixels in all formats |
 
 `fsm run`, `fsm table` and `fsm plot` have these options. The letters are DejaVu Sans. An SVG file names the
-font, and a PDF file contains it. The colours are those of Okabe and Ito (2008), for colour-blind readers; a colour has one
-meaning in a figure.
+font, and a PDF file contains it. The colours follow Okabe and Ito (2008), so that colour-blind readers can distinguish
+them; a colour has one meaning in a figure.
 
 The command `make figures` computes this page. Data of creases, relaxation and the cantilever are synthetic.
 """

@@ -23,6 +23,7 @@ STACK = {
     "patch": ("patches", "#AA4499"),
     "cable": ("cables", "#117733"),
     "beam": ("beams", "#882255"),
+    "gas": ("gas", "#661100"),
     "contact": ("contact", COLOURS[3]),
     "drives": ("drives", COLOURS[7]),
     "gravity": ("gravity", "#A6761D"),

@@ -218,8 +218,10 @@ class _Planner:
         return tuple(Parts(tuple(parts)) for parts in self.parts)
 
     def _is_line(self, target: int) -> bool:
-        """Whether a target is a crease line, which is held before its first drive."""
-        return any(part.target == target and part.drive.crease is not None for part in self.drives)
+        """Whether a target is a crease line or a place of flexible facets, which is held before its first drive."""
+        flexible = self.scene.facets is not None
+        drives = (part.drive for part in self.drives if part.target == target)
+        return any(drive.crease is not None or (flexible and not drive.moved) for drive in drives)
 
     def _step(self, number: int, name: str, step: Step, start: float) -> PlannedStep:
         begun = [part for part in self.drives if part.step == number]
@@ -339,7 +341,7 @@ class _Planner:
             self.held -= bodies
             for k in drives:
                 self.acting[k] = False
-                if self._is_line(k):  # a crease line without mass: its body stays, and other springs join the panels
+                if self._is_line(k):  # without mass: its body stays, and its springs do not act from then on
                     self.held |= set(self.scene.drives[k].moved)
             let_go += loads
         return let_go
@@ -395,8 +397,11 @@ class _Planner:
             if part.target in seen:
                 self.faults.append(Fault(part.path, f"{part.drive.called!r} is driven twice in one step; remove one drive"))
             seen.add(part.target)
-            if part.drive.crease is not None and self.started[part.target] and not self.acting[part.target]:
-                text = f"crease {part.drive.crease} was released, and a crease line cannot be driven again; drive a panel"
+            if self._is_line(part.target) and self.started[part.target] and not self.acting[part.target]:
+                line, remedy = "a place of flexible facets", "give a load"
+                if part.drive.crease is not None:
+                    line, remedy = "a crease line", "drive a panel"
+                text = f"{part.drive.called} was released, and {line} cannot be driven again; {remedy}"
                 self.faults.append(Fault(part.path, text))
             for name in part.drive.moved:
                 if name in self.held:

@@ -164,7 +164,7 @@ def test_a_force_on_an_area_has_a_displacement_that_converges(tmp_path: Path) ->
     point, area = (abs(amplitude[size][1] / amplitude[size][0] - 1.0) for size in ("", "0.1"))
     assert area < 0.02 and point > 3.0 * area
     assert stated["0.1"] == [0.0, 0.0] and stated[""][0] == pytest.approx(point, rel=0.4)
-    with pytest.raises(CaseError, match=r"impact\.size: a square of 400 mm around impact\.point leaves the film"):
+    with pytest.raises(CaseError, match=r"impact\.size: a square of 400 mm around impact\.point extends beyond the film"):
         run(tmp_path, *full, "impact.size=0.4", name="large")
 
 

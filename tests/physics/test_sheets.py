@@ -383,7 +383,7 @@ def test_a_vertex_that_does_not_move_cannot_be_driven(tmp_path: Path) -> None:
     drive = "drive=[{at='vertex 5', direction=[1, 0, 0], guide=false, speed='1 mm/s', travel='12 mm'}]"
     changes = ["sheet.fold_to=none", "sheet.fold=0.5", "sheet.facets=rigid", drive, "solve.end_time=none", "save=none"]
     case = load_case(template, changes)
-    with pytest.raises(NotConverged, match="the drive pulls beyond the reach of the structure"):
+    with pytest.raises(NotConverged, match="the drive pulls beyond the full length of the structure"):
         run_case(case, tmp_path, progress=False, figures=False)
 
 

@@ -155,7 +155,7 @@ def test_the_text_of_a_case_gives_the_same_case(tmp_path: Path) -> None:
         (LAW, CASE.replace("[solve]", "[cable_car]\nx = 1\n[solve]"), r"cable_car: unknown key"),
         (
             "from fsm.extend import add_contact_law\nadd_contact_law('hertz', None)", CASE,
-            r"line 2: ValueError: 'hertz' is a name of fsm itself",
+            r"line 2: ValueError: 'hertz' is already a name in fsm",
         ),
     ],
 )  # fmt: skip

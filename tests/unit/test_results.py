@@ -261,7 +261,7 @@ def test_resume_is_refused_in_plain_words(tmp_path: Path) -> None:
         ResultWriter(path, LAYOUT, resume_at=3)
     with ResultWriter(path, LAYOUT) as writer:
         writer.append(record(0))
-    with pytest.raises(CaseError, match="holds 1 records, fewer than the 3"):
+    with pytest.raises(CaseError, match="contains 1 records, but the checkpoint was saved after 3"):
         ResultWriter(path, LAYOUT, resume_at=3)
     with pytest.raises(CaseError, match="another scene"):
         ResultWriter(path, Layout(), resume_at=1)

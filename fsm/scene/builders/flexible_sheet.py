@@ -29,6 +29,7 @@ from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.scene import Body, ContactPair, ForceElement, Scene
 from fsm.scene.sheet import Box, Sheet, SheetSupport
+from fsm.scene.step_items import releases, steps_from
 from fsm.scene.time_program import Ramp
 
 __all__ = ["build_flexible"]
@@ -69,7 +70,7 @@ def _laminate(case: Case) -> Laminate | None:
     plies = case.sheet.ply
     if not plies:
         return None
-    if case.sheet.kind != "plate" and pattern_of(case.sheet).flat is None:
+    if not case.sheet.is_shell and pattern_of(case.sheet).flat is None:
         text = "the angles of plies need a flat pattern, and this sheet has none; remove `ply`, or give the flat pattern"
         raise CaseError(Fault("sheet.ply", text))
     found = laminate_of(plies, case.material.density)
@@ -104,7 +105,7 @@ class _FlexibleBuilder:
                 raise CaseError(Fault(f"sheet.probe.{number}.at", text))
             self.facets.probes[probe.name] = self.facets.mesh.at_node(int(place.sectors[0]))
         loads = [part for number, load in enumerate(self.case.load) for part in self._load(load, f"load.{number}")]
-        drives = [self._drive(drive, f"drive.{number}") for number, drive in enumerate(self.case.drive)]
+        drives = [self._released_drive(drive, f"drive.{number}") for number, drive in enumerate(self.case.drive)]
         touching = self._contact()
         scene = Scene(
             bodies=tuple(self.bodies), frames=tuple(self.frames), elements=tuple(self.elements), loads=tuple(loads),
@@ -212,6 +213,17 @@ class _FlexibleBuilder:
             return load
         shape = "unbounded" if method == "arc-length" else "linear"
         return load.model_copy(update={"time": Ramp(kind="ramp", start=0.0, end=end, shape=shape)})
+
+    def _released_drive(self, drive: Drive, path: str) -> Drive:
+        """Drive whose springs act until a step releases it."""
+        before = len(self.elements)
+        placed = self._drive(drive, path)
+        numbers = [releases(self.case, name) for name in (drive.called, placed.called)]
+        ends = [number for number in numbers if number is not None]
+        if ends:
+            acting = {"steps": steps_from(self.case, min(ends))[0]}
+            self.elements[before:] = [spring.model_copy(update=acting) for spring in self.elements[before:]]
+        return placed
 
     def _drive(self, drive: Drive, path: str) -> Drive:
         """Drive of a massless body that springs join to the nodes of the place."""
