@@ -112,7 +112,7 @@ Every run draws its figures. `fsm plot RESULT.h5` draws them again, and `result.
 |---|---|
 | `--style paper` | sizes for a printed page: 122 mm or 183 mm wide, letters of 7 to 9 points; the default |
 | `--style slide` | letters 1.4 times and lines 1.6 times as large in the same sizes |
-| `--format png`, `svg`, `pdf` | "png": pixels (200 per inch); "svg" and "pdf": lines and letters. Maps of modes are pixels in all formats |
+| `--format png`, `svg`, `pdf` | pixels (200 per inch); lines and letters in "svg" and "pdf", except maps of modes |
 
 `fsm run`, `fsm table` and `fsm plot` have these options. The letters are DejaVu Sans. An SVG file names the
 font, and a PDF file contains it. The colours follow Okabe and Ito (2008), so that colour-blind readers can distinguish
