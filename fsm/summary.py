@@ -12,6 +12,7 @@ from fsm.analyses.analysis import MODAL, Analysis
 from fsm.results.solution import Solution
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case
+from fsm.solve.arc_length import ArcSettings
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
@@ -82,6 +83,9 @@ def _remedy(analysis: Analysis, method: str) -> str:
     if method == MODAL:
         return 'increase vibration.modes, or set vibration.model = "full"'
     settings = [step.settings for step in analysis.steps()]
+    if method == "arc-length":
+        longest = [one.longest * one.end_time for one in settings if isinstance(one, ArcSettings)]
+        return f"give solve.max_step = {0.5 * min(longest):.3g} s or less" if longest else "give a smaller solve.max_step"
     fixed = any(isinstance(one, Settings) and one.step is not None for one in settings)
     return "reduce solve.step" if fixed else "tighten rtol"
 

@@ -121,7 +121,8 @@ class Deployment(Analysis):
         solve, end = step.solve, step.end
         max_step = solve.max_step or math.inf
         if step.method == "arc-length":
-            return ArcSettings(end, max_steps=solve.max_steps, side=solve.branch or 0.0)
+            longest = min(ArcSettings.longest, max_step / (end - step.start))
+            return ArcSettings(end, min(ArcSettings.first, longest), longest, solve.max_steps, solve.branch or 0.0)
         if step.method != "static":
             settings = Settings(
                 step.method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step,

@@ -84,8 +84,6 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
         return
     if solve.method != "generalized-alpha" and solve.rho_inf is not None:
         yield Fault("solve.rho_inf", f'applies to method = "generalized-alpha", not to "{solve.method}"; remove this key')
-    if solve.max_step is not None and solve.method == "arc-length":
-        yield Fault("solve.max_step", 'does not apply to method = "arc-length", with steps along the path; remove this key')
     if solve.branch is not None and solve.method != "arc-length":
         text = f'is used by method = "arc-length" only, not by "{solve.method}"; remove this key'
         yield Fault("solve.branch", text)

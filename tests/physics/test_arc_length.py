@@ -107,6 +107,17 @@ def test_the_truss_of_von_mises_by_force(tmp_path: Path, text: Any) -> None:
     assert float(rows[-1]["displacement of weight (m)"]) == pytest.approx(way[-1])
 
 
+def test_shorter_steps_along_the_path_reduce_the_error_of_the_work(tmp_path: Path) -> None:
+    """The work is a trapezoidal sum, of second order in the step."""
+    text, errors = by_case(1.5 * float(limits()[1][0])), []
+    for k, most in enumerate(("20 ms", "10 ms", "5 ms")):
+        (tmp_path / str(k)).mkdir()
+        _, summary = run(tmp_path / str(k), text, f'solve.max_step="{most}"')
+        errors.append(summary["energy_error"])
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(orders, 2.0, atol=0.3)
+
+
 def test_past_the_snap_by_arc_length_and_then_a_motion(tmp_path: Path) -> None:
     """Past the snap by force, let go below: the truss swings about its mirror image, from rest."""
     _, peaks = limits()
