@@ -190,7 +190,9 @@ def test_panels_are_pressed_together(tmp_path: Path) -> None:
     assert summary["energy_error"] < 1e-3
     assert solution.force[-1, 0] > 3.0 * without.force[-1, 0] > 0.0
     before = solution.travel[:, 0] < 0.0125
-    np.testing.assert_allclose(solution.force[before, 0], without.force[before, 0], rtol=1e-4)
+    # relative to the largest force: the tolerances of Newton's method and of the path are so
+    free = without.force[before, 0]
+    np.testing.assert_allclose(solution.force[before, 0], free, atol=1e-4 * free.max())
     nodes = solution.shape[-1].reshape(-1, 3)
     high = nodes[(nodes[:, 2] > 0.019) & (nodes[:, 2] < 0.021), 0]  # the nodes in the middle of both panels
     assert 0.9 * 0.5e-3 < np.ptp(high) * np.sin(np.radians(80.0)) < 0.5e-3 * 1.05
