@@ -314,8 +314,8 @@ def test_what_is_released_can_be_held_in_the_same_step(tmp_path: Path) -> None:
         (DYNAMIC + 'save = { channels = ["energy.*"] }\n', r"step\.0\.save\.channels: belongs to the whole case"),
         (DYNAMIC + 'hold = ["block"]\nrelease = ["block"]\n', r"step\.0\.release\.0: no held body and no acting drive"),
         (
-            '[[step]]\nkind = "static"\nsolve = { method = "arc-length", max_step = 0.1 }\n' + PUSH.format(force=1),
-            r"step\.0\.solve\.max_step: does not apply",
+            '[[step]]\nkind = "static"\nsolve = { method = "arc-length", rho_inf = 0.8 }\n' + PUSH.format(force=1),
+            r'step\.0\.solve\.rho_inf: applies to method = "generalized-alpha", not to "arc-length"',
         ),
         (
             '[[drive]]\nstep = "m"\nbody = "block"\nspeed = 1.0\ntravel = 1.0\n[[step]]\nname = "m"\nkind = "modes"\n',
