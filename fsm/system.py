@@ -332,16 +332,8 @@ class StaticArrays(Protocol):
 
     model: Any
 
-    @property
-    def lacks(self) -> bool:
-        """Whether Newton's method stopped because the arrays have to be larger; `begin` enlarges them."""
-        ...
-
-    def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray, most: float) -> None:
-        """Set the time, the last state, and the efforts to begin with; q is any configuration.
-
-        If the force of a new contact is above `most` (N), its law is linearised at the force `most`.
-        """
+    def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray) -> None:
+        """Set the time, the last state, and the efforts to begin with; q is any configuration."""
         ...
 
     def end(self) -> tuple[np.ndarray, BlockMatrix, bool]:

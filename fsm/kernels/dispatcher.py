@@ -2,7 +2,7 @@
 
 This module adds to ``numba.njit(cache=True)``:
 
-* machine code only for kernels that Python calls. A kernel that calls another kernel links its optimised code, so the callee
+* machine code only for kernels that Python calls. A kernel that calls another kernel links its code, so the callee
   by itself needs neither machine code, nor wrappers for calls from Python, nor an entry in the cache;
 * entries of the cache without what only a later link would need, so that they load quickly;
 * a process whose sources were edited since its start no longer writes to the cache, because it would store new code under an
@@ -129,7 +129,13 @@ def _is_linkable(library: Any) -> bool:
 
 
 class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
-    """Optimised code of a function that other libraries link; it has no separate machine code."""
+    """Code of a function that other libraries link; it has no separate machine code.
+
+    Passes over whole modules run once, in the library of the kernel that Python calls.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()

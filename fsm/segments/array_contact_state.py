@@ -12,9 +12,7 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.jit import kernel
-from fsm.segments.array_pressed import linearisation_depths, write_acting, write_limited
 from fsm.segments.contact_arrays import (
-    ACTING,
     AT,
     BELOW,
     BODIES,
@@ -45,9 +43,7 @@ from fsm.segments.contact_arrays import (
     OF_FRICTION,
     ONSET,
     ONSET_OF,
-    PRESSED,
     RATE,
-    RENEWALS,
     SHARE,
     SHARE_OF,
     SLIP,
@@ -62,7 +58,7 @@ from fsm.segments.contact_arrays import (
 from fsm.stepping.vectors import copy_into
 
 __all__ = [
-    "Weighed", "add_forces", "column_of", "elastic_force", "evaluate", "find_pressed", "find_slots", "geometry_of",
+    "Weighed", "add_forces", "column_of", "elastic_force", "evaluate", "find_slots", "geometry_of",
     "increments", "measure_slots", "renew_search", "values_at",
 ]  # fmt: skip
 
@@ -125,7 +121,6 @@ def renew_search(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray) ->
     state = integers_1d(g, STATE)
     changed = state[CHANGES] == 1 and state[STARTED] == 1 and not _equal(poses, floats_2d(g, COMMITTED))
     renewed = geometry.renew(g, poses)
-    state[RENEWALS] += renewed
     if (renewed == 1 or changed) and state[SURFACES] == 0:
         geometry.settle(g, poses, state[:0], True)
 
@@ -143,31 +138,6 @@ def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, belo
     state[FOUND], state[MEASURED], numbers[BELOW] = count, 0, below
     copy_into(poses, seen)
     return int(count)
-
-
-@kernel
-def find_pressed(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, margin: float) -> int:
-    """Find closed contacts, and contacts that an iteration has opened slightly but that still have a force."""
-    count = find_slots(g, geometry, poses, 0.0)
-    pressed, slot, gap, state = floats_1d(g, PRESSED), integers_1d(g, SLOT), floats_1d(g, GAP), integers_1d(g, STATE)
-    missing = 0
-    for i in range(pressed.shape[0]):
-        missing += 1 if pressed[i] > 0.0 else 0
-    for i in range(count):
-        missing -= 1 if pressed[slot[i]] > 0.0 else 0
-    if missing == 0:
-        return count
-    near = find_slots(g, geometry, poses, margin)
-    rows, kept = np.empty(near, dtype=np.int64), 0
-    for i in range(near):
-        if gap[i] < 0.0 or pressed[slot[i]] > 0.0:
-            rows[kept] = i
-            kept += 1
-    for k in range(kept):
-        slot[k], gap[k] = slot[rows[k]], gap[rows[k]]
-    geometry.narrow(g, rows[:kept])
-    state[FOUND] = -1
-    return kept
 
 
 @kernel
@@ -248,12 +218,11 @@ def _set_arguments(g: np.ndarray, count: int) -> None:
 @kernel
 def evaluate(
     g: np.ndarray, geometry: GeometryKernels, laws: LawKernels, t: float, poses: np.ndarray, rates: np.ndarray,
-    mean_rates: bool, pressed: bool, count: int,
+    mean_rates: bool, count: int,
 ) -> tuple[Weighed, bool]:  # fmt: skip
     """Compute the forces of the contacts that have been found; also return whether bristles have a stiffness.
 
-    With `mean_rates`, the rates are means over the step, and the same means bend the bristles. With `pressed`, the
-    normal law is linearised at the depths of Newton's method in statics.
+    With `mean_rates`, the rates are means over the step, and the same means bend the bristles.
     """
     integers_1d(g, STATE)[EVALUATIONS] += 1
     measure_slots(g, geometry, poses, rates, count)
@@ -262,15 +231,11 @@ def evaluate(
     share, params = floats_1d(g, SHARE_OF)[:count], floats_1d(g, NORMAL)
     for k in range(rows.shape[0]):
         share[rows[k]] *= part[k]
-    at, closing, onset = floats_1d(g, AT)[:count], floats_1d(g, CLOSING)[:count], floats_1d(g, ONSET_OF)[:count]
-    if pressed and linearisation_depths(g, rows, count):
-        normal, slopes = laws.normal(at, closing, onset, share, params)
-        write_limited(g, normal, rows, count)
-    normal, slopes = laws.normal(at, closing, onset, share, params)
+    closing, onset = floats_1d(g, CLOSING)[:count], floats_1d(g, ONSET_OF)[:count]
+    normal, slopes = laws.normal(floats_1d(g, AT)[:count], closing, onset, share, params)
     own, by_depth, by_closing = floats_1d(g, NORMAL_FORCE), floats_1d(g, BY_DEPTH), floats_1d(g, BY_CLOSING)
     for i in range(count):
         own[i], by_depth[i], by_closing[i] = normal[i], slopes[i, 0], slopes[i, 1]
-    write_acting(g, pressed, count)
     bristles = _set_friction(g, laws, t, poses, mean_rates, count)
     return Weighed(rows, gradient, hessian), bristles
 
@@ -279,17 +244,15 @@ def evaluate(
 def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, total: np.ndarray) -> None:
     """Add the forces of contacts to those of all bodies."""
     bodies, gradient, size = integers_2d(g, BODIES), floats_3d(g, GRADIENT), total.shape[1]
-    normal, acting = floats_1d(g, NORMAL_FORCE), floats_1d(g, ACTING)
-    efforts, by_normal = floats_2d(g, EFFORT), floats_2d(g, BY_NORMAL)
+    normal, efforts = floats_1d(g, NORMAL_FORCE), floats_2d(g, EFFORT)
     slips = efforts.shape[1] if integers_1d(g, STATE)[FRICTION] == 1 else 0
     for i in range(count):
         for b in range(bodies.shape[1]):
             for c in range(size):
                 along = b * size + c
-                change = -acting[i] * gradient[i, 0, along]
+                change = -normal[i] * gradient[i, 0, along]
                 for k in range(slips):
-                    effort = efforts[i, k] + by_normal[i, k] * (acting[i] - normal[i])
-                    change += effort * gradient[i, 1 + k, along]
+                    change += efforts[i, k] * gradient[i, 1 + k, along]
                 total[bodies[i, b], c] -= change
     rows = weighed.rows
     if rows.shape[0] == 0:

@@ -20,7 +20,6 @@ from fsm.segments.array_contact_state import (
     column_of,
     elastic_force,
     evaluate,
-    find_pressed,
     find_slots,
     geometry_of,
     increments,
@@ -28,7 +27,6 @@ from fsm.segments.array_contact_state import (
     renew_search,
     values_at,
 )
-from fsm.segments.array_pressed import advance
 from fsm.segments.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
 from fsm.segments.contact_arrays import (
     AREA,
@@ -45,7 +43,6 @@ from fsm.segments.contact_arrays import (
     FRICTION,
     GAP,
     GRADIENT,
-    LINEAR,
     LOADED,
     LOSSY,
     MARGIN,
@@ -86,38 +83,32 @@ def _mark(g: np.ndarray, count: int) -> None:
 
 
 @kernel
-def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, per_second: float) -> None:
-    """Add the forces of all contacts. In statics rates are means, and `per_second` is not zero."""
+def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> None:
+    """Add the forces of all contacts."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     for k in range(groups.shape[0]):
         g = table_at(groups, k)
         geometry = geometry_of(g, parts)
         count = find_slots(g, geometry, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, per_second > 0.0, False, count)
+            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
             add_forces(g, parts.laws, weighed, count, total)
         _mark(g, count)
 
 
 @kernel
-def _tangent(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, per_second: float, pressed: bool
-) -> None:
-    """Add the forces of all contacts, and their K and D. With `pressed`, they are linearised at the depths of statics."""
+def _tangent(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> None:
+    """Add the forces of all contacts, and their K and D."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for k in range(groups.shape[0]):
         g = table_at(groups, k)
-        geometry, state = geometry_of(g, parts), integers_1d(g, STATE)
-        if pressed:
-            count = find_pressed(g, geometry, poses, floats_1d(g, NUMBERS)[MARGIN])
-        else:
-            count = find_slots(g, geometry, poses, 0.0)
-        state[LINEAR] = count
+        geometry = geometry_of(g, parts)
+        count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             _mark(g, count)
             continue
-        weighed, bristles = evaluate(g, geometry, parts.laws, t, poses, rates, per_second > 0.0, pressed, count)
+        weighed, bristles = evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
         _mark(g, count)
         add_forces(g, parts.laws, weighed, count, total)
         geometry.tangent(g, poses, rates, count, stiffness, damping)
@@ -174,7 +165,7 @@ def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t:
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, False, count)
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
         unit_energy = _unit_energy(g, parts.laws, values_at(floats_1d(g, SHARE), integers_1d(g, SLOT)[:count]))
         before = fraction_before(
             rules_of(g), integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count], floats_1d(g, GAP)[:count],
@@ -218,7 +209,7 @@ def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float
         count = find_slots(g, geometry, poses, 0.0)
         young = state[:0]
         if count > 0:
-            evaluate(g, geometry, parts.laws, t, poses, rates, False, False, count)
+            evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
             young = _remember(g, parts.laws, count, t, poses)
         else:
             _forget(g)
@@ -302,7 +293,7 @@ def _stored(
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, False, count)
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
         energy = parts.laws.energy(-floats_1d(g, GAP)[:count], floats_1d(g, SHARE_OF)[:count], floats_1d(g, NORMAL))
         for i in range(energy.shape[0]):
             stored += energy[i]
@@ -324,7 +315,7 @@ def _stored(
                 if count == 0:
                     continue
                 when = t if end == 1 else t - step
-                evaluate(g, geometry, parts.laws, when, at, mean, True, False, count)
+                evaluate(g, geometry, parts.laws, when, at, mean, True, count)
                 sums = _sums(g, parts.laws, count, pairs)
                 for p in range(pairs):
                     for row in range(2):
@@ -350,7 +341,7 @@ def _losses(
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, False, count)
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
         sums = _sums(g, parts.laws, count, of_pairs.shape[1])
         for p in range(of_pairs.shape[1]):
             for row in range(2):
@@ -359,4 +350,4 @@ def _losses(
     return power
 
 
-CONTACTS = ContactKernels(_force, _tangent, advance, _part_of_step, _accept, _longest_step, _stored, _losses)
+CONTACTS = ContactKernels(_force, _tangent, _part_of_step, _accept, _longest_step, _stored, _losses)

@@ -92,7 +92,7 @@ def sum_forces(model: Segments, t: float, per_second: float) -> None:
     if has_ligaments(table):
         model.by_ligaments.force(table, per_second)
     if model.groups.shape[0] > 0:
-        model.by_contacts.force(table, model.groups, model.contact_parts, t, per_second)
+        model.by_contacts.force(table, model.groups, model.contact_parts, t)
     if poses.shape[1] == 7:
         add_gyroscopic(rates, floats_2d(table, INERTIA), total)
 
@@ -124,9 +124,7 @@ def _set_simple_tangents(table: np.ndarray, t: float) -> None:
 
 
 @kernel
-def sum_tangents(
-    model: Segments, t: float, per_second: float, efforts: np.ndarray, since: np.ndarray, pressed: bool
-) -> None:
+def sum_tangents(model: Segments, t: float, per_second: float, efforts: np.ndarray, since: np.ndarray) -> None:
     """Write the forces on all bodies at the present poses, K and D.
 
     Parameters
@@ -137,8 +135,6 @@ def sum_tangents(
     since : (nu,) array, or (0,)
         Increments from the last state, if rates are these increments over the time. Rates of bodies then change with
         further increments by their derivative, which multiplies D.
-    pressed : bool
-        Whether contacts are linearised at the depths of Newton's method in statics.
     """
     table = model.table
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
@@ -148,7 +144,7 @@ def sum_tangents(
     if poses.shape[1] == 7:
         add_gyroscopic(rates, floats_2d(table, INERTIA), total)
     if model.groups.shape[0] > 0:
-        model.by_contacts.tangent(table, model.groups, model.contact_parts, t, per_second, pressed)
+        model.by_contacts.tangent(table, model.groups, model.contact_parts, t)
     if poses.shape[1] == 7 and since.shape[0] > 0:
         multiply_block_diagonal(damping, increment_blocks(since), pattern_of(table).columns)
     springs = springs_of(table)
@@ -166,7 +162,6 @@ def sum_tangents(
 def renewed_force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """See `fsm.stepping.model`."""
     place(model.table, t, q, u)
-    no = u.shape[0] < 0  # a variable, because a constant would compile the kernel again
-    sum_tangents(model, t, 0.0, springs_of(model.table).last[:0], q[:0], no)
+    sum_tangents(model, t, 0.0, springs_of(model.table).last[:0], q[:0])
     keep_loaded(model.groups)
     return gather_free(integers_1d(model.table, FREE), floats_2d(model.table, FORCE))

@@ -197,11 +197,6 @@ def _find_spatial(g: np.ndarray, poses: np.ndarray, below: float) -> int:
 
 
 @kernel
-def _narrow(g: np.ndarray, rows: np.ndarray) -> None:
-    """Do nothing: contacts of shapes have no data besides slots and gaps."""
-
-
-@kernel
 def _measure_planar(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     write_points_planar(
         poses, rates, integers_1d(g, SLOT)[:count], points_of(g), shapes_planar(g), integers_2d(g, BODIES),
@@ -267,8 +262,8 @@ def _tangent_spatial(
 
 
 PLANAR_SHAPES = GeometryKernels(
-    _renew_planar, _find_planar, _narrow, _measure_planar, tapered, _tangent_planar, passed_planar, settle
+    _renew_planar, _find_planar, _measure_planar, tapered, _tangent_planar, passed_planar, settle
 )
 SPATIAL_SHAPES = GeometryKernels(
-    _renew_spatial, _find_spatial, _narrow, _measure_spatial, tapered, _tangent_spatial, passed_spatial, settle
+    _renew_spatial, _find_spatial, _measure_spatial, tapered, _tangent_spatial, passed_spatial, settle
 )

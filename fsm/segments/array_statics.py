@@ -24,7 +24,6 @@ from fsm.segments.arrays import (
     pattern_of,
     springs_of,
 )
-from fsm.segments.contact_arrays import lack_pairs
 from fsm.stepping.quasi_static import StaticCalls
 from fsm.stepping.vectors import copy_into, subtracted
 
@@ -68,15 +67,13 @@ def _linearised_force(model: Segments, q: np.ndarray, mixed: bool) -> np.ndarray
     table = model.table
     since, efforts = _place(table, q), springs_of(table).efforts
     own = efforts if mixed else efforts[:0]
-    sum_tangents(model, floats_1d(table, INTERVAL)[0], _per_second(table), own, since, mixed)
+    sum_tangents(model, floats_1d(table, INTERVAL)[0], _per_second(table), own, since)
     return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
 
 
 @kernel
 def _factorise(model: Segments) -> bool:
     table = model.table
-    if lack_pairs(model.groups):
-        return False
     matrix, per_second = floats_3d(table, MATRIX), _per_second(table)
     copy_into(floats_3d(table, STIFFNESS), matrix)
     if per_second > 0.0:
@@ -115,8 +112,6 @@ def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
     springs = springs_of(table)
     later = model.by_springs.advance(poses, change, springs.bodies, springs.constants, springs.last, _per_second(table))
     copy_into(later, springs.efforts)
-    if model.groups.shape[0] > 0:
-        model.by_contacts.advance(model.groups, change, _per_second(table), cut)
 
 
 STATICS = StaticCalls(_force, _linearised_force, _factorise, _largest_entry, _solve, retract, _advance)

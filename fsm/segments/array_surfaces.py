@@ -170,22 +170,6 @@ def _find_spatial(g: np.ndarray, poses: np.ndarray, below: float) -> int:
 
 
 @kernel
-def _narrow_planar(g: np.ndarray, rows: np.ndarray) -> None:
-    piece, side, at = integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT)
-    for k in range(rows.shape[0]):
-        piece[k], side[k] = piece[rows[k]], side[rows[k]]
-        at[k] = at[rows[k]]
-
-
-@kernel
-def _narrow_spatial(g: np.ndarray, rows: np.ndarray) -> None:
-    piece, side, at = integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT)
-    for k in range(rows.shape[0]):
-        piece[k], side[k] = piece[rows[k]], side[rows[k]]
-        at[k, 0], at[k, 1] = at[rows[k], 0], at[rows[k], 1]
-
-
-@kernel
 def _measure_planar(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     write_gap_planar(
         poses, rates,
@@ -418,10 +402,10 @@ def _passed_spatial(g: np.ndarray, poses: np.ndarray) -> bool:
 
 
 PLANAR_SURFACES = GeometryKernels(
-    _renew_planar, _find_planar, _narrow_planar, _measure_planar, _tapered_planar, _tangent_planar, _passed_planar,
+    _renew_planar, _find_planar, _measure_planar, _tapered_planar, _tangent_planar, _passed_planar,
     _settle_planar,
 )
 SPATIAL_SURFACES = GeometryKernels(
-    _renew_spatial, _find_spatial, _narrow_spatial, _measure_spatial, _tapered_spatial, _tangent_spatial, _passed_spatial,
+    _renew_spatial, _find_spatial, _measure_spatial, _tapered_spatial, _tangent_spatial, _passed_spatial,
     _settle_spatial,
 )

@@ -19,15 +19,14 @@ from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, 
 from fsm.kernels.jit import kernel
 
 __all__ = [
-    "ACTING", "AREA", "AT", "BEGAN", "BELOW", "BODIES", "BRISTLE", "BY_CLOSING", "BY_DEPTH", "BY_DISTANCE", "BY_NORMAL",
-    "BY_SLIP", "CHANGES", "CLOSING", "COMMITTED", "COMMITTED_AT", "DEFLECTED", "DEFLECTION", "DEPTH", "EFFORT",
-    "EVALUATIONS", "FOUND", "FOUND_POSES", "FOUND_RATES", "FRICTION", "GAP", "GRADIENT", "INDEX", "LACKS", "LINEAR",
-    "LINEARISED", "LOADED", "LOSSY", "MARGIN", "MEASURED", "MOST", "MOVING", "NORMAL", "NORMAL_FORCE", "NUMBERS",
-    "OF_FRICTION", "ONSET", "ONSET_OF", "OWN", "OWN_STATE", "PAIR", "PRESSED", "PRESSED_BEFORE", "RADII", "RATE",
-    "RATES_BEFORE", "REFERENCE", "REFERRED", "RENEWAL", "RENEWALS", "RESTITUTION", "SHARE", "SHARE_OF", "SLIP", "SLOT",
-    "STARTED", "STATE", "STATES", "SURFACES", "ContactArrays", "ContactKernels", "ContactParts", "GeometryKernels",
-    "LawKernels", "exponent_of", "floor_of", "forces_of", "have_opened", "index_of", "keep_loaded", "lack_pairs",
-    "must_renew", "resolves", "rules_of",
+    "AREA", "AT", "BEGAN", "BELOW", "BODIES", "BRISTLE", "BY_CLOSING", "BY_DEPTH", "BY_DISTANCE", "BY_NORMAL", "BY_SLIP",
+    "CHANGES", "CLOSING", "COMMITTED", "COMMITTED_AT", "DEFLECTED", "DEFLECTION", "DEPTH", "EFFORT", "EVALUATIONS", "FOUND",
+    "FOUND_POSES", "FOUND_RATES", "FRICTION", "GAP", "GRADIENT", "INDEX", "LACKS", "LINEARISED", "LOADED", "LOSSY", "MARGIN",
+    "MEASURED", "MOVING", "NORMAL", "NORMAL_FORCE", "NUMBERS", "OF_FRICTION", "ONSET", "ONSET_OF", "OWN", "OWN_STATE",
+    "PAIR", "RADII", "RATE", "RATES_BEFORE", "REFERENCE", "REFERRED", "RENEWAL", "RESTITUTION", "SHARE", "SHARE_OF", "SLIP",
+    "SLOT", "STARTED", "STATE", "STATES", "SURFACES", "ContactArrays", "ContactKernels", "ContactParts", "GeometryKernels",
+    "LawKernels", "floor_of", "forces_of", "have_opened", "index_of", "keep_loaded", "lack_pairs", "must_renew", "resolves",
+    "rules_of",
 ]  # fmt: skip
 
 
@@ -40,8 +39,6 @@ class GeometryKernels(NamedTuple):
         Renew the broad phase where bodies have moved too far since the last renewal; 1 if it has been renewed.
     find : ``find(g, poses, below)``
         Write slots and gaps of the contacts, and return their number.
-    narrow : ``narrow(g, rows)``
-        Keep only these rows of the data that `find` has written besides slots and gaps.
     measure : ``measure(g, poses, rates, count)``
         Write bodies, rates and gradients of `count` contacts.
     tapered : ``tapered(g, poses, count) -> rows, part, gradient, hessian``
@@ -56,7 +53,6 @@ class GeometryKernels(NamedTuple):
 
     renew: Any
     find: Any
-    narrow: Any
     measure: Any
     tapered: Any
     tangent: Any
@@ -82,14 +78,10 @@ class ContactParts(NamedTuple):
 
 
 class ContactKernels(NamedTuple):
-    """Kernels of all contacts of a model; see `fsm.segments.array_contacts`.
-
-    Only statics uses `advance`; only time steps use the kernels after it.
-    """
+    """Kernels of all contacts of a model; see `fsm.segments.array_contacts`."""
 
     force: Any
     tangent: Any
-    advance: Any
     part_of_step: Any
     accept: Any
     longest_step: Any
@@ -103,9 +95,8 @@ class ContactArrays(NamedTuple):
     Attributes
     ----------
     state : int array, see `STATES`
-    numbers : (4,) array
-        Margin (m), time of the last accepted state (s), bound of the gaps of the last search (m), and largest force without
-        a depth of linearisation (N; `ContactDepths.most`).
+    numbers : (3,) array
+        Margin (m), time of the last accepted state (s), and bound of the gaps of the last search (m).
     normal, friction : parameters of the laws
     resolving : (6,) array
         Restitution (0 or 1), speed of impacts (m/s), exponent, steps in an impact, speed floor (m/s) and whether steps have
@@ -122,13 +113,10 @@ class ContactArrays(NamedTuple):
     slot, gap, bodies, rate, gradient : contacts of the last search
         Numbers of their slots, gaps (m), and the fields of `ContactKinematics`. Like the next arrays, they have rows for all
         slots.
-    closing, slip, share_of, onset_of : arguments of the laws
-        Closing speed and slip velocity (m/s); share, with the change of weights; and onset of these contacts.
-    at, acting, normal_force, by_depth, by_closing, effort, by_slip, by_normal, deflected, by_distance : forces
-        Depths of linearisation (m), forces of the linearised law (N), and the forces at `at` as in `ContactForces`.
-        `deflected` is the new deflection of bristles (m), `by_distance` their stiffness (N/m).
-    pressed, pressed_before : (n_slots,) arrays, m
-        Depths of linearisation of all slots in statics, 0 for none; before and after the last iteration.
+    closing, slip, share_of, onset_of, at : arguments of the laws
+        Closing speed and slip velocity (m/s); share, with the change of weights; onset and depth (m) of these contacts.
+    normal_force, by_depth, by_closing, effort, by_slip, by_normal, deflected, by_distance : forces
+        Forces as in `ContactForces`. `deflected` is the new deflection of bristles (m), `by_distance` their stiffness (N/m).
     found_poses, found_rates : state of the last search and of the last rates
     """
 
@@ -166,7 +154,6 @@ class ContactArrays(NamedTuple):
     share_of: np.ndarray
     onset_of: np.ndarray
     at: np.ndarray
-    acting: np.ndarray
     normal_force: np.ndarray
     by_depth: np.ndarray
     by_closing: np.ndarray
@@ -175,28 +162,25 @@ class ContactArrays(NamedTuple):
     by_normal: np.ndarray
     deflected: np.ndarray
     by_distance: np.ndarray
-    pressed: np.ndarray
-    pressed_before: np.ndarray
     found_poses: np.ndarray
     found_rates: np.ndarray
 
 
 STATE, NUMBERS, NORMAL, OF_FRICTION, _RESOLVING, _MOBILITY, _LOOSE, SHARE, AREA, PAIR = range(10)
 ONSET, BEGAN, DEPTH, DEFLECTION, LINEARISED, LOADED, COMMITTED, RATES_BEFORE, REFERENCE, MOVING, RADII, INDEX = range(10, 22)
-SLOT, GAP, BODIES, RATE, GRADIENT, CLOSING, SLIP, SHARE_OF, ONSET_OF, AT, ACTING, NORMAL_FORCE, BY_DEPTH = range(24, 37)
-BY_CLOSING, EFFORT, BY_SLIP, BY_NORMAL, DEFLECTED, BY_DISTANCE, PRESSED, PRESSED_BEFORE = range(37, 45)
-FOUND_POSES, FOUND_RATES = range(45, 47)
+SLOT, GAP, BODIES, RATE, GRADIENT, CLOSING, SLIP, SHARE_OF, ONSET_OF, AT, NORMAL_FORCE, BY_DEPTH = range(24, 36)
+BY_CLOSING, EFFORT, BY_SLIP, BY_NORMAL, DEFLECTED, BY_DISTANCE, FOUND_POSES, FOUND_RATES = range(36, 44)
 OWN = len(ContactArrays._fields)
 """Rows of the table of a geometry; its own arrays begin at `OWN`."""
 CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, SURFACES, LOSSY = range(9)
-FOUND, MEASURED, LINEAR, RENEWALS, OWN_STATE = range(9, 14)
-STATES = 17
+FOUND, MEASURED, OWN_STATE = range(9, 12)
+STATES = 15
 """Indices of `ContactArrays.state`, and their number. 1 means: new weights are not yet used (CHANGES); there is an accepted
 state (STARTED), and a renewal (REFERRED); the pattern lacks a pair of bodies (LACKS); there is friction, with bristles;
-the geometry has surfaces; forces depend on rates (LOSSY). EVALUATIONS and RENEWALS count states and renewals. FOUND is the
-number of contacts of the last search, -1 if they do not hold any longer; MEASURED: they have been measured. LINEAR is the
-number of contacts of the last tangent in statics. A geometry has its own numbers from OWN_STATE on."""
-MARGIN, COMMITTED_AT, BELOW, MOST = range(4)
+the geometry has surfaces; forces depend on rates (LOSSY). EVALUATIONS counts states. FOUND is the number of contacts of the
+last search, -1 if they do not hold any longer; MEASURED: they have been measured. A geometry has its own numbers from
+OWN_STATE on."""
+MARGIN, COMMITTED_AT, BELOW = range(3)
 """Indices of `ContactArrays.numbers`."""
 RENEWAL = 0.4
 """Displacement, relative to the margin, after which the broad phase is renewed."""
@@ -220,12 +204,6 @@ def rules_of(g: np.ndarray) -> ImpactRules:
         floats_2d(g, _MOBILITY), integers_1d(g, _LOOSE), int(numbers[RESTITUTION]), numbers[_FAST], numbers[_EXPONENT],
         numbers[_STEPS],
     )  # fmt: skip
-
-
-@kernel
-def exponent_of(g: np.ndarray) -> float:
-    """Exponent of the normal law."""
-    return floats_1d(g, _RESOLVING)[_EXPONENT]
 
 
 @kernel

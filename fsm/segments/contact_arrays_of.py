@@ -29,9 +29,7 @@ from fsm.segments.contact_arrays import (
     INDEX,
     LACKS,
     LOSSY,
-    MOST,
     REFERRED,
-    RENEWALS,
     STARTED,
     STATES,
     SURFACES,
@@ -95,10 +93,10 @@ class _GroupArrays(ABC):
         state[BRISTLE] = int(friction is not None and friction.law.bristle)
         state[LOSSY] = int(group.rate_dependent)
         poses, none = np.zeros((bodies[0], width)), np.zeros(count, dtype=np.int64)
-        self.group, self.keys, self.version = group, keys, -1
+        self.group, self.keys = group, keys
         self.common: ContactArrays = _contiguous(
             ContactArrays(
-                state, np.array([geometry.margin, 0.0, 0.0, 0.0]), group.normal.params,
+                state, np.array([geometry.margin, 0.0, 0.0]), group.normal.params,
                 np.zeros(0) if friction is None else friction.params, np.zeros(6), rules.mobility, rules.loose, *slots,
                 np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, geometry.slips)), none, none.copy(),
                 poses, np.zeros(bodies), poses.copy(), *moving, *pattern.index,
@@ -121,38 +119,6 @@ class _GroupArrays(ABC):
         self.common = self.common._replace(dof=dof, indptr=indptr, indices=indices)
         self.table[INDEX : INDEX + 3] = address_table(pattern.index)
         self.common.state[LACKS] = 0
-
-    def prepare(self, most: float) -> None:
-        """Prepare a solution in statics; `most` as in `ContactDepths`."""
-        arrays, state = self.common, self.common.state
-        referred = int(state[REFERRED])
-        if self.version != self.group.version:
-            self.load(False)
-            self.version = self.group.version
-        state[REFERRED] = referred
-        self.share_search()
-        state[FOUND], arrays.numbers[MOST] = -1, most
-        arrays.pressed[:] = arrays.depth
-        arrays.pressed_before[:] = arrays.depth
-
-    def forget(self) -> None:
-        """Forget the broad phase and the pattern."""
-        self.common.state[REFERRED] = self.common.state[LACKS] = 0
-
-    @abstractmethod
-    def share_search(self) -> None:
-        """Begin with the broad phase of the geometry."""
-
-    def finish(self) -> None:
-        """Copy counters and the broad phase of a solution in statics to the group."""
-        state = self.common.state
-        self.group.evaluations += int(state[EVALUATIONS])
-        self.return_search(int(state[RENEWALS]))
-        state[EVALUATIONS] = state[RENEWALS] = 0
-
-    @abstractmethod
-    def return_search(self, renewals: int) -> None:
-        """Return the broad phase to the geometry after `renewals` renewals."""
 
     @abstractmethod
     def pairs(self) -> np.ndarray:
@@ -236,12 +202,6 @@ class _ShapeGroup(_GroupArrays):
         self.own.met[:] = 0
         self.common.state[REFERRED] = 0
 
-    def share_search(self) -> None:
-        """See `_GroupArrays`: does nothing, because the tables differ."""
-
-    def return_search(self, renewals: int) -> None:
-        """See `_GroupArrays`: does nothing, because the tables differ."""
-
     def pairs(self) -> np.ndarray:
         """Pairs (m, 2) of bodies that have been near each other."""
         return self.own.shapes.body[self.units.shapes[self.own.met == 1]]
@@ -276,7 +236,7 @@ class _SurfaceGroup(_GroupArrays):
         self.common.state[SURFACES], self.common.state[TAPERS] = 1, int(geometry.tapers)
         half_width = surfaces.extra[0] if surfaces.extra else np.zeros(0)
         whole, none = np.full(count, -1, dtype=np.int64), np.zeros(count)
-        self.coupled, self._refreshes = np.zeros((0, 2), dtype=np.int64), -1
+        self.coupled = np.zeros((0, 2), dtype=np.int64)
         self.own: SurfaceArrays = self._set_table(
             SurfaceArrays(
                 probes.body, probes.place, probes.straight, probes.inset, probes.clearance, probes.depth_limit, probes.cell,
@@ -286,30 +246,6 @@ class _SurfaceGroup(_GroupArrays):
                 np.zeros(probes.place.shape),
             )
         )  # fmt: skip
-
-    def forget(self) -> None:
-        """See `_GroupArrays`."""
-        super().forget()
-        self._refreshes, self.coupled = -1, self.coupled[:0]
-
-    def share_search(self) -> None:
-        """See `_GroupArrays`: windows of the last renewal, unless they are known."""
-        geometry, own, arrays = self.group.geometry, self.own, self.common
-        assert isinstance(geometry, SurfaceContacts)
-        arrays.state[REFERRED] = int(geometry.reference is not None)
-        if geometry.refreshes != self._refreshes:
-            own.window[:], own.nearest[:] = geometry.window, geometry.nearest
-            arrays.reference[:] = 0.0 if geometry.reference is None else geometry.reference
-        self._refreshes = geometry.refreshes
-
-    def return_search(self, renewals: int) -> None:
-        """See `_GroupArrays`: windows of the last renewal."""
-        if renewals == 0:
-            return
-        geometry, own = self.group.geometry, self.own
-        assert isinstance(geometry, SurfaceContacts)
-        geometry.renew(self.common.reference, own.window, own.nearest, renewals)
-        self._refreshes = geometry.refreshes
 
     def pairs(self) -> np.ndarray:
         """See `_GroupArrays`: pairs within the present windows and somewhat beyond, and pairs of the last pattern."""
@@ -356,12 +292,11 @@ class ContactModel:
 
     def __init__(
         self, groups: Sequence[ContactGroup], pattern: BodyPattern, bodies: tuple[int, int], spatial: bool, pairs: int,
-        statics: bool = False,
-    ) -> None:  # fmt: skip
+        ) -> None:  # fmt: skip
         self.arrays = [_arrays_of(group, pattern, bodies, 7 if spatial else 3) for group in groups]
         self.groups = tables_of([arrays.table for arrays in self.arrays])
         self.pair_energy, self.grown = np.zeros((2, pairs)), False
-        self.parts, self.kernels = _pointers(groups, self.groups, spatial, statics)
+        self.parts, self.kernels = _pointers(groups, self.groups, spatial)
 
     def index(self, pattern: BodyPattern) -> None:
         """Use another pattern."""
@@ -383,21 +318,6 @@ class ContactModel:
         for arrays in self.arrays:
             arrays.load(resolve)
 
-    def prepare(self, most: float) -> None:
-        """Copy memory and broad phases of all groups for a solution in statics; `most` as in `ContactDepths`."""
-        for arrays in self.arrays:
-            arrays.prepare(most)
-
-    def forget(self) -> None:
-        """Forget the broad phases and patterns of statics."""
-        for arrays in self.arrays:
-            arrays.forget()
-
-    def finish(self) -> None:
-        """Copy counters and broad phases of a solution in statics to the groups."""
-        for arrays in self.arrays:
-            arrays.finish()
-
     def store(self) -> np.ndarray:
         """Copy the memory of the arrays to the groups, and return and reset `pair_energy`."""
         for arrays in self.arrays:
@@ -415,8 +335,8 @@ def _found(
     return (
         np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros((count, bodies), dtype=np.int64),
         np.zeros((count, 1 + slips)), np.zeros((count, 1 + slips, bodies * size)), np.zeros(count), np.zeros(ways),
-        *(np.zeros(count) for _ in range(7)), np.zeros(ways), np.zeros(square), np.zeros(ways), np.zeros(ways),
-        np.zeros(square), np.zeros(count), np.zeros(count), poses, rates,
+        *(np.zeros(count) for _ in range(6)), np.zeros(ways), np.zeros(square), np.zeros(ways), np.zeros(ways),
+        np.zeros(square), poses, rates,
     )  # fmt: skip
 
 
@@ -433,16 +353,16 @@ def _contiguous(arrays: Any) -> Any:
 
 
 def _pointers(
-    groups: Sequence[ContactGroup], addresses: np.ndarray, spatial: bool, statics: bool
+    groups: Sequence[ContactGroup], addresses: np.ndarray, spatial: bool
 ) -> tuple[ContactParts, ContactKernels]:
     g = np.zeros((0, 4), dtype=np.int64)
     one, two, three = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))
     whole = np.zeros(0, dtype=np.int64)
     arguments = GeometryKernels(
-        (g, two), (g, two, 0.0), (g, whole), (g, two, two, 0), (g, two, 0), (g, two, two, 0, three, three), (g, two),
+        (g, two), (g, two, 0.0), (g, two, two, 0), (g, two, 0), (g, two, two, 0, three, three), (g, two),
         (g, two, whole, True),
     )  # fmt: skip
-    results = GeometryKernels(0, 0, None, None, (whole, one, two, three), None, True, None)
+    results = GeometryKernels(0, 0, None, (whole, one, two, three), None, True, None)
     absent = GeometryKernels(*(AbsentPointer(result, *rest) for result, rest in zip(results, arguments, strict=True)))
     kinds = []
     for kind, found in (
@@ -450,11 +370,8 @@ def _pointers(
         (SurfaceContacts, SPATIAL_SURFACES if spatial else PLANAR_SURFACES),
     ):
         used = any(isinstance(group.geometry, kind) for group in groups)
-        spared = {"passed", "settle"} if statics and kind is SurfaceContacts else {"passed"} if statics else set()
-        rows = zip(GeometryKernels._fields, found, arguments, absent, strict=True)
-        kinds.append(GeometryKernels(*(
-            Pointer(kernel, *rest) if used and name not in spared else nothing for name, kernel, rest, nothing in rows
-        )))  # fmt: skip
+        rows = zip(found, arguments, absent, strict=True)
+        kinds.append(GeometryKernels(*(Pointer(kernel, *rest) if used else nothing for kernel, rest, nothing in rows)))
     of_laws = LawKernels((one, one, one, one, one), (one, one, one), (two, one, one), (two, two, one, two, 0.0, one))
     laws = LawKernels(*(
         AbsentPointer(result, *rest)
@@ -471,13 +388,9 @@ def _pointers(
     shapes, surfaces = kinds
     parts = ContactParts(shapes, surfaces, laws)
     state = g, addresses, parts, 0.0
-    rest = ContactKernels(
-        (*state, 0.0), (*state, 0.0, True), (addresses, two, 0.0, True), (*state, 0.0), state, state, (*state, 0.0, one),
-        (*state, two),
-    )  # fmt: skip
-    without = ContactKernels(None, None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0)
-    used_by = {"force", "tangent", "advance"} if statics else set(ContactKernels._fields) - {"advance"}
+    rest = ContactKernels(state, state, (*state, 0.0), state, state, (*state, 0.0, one), (*state, two))
+    without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0)
     return parts, ContactKernels(*(
-        Pointer(kernel, *own) if groups and name in used_by else AbsentPointer(result, *own)
-        for name, kernel, own, result in zip(ContactKernels._fields, CONTACTS, rest, without, strict=True)
+        Pointer(kernel, *own) if groups else AbsentPointer(result, *own)
+        for kernel, own, result in zip(CONTACTS, rest, without, strict=True)
     ))  # fmt: skip

@@ -326,14 +326,6 @@ class SegmentForces(Configuration):
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
 
-    def pattern_at(self, poses: np.ndarray, also: list[np.ndarray]) -> BodyPattern:
-        """Pattern of all blocks at some poses, with further pairs (m, 2) of bodies."""
-        pattern = self._current_pattern(poses)
-        if not all(pattern.holds(pairs) for pairs in also):
-            self._pattern_pairs = (*self._pattern_pairs, *also)
-            pattern = self._pattern = body_pattern(self._dof, list(self._pattern_pairs), self.size)
-        return pattern
-
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         if self._pattern is not None and self.fixed_pattern:
             return self._pattern

@@ -11,7 +11,7 @@ from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import SYMMETRIC
 from fsm.segments.array_statics import STATICS
 from fsm.segments.arrays import FACTORS
-from fsm.segments.arrays_of import indexed, segments_of
+from fsm.segments.arrays_of import segments_of
 from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.ligaments import LigamentGroup
@@ -34,12 +34,10 @@ class StaticSegments:
     """
 
     def __init__(self, system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> None:
-        contacts = ContactModel(
-            system.contacts, pattern, system.bodies.rate.shape, system.spatial, len(system.pair_names), True
-        )
+        contacts = ContactModel((), pattern, system.bodies.rate.shape, system.spatial, 0)
         segments, (arrays, _) = segments_of(system, pattern, *ready(pattern), contacts, True)
         self.model = StaticModel.of(STATICS, segments, system.initial()[0])
-        self._system, self._pattern, self._arrays, self._contacts = system, pattern, arrays, contacts
+        self._system, self._pattern, self._arrays = system, pattern, arrays
         self._ready = ready
         places = {BushingGroup: arrays.springs.last, CreaseGroup: arrays.creases.last, LigamentGroup: arrays.ligaments.last}
         self._damped = [
@@ -52,30 +50,15 @@ class StaticSegments:
         """Write factors to the block data of a linear solver."""
         self._ready = ready
 
-    def forget(self) -> None:
-        """Discard the broad phases and the pattern of contacts, as in a new system."""
-        self._contacts.forget()
-
-    def _index(self, pattern: BodyPattern) -> None:
-        """Use a pattern, and the factors of the linear solver."""
-        known, factors = self._ready(pattern)
-        table, arrays = self.model.arrays.table, self._arrays
-        if pattern is not self._pattern:
-            self._arrays = indexed(arrays, self._system, pattern, known, factors)
-            table[:] = address_table(self._arrays.flat)
-            self._pattern = pattern
-            self._contacts.index(pattern)
-        elif factors is not arrays.factors:
-            self._arrays = arrays._replace(factors=factors)
-            table[FACTORS] = address_table([factors])[0]
-
-    def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray, most: float) -> None:
+    def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray) -> None:
         """See `fsm.system.StaticArrays`."""
         system = self._system
         since = before if system.rate_dependent and t > before[0] else None
         poses, rates = system.place(t, q, None if since is None else np.zeros(system.nu), since)
-        self._index(system.pattern_at(poses, self._contacts.pairs() if self._contacts.lacks else []))
-        self._contacts.prepare(most)
+        _, factors = self._ready(self._pattern)
+        if factors is not self._arrays.factors:
+            self._arrays = self._arrays._replace(factors=factors)
+            self.model.arrays.table[FACTORS] = address_table([factors])[0]
         arrays = self._arrays
         arrays.poses[:], arrays.rates[:], arrays.interval[:] = poses, rates, (t, 0.0 if since is None else t - since[0])
         arrays.springs.efforts.ravel()[:] = efforts
@@ -84,16 +67,8 @@ class StaticSegments:
             for group, place in self._damped:
                 place[:] = group.deformations_before(rates, system.past(t, since))
 
-    @property
-    def lacks(self) -> bool:
-        """Whether Newton's method stopped because two bodies that the pattern does not couple have come near each
-        other.
-        """
-        return self._contacts.lacks
-
     def end(self) -> tuple[np.ndarray, BlockMatrix, bool]:
         """Efforts at the end, the matrix of the last factorisation, and whether it is symmetric."""
-        self._contacts.finish()
         arrays, flags = self._arrays, self.model.arrays.flags
         matrix = BlockMatrix(self._pattern, arrays.matrix.copy())
         return arrays.springs.efforts.ravel().copy(), matrix, bool(flags[SYMMETRIC])

@@ -191,13 +191,6 @@ class SurfaceContacts:
         self._pairs = coupled_bodies(probes.body, self.window, surfaces.owners, len(poses))
         self.refreshes += 1
 
-    def renew(self, reference: np.ndarray, window: np.ndarray, nearest: np.ndarray, times: int) -> None:
-        """Use the broad phase that a kernel has renewed `times` times, last at the poses `reference`."""
-        self.reference, self._within = reference.copy(), None
-        self.window[:], self.nearest[:] = window, nearest
-        self._pairs = coupled_bodies(self.probes.body, self.window, self.surfaces.owners, len(reference))
-        self.refreshes += times
-
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """See `ContactGeometry`; `at` holds pieces, sides and places on them."""
         self._refresh(poses)

@@ -284,8 +284,6 @@ class SegmentSystem(SegmentForces):
             self._driven_pattern, self._driven_key = None, ()
         if self._contact_model is not None and self._contact_model.grown:
             self._array_model = self._contact_model = None
-        if self._statics is not None:
-            self._statics.forget()
         self.contacts.clear_caches(counters)
 
     def contacts_opened(self) -> bool:

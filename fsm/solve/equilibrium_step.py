@@ -30,10 +30,6 @@ from fsm.system_records import Depths, Linearised, PreviousState
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
 
-_ENLARGED = 3
-"""Largest number of times that a step is begun again with larger arrays, before it is solved in Python."""
-
-
 @cache
 def _is(kind: type, protocol: type) -> bool:
     """Whether systems of this class have a protocol; cached, since the check is slow."""
@@ -177,12 +173,9 @@ class EquilibriumStep:
         if arrays is None or efforts is None:
             return None
         model, q = arrays.model, np.ascontiguousarray(guess, dtype=float)
-        for _ in range(_ENLARGED):
-            arrays.begin(t, guess, before, efforts, self.largest_reaction)
-            settled = Settled._make(model.calls.force.entry(settle_arrays, model, q, rules)(model, q, rules))
-            later, matrix, symmetric = arrays.end()
-            if settled.ending != quasi_static.SINGULAR or not arrays.lacks:
-                break
+        arrays.begin(t, guess, before, efforts)
+        settled = Settled._make(model.calls.force.entry(settle_arrays, model, q, rules)(model, q, rules))
+        later, matrix, symmetric = arrays.end()
         if settled.ending in (quasi_static.SINGULAR, quasi_static.NOT_FINITE):
             return None
         if settled.counts[quasi_static.FACTORISED]:
