@@ -138,14 +138,17 @@ def run(
     """Solve a case and write its results and plots."""
     from fsm.scene.load_case import load_case
 
-    loaded = load_case(case, [*overrides, *_solve_overrides(spatial, method)])
+    settings = [*overrides, *_solve_overrides(spatial, method)]
+    loaded = load_case(case, settings)
     folder = out_folder(out)
 
     with imports_outside_gc(), plain_matplotlib():
+        from fsm.compile_beside import compiled_beside
         from fsm.run import run_case
 
+    shown = _watched(folder, loaded.case.title or case) if watch else nullcontext(not quiet)
     try:
-        with add_source(case), _watched(folder, loaded.case.title or case) if watch else nullcontext(not quiet) as progress:
+        with compiled_beside(["--case", case, *settings]), add_source(case), shown as progress:
             summary = run_case(loaded, folder, progress=progress, resume=resume)
     except ExpectationFailed:  # the run itself is complete and its files are written
         if not quiet:

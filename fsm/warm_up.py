@@ -11,6 +11,8 @@ from functools import partial
 import numpy as np
 
 from fsm.analyses.choose import analysis_of
+from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.compile_beside import compiled_beside
 from fsm.compile_case import compile_case
 from fsm.interactions.end_taper import add_taper_tangent
 from fsm.interactions.probe_sides import round_tips
@@ -28,12 +30,13 @@ from fsm.scene.builders.warm_up import (
 from fsm.segments.surface_contacts import SurfaceContacts
 from fsm.segments.system import SegmentSystem
 from fsm.solve.equilibrium_step import EquilibriumStep
+from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
-__all__ = ["KINDS", "compile_ahead"]
+__all__ = ["KINDS", "compile_ahead", "compile_linear_solver"]
 
 SPACES = ("planar", "spatial")
 _INTEGRATORS = ("generalized-alpha", "Radau")
@@ -50,7 +53,7 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
     touching = system.retract(q, pushed.ravel())
     far_away = system.retract(q, 100.0 * pushed.ravel())
     memory = system.memory()
-    for state in (q, far_away, touching):
+    for state in (touching, far_away, q):
         system.tangent(0.0, state, u)
         system.observe(0.0, state, u)
         system.commit(0.0, state, u)
@@ -65,6 +68,19 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
         negative_pivots(system, 0.0, q)
     for method in methods:
         simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
+
+
+def compile_linear_solver() -> None:
+    """Solve two small systems of equations, a symmetric one and another."""
+    pattern = BlockPattern(np.array([0, 2, 4]), np.array([0, 1, 0, 1]), 3)
+    solver = LinearSolver()
+    for coupling in (0.0, 0.1):
+        data = np.zeros((4, 3, 3))
+        data[[0, 3]] = np.eye(3)
+        data[1] = coupling
+        solver.factorise(BlockMatrix(pattern, data))
+        solver.solve(np.ones(6))
+        solver.negative_pivots()
 
 
 def _rare_contacts() -> None:
@@ -127,7 +143,7 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
 
 
 def compile_ahead(kinds: Iterable[str] = tuple(KINDS), show: bool = True) -> None:
-    """Compile the kernels of these kinds, or load them from the cache.
+    """Compile the kernels of these kinds on two processors, or load them from the cache.
 
     Parameters
     ----------
@@ -136,7 +152,9 @@ def compile_ahead(kinds: Iterable[str] = tuple(KINDS), show: bool = True) -> Non
     show : bool
         Report on standard error that kernels are compiled.
     """
-    for kind in kinds:
-        with report_compilation(show, kind, jit):
-            for use in KINDS[kind]:
-                use()
+    wanted = tuple(kinds)
+    with compiled_beside(wanted):
+        for kind in wanted:
+            with report_compilation(show, kind, jit):
+                for use in KINDS[kind]:
+                    use()

@@ -7,8 +7,8 @@ This module adds to ``numba.njit(cache=True)``:
 * entries of the cache without what only a later link would need, so that they load quickly;
 * a process whose sources were edited since its start no longer writes to the cache, because it would store new code under an
   old name;
-* a damaged or wrong entry is compiled again. If two processes compile two signatures of one kernel at the same time, numba's
-  index can refer to the wrong machine code, which numba would call;
+* a kernel is compiled by one process at a time (`fsm.kernels.compile_lock`). Others wait and load its entry;
+* a damaged or wrong entry is compiled again;
 * a full disk is not an error.
 """
 
@@ -44,6 +44,7 @@ from fsm.kernels.cache_folder import (
     mark_as_used,
     source_of,
 )
+from fsm.kernels.compile_lock import CompileLock
 
 __all__ = ["KernelDispatcher"]
 
@@ -80,6 +81,8 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         try:
             return super().compile(sig)
         finally:
+            if isinstance(self._cache, _KernelCache):
+                self._cache.lock.release()
             keep_garbage()
             if collects:
                 gc.enable()
@@ -225,6 +228,7 @@ class _KernelCache(FunctionCache):
         super().__init__(function)
         self._folder = Path(self._cache_path)
         self._file = source_of(function)
+        self.lock = CompileLock(self._folder / f"{self._impl.filename_base}.lock")
         if self._folder.exists():
             if (fault := fault_of(self._folder)) is not None:
                 _log.warning("compiled kernels are not used: %s", fault)
@@ -233,11 +237,17 @@ class _KernelCache(FunctionCache):
                 mark_as_used(self._folder)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the stored machine code for the signature `sig`, or None.
+        """Return the stored machine code for the signature `sig`, or None; this process compiles the kernel then.
 
         It needs the memory management of numba, but not the tables of types and functions that a compilation needs.
         """
         rtsys.initialize(target_context)
+        stored = self._stored(sig, target_context)
+        if stored is None and self._enabled and self._folder.name == key_now(self._file) and self.lock.acquire():
+            stored = self._stored(sig, target_context)  # another process has compiled it meanwhile
+        return stored
+
+    def _stored(self, sig: Any, target_context: Any) -> Any:
         try:
             stored = self._load_overload(sig, target_context)
         except Exception as fault:  # a damaged pickle can raise anything

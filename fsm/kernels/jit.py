@@ -21,6 +21,7 @@ import numba.extending
 from numba.core import event
 
 from fsm.kernels.cache_folder import OPTIONS, cache_folder
+from fsm.kernels.compile_lock import waited
 from fsm.kernels.dispatcher import KernelDispatcher
 
 __all__ = [
@@ -160,11 +161,11 @@ def kernel_names() -> tuple[str, ...]:
 
 
 def compile_time() -> float:
-    """Return the time that this process has spent compiling kernels, s.
+    """Return the time that this process has spent compiling kernels or waiting for others that compile them, s.
 
     Loading from the cache does not count. The compilation of a callee counts once.
     """
-    return _compilations.seconds()
+    return _compilations.seconds() + waited()
 
 
 def cache_misses() -> int:

@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 KERNELS_PACKAGE = Path(__file__).resolve().parents[2] / "fsm" / "kernels"
-COPIED = ("jit.py", "dispatcher.py", "cache_folder.py")
+COPIED = ("jit.py", "dispatcher.py", "cache_folder.py", "compile_lock.py")
 
 CALLEE = """
     from toy.kernels.jit import kernel
@@ -340,7 +340,34 @@ def test_processes_side_by_side(toy: Toy) -> None:
     with ThreadPoolExecutor(3) as pool:
         reports = list(pool.map(lambda _: toy.run(), range(3)))
     assert [report["value"] for report in reports] == [30.0] * 3
+    assert sum(report["misses"] for report in reports) == 2  # one process compiles, the others wait for its entry
     assert toy.run()["misses"] == 0
+
+
+def test_time_of_waiting_counts_as_time_of_compilation(toy: Toy) -> None:
+    """Another process holds the lock of a kernel for a while, and then ends without an entry."""
+    toy.run()
+    (entry,) = toy.entries("*.lock")
+    for stored in (*toy.entries("*.nbc"), *toy.entries("*.nbi")):
+        stored.unlink()
+    take = f"f = open({str(entry)!r}); fcntl.flock(f, fcntl.LOCK_EX)"
+    hold = f"import fcntl, time; {take}; print(flush=True); time.sleep(5)"
+    with subprocess.Popen([sys.executable, "-c", hold], stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        report = toy.run()
+    assert report["misses"] == 2
+    assert report["compile_time"] > report["clock"] + 1.0
+
+
+def test_a_helper_ends_when_its_standard_input_is_closed(tmp_path: Path) -> None:
+    """Else it would survive a run that is killed."""
+    command = [sys.executable, "-m", "fsm.compile_beside", "lattice"]
+    quiet, environment = subprocess.DEVNULL, os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, env=environment) as helper:
+        assert helper.stdin is not None
+        helper.stdin.close()
+        assert helper.wait(60.0) == 0
 
 
 def test_folders_out_of_use_are_removed(toy: Toy) -> None:
