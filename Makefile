@@ -109,6 +109,7 @@ define install
   exit 1; }
 @$(BIN)/python -m pip --version >/dev/null 2>&1 || $(BIN)/python -m ensurepip
 $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '$(1)'
+@$(BIN)/python -m compileall -q fsm
 endef
 
 clean:

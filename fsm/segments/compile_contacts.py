@@ -10,7 +10,6 @@ from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.contact_points import contact_points
 from fsm.scene.scene import Body, Scene
-from fsm.segments.compile_shapes import compile_shapes
 from fsm.segments.compile_surfaces import compile_surfaces
 from fsm.segments.contact_geometry import ContactGeometry
 from fsm.segments.contacts import ContactGroup
@@ -36,10 +35,11 @@ def compile_contacts(
     contact = scene.contact
     if contact is None:
         return ()
-    geometries: list[ContactGeometry] = [
-        *compile_surfaces(scene, contact, bodies, spatial),
-        *compile_shapes(scene, bodies, poses, spatial),
-    ]
+    geometries: list[ContactGeometry] = [*compile_surfaces(scene, contact, bodies, spatial)]
+    if any(body.plate is not None for body in bodies) or scene.obstacles or scene.flexible:
+        from fsm.segments.compile_shapes import compile_shapes  # imports the kernels of all shapes
+
+        geometries += compile_shapes(scene, bodies, poses, spatial)
     normal, friction = _normal(contact), _friction(scene.friction)
     mobility = _mobility(scene, bodies, spatial)
     joined = {name for element in scene.elements for name in (element.inner, element.outer)}

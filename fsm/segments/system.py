@@ -197,7 +197,7 @@ class SegmentSystem(SegmentForces):
     def static_arrays(self, ready: Ready) -> StaticSegments | None:
         """See `ArrayStaticSystem`."""
         if self._statics is None:
-            if type(self) is not SegmentSystem:  # subclasses have further forces
+            if type(self) is not SegmentSystem or self.contacts:  # subclasses have further forces
                 return None
             from fsm.segments.arrays_of import has_static_arrays  # imports the kernels of all steps
 

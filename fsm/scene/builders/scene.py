@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from fsm.scene.builders.lattice import build_lattice
-from fsm.scene.builders.sheet import build_sheet
-from fsm.scene.builders.sheet_bars import build_bars
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.frame_bodies import frame_faults, with_frames
@@ -24,6 +22,9 @@ def build_scene(case: Case) -> Scene:
     if case.lattice is not None:
         return build_lattice(case)
     if case.sheet is not None:
+        from fsm.scene.builders.sheet import build_sheet  # imports patterns and meshes
+        from fsm.scene.builders.sheet_bars import build_bars
+
         return _with_parts(build_bars(case)) if case.sheet.facets == "bars" else build_sheet(case)
     if case.strip is not None:
         scene = build_strip(case)
