@@ -362,7 +362,7 @@ def test_time_of_waiting_counts_as_time_of_compilation(toy: Toy) -> None:
 
 def test_a_helper_ends_when_its_standard_input_is_closed(tmp_path: Path) -> None:
     """Else it would survive a run that is killed."""
-    command = [sys.executable, "-m", "fsm.compile_beside", "lattice"]
+    command = [sys.executable, "-m", "fsm.compile_helper", "lattice"]
     quiet, environment = subprocess.DEVNULL, os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, env=environment) as helper:
         assert helper.stdin is not None
