@@ -187,7 +187,9 @@ class LinearSolver:
             self._other = self._library_factors(matrix)
             return
         pattern, known = matrix.pattern, self._analyse(matrix.pattern)
-        self._symmetric = bool(is_symmetric(matrix.data, pattern.transposed, SYMMETRY_TOLERANCE))
+        self._symmetric = bool(
+            is_symmetric(matrix.data, pattern.indptr, pattern.indices, pattern.transposed, SYMMETRY_TOLERANCE)
+        )
         if self._has_fronts(matrix, known):
             nodes = self._ready_fronts(pattern, known)
             failed = factorise_fronts(nodes, pattern.indptr, pattern.indices, matrix.data, self._front_factors)
@@ -199,6 +201,11 @@ class LinearSolver:
         if failed >= 0:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the last matrix was symmetric."""
+        return self._symmetric and self._low_rank is None
 
     def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
         """Elimination of a pattern, and the block data (n_filled, size, size) for its factors."""
