@@ -381,7 +381,7 @@ def add_facet_tangent(
         moduli[:] = facets.moduli[k]
         if facets.tension.shape[0] > 0:
             relax_moduli(facets.points[k], facets.tension[k], strains, moduli)
-        # material part
+        # material part; only the upper triangle of h is summed, so the tangent is exactly symmetric
         stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
         for i in range(15):
             weighed[i] = 0.0
@@ -395,7 +395,7 @@ def add_facet_tangent(
             first, last = _columns(i)
             for v in range(first, last):
                 w = gradients[i, v]
-                for j in range(27):
+                for j in range(v, 27):
                     h[v, j] += w * weighed[i, j]
         # terms that are equal for x, y and z: geometric stiffness, bending of flat triangles
         if flat:
@@ -404,7 +404,7 @@ def add_facet_tangent(
             plain[:] = 0.0
         add_geometric(facets.edges[k], facets.across[k], efforts, plain)
         for i in range(9):
-            for j in range(9):
+            for j in range(i, 9):
                 for a in range(3):
                     h[3 * i + a, 3 * j + a] += plain[i, j]
         if not flat:
@@ -435,8 +435,11 @@ def add_facet_tangent(
                     for d in range(5):
                         w = rows[d, v]
                         for a in range(3):
-                            for j in range(27):
+                            for j in range(3 * v + a, 27):
                                 h[3 * v + a, j] += w * half[3 * d + a, j]
+        for v in range(27):
+            for j in range(v):
+                h[v, j] = h[j, v]
         for i in range(9):
             for j in range(9):
                 slot = slots[k, i, j]

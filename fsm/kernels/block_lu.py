@@ -9,6 +9,8 @@ number of negative eigenvalues of A is the sum over its pivot blocks (Sylvester'
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fsm.kernels.jit import kernel
@@ -30,7 +32,7 @@ __all__ = [
 REFINE_ABOVE = 1e-10
 """Backward error above which a solution is refined."""
 SYMMETRY_TOLERANCE = 1e-13
-"""Largest asymmetry of a symmetric matrix, relative to the largest entry of a block."""
+"""Largest asymmetry of a symmetric matrix; see `is_symmetric`."""
 MAX_ERROR = 1e-8
 """Largest admissible backward error after refinement; above it, pivoting inside blocks is not sufficient."""
 
@@ -144,31 +146,49 @@ def fill_in(
     return full, filled, diagonal, place
 
 
+@kernel(inline=True)
+def _largest(block: np.ndarray) -> float:
+    """Largest magnitude of the entries of a block."""
+    largest = 0.0
+    for a in range(block.shape[0]):
+        for b in range(block.shape[1]):
+            largest = max(largest, abs(block[a, b]))
+    return largest
+
+
 @kernel
-def is_symmetric(data: np.ndarray, transposed: np.ndarray, tolerance: float) -> bool:
+def is_symmetric(
+    data: np.ndarray, indptr: np.ndarray, indices: np.ndarray, transposed: np.ndarray, tolerance: float
+) -> bool:
     """Whether block data define a symmetric matrix.
 
     Parameters
     ----------
     data : (n_blocks, d, d) array
+    indptr, indices : pattern of the block rows
     transposed : (n_blocks,) int array
         Number of the block (j, i) for every block (i, j).
     tolerance : -
-        Relative to the largest entry of each block.
+        Relative to the largest entry of the block (i, j), or to the geometric mean of the largest entries of the blocks
+        (i, i) and (j, j) if this is larger: the round-off of a sum over elements is proportional to the stiffness of
+        the elements, also where their stiffnesses cancel.
     """
-    size = data.shape[1]
-    for k in range(data.shape[0]):
-        other = transposed[k]
-        if other < k:
-            continue
-        largest = 0.0
-        for a in range(size):
-            for b in range(size):
-                largest = max(largest, abs(data[k, a, b]))
-        for a in range(size):
-            for b in range(size):
-                if not abs(data[k, a, b] - data[other, b, a]) <= tolerance * largest:
-                    return False
+    size, count = data.shape[1], indptr.shape[0] - 1
+    own = np.zeros(count)
+    for i in range(count):
+        for k in range(indptr[i], indptr[i + 1]):
+            if indices[k] == i:
+                own[i] = _largest(data[k])
+    for i in range(count):
+        for k in range(indptr[i], indptr[i + 1]):
+            other, j = transposed[k], indices[k]
+            if j < i:
+                continue
+            bound = tolerance * max(_largest(data[k]), math.sqrt(own[i] * own[j]))
+            for a in range(size):
+                for b in range(size):
+                    if not abs(data[k, a, b] - data[other, b, a]) <= bound:
+                        return False
     return True
 
 

@@ -271,5 +271,6 @@ class _Tracer:
         tangent = _Tangent(x / size, 1.0 / size)
         if before is not None and tangent.dot(before) < 0.0:
             tangent = _Tangent(-tangent.x, -tangent.t)
-        self.solver.factorise(linear.stiffness.symmetric())
+        if not self.solver.symmetric:
+            self.solver.factorise(linear.stiffness.symmetric())
         return tangent, self.solver.negative_pivots()

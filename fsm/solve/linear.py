@@ -187,7 +187,9 @@ class LinearSolver:
             self._other = self._library_factors(matrix)
             return
         pattern, known = matrix.pattern, self._analyse(matrix.pattern)
-        self._symmetric = bool(is_symmetric(matrix.data, pattern.transposed, SYMMETRY_TOLERANCE))
+        self._symmetric = bool(
+            is_symmetric(matrix.data, pattern.indptr, pattern.indices, pattern.transposed, SYMMETRY_TOLERANCE)
+        )
         if self._has_fronts(matrix, known):
             nodes = self._ready_fronts(pattern, known)
             failed = factorise_fronts(nodes, pattern.indptr, pattern.indices, matrix.data, self._front_factors)
@@ -199,6 +201,11 @@ class LinearSolver:
         if failed >= 0:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the last matrix was symmetric."""
+        return self._symmetric and self._low_rank is None
 
     def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
         """Elimination of a pattern, and the block data (n_filled, size, size) for its factors."""
@@ -297,16 +304,20 @@ class LinearSolver:
         The factors are those of A + E. If a sign differs, an eigenvalue of A^-1 E is -1 or below, and a solution without
         refinement of A x = A x0 has an error as large as the part of x0 along its eigenvector.
         """
-        assert self._matrix is not None
+        matrix, known = self._matrix, self._elimination
+        assert matrix is not None and known is not None
+        pattern, data = matrix.pattern, matrix.data
+        test = np.random.default_rng(0).choice((-1.0, 1.0), matrix.order)
+        right = matrix.times(test)
         if self._supernodes is not None:
-            return False
-        known, pattern, data = self._elimination, self._matrix.pattern, self._matrix.data
-        assert known is not None
-        test = np.random.default_rng(0).choice((-1.0, 1.0), self._matrix.order)
-        found, _, _ = solve_refined(
-            known.order, known.indptr, known.indices, known.diagonal, self._factors, pattern.indptr, pattern.indices,
-            data, self._matrix.times(test), REFINE_ABOVE, self._symmetric, True,
-        )  # fmt: skip
+            found, _, _ = solve_by_fronts(
+                self._supernodes, self._front_factors, pattern.indptr, pattern.indices, data, right, REFINE_ABOVE, True
+            )
+        else:
+            found, _, _ = solve_refined(
+                known.order, known.indptr, known.indices, known.diagonal, self._factors, pattern.indptr, pattern.indices,
+                data, right, REFINE_ABOVE, self._symmetric, True,
+            )  # fmt: skip
         return bool(np.abs(found - test).max() < _ACCURATE)
 
     def _analyse(self, pattern: BlockPattern) -> Elimination:

@@ -45,6 +45,8 @@ _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap, relative to the tolerance of the path."""
 _EVENTS = 30
 """Largest number of critical points; if there are more, the solver has lost the path."""
+_LATER = 10.0
+"""Factor on the time after the equilibrium is lost, after a slide that found no equilibrium."""
 _CALMER = 6
 """Number of times that the energy bound for the end of a snap is divided by ten before the run stops."""
 
@@ -220,12 +222,18 @@ class _Follower(PathSteps):
         self._fail(Outcome.NO_EQUILIBRIUM)
 
     def _slide(self) -> None:
-        """Slide from a time just after the equilibrium is lost; the time is found by trial."""
+        """Slide from a time just after the equilibrium is lost; the time is found by trial.
+
+        A mechanism that locks has hardly any stiffness at this time; later the force of the drive makes it stable.
+        """
         recorder, start = self.recorder, self.recorder.q
         later = self.smallest
         while recorder.time < self.settings.end_time:
             if not slide(self.system, recorder, min(recorder.time + later, self.settings.end_time)):
-                self._fail(Outcome.NO_EQUILIBRIUM)
+                if later > self.first_step:
+                    self._fail(Outcome.NO_EQUILIBRIUM)
+                later *= _LATER
+                continue
             if self._size(self.system.difference(start, recorder.q)) > self.far:
                 return
             later *= 2.0

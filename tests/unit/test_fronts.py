@@ -18,6 +18,7 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_lu import fill_in
 from fsm.kernels.fronts import Supernodes, count_negative_pivots, factorise_fronts, solve_by_fronts
 from fsm.segments.pattern import body_pattern
+from fsm.solve import linear
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import equilibrium
 from fsm.solve.supernodes import supernodes
@@ -115,6 +116,20 @@ def test_large_symmetric_matrices_take_fronts_and_all_others_do_not() -> None:
     by_fronts = solver.solve(right)
     np.testing.assert_allclose(large.times(by_fronts), right, atol=1e-9 * np.abs(large.data).max())
     assert solver.fallbacks == 0
+
+
+def test_accurate_fronts_need_no_second_count_of_negative_pivots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second count takes several times as long as the factorisation by fronts."""
+    matrix = random_symmetric(14, 14, 3, 0, 5)
+    negative = int(np.sum(np.linalg.eigvalsh(matrix.bsr().toarray()) < 0.0))
+    monkeypatch.setattr(fsm.blocks, "FRONTS_FROM", 0.0)
+    monkeypatch.setattr(linear, "_by_scalars", lambda *_: -1)
+    solver = LinearSolver()
+    solver.factorise(matrix)
+    assert solver._supernodes is not None and negative > 0
+    assert solver.negative_pivots() == negative
+    monkeypatch.setattr(linear, "_ACCURATE", 0.0)
+    assert solver.negative_pivots() == -1
 
 
 def test_equilibrium_by_fronts_is_that_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
