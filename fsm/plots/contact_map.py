@@ -1,4 +1,7 @@
-"""Contact map: a row for every contact pair that shows normal force and contact area over the travel."""
+"""Contact map: normal force and contact area over the travel, in a row for every contact pair.
+
+A sheet that touches itself has a row for every facet.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, drive_units, figure, rounded, shortened
-from fsm.results.quantities import CONTACT_THRESHOLD, touching_pairs
+from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["plot_contact_map"]
@@ -31,26 +34,29 @@ MAX_NAMED_ROWS = 40
 
 
 def plot_contact_map(solution: Solution, path: str | Path) -> None:
-    """Draw a row for every pair that ever touches, over travel in mm, or over time without a drive.
+    """Draw a row for every pair that ever touches (see `contact_rows`), over travel in mm, or over time without a drive.
 
     The colour follows the square root of the normal force. The height of the band is the contact area over the largest
     area of any pair. Stages are shaded, and snaps and bifurcations are marked, as in the figure of the force.
     """
-    pairs = touching_pairs(solution.pair_force)
-    height = float(np.clip(1.35 + 0.26 * len(pairs), 2.0, 9.0))
+    names, force, area = contact_rows(solution)
+    height = float(np.clip(1.35 + 0.26 * len(names), 2.0, 9.0))
     with figure(path, (WIDE[0], height)) as fig:
         ax = fig.add_subplot()
         x, label = abscissa(solution)
         ax.set_xlabel(label)
-        _name_rows(ax, [solution.layout.pair_names[k] for k in pairs])
+        _name_rows(ax, names)
+        turns = bool((np.diff(x) < 0.0).any())  # the drive goes back: a record may have the travel of an earlier one
+        if turns:
+            x = 1.0 * solution.time
+            ax.set_xlabel("time (s)")
         ax.set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
         handles: list[Artist] = []
-        if solution.travel.shape[1]:
+        if solution.travel.shape[1] and not turns:
             summary = summary_with_stages(solution)
             handles += shade_stages(ax, summary["stages"], float(x[-1]), drive_units(solution)[1])
             handles += _mark_events(ax, summary.get("events", []))
-        if pairs:
-            force, area = solution.pair_force[:, pairs], solution.pair_area[:, pairs]
+        if names:
             fig.colorbar(_draw_bands(ax, x, force, area), ax=ax, pad=0.01, aspect=16, label="normal force (N)")
             handles += _area_note(area)
         else:

@@ -13,7 +13,7 @@ from fsm.plots.marks import EVENTS, stage_shade, summary_with_stages
 from fsm.plots.style import COLOURS, energy_unit, rounded, shortened
 from fsm.report.packing import pack_doubles, pack_floats
 from fsm.results.array import asynchronism
-from fsm.results.quantities import CONTACT_THRESHOLD, touching_pairs
+from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows, touching_pairs
 from fsm.results.solution import Floats, Integers, Solution
 from fsm.results.spectrum import spectrum
 
@@ -214,19 +214,19 @@ def _balance(solution: Solution) -> Iterator[dict[str, Any]]:
 
 def _contact_map(solution: Solution) -> Iterator[dict[str, Any]]:
     """Normal force of every pair that touches, as colours over time or travel."""
-    pairs = touching_pairs(solution.pair_force)
+    pairs, of_pairs, _ = contact_rows(solution)
     if not pairs:
         return
-    shown = sorted(sorted(pairs, key=lambda k: -float(solution.pair_force[:, k].max()))[:_MAP_PAIRS])
+    shown = sorted(sorted(range(len(pairs)), key=lambda k: -float(of_pairs[:, k].max()))[:_MAP_PAIRS])
     rows = np.unique(np.linspace(0, len(solution) - 1, min(len(solution), _MAP_RECORDS)).astype(np.int64))
-    force = solution.pair_force[rows][:, shown].T
-    force = np.where(force > CONTACT_THRESHOLD * solution.pair_force.max(), force, 0.0)  # as in contact.png
-    names = [solution.layout.pair_names[k] for k in shown]
+    force = of_pairs[rows][:, shown].T
+    force = np.where(force > CONTACT_THRESHOLD * of_pairs.max(), force, 0.0)  # as in contact.png
+    names = [pairs[k] for k in shown]
     label, factor = travel_scale(solution)
     data: dict[str, Any] = {
         "key": "contact", "title": "Contact map", "kind": "map", "names": names, "values": pack_floats(force),
         "time": pack_doubles(solution.time[rows]), "ylabel": "normal force (N)",
-        "note": "" if len(shown) == len(pairs) else f"{len(shown)} of {len(pairs)} pairs, those with the largest forces.",
+        "note": "" if len(shown) == len(pairs) else f"{len(shown)} of {len(pairs)} rows, those with the largest forces.",
         "alt": f"Normal forces of {_pairs(len(shown))}; largest {rounded(float(force.max()))} N.",
     }  # fmt: skip
     travel = _travel(solution)

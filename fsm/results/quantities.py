@@ -13,12 +13,14 @@ from fsm.results.solution import Floats, Solution
 
 __all__ = [
     "CONTACT_THRESHOLD",
+    "FACET_FORCES",
     "STAGES",
     "Peak",
     "Peaks",
     "Stage",
     "bending_onset",
     "bent_energy",
+    "contact_rows",
     "find_stages",
     "first_touch",
     "peak",
@@ -32,6 +34,8 @@ __all__ = [
 STAGES = ("initial deformation", "contact", "bending")
 CONTACT_THRESHOLD = 1e-4
 """Smallest force of a touching pair, as a fraction of the largest pair force of the run."""
+FACET_FORCES = "contact.facets.force"
+"""Channel of the normal forces on the facets of a sheet that touches itself."""
 BEND = 0.5
 """Angle of one panel bent to an arc, rad. Bending begins at the energy of such a panel; its sag is 6 % of its
 length."""
@@ -298,6 +302,21 @@ def _touches(curve: ForceCurve, pair_names: Sequence[str]) -> list[dict[str, Any
         if x is not None
     ]
     return sorted(found, key=lambda touch: touch["travel"])
+
+
+def contact_rows(solution: Solution) -> tuple[list[str], Floats, Floats]:
+    """Rows of a contact map: names (m), normal forces (n, m) in N, and areas (n, m) in m^2, or NaN where they are not known.
+
+    Rows are the pairs that ever touch. If a sheet touches itself and the channel of its facets is recorded, they are the
+    facets that ever touch, in place of the pairs.
+    """
+    facets = solution.channels.get(FACET_FORCES)
+    if facets is not None:
+        force = np.nan_to_num(facets.values)
+        rows = touching_pairs(force)
+        return [str(facets.info.dims[0].labels[k]) for k in rows], force[:, rows], np.full((len(force), len(rows)), np.nan)
+    rows = touching_pairs(solution.pair_force)
+    return [solution.layout.pair_names[k] for k in rows], solution.pair_force[:, rows], solution.pair_area[:, rows]
 
 
 def touching_pairs(pair_force: ArrayLike) -> list[int]:

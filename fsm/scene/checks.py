@@ -95,12 +95,6 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
     if given == ["lattice"]:
         for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
             yield Fault(name, f"the squares of a lattice are rigid and have no contact; remove section [{name}]")
-    if given == ["sheet"]:
-        facets = "rigid" if sections.sheet is None else sections.sheet.facets
-        for name in sorted({"contact", "friction", "obstacle"} & sections.written):
-            if facets == "bars":
-                text = f'contact is not available with facets = "{facets}"; remove section [{name}], or use other facets'
-                yield Fault(name, text)
     for part in ("strip", "sheet"):
         for name in ("material", "crease") if part in sections.written else ():
             shell = part == "sheet" and (sections.sheet is None or sections.sheet.is_shell)

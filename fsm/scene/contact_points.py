@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
-from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
+from fsm.scene.patterns.flexible_facets import SHEET
+from fsm.scene.patterns.touching import TouchingSheet
 from fsm.scene.scene import Scene
 
 __all__ = ["ContactPoint", "point_spacing", "contact_points", "points_along", "penetration_between"]
@@ -47,8 +48,8 @@ def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
         return {}
     named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
     found = {film.name: _of_film(film, points_along(scene, film)) for film in scene.films if film.name in named}
-    if scene.facets is not None and SHEET in named:
-        found[SHEET] = _of_facets(scene.facets)
+    if scene.touching is not None and SHEET in named:
+        found[SHEET] = _of_sheet(scene.touching)
     return found | {name: _of_line(line, points_along(scene, line)) for name, line in scene.lines.items() if name in named}
 
 
@@ -107,11 +108,11 @@ def _of_line(cable: SceneCable | SceneBeam, count: int) -> tuple[ContactPoint, .
     )
 
 
-def _of_facets(facets: FlexibleFacets) -> tuple[ContactPoint, ...]:
-    radius, density = 0.5 * facets.thickness, facets.areal_density
+def _of_sheet(sheet: TouchingSheet) -> tuple[ContactPoint, ...]:
+    radius, density = 0.5 * sheet.thickness, sheet.areal_density
     return tuple(
-        ContactPoint(SceneFrame(name=name, on=SHEET, at=()), area, radius, density * area)
-        for name, area in zip(facets.nodes, facets.mesh.node_areas.tolist(), strict=True)
+        ContactPoint(frame, area, radius, density * area)
+        for frame, area in zip(sheet.frames, sheet.areas.tolist(), strict=True)
     )
 
 

@@ -34,7 +34,7 @@ def contact_sides(scene: Scene) -> dict[str, ContactSide]:
     known = {obstacle.name: ContactSide("obstacle", (obstacle.body or GROUND,)) for obstacle in scene.obstacles}
     known |= {body.name: ContactSide("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
     for name, points in contact_points(scene).items():
-        face = scene.facets.mean_facet if scene.facets is not None and name == SHEET else None
+        face = scene.touching.mean_facet if scene.touching is not None and name == SHEET else None
         known[name] = ContactSide("film", tuple(point.frame.name for point in points), face)
     known |= {group.name: ContactSide("group", group.bodies, group.face) for group in scene.groups}
     return known | {surface.name: ContactSide("surface", surface.bodies) for surface in scene.surfaces}

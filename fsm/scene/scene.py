@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from fsm.scene.patterns.chamber import Chamber
     from fsm.scene.patterns.flexible_facets import FlexibleFacets
     from fsm.scene.patterns.fold_data import FoldData
+    from fsm.scene.patterns.touching import TouchingSheet
 
 __all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "PlateGroup", "Plate", "Scene", "Surface"]
 
@@ -255,6 +256,7 @@ class Scene(Model):
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     _facets: FlexibleFacets | None = PrivateAttr(default=None)
     _folds: FoldData | None = PrivateAttr(default=None)
+    _touching: TouchingSheet | None = PrivateAttr(default=None)
     _chambers: tuple[Chamber, ...] = PrivateAttr(default=())
     _orifices: tuple[Orifice, ...] = PrivateAttr(default=())
 
@@ -288,6 +290,17 @@ class Scene(Model):
         """Copy of the scene with the folds of its truss."""
         scene = self.model_copy()
         scene._folds = folds
+        return scene
+
+    @property
+    def touching(self) -> TouchingSheet | None:
+        """Surface of a sheet with contact; only the builder of a sheet gives it."""
+        return self._touching
+
+    def with_touching(self, surface: TouchingSheet | None) -> Scene:
+        """Copy of the scene with the surface of a sheet for contact."""
+        scene = self.model_copy()
+        scene._touching = surface
         return scene
 
     @property

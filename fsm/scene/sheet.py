@@ -25,7 +25,7 @@ Cells = Annotated[Count, Field(ge=1, le=1000)]
 Grading = Annotated[Number, Field(ge=0, le=1)]
 Kind = Literal[
     "miura", "zigzag", "waterbomb", "kresling", "yoshimura", "cone", "flasher", "tube",
-    "plate", "tape-spring", "stem", "lenticular",
+    "miura-tube", "plate", "tape-spring", "stem", "lenticular",
 ]  # fmt: skip
 SHELLS = ("plate", "tape-spring", "stem", "lenticular")
 """Kinds without a crease pattern: plates and booms."""
@@ -43,14 +43,15 @@ _KEYS: dict[str, tuple[str, ...]] = {
     "cone": ("sides", "inner_radius", "outer_radius"),
     "flasher": ("sides", "outer_radius", "height"),
     "tube": ("rows", "radius", "height"),
+    "miura-tube": ("columns", "a", "b", "sector_angle", "fold_angle"),
     "plate": ("length", "width"),
     **dict.fromkeys(BOOMS, ("length", "radius", "subtended_angle")),
 }
 """Required keys of each kind."""
 _ANNULUS = ("inner_radius", "outer_radius")
 """Required keys of a plate that is an annulus."""
-_OPTIONAL = {"plate": ("radius",), "annulus": ("slit",)}
-"""Optional keys of a plate."""
+_OPTIONAL = {"plate": ("radius",), "annulus": ("slit",), "kresling": ("taper",)}
+"""Optional keys of some kinds."""
 _OF_FILE = ("vertices", "edges", "assignment", "angles", "faces")
 """Keys of a pattern that is written in the case."""
 
@@ -192,7 +193,7 @@ class Sheet(Model):
     ----------
     kind : str
         "miura", "zigzag", "waterbomb" (sheets), "kresling", "yoshimura" (tubes), "cone" (pleated), "flasher" (wraps
-        around a hub), "tube" (Z-folded),
+        around a hub), "tube" (Z-folded), "miura-tube" (two Miura sheets),
         "plate" (a single flexible facet), and the booms "tape-spring", "stem" and "lenticular".
     columns, rows : numbers of panels or cells along x and y; storeys of a tube for `rows`
     a, b : sides of a panel, m
@@ -204,6 +205,8 @@ class Sheet(Model):
     radius, height, twist : m, m, rad
         Circumradius of a tube, height of a storey, rotation of each ring relative to the ring below. Plate: `radius` bends
         it to a cylinder without stress. Booms: radius of the section.
+    taper : -
+        "kresling": circumradius of each ring over that of the ring below; heights too. Absent: 1.
     subtended_angle : rad
         Angle that the arc of the section of a boom subtends; "lenticular": each of both arcs.
     length, width : sides of a rectangular plate along x and y, m; booms have `length` only
@@ -254,6 +257,7 @@ class Sheet(Model):
     radius: Annotated[Length, Field(gt=0)] | None = None
     height: Annotated[Length, Field(gt=0)] | None = None
     twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = None
+    taper: Annotated[Number, Field(gt=0, le=1)] | None = None
     subtended_angle: Annotated[Angle, Field(gt=0)] | None = None
     length: Annotated[Length, Field(gt=0)] | None = None
     width: Annotated[Length, Field(gt=0)] | None = None
@@ -307,7 +311,7 @@ class Sheet(Model):
             missing = [f"`{name}`" for name in needed if getattr(self, name) is None]
             if missing:
                 raise ValueError(f"{self._source} needs {', '.join(missing)}")
-        own = {name for names in _KEYS.values() for name in names} | {*_OF_FILE, *_ANNULUS, "slit"}
+        own = {name for names in _KEYS.values() for name in names} | {*_OF_FILE, *_ANNULUS, "slit", "taper"}
         allowed = {*needed, *self._optional, "vertices"} if self.pattern is None else set()
         for name in sorted(own - allowed):
             if getattr(self, name) is not None:
@@ -358,7 +362,7 @@ class Sheet(Model):
     @model_validator(mode="after")
     def _sized(self) -> Self:
         # number of facets of each panel or side
-        count = {"miura": 1, "zigzag": 1, "waterbomb": 6}.get(self.kind or "", 2)
+        count = {"miura": 1, "zigzag": 1, "waterbomb": 6, "miura-tube": 4}.get(self.kind or "", 2)
         count = 0 if self.is_shell or self.kind is None else count
         count *= (self.columns or self.sides or 1) * (self.rows or 1)
         inner, outer = self.inner_radius or 0.0, self.outer_radius or 0.0

@@ -206,16 +206,12 @@ class _ShapeCompiler:
 
     def sheet(self, scene: Scene, poses: np.ndarray) -> SheetContacts | None:
         """Contacts of flexible facets with each other; None if there are none."""
-        facets = scene.facets
-        if self.of_sheet is None or facets is None or scene.contact is None:
+        sheet = scene.touching
+        if self.of_sheet is None or sheet is None or scene.contact is None:
             return None
-        mesh = facets.mesh
-        place = np.empty(len(mesh.owner), dtype=np.int64)
-        place[mesh.nodes] = np.arange(len(mesh.nodes))
         surface = SheetSurface(
-            np.array([self.index[name] for name in facets.nodes]), mesh.node_areas, place[mesh.owner[mesh.triangles]],
-            mesh.facet[mesh.triangles[:, 0]], mesh.plane, facets.mean_facet,
-            facets.thickness if scene.contact.thickness_in_gap else 0.0, self.of_sheet,
+            np.array([self.index[frame.name] for frame in sheet.frames]), sheet.areas, sheet.triangles, sheet.facet,
+            sheet.plane, sheet.mean_facet, sheet.thickness if scene.contact.thickness_in_gap else 0.0, self.of_sheet,
         )  # fmt: skip
         return SheetContacts(surface, poses)
 

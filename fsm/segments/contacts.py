@@ -340,6 +340,15 @@ class ContactGroup(Group):
         slip = np.divide(sums[CARRIED], force, out=np.zeros(self.n_pairs), where=force > 0.0)
         return PairState(force, gap, sums[AREA], sums[FRICTION], slip, sums[SLIDING], sums[DAMPING])
 
+    def normal_forces(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Slots in contact, and their normal forces, N."""
+        found = self._contacts(t, poses, rates, past)
+        if found is None:
+            return np.zeros(0, dtype=np.int64), np.zeros(0)
+        return found.touching.slot, found.forces.normal
+
     @property
     def renewals(self) -> int:
         """Number of renewals of the broad phase."""

@@ -65,20 +65,20 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     yield f"{count(len(view.pairs), 'pair')}: {names}"
     law = _LAWS[contact.law] if contact.law in _LAWS else _added(CONTACT_LAWS[contact.law], contact.parameters)
     faces = sorted({group.face for group in view.scene.groups if group.face is not None})
-    if view.scene.facets is not None:
-        faces = [view.scene.facets.mean_facet]
+    if view.scene.touching is not None:
+        faces = [view.scene.touching.mean_facet]
     where = f"{1e6 * faces[0]:.4g} mm^2, the area of a mean facet" if len(faces) == 1 else "a whole face"
     yield f"{law}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for {where}{_damping(contact)}"
     if contact.restitution is not None:
         slow = f"{millimetres(contact.speed_floor)}/s"
         yield f"an impact takes at least about 90 steps; below {slow} a contact is a pressed contact and not an impact"
     yield f"{count(_contact_points(view), 'contact point')} on both faces of all pairs"
-    if view.scene.facets is not None:
+    if view.scene.touching is not None:
         crossing = "edges that cross touch at half of the thickness" if contact.thickness_in_gap else "edges do not touch"
         yield f"nodes of facets touch the planes of nearby triangles; {crossing}"
         yield "a facet touches itself only beyond three times the longest edge of the mesh"
         yield "facets with a common vertex have no contact where they touch at the start"
-        yield "with contact, steps of flexible facets are computed in Python and take several times as long"
+        yield "with contact, steps of flexible facets and bars are computed in Python and take several times as long"
     if view.scene.obstacles:
         yield "overlap with obstacles at the start is checked by the run, not here"
     if contact.thickness_in_gap:

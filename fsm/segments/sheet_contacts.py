@@ -351,6 +351,24 @@ class SheetContacts:
             stiffness, damping,
         )  # fmt: skip
 
+    def facet_forces(self, slots: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """Normal force on each facet, (n_facets,), N, from the forces (n,) of slots.
+
+        Both sides of a contact count. A node or an edge of several facets gives each of them an equal part.
+        """
+        at, total = self._slots, np.zeros(self._facets)
+        points = slots < len(at.node)
+        number, size = slots[points], forces[points]
+        np.add.at(total, at.facet[number], size)
+        node, facet = np.divmod(self._on, self._facets)
+        start = np.searchsorted(node, np.arange(len(self.surface.body) + 1))
+        for one, force in zip(at.node[number].tolist(), size.tolist(), strict=True):
+            total[facet[start[one] : start[one + 1]]] += force / (start[one + 1] - start[one])
+        pairs, size = at.pairs[slots[~points] - len(at.node)], forces[~points]
+        for side in (0, 1):
+            np.add.at(total, self._edge_facets[pairs[:, side]], 0.5 * size[:, None])
+        return total
+
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:

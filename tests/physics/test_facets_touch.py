@@ -6,7 +6,6 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
@@ -93,10 +92,3 @@ def test_facets_do_not_pass_through_each_other(tmp_path: Path) -> None:
     at = touching.travel[:, 0] < 0.09
     np.testing.assert_allclose(touching.force[at, 0], np.interp(touching.travel[at, 0], free.travel[:, 0], free.force[:, 0]),
                                rtol=1e-3, atol=1e-6)  # fmt: skip
-
-
-def test_bars_refuse_contact(tmp_path: Path) -> None:
-    case = tmp_path / "case.toml"
-    case.write_text(ZIGZAG.format(contact=CONTACT), encoding="utf-8")
-    with pytest.raises(Exception, match='contact: contact is not available with facets = "bars"'):
-        load_case(case, ("sheet.facets=bars",))

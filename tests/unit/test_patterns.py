@@ -15,7 +15,7 @@ from fsm.scene.load_case import load_case
 from fsm.scene.patterns.facets import facet_frames, quaternions
 from fsm.scene.patterns.foldability import foldability
 from fsm.scene.patterns.folding import fold_pattern
-from fsm.scene.patterns.generators import cone, flasher, kresling, miura, tube, waterbomb, yoshimura, zigzag
+from fsm.scene.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import place_of
 from fsm.scene.sheet import Sheet
@@ -27,6 +27,7 @@ SHAPES = {
     "waterbomb": waterbomb(3, 2, 0.02),
     "kresling": kresling(6, 2, 0.05, 0.04, math.radians(35.0)),
     "yoshimura": yoshimura(6, 3, 0.05, 0.02),
+    "miura-tube": miura_tube(3, 0.04, 0.06, math.radians(70.0), math.radians(80.0)),
 }
 
 
@@ -85,7 +86,7 @@ def test_a_valley_is_positive() -> None:
 def test_faces_join(name: str) -> None:
     """Euler characteristic of a disc or a tube, and normals on one side of neighbouring flat faces."""
     pattern = SHAPES[name]
-    closed = name in ("kresling", "yoshimura")
+    closed = name in ("kresling", "yoshimura", "miura-tube")
     assert len(pattern.vertices) - len(pattern.edges) + len(pattern.faces) == (0 if closed else 1)
     left, right = pattern.edge_faces.T
     boundary = np.array([letter == "B" for letter in pattern.assignment])
@@ -115,6 +116,22 @@ def test_kresling_rings() -> None:
         if pattern.vertices[u, 2] != pattern.vertices[v, 2]
     )  # fmt: skip
     assert between["M"] == between["V"] == 12
+
+
+@pytest.mark.parametrize("fold", [0.3, 1.5])
+def test_miura_tube_panels(fold: float) -> None:
+    """Facets are flat parallelograms with the given sides and angle, normals point outwards, and the volume is exact."""
+    a, b, sector = 0.04, 0.06, math.radians(70.0)
+    pattern = miura_tube(3, a, b, sector, fold)
+    volume = 0.0
+    for face in pattern.faces:
+        p = pattern.vertices[list(face)]
+        ring, along = p[1] - p[0], p[3] - p[0]
+        assert np.linalg.norm(along) == pytest.approx(b) and np.linalg.norm(ring) == pytest.approx(a)
+        assert abs(along @ ring) / (a * b) == pytest.approx(math.cos(sector))
+        np.testing.assert_allclose(p[2], p[1] + p[3] - p[0], atol=1e-15)
+        volume += float((p.mean(axis=0) * [0.0, 1.0, 1.0]) @ np.cross(ring, along)) / 2.0
+    assert volume == pytest.approx(3.0 * a * a * b * math.sin(sector) ** 2 * math.sin(2.0 * fold))
 
 
 def test_facet_moments() -> None:

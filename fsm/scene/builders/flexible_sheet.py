@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.flexible_loads import load_parts, place_points, pressed_facets
+from fsm.scene.builders.sheet_contact import contact_of_nodes
 from fsm.scene.builders.sheet_folding import Folds, facet_damping
 from fsm.scene.builders.sheet_gas import with_gas
 from fsm.scene.builders.sheet_joints import sheet_joints
@@ -27,7 +27,8 @@ from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place
 from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.scene import Body, ContactPair, ForceElement, Scene
+from fsm.scene.patterns.touching import TouchingSheet
+from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.scene.sheet import Box, Sheet, SheetSupport
 from fsm.scene.step_items import releases, steps_from
 from fsm.scene.time_program import Ramp
@@ -106,32 +107,31 @@ class _FlexibleBuilder:
             self.facets.probes[probe.name] = self.facets.mesh.at_node(int(place.sectors[0]))
         loads = [part for number, load in enumerate(self.case.load) for part in self._load(load, f"load.{number}")]
         drives = [self._released_drive(drive, f"drive.{number}") for number, drive in enumerate(self.case.drive)]
-        touching = self._contact()
+        touching = self._touching()
         scene = Scene(
             bodies=tuple(self.bodies), frames=tuple(self.frames), elements=tuple(self.elements), loads=tuple(loads),
-            drives=tuple(drives), gravity=self.case.gravity, **touching,
+            drives=tuple(drives), gravity=self.case.gravity, **contact_of_nodes(self.case),
         )  # fmt: skip
         mesh = self.facets.mesh
         held = {vector // 3: axes for vector, axes in self.facets.held.items() if vector % 3 == 0}
         facet = mesh.facet[mesh.triangles[:, 0]]
         groups = {name: tuple(mesh.owner[mesh.ends(edges)].ravel().tolist()) for name, edges in mesh.edges.items()}
         surface = SheetSurface(mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices])
-        return with_gas(self.case, scene.with_facets(self.facets), surface)
+        return with_gas(self.case, scene.with_facets(self.facets).with_touching(touching), surface)
 
-    def _contact(self) -> dict[str, Any]:
-        """Contact of the nodes of all facets with the other facets and with every obstacle."""
-        case, mesh = self.case, self.facets.mesh
-        if case.contact is None:
-            return {}
-        if case.friction is not None and case.friction.across != 1.0:
-            text = f"{case.friction.across:g} is not available with flexible facets, whose points have no axes; give 1"
-            raise CaseError(Fault("friction.across", text))
-        nodes = mesh.nodes.tolist()
-        self.facets.nodes[:] = [self._frame(f"node {row + 1}", mesh.at_node(node)) for row, node in enumerate(nodes)]
-        pairs = [ContactPair(first=SHEET, second=name) for name in (SHEET, *(obstacle.name for obstacle in case.obstacle))]
-        return {
-            "pairs": tuple(pairs), "contact": case.contact, "friction": case.friction, "obstacles": case.obstacle,
-        }  # fmt: skip
+    def _touching(self) -> TouchingSheet | None:
+        """Surface for contact, with frames at all nodes."""
+        if self.case.contact is None:
+            return None
+        mesh, facets = self.facets.mesh, self.facets
+        place = np.empty(len(mesh.owner), dtype=np.int64)
+        place[mesh.nodes] = np.arange(len(mesh.nodes))
+        names = [self._frame(f"node {row + 1}", mesh.at_node(node)) for row, node in enumerate(mesh.nodes.tolist())]
+        return TouchingSheet(
+            tuple(SceneFrame(name=name, on=SHEET) for name in names), mesh.node_areas, place[mesh.owner[mesh.triangles]],
+            mesh.facet[mesh.triangles[:, 0]], mesh.plane, float(mesh.facet_areas.mean()), facets.thickness,
+            facets.areal_density,
+        )  # fmt: skip
 
     def _place(self, at: str | Box, path: str) -> MeshPlace:
         try:

@@ -6,6 +6,7 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.sheet import sheet_place, vertex_springs
+from fsm.scene.builders.sheet_contact import contact_of_nodes
 from fsm.scene.builders.sheet_folding import Folds, facet_damping
 from fsm.scene.builders.sheet_gas import with_gas
 from fsm.scene.builders.sheet_joints import sheet_joints
@@ -15,9 +16,11 @@ from fsm.scene.case import Case
 from fsm.scene.flexible import SceneFrame
 from fsm.scene.loads import Drive
 from fsm.scene.patterns.chamber import SheetSurface
+from fsm.scene.patterns.facets import facet_frames
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.patterns.touching import TouchingSheet
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.scene.sheet import BarsOfSheet, Sheet
 from fsm.scene.truss import SceneTruss
@@ -45,21 +48,24 @@ def build_bars(case: Case) -> Scene:
     check_supports(case, pattern)
     stiffest = max(np.array(truss.stiffness) / pattern.lengths)
     loads = placed_loads(case, case.load)
+    touching = _touching(case, sheet, pattern)
     lines: list[Body] = []
     springs: list[ForceElement] = []
     drives = [_drive(pattern, f"drive.{k}", drive, _RIGID * stiffest, lines, springs) for k, drive in enumerate(case.drive)]
     used = {load.target for load in loads if load.pressure is None} | {spring.inner for spring in springs}
     names = {vertex_name(vertex): vertex for vertex in range(len(pattern.vertices))}
+    if touching is not None:
+        used.update(names)
     frames = tuple(SceneFrame(name=name, on=SHEET, point=vertex) for name, vertex in names.items() if name in used)
     scene = Scene(
         bodies=tuple(lines), trusses=(truss,), frames=frames, elements=tuple(springs), loads=loads, drives=tuple(drives),
-        gravity=case.gravity,
+        gravity=case.gravity, **contact_of_nodes(case),
     )  # fmt: skip
     held = {vertex: {"xyz".index(axis) for axis in axes} for vertex, axes in truss.held}
     triangles = np.array(pattern.faces, dtype=np.int64)
     own = np.arange(len(pattern.vertices))
     surface = SheetSurface(pattern.vertices, triangles, np.arange(len(triangles)), held, pattern.groups, own)
-    return with_gas(case, scene.with_folds(folds), surface)
+    return with_gas(case, scene.with_folds(folds).with_touching(touching), surface)
 
 
 def bar_areas(case: Case, pattern: Pattern) -> np.ndarray:
@@ -80,6 +86,22 @@ def bar_areas(case: Case, pattern: Pattern) -> np.ndarray:
         share = 2.0 * area * sheet.thickness / ((1.0 - material.poisson) * float(pattern.lengths[edges].sum()))
         found[edges] += share
     return found
+
+
+def _touching(case: Case, sheet: Sheet, pattern: Pattern) -> TouchingSheet | None:
+    """Surface for contact: a third of the area of each triangle belongs to each of its vertices."""
+    if case.contact is None:
+        return None
+    assert case.material is not None
+    triangles, areas = np.array(pattern.faces, dtype=np.int64), _areas(pattern)
+    own = np.bincount(triangles.ravel(), np.repeat(areas / 3.0, 3), len(pattern.vertices))
+    bent = sum(letter == "J" for letter in pattern.assignment)  # two triangles beside a bend line are parts of one facet
+    frames = tuple(SceneFrame(name=vertex_name(k), on=SHEET, point=k) for k in range(len(pattern.vertices)))
+    local = facet_frames(pattern)
+    return TouchingSheet(
+        frames, own, triangles, np.arange(len(triangles)), np.stack(local.outlines),
+        float(areas.sum()) / (len(triangles) - bent), sheet.thickness, case.material.density * sheet.thickness,
+    )  # fmt: skip
 
 
 def _areas(pattern: Pattern) -> np.ndarray:

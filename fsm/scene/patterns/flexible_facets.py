@@ -30,7 +30,6 @@ class FlexibleFacets:
     probes : points by the name of a probe
     laminate : stiffness of plies, in place of that of an isotropic plate
     tension_field : whether facets carry no compression
-    nodes : names of the frames at the `nodes` of the mesh, for contact; empty without contact
     """
 
     mesh: FacetMesh
@@ -45,12 +44,6 @@ class FlexibleFacets:
     probes: dict[str, MeshPoint] = field(default_factory=dict)
     laminate: Laminate | None = None
     tension_field: bool = False
-    nodes: list[str] = field(default_factory=list)
-
-    @property
-    def mean_facet(self) -> float:
-        """Area of a mean facet of the pattern, which has the whole contact stiffness, m^2."""
-        return float(self.mesh.facet_areas.mean())
 
     @property
     def areal_density(self) -> float:

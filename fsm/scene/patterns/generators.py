@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern, box_groups
 
-__all__ = ["cone", "flasher", "kresling", "miura", "miura_cell", "tube", "waterbomb", "yoshimura", "zigzag"]
+__all__ = ["cone", "flasher", "kresling", "miura", "miura_cell", "miura_tube", "tube", "waterbomb", "yoshimura", "zigzag"]
 
 
 def miura_cell(a: float, b: float, sector_angle: float, fold_angle: float) -> tuple[float, float, float, float]:
@@ -50,6 +50,23 @@ def miura(columns: int, rows: int, a: float, b: float, sector_angle: float, fold
         return np.column_stack([i * s, j * along + v * (i % 2), h * (j % 2)])
 
     return Pattern.of_faces(place(fold_angle), _grid_faces(columns, rows), place(0.0)[:, :2], _grid_groups(columns, rows))
+
+
+def miura_tube(columns: int, a: float, b: float, sector_angle: float, fold_angle: float) -> Pattern:
+    """Tube of two Miura sheets of two rows that are mirror images of each other; its length is along x.
+
+    The rings are rhombs with sides a in planes x = const, and zigzag along y. All facets fold as rigid panels, from a
+    closed zigzag (fold_angle 90 deg) to a flat tube (fold_angle 0). The enclosed volume of a column is
+    a^2 b sin(sector_angle)^2 sin(2 fold_angle). Vertices are numbered ring by ring.
+    """
+    s, along, v, h = miura_cell(a, b, sector_angle, fold_angle)
+    i, j = np.divmod(np.arange(4 * (columns + 1)), 4)
+    y = np.array([0.0, along, 2.0 * along, along])[j] + v * (i % 2)
+    vertices = np.column_stack([i * s, y, h * np.array([0.0, -1.0, 0.0, 1.0])[j]])
+    corners = [(4 * k + m, 4 * k + (m + 1) % 4) for k in range(columns) for m in range(4)]
+    faces = [(low, high, high + 4, low + 4) for low, high in corners]
+    count = len(vertices)
+    return Pattern.of_faces(vertices, faces, None, {"left": tuple(range(4)), "right": tuple(range(count - 4, count))})
 
 
 def zigzag(columns: int, a: float, width: float, fold_angle: float) -> Pattern:
@@ -167,9 +184,9 @@ def _fully_folded(pattern: Pattern, letters: list[str]) -> Pattern:
     return pattern.assigned(letters, [{"V": math.pi, "M": -math.pi}.get(letter, 0.0) for letter in letters])
 
 
-def kresling(sides: int, rows: int, radius: float, height: float, twist: float) -> Pattern:
+def kresling(sides: int, rows: int, radius: float, height: float, twist: float, taper: float = 1.0) -> Pattern:
     """Kresling tube: regular polygons stacked at the distance `height`, each rotated by `twist` about z relative to the
-    one below.
+    one below. With a taper the tube is a cone: all sizes of a storey are `taper` times those of the storey below.
 
     Parameters
     ----------
@@ -177,8 +194,9 @@ def kresling(sides: int, rows: int, radius: float, height: float, twist: float) 
     rows : number of storeys
     radius, height : circumradius of a polygon and height of a storey, m
     twist : rotation of each ring relative to the ring below, rad
+    taper : circumradius of each ring over that of the ring below
     """
-    return _tube(sides, rows, radius, height, twist)
+    return _tube(sides, rows, radius, height, twist, taper)
 
 
 def yoshimura(sides: int, rows: int, radius: float, height: float) -> Pattern:
@@ -186,10 +204,13 @@ def yoshimura(sides: int, rows: int, radius: float, height: float) -> Pattern:
     return _tube(sides, rows, radius, height, math.pi / sides)
 
 
-def _tube(sides: int, rows: int, radius: float, height: float, twist: float) -> Pattern:
+def _tube(sides: int, rows: int, radius: float, height: float, twist: float, taper: float = 1.0) -> Pattern:
     ring, corner = np.divmod(np.arange(sides * (rows + 1)), sides)
     angle = 2.0 * math.pi * corner / sides + ring * twist
-    vertices = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), ring * height])
+    size = taper ** np.arange(rows + 1)
+    level = np.concatenate([[0.0], np.cumsum(size[:-1])])
+    r = radius * size[ring]
+    vertices = np.column_stack([r * np.cos(angle), r * np.sin(angle), height * level[ring]])
     faces = []
     for k in range(rows):
         for i in range(sides):

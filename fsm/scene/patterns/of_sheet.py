@@ -9,7 +9,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.patterns.folding import fold_pattern
-from fsm.scene.patterns.generators import cone, flasher, kresling, miura, tube, waterbomb, yoshimura, zigzag
+from fsm.scene.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
 from fsm.scene.patterns.pattern import Pattern, box_groups
 from fsm.scene.sheet import Sheet
 
@@ -45,12 +45,14 @@ def _generated(sheet: Sheet) -> Pattern:
     columns, rows, sides = sheet.columns or 1, sheet.rows or 1, sheet.sides or 3
     if sheet.kind == "miura":
         return miura(columns, rows, given("a"), given("b"), given("sector_angle"), given("fold_angle"))
+    if sheet.kind == "miura-tube":
+        return miura_tube(columns, given("a"), given("b"), given("sector_angle"), given("fold_angle"))
     if sheet.kind == "zigzag":
         return zigzag(columns, given("a"), given("b"), given("fold_angle"))
     if sheet.kind == "waterbomb":
         return waterbomb(columns, rows, given("a"))
     if sheet.kind == "kresling":
-        return kresling(sides, rows, given("radius"), given("height"), given("twist"))
+        return kresling(sides, rows, given("radius"), given("height"), given("twist"), sheet.taper or 1.0)
     if sheet.kind == "cone":
         return cone(sides, given("inner_radius"), given("outer_radius"))
     if sheet.kind == "flasher":

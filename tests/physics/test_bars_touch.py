@@ -1,0 +1,132 @@
+"""Sheets of bars: contact of their facets with each other, and tubes that open by their gas or are pushed together."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import fsm
+from fsm.compile_case import compile_case
+from fsm.results.quantities import contact_rows
+from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.scene.patterns.generators import kresling, miura_tube
+from fsm.scene.patterns.pattern import Pattern
+
+A, B, SECTOR = 0.04, 0.06, math.radians(70.0)
+COLUMNS = 3
+
+
+def tube(fold: float, **more: Any) -> dict[str, Any]:
+    """Miura tube of bars, held at its left ring."""
+    sheet = {
+        "kind": "miura-tube", "columns": COLUMNS, "a": A, "b": B, "sector_angle": SECTOR, "fold_angle": fold,
+        "facets": "bars", "thickness": 2e-4,
+        "support": [{"at": "vertices 1, 3", "fixed": ["x", "z"]}, {"at": "vertex 1", "fixed": ["y"]},
+                    {"at": "vertices 2, 4", "fixed": ["x"]}],
+    }  # fmt: skip
+    return {
+        "sheet": sheet, "material": {"young": 3e9, "poisson": 0.3, "density": 1400.0, "damping": "5 ms"},
+        "crease": {"stiffness_per_length": 0.01}, "solve": {"method": "static"},
+    } | more  # fmt: skip
+
+
+CONTACT = {"contact": {"law": "linear", "stiffness": "1e4 N/m", "ramp": "1 nm"}}
+
+
+def run(data: dict[str, Any], folder: Path) -> tuple[dict[str, Any], Solution]:
+    result = fsm.load(data, folder=folder).run(folder / "out", figures=False)
+    return result.summary, read_solution(folder / "out" / "result.h5")
+
+
+def rings(solution: Solution) -> np.ndarray:
+    """Mean x of each ring in each record, (n, columns + 1), m."""
+    count = 4 * (COLUMNS + 1)
+    return np.asarray(solution.q[:, -3 * count :].reshape(-1, COLUMNS + 1, 4, 3)[..., 0].mean(axis=2))
+
+
+@pytest.mark.parametrize("friction", [False, True])
+def test_the_tangent_is_that_of_the_force(friction: bool) -> None:
+    """Columns are shifted into each other, and vertices by random amounts."""
+    more = {"friction": {"law": "tanh", "mu_dynamic": 0.4, "v_static": "10 mm/s"}} if friction else {}
+    _, system = compile_case(fsm.load(tube(1.55, **CONTACT, **more) | {"solve": {"end_time": 1.0}}).model)
+    q, u = system.initial()
+    random = np.random.default_rng(3)
+    system.commit(0.0, q, u)
+    nodes = q[-system.elements.nq :].reshape(-1, 4, 3)
+    nodes[1:, :, 0] *= np.array([0.3, 0.15, 0.1])[:, None]
+    nodes += random.normal(scale=2e-5, size=nodes.shape)
+    assert len(system.contacts[0].geometry.find(system.place(0.0, q, u)[0], 0.0).slot) > 10
+    free = ~system._fixed.ravel()
+    u = random.normal(scale=0.01, size=len(u)) * free
+    stiffness, damping = system.tangent(0.0, q, u)
+    for _ in range(3):
+        v = random.normal(size=system.nu) * free
+        for matrix, step, ahead, back in (
+            (stiffness, 1e-8, *(system.force(0.0, system.retract(q, s * 1e-8 * v), u) for s in (1.0, -1.0))),
+            (damping, 1e-6, *(system.force(0.0, q, u + s * 1e-6 * v) for s in (1.0, -1.0))),
+        ):
+            exact, measured = matrix @ v, (back - ahead) / (2.0 * step)
+            np.testing.assert_allclose(exact[free], measured[free], atol=2e-6 * np.abs(exact[free]).max(), rtol=0)
+
+
+@pytest.mark.parametrize("touch", [True, False])
+def test_columns_of_a_tube_that_is_pushed_together(touch: bool, tmp_path: Path) -> None:
+    """With contact the rings stay in their order; without it they pass through each other."""
+    length = float(miura_tube(COLUMNS, A, B, SECTOR, 1.51).vertices[-1, 0])
+    push = {"edge": "right", "direction": [-1, 0, 0], "guide": False, "speed": "1 mm/s", "travel": 0.98 * length}
+    save = {"every": "1 mm"} | ({"channels": ["contact.facets.force"]} if touch else {})
+    summary, solution = run(tube(1.51, drive=[push], save=save) | (CONTACT if touch else {}), tmp_path)
+    gaps = np.diff(rings(solution), axis=1)
+    if touch:
+        assert summary["contact"][0]["largest_force"] > 0.01
+        on_facets = solution.channels["contact.facets.force"].values.sum(axis=1)
+        np.testing.assert_allclose(on_facets, 2.0 * solution.pair_force[:, 0], rtol=1e-12)
+        names, force, _ = contact_rows(solution)
+        assert len(names) == len(set(names)) > 4 and force.shape == (len(solution), len(names))
+    assert (gaps.min() > -2e-4) == touch
+
+
+def fold_energy(fold: float, rest: Pattern) -> float:
+    """Energy of the creases, J."""
+    at = miura_tube(COLUMNS, A, B, SECTOR, fold)
+    turned = at.fold_angles() - rest.fold_angles()
+    inside = [letter != "B" for letter in at.assignment]
+    return float(0.5 * 0.01 * (rest.lengths * turned**2)[inside].sum())
+
+
+def test_a_tube_that_is_filled_with_gas(tmp_path: Path) -> None:
+    """Work of the gas on stiff facets is the energy of the creases: (p - p0) V' = U' along the fold angle."""
+    start, lids = 1.5, [{"cap": "edge left"}, {"cap": "edge right"}]
+    rest = miura_tube(COLUMNS, A, B, SECTOR, start)
+    size = COLUMNS * A * A * B * math.sin(SECTOR) ** 2
+    gas = {"closed_by": lids, "outside_pressure": 1e5, "supply_mass": 0.7 * size * 1e5 / (287.06 * 293.15)}
+    solve, save = {"method": "static", "end_time": "1 s", "max_step": 0.01}, {"interval": 0.1, "channels": ["gas.*"]}
+    data = tube(start, gas=[gas], solve=solve, save=save)
+    data["sheet"] |= {"bars": {"young": 3e12}, "bend_stiffness_per_length": 10.0}
+    data["material"]["damping"] = 0
+    result = fsm.load(data, folder=tmp_path).run(tmp_path / "out", figures=False)
+    assert result.summary["energy_error"] < 1e-4
+    pressure, volume = (np.asarray(result[f"gas.gas.{name}"].values) for name in ("pressure", "volume"))
+    assert volume[0] == pytest.approx(size * math.sin(2.0 * start), rel=1e-9)
+    folds = math.pi / 2.0 - 0.5 * np.arcsin(volume[1:] / size)
+    assert folds[-1] < 1.2
+    along = np.linspace(1.0, 1.51, 200)
+    slope = CubicSpline(along, [fold_energy(fold, rest) for fold in along])(folds, 1)
+    exact = slope / (2.0 * size * np.cos(2.0 * folds))
+    np.testing.assert_allclose(pressure[1:] - 1e5, exact, rtol=1e-3)
+
+
+def test_both_flat_states_of_a_tapered_kresling_tube() -> None:
+    """With twists whose sum is 180 - 360/sides degrees, both heights have the same edges, so no strain."""
+    sides, taper, low, twist = 12, 0.85, 0.005, math.radians(90.0)
+    other = math.pi - 2.0 * math.pi / sides - twist
+    high = math.sqrt(low**2 + 2.0 * taper * 0.1**2 * (math.cos(other) - math.cos(twist)))
+    flat, deployed = (kresling(sides, 5, 0.1, *state, taper) for state in ((low, twist), (high, other)))
+    np.testing.assert_allclose(flat.lengths, deployed.lengths, rtol=1e-12)
+    assert np.ptp(deployed.vertices[:, 2]) == pytest.approx(high * (1.0 - taper**5) / (1.0 - taper))
