@@ -104,7 +104,7 @@ class Gas(Model):
         if self.supply_pressure is not None and self.pressure is not None:
             raise ValueError("`supply_pressure` gives the pressure at all times; remove `pressure`")
         if self.supply_pressure is not None and self.law == "adiabatic":
-            raise ValueError('`supply_pressure` gives the pressure whatever the heat; remove law = "adiabatic"')
+            raise ValueError('`supply_pressure` gives the pressure, so heat has no effect; remove law =  "adiabatic"')
         if not given and not self.at_start and not self.outside_pressure:
             raise ValueError("the chamber is empty and has no supply; give `pressure`, or for example `supply_mass`")
         return self
