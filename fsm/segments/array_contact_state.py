@@ -64,7 +64,7 @@ __all__ = [
 
 
 class Weighed(NamedTuple):
-    """Rows of contacts whose weights change with the poses, and derivatives of the weights by the poses."""
+    """Rows of contacts whose weights change with the poses, and derivatives of these weights with respect to the poses."""
 
     rows: np.ndarray
     gradient: np.ndarray

@@ -57,7 +57,7 @@ class Tapered(NamedTuple):
 
 
 class ContactKinematics(NamedTuple):
-    """Rates of contacts and their gradients by the bodies' coordinates.
+    """Rates of contacts, and their gradients with respect to the bodies' coordinates.
 
     Attributes
     ----------

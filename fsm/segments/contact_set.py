@@ -79,7 +79,7 @@ class ContactSet(tuple[ContactGroup, ...]):
         return any(group.resolves for group in self)
 
     def coarsen(self, factor: float) -> None:
-        """Resolve impacts by steps that are longer by a factor."""
+        """Multiply the step sizes that resolve impacts by a factor."""
         for group in self:
             group.coarsen(factor)
 
