@@ -49,8 +49,8 @@ class Closing(Model):
 class Gas(Model):
     """Gas in a chamber: facets that enclose a volume, with planes and lids that close it.
 
-    Pressures are absolute. The force on the facets is that of the pressure above `outside_pressure`, along the gradient of
-    the volume. Give at most one supply; without one, the chamber keeps its gas.
+    Pressures are absolute. The force on the facets is the pressure above `outside_pressure` times the gradient of the
+    volume. Give at most one supply; without a supply, the chamber keeps its gas.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ _REFINE_ABOVE = 1e-13
 _NO_WEIGHT = 1e-14
 """Eigenvalue of W over the largest one, up to which its direction has no weight."""
 _SOFT = 1e6
-"""Ratio of the stiffness of a vector to that of the blocks along it, above which the blocks count as singular."""
+"""Bound of the ratio of two stiffnesses, of a vector and of the blocks along it; above it the blocks count as singular."""
 
 
 def shifted(matrix: BlockMatrix, places: np.ndarray | None) -> tuple[BlockMatrix, LowRank]:

@@ -14,7 +14,7 @@ from fsm.scene.patterns.pattern import Pattern
 __all__ = ["fold_pattern"]
 
 _WEIGHT = 10.0
-"""Weight of the lengths and the planarity of facets relative to that of fold angles, in radians, along the path. A
+"""Weight of the lengths and the planarity of facets relative to fold angles, in radians, along the path. A
 large weight shortens the steps of the iteration; the last state is projected onto states with rigid facets."""
 _INCREMENT = math.radians(5.0)
 """Largest increment of a fold angle on the path."""
