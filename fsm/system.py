@@ -103,7 +103,7 @@ class System(Protocol):
         return end - start
 
     def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
-        """Derivative of an increment by a small increment after it, one block per node, (n, size, size).
+        """Derivative of an increment with respect to a small increment after it, one block per node, (n, size, size).
 
         None means the identity.
 

@@ -115,8 +115,8 @@ def _air(case: Case) -> Iterator[str]:
     mass = MINAMI * case.air.density * (case.air.length or case.membrane.length)
     ratio = mass / _areal(case)
     yield (
-        f"added mass {mass:.4g} kg/m^2 for the normal motion, {ratio:.3g} times that of the film (Minami); the frequency "
-        f"of a film without patches is {(1.0 + ratio) ** -0.5:.3g} times that in vacuum"
+        f"added mass {mass:.4g} kg/m^2 for the normal motion, {ratio:.3g} times the mass of the film (Minami); the "
+        f"frequency of a film without patches is {(1.0 + ratio) ** -0.5:.3g} times its frequency in vacuum"
     )
 
 

@@ -43,7 +43,7 @@ class Moved(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """Arrays of a mesh with its loads; all are of the n coordinates unless stated otherwise.
+    """Arrays of a mesh with its loads; each has n entries, one per coordinate, unless stated otherwise.
 
     Attributes
     ----------

@@ -122,7 +122,7 @@ def add_facet_damping(
     facets: FacetArrays, rows: np.ndarray, tau: float, q: np.ndarray, u: np.ndarray, stretching: np.ndarray,
     turning: np.ndarray, slots: np.ndarray, size: int, stiffness: np.ndarray, damping: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add -dh/dq and -dh/du of the damping of all triangles to flat block data; other arguments as of `facet_dissipation`.
+    """Add -dh/dq and -dh/du of the damping of all triangles to flat block data; other arguments as in `facet_dissipation`.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ import numpy as np
 __all__ = ["FacetRows", "cubic_rows", "cubic_shapes", "facet_masses", "facet_rows", "membrane_moduli", "mid_edge_strains"]
 
 FOLLOW = 1.0
-"""Stiffness with which the mean strain of the corners follows that of the triangle, relative to that of the film."""
+"""Stiffness that ties the mean strain of the corners to the strain of the triangle, relative to the film's stiffness."""
 _MASS_POINTS = 7
 """Gauss points per side of the square that is mapped to the triangle, for the mass: exact to degree 6."""
 

@@ -61,7 +61,7 @@ def relax_energy(points: np.ndarray, tension: np.ndarray, strains: np.ndarray) -
 
 @kernel
 def relax_efforts(points: np.ndarray, tension: np.ndarray, strains: np.ndarray, efforts: np.ndarray) -> None:
-    """Add the correction of the efforts (5, 3) of a triangle; other arguments as of `relax_energy`."""
+    """Add the correction of the efforts (5, 3) of a triangle; other arguments as in `relax_energy`."""
     weight, plain, poisson, remainder, width = tension
     for p in range(3):
         xx, yy, xy = _strain(points, strains, p)
@@ -75,7 +75,7 @@ def relax_efforts(points: np.ndarray, tension: np.ndarray, strains: np.ndarray, 
 
 @kernel
 def relax_moduli(points: np.ndarray, tension: np.ndarray, strains: np.ndarray, moduli: np.ndarray) -> None:
-    """Add the correction of the moduli (15, 15) of a triangle; other arguments as of `relax_energy`."""
+    """Add the correction of the moduli (15, 15) of a triangle; other arguments as in `relax_energy`."""
     weight, plain, poisson, remainder, width = tension
     for p in range(3):
         xx, yy, xy = _strain(points, strains, p)

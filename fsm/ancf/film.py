@@ -81,7 +81,7 @@ class FilmMaterial:
 
 @dataclass(frozen=True)
 class LaminateMaterial(FilmMaterial):
-    """Laminate without coupling of stretch and bending; the isotropic constants are those of its stiffest direction.
+    """Laminate without coupling of stretch and bending; its isotropic constants belong to its stiffest direction.
 
     Attributes
     ----------

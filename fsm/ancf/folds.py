@@ -64,7 +64,7 @@ class FoldGroup:
 
     @cached_property
     def arrays(self) -> FoldArrays:
-        """Arrays of the kernels; `near` is that of the laws."""
+        """Arrays of the kernels; the laws give `near`."""
         return FoldArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(self.weights), self.laws.near,
             np.array(self.laws.damping, dtype=float), self.laws.without_memory,

@@ -165,7 +165,7 @@ def _stretch_effort(
     r: np.ndarray, x: int, y: int, per_b: float, per_c: float, weight: float, nxx: float, nyy: float, nxy: float,
     p: np.ndarray,
 ) -> None:  # fmt: skip
-    """Derivatives of the energy by the natural derivatives of r at a point of stretch, into the same columns of p."""
+    """Write derivatives of the energy with respect to r_x and r_y at a point of stretch to the same columns of p."""
     for a in range(3):
         rx, ry = r[a, x] * per_b, r[a, y] * per_c
         p[a, x] = weight * per_b * (nxx * rx + nxy * ry)

@@ -86,7 +86,7 @@ class PressedFaces:
     def swept(self, start: np.ndarray, end: np.ndarray) -> float:
         """Volume between the surfaces of two configurations (n,) of the nodes, along straight lines, m^3.
 
-        Its sign is that of the work of a positive pressure. Simpson's rule is exact for the quadratic force.
+        It has the sign of the work of a positive pressure. Simpson's rule is exact for the quadratic force.
         """
         total = np.zeros_like(start)
         for weight, q in ((1.0, start), (4.0, 0.5 * (start + end)), (1.0, end)):

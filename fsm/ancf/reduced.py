@@ -122,7 +122,7 @@ class ReducedModel:
         amplitude: np.ndarray | None = None,
         rate: np.ndarray | None = None,
     ) -> ModalResponse:
-        """Motion from modal amplitudes and rates (k,), zero if absent, under forcings, at all steps (s)."""
+        """Motion at all steps (s) under forcings, from initial modal amplitudes and rates (k,); None means zero."""
         count = math.ceil(duration / step * (1.0 - 1e-9))
         time = np.linspace(0.0, duration, count + 1)
         load = np.zeros((count + 1, len(self.squared)))
@@ -219,7 +219,7 @@ def march(
     h: float, transition: np.ndarray, quadratic: np.ndarray, cubic: np.ndarray, load: np.ndarray, a0: np.ndarray,
     v0: np.ndarray, nonlinear: bool,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Amplitudes and rates (n, k) at all steps; load (n, k) is linear between them; `transition` of `_transition`."""
+    """Amplitudes and rates (n, k) at all steps. load (n, k) is linear between steps; `_transition` gives `transition`."""
     count, k = load.shape
     amplitude, rate = np.empty((count, k)), np.empty((count, k))
     a, v, kick = a0.copy(), v0.copy(), np.zeros(k)

@@ -53,7 +53,7 @@ __all__ = [
 
 TAUT, WRINKLED, SLACK = 0, 1, 2
 SETTLING, REMAINDER, MOVING = (1e-2, 1e-3), 1e-4, 1e-2
-"""Stiffness of a wrinkled or slack film relative to that of the plain law. Sheared strip, 32 x 32 cells: with 1e-2,
+"""Stiffness of a wrinkled or slack film relative to the plain law. Sheared strip, 32 x 32 cells: with 1e-2,
 1e-3, 1e-4 and 1e-5, Newton's method takes 32, 66, 136 and 200 iterations to 1e-6. The error of the mean stress is at
 most 1 %, 0.03 %, 0.003 % and 0. Corner-pulled films after an impact: with 1e-2 in place of 1e-4 the largest
 displacement changes by 0.2 % and the frequency by less; the run takes down to one third of the time (2026-11-23)."""

@@ -133,7 +133,7 @@ class Calibrated:
         return len(self.quantities)
 
     def plot(self, name: str | None = None, out: str | Path | None = None) -> Picture:
-        """Figure with bands, which a notebook shows; absent `name`: the first one.
+        """Figure with bands, for a notebook or a file; without `name` the first figure.
 
         Parameters
         ----------

@@ -281,13 +281,13 @@ class Result:
         return write_report(parts, self.path / "report.html" if out is None else out, channels, title)
 
     def export(self, to: str, out: str | Path | None = None) -> Path | list[Path]:
-        """Write the result for another program, as ``fsm export``; return the path, or those of the stages of a run.
+        """Write the result for another program, as ``fsm export``; return its path, or the paths for the stages.
 
         Parameters
         ----------
-        to : "vtkhdf", "glb", "csv", "parquet", "mp4", "gif" or "inp"
+        to : "vtkhdf", "glb", "csv", "parquet", "mp4", "gif", "fold" or "inp"
         out : str or Path, optional
-            File to write; absent: beside the result. With stages, their names are added: strip-deploy.glb.
+            File to write, by default beside the result. With stages, their names are added: strip-deploy.glb.
 
         Raises
         ------

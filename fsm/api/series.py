@@ -13,7 +13,7 @@ __all__ = ["Series"]
 
 
 class Series(NDArrayOperatorsMixin):
-    """Quantity over time. A series acts as its array of values in arithmetic, in NumPy functions and in plots.
+    """Quantity over time. A series behaves like the array of its values in arithmetic, in NumPy functions and in plots.
 
     Attributes
     ----------

@@ -74,7 +74,7 @@ class JoinedArrays(NamedTuple):
 
 
 class Joined(NamedTuple):
-    """Model of bodies and of coordinates, with the table of `JoinedArrays`; `flags` are those of the coordinates."""
+    """Model of bodies and of coordinates, with the table of `JoinedArrays`; the coordinates give `flags`."""
 
     bodies: Segments
     nodes: Coordinates

@@ -3,8 +3,8 @@
 The force of the gas i is (p_i - p_outside) dV_i/dx. Its tangent is the sum of a sparse part, (p_i - p_outside) d2V_i/dx2,
 and of a part of low rank, sum_j dp_i/dV_j dV_i/dx (dV_j/dx)^T, which `fsm.blocks.LowRank` holds. The volume of a chamber
 with closed facets is their flux (`fsm.scene.patterns.chamber`), and its gradient is the force of a unit pressure
-(`fsm.ancf.pressure`). A sheet of one facet has the cubic shape of its elements. At a crease both facets have slopes of
-their own, so their cubic edges differ; the chamber then has straight edges between the nodes.
+(`fsm.ancf.pressure`). A sheet of one facet has the cubic shape of its elements. At a crease both facets have
+separate slopes, so their cubic edges differ; the chamber then has straight edges between the nodes.
 
 A lid over a ring of nodes v_i has its tip c at their mean. With B = sum v_i x v_(i+1) it adds the volume c . B/6. The second
 derivative of B joins nodes beside each other; that of c . B joins all nodes of the ring, so it is of low rank, too.

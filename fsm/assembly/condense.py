@@ -146,7 +146,7 @@ def add_curvatures(
     curvatures: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Subtract the derivatives of T^T (0, m) by the vectors of each frame, at constant m, from the stiffness.
+    """Subtract the derivatives of T^T (0, m) with respect to the vectors of each frame, at constant m, from the stiffness.
 
     Parameters
     ----------

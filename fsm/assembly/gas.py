@@ -375,7 +375,7 @@ class Gases:
     def energies(self, state: GasState) -> np.ndarray:
         """Energy of every gas and of the surroundings that it displaces, J.
 
-        Isothermal: free energy m R T (ln(p/p0) - 1); p0 is the outside pressure, or that of the start. Adiabatic: m c_v T.
+        Isothermal: free energy m R T (ln(p/p0) - 1); p0 is the outside pressure, else the initial one. Adiabatic: m c_v T.
         """
         of_gas = state.pressure * state.volume
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -387,7 +387,7 @@ class Gases:
         """Power of the supply and of flow through orifices, W.
 
         Gas that expands in the flow between isothermal chambers gives its power to the surroundings as heat; it counts as
-        negative. `before` (s): the supply is the mean between that time and t; None: at t.
+        negative. The supply is the mean between `before` (s) and t, or its value at t if `before` is None.
         """
         if before is not None and before != t:
             flow = np.array([(supply.mass(t) - supply.mass(before)) / (t - before) for supply in self.supplies])

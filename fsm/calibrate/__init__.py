@@ -13,7 +13,7 @@ from typing import Any
 
 
 class _Calibrate(ModuleType):
-    """Package that can be called: its name is also that of the function."""
+    """Package that can be called, because a function has the same name."""
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         """See `fsm.api.calibration.calibrate`."""

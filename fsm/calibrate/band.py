@@ -85,7 +85,7 @@ def widen_band(band: Band, deviation: np.ndarray, level: float = 0.95) -> Band:
 
 
 def _standard_deviation(jacobian: np.ndarray, estimate: Estimate) -> np.ndarray:
-    """Standard deviations of forces, (n,), from their derivatives by the parameters, (n, p)."""
+    """Standard deviations of forces, (n,), from their derivatives with respect to the parameters, (n, p)."""
     return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", jacobian, estimate.covariance, jacobian)))
 
 

@@ -10,7 +10,7 @@ differentiation of the equilibrium, K dq/dF = dh/dF. EI is fitted by least squar
 The small-angle formula EI = F L^3/(3 w) is evaluated for comparison.
 
 The data have the columns `force`, `deflection` and `length` (free length), and optionally `width`, `thickness`, `segments`
-and `repeat`. Constant quantities may stand in the TOML file of the same name instead.
+and `repeat`. The TOML file of the same name may contain constant quantities instead.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ def fit_rigidity(force: np.ndarray, deflection: np.ndarray, length: float, curve
 def _model_deflection(
     force: np.ndarray, length: float, rigidity: float, curve: CubicHermiteSpline
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Deflection over length, w/L, of the model and its derivative by log EI."""
+    """Deflection over length, w/L, of the model and its derivative with respect to log EI."""
     load = force * length**2 / rigidity
     # the curve is odd; the search alone needs its linear extrapolation
     size, last = np.abs(load), float(curve.x[-1])

@@ -159,7 +159,7 @@ class Identification:
 
 
 class _Problem:
-    """Residuals and their derivatives by the unknowns.
+    """Residuals and their derivatives with respect to the unknowns.
 
     The unknowns are the parameters (the logarithm of a positive one), then the zero errors and drags of the tests.
     """
@@ -217,7 +217,7 @@ class _Problem:
         return total
 
     def jacobian(self, unknowns: np.ndarray, by_parameters: bool = False) -> np.ndarray:
-        """d(residuals)/d(unknowns); with `by_parameters`, derivatives by the parameters instead of their logarithms."""
+        """d(residuals)/d(unknowns); with `by_parameters`, d(residuals)/d(parameters) without logarithms."""
         values = self.to_parameters(unknowns)
         chain = np.where(self.logarithmic & (not by_parameters), values, 1.0)
         count, parts = len(self.paths), []

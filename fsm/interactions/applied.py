@@ -47,7 +47,7 @@ def add_applied(
     poses: np.ndarray, bodies: np.ndarray, points: np.ndarray, forces: np.ndarray, moments: np.ndarray,
     follower: np.ndarray, factors: np.ndarray, total: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add the wrenches of all loads to those of all bodies.
+    """Add the wrenches of all loads to the wrenches of the bodies.
 
     Parameters
     ----------

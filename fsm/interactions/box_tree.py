@@ -46,7 +46,7 @@ MANY = 64
 
 @kernel
 def fit_tree(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Boxes of all nodes over an ordered table of boxes.
+    """Bounding boxes of all nodes of a tree over an ordered table of boxes.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ def _set_row(row: np.ndarray, velocity: Vector, factor: float, spin: Vector) -> 
 
 @kernel
 def place_driven(driven: Driven, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
-    """Write poses and rates of the driven bodies at a time (s) into those of all bodies."""
+    """Write poses and rates of the driven bodies at a time (s) into the arrays of all bodies."""
     n = driven.directions.shape[1]
     for i in range(driven.bodies.shape[0]):
         body, motion = driven.bodies[i], driven.motions[i]

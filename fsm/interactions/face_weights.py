@@ -55,8 +55,8 @@ def _relative_pose(
 ) -> None:
     """Axes (3, 3) and centre (3,) of a shape in the axes of another shape.
 
-    Also the axes of both bodies (rows 0 and 1 of `frames`) and of both shapes (2 and 3), and the positions of both shapes
-    relative to their bodies (`arms`), in inertial axes.
+    The function also writes, in inertial axes, the axes of both bodies (rows 0 and 1 of `frames`) and of both shapes (2 and
+    3), and the positions of both shapes relative to their bodies (`arms`).
     """
     for c in range(3):
         shift[c] = 0.0
@@ -101,7 +101,7 @@ def _turned(turn: np.ndarray, axis: int, angle: float, out: np.ndarray) -> None:
 
 @kernel
 def _displacement(turn: np.ndarray, shift: np.ndarray, row: np.ndarray, way: np.ndarray) -> None:
-    """Displacement and small rotation (6,) of a relative pose from that of a unit's row, into `way`."""
+    """Write displacement and small rotation (6,) between the pose of a unit's row and a relative pose to `way`."""
     for c in range(3):
         i, j = (c + 1) % 3, (c + 2) % 3
         way[c], way[3 + c] = shift[c] - row[9 + c], 0.0

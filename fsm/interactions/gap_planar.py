@@ -230,7 +230,7 @@ def tangent_gap_planar(
             body = bodies[i, b]
             for c in range(3):
                 speed[3 * b + c] = rates[body, c]
-            # second derivatives of p - C and of C_s by the angle of their body: -arm
+            # second derivatives of p - C and of C_s with respect to the angle of their body: -arm
             cb, sb = np.cos(poses[body, 2]), np.sin(poses[body, 2])
             place = 3 * b + 2
             if b == 0:

@@ -84,7 +84,7 @@ def measure_pose_planar(
 
 
 class MeasureTangents(NamedTuple):
-    """Gradients (m, k, n), efforts, and their slopes by the measures and by their rates, (m, k) each."""
+    """Gradients (m, k, n), efforts, and derivatives of efforts with respect to measures and their rates, (m, k) each."""
 
     gradient: np.ndarray
     effort: np.ndarray

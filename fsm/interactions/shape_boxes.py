@@ -60,7 +60,7 @@ def shape_boxes_spatial(poses: np.ndarray, shapes: Shapes) -> tuple[np.ndarray, 
 def _polygon_box(
     pose: np.ndarray, frame: np.ndarray, size: np.ndarray, radius: float, low: np.ndarray, high: np.ndarray
 ) -> None:
-    """Write the corners (3,) of the box around a polygon, whose axes are those of its body."""
+    """Write the corners (3,) of the box around a polygon that has the axes of its body."""
     for c in range(3):
         low[c], high[c] = np.inf, -np.inf
         for k in range(int(size[0])):

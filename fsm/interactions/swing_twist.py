@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 Slopes = tuple[float, float, float, float, float, float, float, float, float, float, float]
-"""Derivatives of a measure by q: by q0, q1, q2, q3, then by 00, 02, 22, 01, 12, 03, 23; zero by 11, 13, 33."""
+"""Derivatives of a measure with respect to q: 0, 1, 2, 3, then 00, 02, 22, 01, 12, 03, 23; those for 11, 13, 33 are zero."""
 
 _SERIES: Final = tuple(2.0 * math.prod(k / (2 * k + 1) for k in range(1, order + 1)) for order in range(12))
 
@@ -106,7 +106,7 @@ def second_increment(row: int, column: int, steps: np.ndarray, out: np.ndarray) 
 
 @kernel(inline=True)
 def twist_slopes(q: Quaternion) -> tuple[float, Slopes]:
-    """psi = 2 atan2(q2, q0) and its derivatives by q."""
+    """psi = 2 atan2(q2, q0) and its derivatives with respect to q."""
     square = q[0] * q[0] + q[2] * q[2]
     s00 = 4.0 * q[0] * q[2] / (square * square)
     s02 = 2.0 * (q[2] * q[2] - q[0] * q[0]) / (square * square)
@@ -156,7 +156,7 @@ def _stretch(n: float) -> tuple[float, float, float]:
 
 @kernel(inline=True)
 def swing_slopes(q: Quaternion, half_way: bool) -> tuple[float, float, Slopes, Slopes]:
-    """s1 and s3, in the axes of the outer body or half-way between both bodies, and their derivatives by q.
+    """s1 and s3 in the axes of the outer body or half-way between both bodies, and their derivatives with respect to q.
 
     n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n  in the axes of the outer body.
     This is s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n. Half-way, B is linear and h = f.

@@ -74,7 +74,7 @@ def pattern_at(t: np.ndarray, k: int) -> Pattern:
 def set_factors(
     by: EquationKernels, p: Pattern, matrix: np.ndarray, factors: np.ndarray, flags: np.ndarray
 ) -> bool:
-    """Factorise a matrix; false if it is singular. `flags` (3,) are those of the model."""
+    """Factorise a matrix; false if it is singular. `flags` (3,) belong to the model."""
     symmetric = is_symmetric(matrix, p.rows, p.columns, p.transposed, SYMMETRY_TOLERANCE)
     flags[SYMMETRIC], flags[TRUSTED] = 1 if symmetric else 0, 0
     failed = by.factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, symmetric, factors)

@@ -148,7 +148,7 @@ def quaternion_rates(poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
 @kernel
 def quaternion_jacobian(poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of `quaternion_rates` by pose, (n, 7, 7), and by rate, (n, 7, 6)."""
+    """Derivatives of `quaternion_rates` with respect to poses, (n, 7, 7), and to rates, (n, 7, 6)."""
     count = poses.shape[0]
     by_pose = np.zeros((count, 7, 7))
     by_rate = np.zeros((count, 7, 6))

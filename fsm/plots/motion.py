@@ -127,7 +127,7 @@ def _height(extent: Floats, columns: int, rows: int, title: float, space: bool) 
 
 
 def _arrange_plane(fig: Figure, columns: int, rows: int, below: float) -> None:
-    """Put axes around the pictures in the plane; those of the first column, and the lowest of each column, have labels."""
+    """Put axes around the pictures in the plane; only the first column and the lowest picture of a column have labels."""
     if not fig.axes:
         return
     renderer: Any = fig.canvas.get_renderer()  # type: ignore[attr-defined, unused-ignore]

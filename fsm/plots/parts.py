@@ -73,7 +73,7 @@ def _of_panel(number: int, last: int) -> str:
 
 
 def _of_body(name: str, bodies: list[str], panels: int, sections: KeysView[str]) -> tuple[str, str]:
-    """Name and colour of a body; if there are many bodies, those of its kind."""
+    """Name and colour of a body, or of its kind if there are many bodies."""
     if "scissor" in sections:
         side = name.rpartition(".")[2]
         return _BARS.get(side, ("bars", COLOURS[0]))

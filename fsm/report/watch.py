@@ -111,7 +111,7 @@ class Watch:
             self._told = time.monotonic()
 
     def _file(self) -> Path | None:
-        """Newest results file in the folder of the run, or in those of its stages."""
+        """Newest results file in the folder of the run or in a folder of its stages."""
         names = ("result.part.h5", "result.h5")
         found = [path for name in names for folder in (self.out, *self.out.glob("*/")) if (path := folder / name).is_file()]
         fresh = [path for path in found if path.stat().st_mtime >= self.started]

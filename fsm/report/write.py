@@ -112,7 +112,7 @@ def result_data(name: str, solution: Solution, shapes: int, channels: int, wante
     creases = creases_of(solution)
     every = all_channels(solution, creases)
     listed, rows, left_out = channel_data(every, wanted, channels if shapes else 0, len(solution))
-    notes = [] if shapes else [f"The page shows the motion and the curves of {MOST_PLAYED} results; this is a further one."]
+    notes = [] if shapes else [f"The page has motion and curves for {MOST_PLAYED} results only, and not for this result."]
     if left_out:
         notes.append(
             f"{left_out} of {len(every)} channels are left out to keep the page small; --channel PATTERN includes them."

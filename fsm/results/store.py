@@ -196,7 +196,7 @@ def _read_layout(file: Any) -> Layout:
 
 @contextmanager
 def open_hdf5(path: Path, kind: str) -> Iterator[Any]:
-    """Open an HDF5 file of a kind (`FORMAT`, or that of a checkpoint); faults become a `CaseError`."""
+    """Open an HDF5 file of a kind (`FORMAT`, or the format of a checkpoint); faults become a `CaseError`."""
     if path.exists() and not path.is_file():
         inside = path / "result.h5"
         what = f"is a folder; give {inside}" if inside.is_file() else "is a folder, a pipe or a device, not a file"

@@ -49,8 +49,8 @@ class Closing(Model):
 class Gas(Model):
     """Gas in a chamber: facets that enclose a volume, with planes and lids that close it.
 
-    Pressures are absolute. The force on the facets is that of the pressure above `outside_pressure`, along the gradient of
-    the volume. Give at most one supply; without one, the chamber keeps its gas.
+    Pressures are absolute. The force on the facets is the pressure above `outside_pressure` times the gradient of the
+    volume. Give at most one supply; without a supply, the chamber keeps its gas.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Gas(Model):
         if self.supply_pressure is not None and self.pressure is not None:
             raise ValueError("`supply_pressure` gives the pressure at all times; remove `pressure`")
         if self.supply_pressure is not None and self.law == "adiabatic":
-            raise ValueError('`supply_pressure` gives the pressure whatever the heat; remove law = "adiabatic"')
+            raise ValueError('`supply_pressure` gives the pressure, so heat has no effect; remove law =  "adiabatic"')
         if not given and not self.at_start and not self.outside_pressure:
             raise ValueError("the chamber is empty and has no supply; give `pressure`, or for example `supply_mass`")
         return self

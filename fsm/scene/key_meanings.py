@@ -17,7 +17,7 @@ _PLACES = (Path(__file__).with_name("case_file.md"), Path(__file__).parents[2] /
 
 
 class KeyRow(NamedTuple):
-    """Row of a table of the page: texts without marks."""
+    """Row of a table of docs/case_file.md, as plain text without Markdown."""
 
     key: str
     unit: str
@@ -66,5 +66,5 @@ def _tables() -> list[tuple[str, dict[str, KeyRow]]]:
 
 
 def _plain(text: str) -> str:
-    """Text of a cell without the marks of code, and with the text of links only."""
+    """Plain text of a cell: without backticks, and with the text of links only."""
     return re.sub(r"\[([^\]]+)\]\([^)]+\)", r"\1", text).replace("`", "").strip()

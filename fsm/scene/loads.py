@@ -27,13 +27,13 @@ PART = ", vertex "
 class Load(Model):
     """Wrench on a body or on a place of flexible facets: a force at a point and a couple, times a function of time.
 
-    `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body axes
-    if `follower` is true. If the table of `time` has a column `force` or `moment`, the vector gives the direction only.
-    `step` is the step in which the load begins; absent: the first. A later step changes or releases the load by its `name`;
-    absent: "load on" and the name of its body or place. `at` is a place of a sheet in place of `body`, as in `Drive`; its
-    vertices share the force in equal parts. On an edge of flexible facets, `force_per_length` and `moment_per_length` act.
-    `pressure` acts on facets of a sheet instead: "all", "facet 3" or "facets 1, 2". It is normal to the deformed
-    facets; a positive pressure acts along their normals.
+    `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body
+    axes if `follower` is true. If the table of `time` has a column `force` or `moment`, the vector gives the direction
+    only. `step` is the step in which the load begins, by default the first. A later step changes or releases the load by
+    its `name`, by default "load on" and the name of its body or place. `at` is a place of a sheet in place of `body`, as
+    in `Drive`; its vertices share the force in equal parts. On an edge of flexible facets, `force_per_length` and
+    `moment_per_length` act. `pressure` acts on facets of a sheet instead: "all", "facet 3" or "facets 1, 2". It is normal
+    to the deformed facets; a positive pressure acts along their normals.
     """
 
     name: Name | None = None

@@ -74,7 +74,7 @@ class SavedPoint(Model):
 
 
 class Save(Model):
-    """Spacing of records: `every` in travel of the first drive, or `interval` in time; absent: 200 intervals.
+    """Spacing of records: `every` in travel of the first drive, or `interval` in time; by default 200 intervals.
 
     Attributes
     ----------

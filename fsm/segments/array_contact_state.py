@@ -64,7 +64,7 @@ __all__ = [
 
 
 class Weighed(NamedTuple):
-    """Rows of contacts whose weights change with the poses, and derivatives of the weights by the poses."""
+    """Rows of contacts whose weights change with the poses, and derivatives of these weights with respect to the poses."""
 
     rows: np.ndarray
     gradient: np.ndarray
@@ -242,7 +242,7 @@ def evaluate(
 
 @kernel
 def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, total: np.ndarray) -> None:
-    """Add the forces of contacts to those of all bodies."""
+    """Add the forces of contacts to the forces of all bodies."""
     bodies, gradient, size = integers_2d(g, BODIES), floats_3d(g, GRADIENT), total.shape[1]
     normal, efforts = floats_1d(g, NORMAL_FORCE), floats_2d(g, EFFORT)
     slips = efforts.shape[1] if integers_1d(g, STATE)[FRICTION] == 1 else 0

@@ -49,8 +49,8 @@ from fsm.segments.surface_contacts import SurfaceContacts
 __all__ = ["ContactModel", "has_contact_arrays"]
 
 _AHEAD = 2
-"""Number of further pieces that the pattern couples with a probe besides the near ones, so that the pattern remains
-valid while the probe slides."""
+"""Number of further pieces, beyond the near ones, that the pattern couples with a probe. The pattern then remains valid
+while the probe slides."""
 _MOST_SLOTS = 50000
 """Largest number of slots of all pairs of shapes; more are selected step by step."""
 
@@ -58,7 +58,8 @@ _MOST_SLOTS = 50000
 def has_contact_arrays(group: ContactGroup, spatial: bool) -> bool:
     """Whether a contact group has arrays.
 
-    Its laws are those of the package, friction does not depend on the direction, and the tables of shapes are small.
+    A group has arrays if its laws belong to the package, friction does not depend on the direction, and the tables of
+    shapes are small.
     """
     geometry, friction = group.geometry, group.friction
     if group.normal.law not in NORMAL_LAWS.values():  # a law of a user may have other types
@@ -126,7 +127,7 @@ class _GroupArrays(ABC):
 
     @abstractmethod
     def load_own(self, memory: np.ndarray) -> None:
-        """Copy the memory of the geometry to the arrays; empty: the initial memory."""
+        """Copy the memory of the geometry to the arrays; an empty memory gives the initial one."""
 
     @abstractmethod
     def own_memory(self) -> np.ndarray:

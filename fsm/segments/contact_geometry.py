@@ -57,7 +57,7 @@ class Tapered(NamedTuple):
 
 
 class ContactKinematics(NamedTuple):
-    """Rates of contacts and their gradients by the bodies' coordinates.
+    """Rates of contacts, and their gradients with respect to the bodies' coordinates.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class ContactKinematics(NamedTuple):
 
 
 class ContactGeometry(Protocol):
-    """Protocol of the contacts of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6)."""
+    """Protocol of the contacts of one kind. Poses (n_bodies, 3 or 7) and rates (n_bodies, 3 or 6) include all bodies."""
 
     slips: int
     """Number of slip components: 1 in the plane, 3 in space."""
@@ -140,7 +140,7 @@ class ContactGeometry(Protocol):
     def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
         """Update the memory after an accepted step, for example the side on which a point lies.
 
-        `young` lists the slots of contacts that may be continuing impacts; None: all contacts.
+        `young` lists the slots of contacts that may be continuing impacts; None means all contacts.
         """
         ...
 

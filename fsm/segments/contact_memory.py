@@ -57,7 +57,7 @@ class ContactMemory(NamedTuple):
 
     @classmethod
     def from_flat(cls, flat: np.ndarray, slips: int) -> tuple[ContactMemory, np.ndarray]:
-        """Memory from the array of `flat`, and the rest of the array."""
+        """Memory from an array that `flat` made, and the remaining values of the array."""
         count = int(flat[0])
         key, onset, began, depth, deflection, rest = np.split(
             flat[1:].copy(), np.cumsum([count] * 4 + [count * slips])

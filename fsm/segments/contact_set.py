@@ -15,7 +15,7 @@ __all__ = ["ContactSet"]
 
 
 class ContactSet(tuple[ContactGroup, ...]):
-    """Contact groups of a scene; may be empty. Poses and rates are of all bodies."""
+    """Contact groups of a scene; may be empty. Poses and rates include all bodies."""
 
     __slots__ = ()
 
@@ -44,7 +44,7 @@ class ContactSet(tuple[ContactGroup, ...]):
         return np.array([float(count) for group in self for count in (group.evaluations, group.renewals)])
 
     def clear_caches(self, counters: np.ndarray) -> None:
-        """Clear all caches and continue the counters from `counters`; empty: from zero."""
+        """Clear all caches and continue the counters from `counters`, or from zero if it is empty."""
         counts = counters if len(counters) else np.zeros(2 * len(self))
         for group, (evaluations, renewals) in zip(self, counts.reshape(-1, 2).tolist(), strict=True):
             group.clear_caches(int(evaluations), int(renewals))
@@ -79,7 +79,7 @@ class ContactSet(tuple[ContactGroup, ...]):
         return any(group.resolves for group in self)
 
     def coarsen(self, factor: float) -> None:
-        """Resolve impacts by steps that are longer by a factor."""
+        """Multiply the step sizes that resolve impacts by a factor."""
         for group in self:
             group.coarsen(factor)
 

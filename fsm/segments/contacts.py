@@ -441,7 +441,7 @@ class ContactGroup(Group):
         )
 
     def coarsen(self, factor: float) -> None:
-        """Resolve impacts by steps that are longer by a factor."""
+        """Multiply the step sizes that resolve impacts by a factor."""
         self.impacts = replace(self.impacts, coarse=factor)
 
     @property

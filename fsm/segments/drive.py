@@ -61,7 +61,7 @@ class Program(Protocol):
         ...
 
     def sampled(self) -> np.ndarray:
-        """Times from the begin to the end, s, with all breaks and extremes. The motion does not reverse between two of
+        """Times from the beginning to the end, s, with all breaks and extremes. The motion does not reverse between two of
         these times.
         """
         ...

@@ -91,7 +91,7 @@ class SegmentForces(Configuration):
 
         The length is the median length of segments, else of solids, else the distance between bodies. The speed is the
         largest initial speed, or ten times the speed of a drive. On the pulled strip a smaller speed needs more steps,
-        and a larger speed causes energy errors. The resolution of increments is that of the contact forces.
+        and a larger speed causes energy errors. The contact forces give the resolution of increments.
         """
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
         lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]

@@ -31,7 +31,7 @@ class GroupSteps(NamedTuple):
 class Group(ABC):
     """Batch of interactions of one kind.
 
-    Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
+    Poses and rates include all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
 
     With a past state, rates of deformation are differences from that state, without an error from finite rotations.
     """

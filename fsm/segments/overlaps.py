@@ -86,7 +86,7 @@ class Overlaps(NamedTuple):
 
     @classmethod
     def from_flat(cls, flat: np.ndarray) -> Overlaps:
-        """Weights from the array of `flat`."""
+        """Weights from an array that `flat` made."""
         rows = flat.reshape(-1, 1 + 2 * ROW)
         known = np.ones(len(rows), dtype=np.bool_)
         return cls(rows[:, 0].astype(np.int64), known, rows[:, 1 : 1 + ROW].copy(), rows[:, 1 + ROW :].copy())

@@ -71,12 +71,12 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     yield f"{law}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for {where}{_damping(contact)}"
     if contact.restitution is not None:
         slow = f"{millimetres(contact.speed_floor)}/s"
-        yield f"an impact takes at least about 90 steps; below {slow} a contact is a pressed contact and not an impact"
+        yield f"an impact takes at least about 90 steps; a contact that closes slower than {slow} is not an impact"
     yield f"{count(_contact_points(view), 'contact point')} on both faces of all pairs"
     if view.scene.touching is not None:
         crossing = "edges that cross touch at half of the thickness" if contact.thickness_in_gap else "edges do not touch"
         yield f"nodes of facets touch the planes of nearby triangles; {crossing}"
-        yield "a facet touches itself only beyond three times the longest edge of the mesh"
+        yield "parts of one facet touch only if they are more than three longest edges of the mesh apart"
         yield "facets with a common vertex have no contact where they touch at the start"
         yield "with contact, steps of flexible facets and bars are computed in Python and take several times as long"
     if view.scene.obstacles:

@@ -31,7 +31,7 @@ def gas_lines(view: CheckContext) -> Iterator[str]:
         facets = view.scene.facets
         if facets is not None and (facets.mesh.creases or any(chamber.caps for chamber in view.scene.chambers)):
             yield "chambers have straight edges between nodes: the volume has an error of the order of the squared cell size"
-        yield "a case with gas steps in Python, not in compiled steps"
+        yield "steps of a case with gas are computed in Python, more slowly than compiled steps"
 
 
 def _chamber(chamber: Chamber) -> str:

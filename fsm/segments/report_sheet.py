@@ -79,7 +79,7 @@ def _foldability_lines(pattern: Pattern, bends: bool) -> Iterator[str]:
         (found.rigid, "fewer than four creases: rigid facets cannot fold there"),
         (found.blocked, "mountains and valleys that cannot all fold from flat at the same time (Abel et al., 2016)"),
         (found.kawasaki, "do not fold flat (Kawasaki: alternating sum of the angles)"),
-        (found.maekawa, "do not fold flat (Maekawa: mountains less valleys are not 2 or -2)"),
+        (found.maekawa, "do not fold flat (Maekawa: numbers of mountains and valleys do not differ by 2)"),
     ]
     for vertices, text in parts:
         if vertices:

@@ -304,7 +304,7 @@ class ShapeContacts:
         return ContactKinematics(bodies, rate, gradient, self._changed_weights(poses, touching, bodies))
 
     def _changed_weights(self, poses: np.ndarray, touching: ActiveContacts, bodies: np.ndarray) -> Tapered | None:
-        """Factors of the weights of contacts, and their gradients by the coordinates of the contacts' bodies."""
+        """Factors of the weights of contacts, and their gradients with respect to the bodies' coordinates."""
         tables = self.tables
         units, inverse = np.unique(tables.unit[touching.slot], return_inverse=True)
         sloped = self._overlaps.sloped(units)

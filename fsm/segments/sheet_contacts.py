@@ -1,12 +1,13 @@
 """Contacts of flexible facets with each other: nodes with facets, and edges with edges of a mesh of triangles.
 
-A node is a probe on every facet that it is no part of. The nodes of two facets that lie on each other represent the area of
-contact, each facet by half. A node keeps its side of a facet. After each accepted step it selects the nearest triangle; it
-touches the plane of this triangle in the next step. Beside the facet it selects a part of the round outline. So Newton's
-method does not see the jumps of the normal between triangles. Edges touch where they cross, at half of the clearance. They
+A node is a probe on every facet to which it does not belong. The nodes of two facets that lie on each other represent the
+area of contact, each facet by half. A node keeps its side of a facet. After each accepted step it selects the nearest
+triangle; it touches the plane of this triangle in the next step. Beside the facet it selects a part of the rounded
+outline. The normal therefore does not jump within a step. Edges touch where they cross, at half of the clearance. They
 keep facets apart where the mesh is too coarse for the nodes, and carry no load where nodes touch.
 
-Facets with a common vertex have no contact where they touch at the start. A facet touches itself beyond a distance along it.
+Facets with a common vertex have no contact where they touch at the start. Parts of one facet touch beyond a distance along
+the facet.
 """
 
 from __future__ import annotations
@@ -165,7 +166,7 @@ class SheetContacts:
         return np.unique(np.concatenate(found))
 
     def _of_neighbours(self, slots: np.ndarray) -> np.ndarray:
-        """Whether slots are of facets with a common vertex."""
+        """Whether slots belong to facets with a common vertex."""
         at, points = self._slots, len(self._slots.node)
         out = np.zeros(len(slots), dtype=bool)
         is_point = slots < points
@@ -375,7 +376,7 @@ class SheetContacts:
         """See `ContactGeometry`: the places, and the sides of nodes near facets."""
         self._refresh(poses)
         places = self._places(poses)
-        # a node deeper than the limit has gone round its facet, and is then on the present side
+        # a node deeper than the limit has passed round its facet, and is then on the present side
         within = self._points(places, self.margin)[0]
         kept = np.isin(self._side_key, self._key[within])
         self._side_key, self._side = self._side_key[kept], self._side[kept]

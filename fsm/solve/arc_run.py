@@ -73,9 +73,9 @@ class ArcRun:
             )
         if last.time < settings.end_time:
             self.warnings.append(
-                f"arc-length: the path did not reach the program time of the end of its step, {settings.end_time:.4g} s; "
+                f"arc-length: the path did not reach the end of its step, program time {settings.end_time:.4g} s; "
                 f"the loads decreased after a program time of {max(p.time for p in points):.4g} s, and the path ended at "
-                "their reverse"
+                "the opposite loads"
             )
         return last.q
 
@@ -84,7 +84,7 @@ class ArcRun:
         try:
             found = equilibrium(self.system, q, np.array([t]))
         except NotConverged as error:
-            text = f"arc-length: the start is not in equilibrium, and none is found near it: {error}"
+            text = f"arc-length: the start is not in equilibrium, and no equilibrium is found near it: {error}"
             raise NotConverged(f'{text}; add a step with kind = "relax" before') from None
         before, after = (self.system.energy(t, state, None).stored_at_rest for state in (q, found))
         self.energy_balance.dissipated += max(before - after, 0.0)

@@ -67,7 +67,7 @@ class EnergyBalance:
         return np.array([getattr(self, name) for name in _NUMBERS])
 
     def set_numbers(self, numbers: np.ndarray) -> None:
-        """Set the numbers from an array of `numbers`."""
+        """Set the numbers from an array that `numbers` made."""
         for name, number in zip(_NUMBERS, numbers.tolist(), strict=False):
             setattr(self, name, number)
 

@@ -21,13 +21,13 @@ _REFINE_ABOVE = 1e-13
 _NO_WEIGHT = 1e-14
 """Eigenvalue of W over the largest one, up to which its direction has no weight."""
 _SOFT = 1e6
-"""Ratio of the stiffness of a vector to that of the blocks along it, above which the blocks count as singular."""
+"""Bound of the ratio of two stiffnesses, of a vector and of the blocks along it; above it the blocks count as singular."""
 
 
 def shifted(matrix: BlockMatrix, places: np.ndarray | None) -> tuple[BlockMatrix, LowRank]:
     """Block matrix that can be factorised, and the part of low rank that completes it to the given matrix.
 
-    `places` (k,): components e; absent: those of the largest entries of V.
+    `places` (k,) are the components e; None selects the largest entries of V.
     """
     low_rank = matrix.low_rank
     assert low_rank is not None
@@ -107,7 +107,7 @@ class LowRankSolution:
 
     @property
     def more_negative(self) -> int:
-        """Negative eigenvalues of the whole symmetric matrix less those of A (Haynsworth, 1968).
+        """Number of negative eigenvalues of the whole symmetric matrix minus the number of A (Haynsworth, 1968).
 
         The matrix [[A, V^T], [V, -W^-1]] has as many as -W^-1 and A + V^T W V together, and as many as A and
         -W^-1 - V A^-1 V^T together. Directions without weight do not count.

@@ -101,7 +101,7 @@ Example, film with slack regions that become taut: 40 iterations for a step, 10 
 (2026-11-23).
 """
 _HALVES = 4
-"""Largest number of parts of an expensive step."""
+"""Largest number of parts into which an expensive step is divided."""
 _MEMORY = 0.7
 """Weight of the previous mean in the running mean of the cost."""
 _FIRST = 1e-4

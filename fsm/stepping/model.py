@@ -21,9 +21,9 @@ __all__ = [
 ]  # fmt: skip
 
 TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
-"""Indices of the record of a step: time (s), turnover before the step, kinetic energy, and elastic energies of panels and
-creases (J); 1 for a state near a stable equilibrium, else 0; from `DRIVES` on the travels and then the forces of all drives,
-the normal forces of all contact pairs, q and u."""
+"""Indices of the record of a step. First are time (s), turnover before the step, kinetic energy, and elastic energies of
+panels and creases (J). `STEADY` is 1 for a state near a stable equilibrium, else 0. From `DRIVES` on, the record contains
+travels, then forces of all drives, normal forces of all contact pairs, q and u."""
 
 INERTIAL = 1e-2
 """Largest ratio of inertial forces to the force of the drives near an equilibrium."""

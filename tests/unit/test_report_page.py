@@ -323,7 +323,7 @@ def test_many_results_fit_in_a_page() -> None:
     results = data_of(page)["results"]
     assert ["player" in result for result in results] == [True] * 40 + [False] * 4
     assert results[-1]["notes"][0] == (
-        "The page shows the motion and the curves of 40 results; this is a further one."
+        "The page has motion and curves for 40 results only, and not for this result."
     )
     assert len(data_of(page)["compare"]["overlay"]) == 44
 

@@ -130,9 +130,7 @@ class _SheetBuilder:
         )
 
     def _contact(self, frames: FacetFrames, joints: list[SheetJoint]) -> dict[str, Any]:
-        """Contact of every facet with every other facet and obstacle. The contact stiffness is that of a facet of mean
-        size.
-        """
+        """Contact of facets with all other facets and obstacles. The stiffness belongs to a facet of mean size."""
         case = self.case
         if case.contact is None:
             return {}

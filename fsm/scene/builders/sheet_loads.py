@@ -68,7 +68,7 @@ def _placed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
     if any(load.moment):
         raise CaseError(Fault(f"{path}.moment", "vertices carry no moment; give a facet of rigid facets, or a force only"))
     if bars and load.follower:
-        text = 'vertices of facets = "bars" have no axes that a follower load could turn with; remove this key'
+        text = 'vertices of facets = "bars" do not rotate, so a load cannot follow them; remove this key'
         raise CaseError(Fault(f"{path}.follower", text))
     if any(load.point):
         raise CaseError(Fault(f"{path}.point", "is not used beside `at` with vertices; remove this key"))

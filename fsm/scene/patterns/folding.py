@@ -14,7 +14,7 @@ from fsm.scene.patterns.pattern import Pattern
 __all__ = ["fold_pattern"]
 
 _WEIGHT = 10.0
-"""Weight of the lengths and the planarity of facets relative to that of fold angles, in radians, along the path. A
+"""Weight of the lengths and the planarity of facets relative to fold angles, in radians, along the path. A
 large weight shortens the steps of the iteration; the last state is projected onto states with rigid facets."""
 _INCREMENT = math.radians(5.0)
 """Largest increment of a fold angle on the path."""
@@ -141,7 +141,7 @@ def _errors(x: np.ndarray, c: _Constraints) -> np.ndarray:
 
 
 def _slopes(x: np.ndarray, c: _Constraints) -> Any:
-    """Sparse derivative of `_errors` by the coordinates."""
+    """Sparse derivative of `_errors` with respect to the coordinates."""
     apart = (x[c.pairs[:, 1]] - x[c.pairs[:, 0]]) / c.lengths[:, None] ** 2
     p = x[c.planes]
     a, b, d = (p[:, k] - p[:, 0] for k in (1, 2, 3))
@@ -169,7 +169,7 @@ def _stacked(count: int, parts: list[tuple[int, list[tuple[np.ndarray, np.ndarra
 
 
 def _angles(x: np.ndarray, hinges: _Hinges) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
-    """Fold angles of the hinges, and their derivatives by the four vertices."""
+    """Fold angles of the hinges, and their derivatives with respect to the four vertices."""
     u, v, a, b = (x[hinges.vertices[:, k]] for k in range(4))
     length = np.linalg.norm(v - u, axis=1)[:, None]
     along = (v - u) / length

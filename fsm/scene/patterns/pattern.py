@@ -121,7 +121,7 @@ class Pattern:
         return np.asarray(np.linalg.norm(np.diff(self.vertices[self.edges], axis=1)[:, 0], axis=1))
 
     def normals(self, vertices: np.ndarray | None = None) -> np.ndarray:
-        """Unit normals of the faces, (n_faces, 3), at given positions of the vertices; absent: at the start."""
+        """Unit normals of the faces, (n_faces, 3), at given positions of the vertices, by default at the start."""
         at = self.vertices if vertices is None else vertices
         return np.array([polygon_normal(at[list(face)]) for face in self.faces]).reshape(-1, 3)
 

@@ -122,7 +122,7 @@ class _Mesher:
         )  # fmt: skip
 
     def _axes(self) -> np.ndarray:
-        """Axes in the plane of each face, (n, 3, 2): those of the flat pattern if there is one, for the angles of plies."""
+        """Axes in the plane of each face, (n, 3, 2), from the flat pattern if there is one; ply angles refer to them."""
         axes = facet_frames(self.fine).axes[:, :, :2].copy()
         if self.fine.flat is None:
             return axes
@@ -176,7 +176,7 @@ class _Mesher:
         parts = self._parts(count)
         for i in range(1, count):
             for j in range(1, count - i):
-                shares = parts[[count - i - j, i, j]]  # those of an edge have the sum 1
+                shares = parts[[count - i - j, i, j]]  # on an edge their sum is 1
                 place = shares @ np.array([pa, pb, pc]) / shares.sum()
                 grid[i, j] = self._sector(number, self._node((-1, number, i, j), place))
         return grid

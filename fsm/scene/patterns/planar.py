@@ -38,7 +38,7 @@ def unit_targets(letter: str, part: float = 1.0) -> float:
 
 
 def check_size(size: float) -> None:
-    """Raise a ValueError if the size of a pattern (m) cannot be that of a sheet."""
+    """Raise a ValueError if the size of a pattern (m) is outside the range of sheets."""
     if not _SIZES[0] <= size <= _SIZES[1]:
         text = f"the pattern has a size of {size:.3g} m; it must be from {_SIZES[0]:g} to {_SIZES[1]:g} m"
         raise ValueError(f"{text}: correct the unit or the coordinates")

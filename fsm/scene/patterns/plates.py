@@ -225,7 +225,7 @@ def cells_of(sheet: Sheet, sides: tuple[float, float], least: int) -> tuple[int,
 
 
 def displacements(sheet: Sheet, mesh: tuple[int, int], sides: tuple[float, float]) -> np.ndarray | None:
-    """Displacements of the nodes from a uniform mesh; None: none.
+    """Displacements of the nodes from a uniform mesh; None without displacements.
 
     Inner nodes are displaced at random by at most a part of a cell; the same mesh always has the same displacements.
     Then coordinates from -1 to 1 along each side are `graded`.
