@@ -267,7 +267,7 @@ def add_taper_tangent(
     for k in range(rows.shape[0]):
         i = rows[k]
         for m in range(order):
-            # force that grows with the weight: normal force less friction
+            # force that grows with the weight: normal force minus friction
             along = gradient[i, 0, m]
             for c in range(by_normal.shape[1]):
                 along -= by_normal[i, c] * gradient[i, 1 + c, m]
