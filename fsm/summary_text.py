@@ -11,7 +11,7 @@ from fsm.load_names import load_units
 __all__ = ["summary_lines"]
 
 _LIMIT_POINTS = 6
-"""Largest number of limit points of a step in the lines."""
+"""Largest number of limit points that the text lists for a step."""
 
 
 def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:

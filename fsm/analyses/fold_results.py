@@ -36,7 +36,7 @@ class SheetFolds:
     def moments(
         self, system: Any, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
     ) -> np.ndarray:
-        """Moment of each joint about its line, with its dampers, (n,), N m; arguments as of `System.force`."""
+        """Moment of each joint about its line, with its dampers, (n,), N m; arguments as in `System.force`."""
         earlier = None if before is None else (before[0], _nodes(system, before[1]))
         rates = None if u is None else u[len(u) - system.elements.nu :]
         nodes, rates = system.elements.place(t, _nodes(system, q), rates, earlier)

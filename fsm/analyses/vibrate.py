@@ -432,7 +432,7 @@ class VibrationAnalysis(OneStep):
 
 
 def _mean_direction(stress: FilmStress) -> np.ndarray:
-    """Direction of the larger stress of every element, (m, 3): mean over its points, weighted by how much larger it is."""
+    """Direction of the larger stress of every element, (m, 3): mean over its points, weighted by the stress difference."""
     weight = stress.principal[..., 0] - stress.principal[..., 1]
     tensor = np.einsum("ms,msa,msb->mab", weight, stress.direction, stress.direction)
     return np.asarray(np.linalg.eigh(tensor)[1][..., -1])

@@ -113,7 +113,7 @@ class Coordinates(NamedTuple):
     tables : (n_groups, m, 4) int array
         Table of the arrays of each group.
     accepting : (k,) int array
-        Addresses of kernels that record each accepted state, with its time; arguments as of `kernels`.
+        Addresses of kernels that record each accepted state, with its time; arguments as in `kernels`.
     accept_tables : (k, m, 4) int array
         Table of the arrays of each of them.
     flags : (3,) int array, see `fsm.kernels.block_equations`

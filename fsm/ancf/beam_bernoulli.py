@@ -24,7 +24,7 @@ def bernoulli_shape(xi: np.ndarray, length: float) -> np.ndarray:
 
 
 def bernoulli_rows(xi: np.ndarray, length: float) -> np.ndarray:
-    """First and second derivatives of the shape functions by x, (n, 2, 4)."""
+    """First and second derivatives of the shape functions with respect to x, (n, 2, 4)."""
     x2 = xi**2
     first = [(6.0 * x2 - 6.0 * xi) / length, 1.0 - 4.0 * xi + 3.0 * x2, (6.0 * xi - 6.0 * x2) / length, 3.0 * x2 - 2.0 * xi]
     second = [
@@ -35,7 +35,7 @@ def bernoulli_rows(xi: np.ndarray, length: float) -> np.ndarray:
 
 @kernel
 def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
-    """Compute (eps, kappa) and their gradients (2, 4) by z = (r', r'')."""
+    """Compute (eps, kappa) and their gradients (2, 4) with respect to z = (r', r'')."""
     ax, ay, bx, by = z[0], z[1], z[2], z[3]
     square = ax * ax + ay * ay
     strain[0], strain[1] = 0.5 * (square - 1.0), (ax * by - ay * bx) / square
@@ -47,7 +47,7 @@ def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
 
 @kernel
 def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
-    """Compute second derivatives (2, 4, 4) of the strains by z; constant zero entries are not written."""
+    """Compute second derivatives (2, 4, 4) of the strains with respect to z; constant zero entries are not written."""
     a, b = (z[0], z[1]), (z[2], z[3])
     square = a[0] * a[0] + a[1] * a[1]
     two, three = 1.0 / (square * square), 1.0 / (square * square * square)

@@ -22,7 +22,7 @@ __all__ = ["green_hessians", "green_strains"]
 
 @kernel
 def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
-    """Compute (E11, E22, 2 E12) and their gradients (3, 4) by z = (r_x, r_y)."""
+    """Compute (E11, E22, 2 E12) and their gradients (3, 4) with respect to z = (r_x, r_y)."""
     ax, ay, dx, dy = z[0], z[1], z[2], z[3]
     strain[0], strain[1], strain[2] = 0.5 * (ax * ax + ay * ay - 1.0), 0.5 * (dx * dx + dy * dy - 1.0), ax * dx + ay * dy
     gradient[0, 0], gradient[0, 1] = ax, ay
@@ -32,7 +32,7 @@ def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
 
 @kernel
 def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
-    """Compute second derivatives (3, 4, 4) of the strains by z, which are constant."""
+    """Compute second derivatives (3, 4, 4) of the strains with respect to z, which are constant."""
     for c in range(2):
         hessian[0, c, c] = 1.0
         hessian[1, 2 + c, 2 + c] = 1.0

@@ -21,7 +21,7 @@ __all__ = ["section_hessians", "section_strains"]
 
 @kernel
 def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
-    """Compute (Gamma1, Gamma2, kappa, E22) and their gradients (4, 6) by z = (a, d, b)."""
+    """Compute (Gamma1, Gamma2, kappa, E22) and their gradients (4, 6) with respect to z = (a, d, b)."""
     ax, ay, dx, dy, bx, by = z[0], z[1], z[2], z[3], z[4], z[5]
     square = dx * dx + dy * dy
     one = 1.0 / np.sqrt(square)
@@ -40,7 +40,7 @@ def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
 
 @kernel
 def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
-    """Compute second derivatives (4, 6, 6) of the strains by z; constant zero entries are not written."""
+    """Compute second derivatives (4, 6, 6) of the strains with respect to z; constant zero entries are not written."""
     ax, ay, dx, dy, bx, by = z[0], z[1], z[2], z[3], z[4], z[5]
     square = dx * dx + dy * dy
     one = 1.0 / np.sqrt(square)
@@ -53,7 +53,7 @@ def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
     for i in range(2):
         for j in range(2):
             unit = 1.0 if i == j else 0.0
-            # derivative of (dy, -dx) and of (-dy, dx) by d
+            # derivative of (dy, -dx) and of (-dy, dx) with respect to d
             turned = (1.0 if j == 1 else 0.0) if i == 0 else (-1.0 if j == 0 else 0.0)
             dd = d[i] * d[j]
             h0, h1 = turned * one - across[i] * d[j] * three, unit * one - dd * three

@@ -50,7 +50,7 @@ def beam_shape(xi: np.ndarray, y: np.ndarray, length: float) -> np.ndarray:
 
 
 def beam_rows(xi: np.ndarray, y: np.ndarray, length: float) -> np.ndarray:
-    """Derivatives of the shape functions by x, by y, and by both, (n, 3, 7); arguments as `beam_shape`."""
+    """Derivatives of the shape functions with respect to x, y, and both, (n, 3, 7); arguments as `beam_shape`."""
     none = np.zeros_like(xi)
     x2 = xi**2
     by_x = [

@@ -212,7 +212,7 @@ def _products(g: np.ndarray) -> tuple[float, float, float]:
 
 @kernel(inline=True)
 def _stretch(g: np.ndarray, engineering: bool) -> tuple[float, float, float]:
-    """Strain eps, and its first and second derivatives by r'.r'/2."""
+    """Strain eps, and its first and second derivatives with respect to r'.r'/2."""
     squared = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
     if not engineering:
         return 0.5 * (squared - 1.0), 1.0, 0.0
@@ -322,7 +322,7 @@ def add_force(
 
 @kernel(inline=True)
 def _bend_hessian(g: np.ndarray, bending: float, length: float, hessian: np.ndarray) -> None:
-    """Compute second derivatives (6, 6) of the bending energy per length by r' and r'' (natural coordinate)."""
+    """Compute second derivatives (6, 6) of the bending energy per length with respect to r' and r'' (natural coordinate)."""
     aa, bb, ab = _products(g)
     a2 = aa * aa
     by_a = 0.5 * (-bb / a2 + 2.0 * ab * ab / (a2 * aa))

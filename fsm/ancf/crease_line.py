@@ -1,7 +1,7 @@
 """Creases of a film: lines along which its slope jumps, with a torsional spring.
 
-The slopes a = r_X before the line and b = r_X behind it are separate. The tangent c = r_Y of the line is common. The
-rotation psi from a to b is that of `fsm.ancf.fold_angle`. The moment is k (psi - psi_free) + tau k psi', positive upwards:
+The slopes a = r_X before the line and b = r_X behind it are separate. The tangent c = r_Y of the line is common.
+`fsm.ancf.fold_angle` defines the rotation psi from a to b. The moment is k (psi - psi_free) + tau k psi', positive upwards:
 from x towards z for a line along y. Each node has a share of k in proportion to its share of the width.
 """
 

@@ -1,4 +1,4 @@
-"""Curvatures of a surface r(X, Y) and their derivatives by r_X, r_Y, r_XX, r_YY, r_XY (numbered 0 to 4).
+"""Curvatures of a surface r(X, Y) and their derivatives with respect to r_X, r_Y, r_XX, r_YY, r_XY (numbered 0 to 4).
 
     kappa_ij = r_ij . n/|n|,   n = r_X x r_Y
 
@@ -103,7 +103,7 @@ def curvature_rates(g: np.ndarray, v: np.ndarray, n: np.ndarray, size: float, c:
 
 @kernel(inline=True)
 def _normal_columns(g: np.ndarray, dn: np.ndarray) -> None:
-    """Compute derivatives (3, 6) of n by r_X and r_Y: dn = -[r_Y] dr_X + [r_X] dr_Y."""
+    """Compute derivatives (3, 6) of n with respect to r_X and r_Y: dn = -[r_Y] dr_X + [r_X] dr_Y."""
     for k in range(2):
         first = 3 - 3 * k
         sign = 1.0 if k == 0 else -1.0

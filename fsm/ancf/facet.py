@@ -103,7 +103,7 @@ def _simpson(point: int) -> float:
 def stretch_strains(
     edges: np.ndarray, across: np.ndarray, rest: np.ndarray, e: np.ndarray, slopes: np.ndarray, strains: np.ndarray
 ) -> None:
-    """Strains (5, 3) less those at rest, and the slopes (3, 4, 3) along the edges at their points and across them."""
+    """Strains (5, 3) relative to rest, and the slopes (3, 4, 3) along the edges at their points and across them."""
     for k in range(3):
         total = 0.0
         for p in range(3):
@@ -139,7 +139,7 @@ def bend_point(rows: np.ndarray, e: np.ndarray, g: np.ndarray) -> None:
 
 @kernel(inline=True)
 def _moments(moduli: np.ndarray, g: np.ndarray, n: np.ndarray, rest: np.ndarray, kappa: np.ndarray, m: np.ndarray) -> None:
-    """Curvatures (3,) less those at rest, and their efforts (3,)."""
+    """Curvatures (3,) relative to rest, and their efforts (3,)."""
     for i in range(3):
         kappa[i] = n[0] * g[6 + 3 * i] + n[1] * g[7 + 3 * i] + n[2] * g[8 + 3 * i] - rest[i]
     for i in range(3):
@@ -193,7 +193,7 @@ def facet_curvatures(facets: FacetArrays, rows: np.ndarray, q: np.ndarray) -> np
 
 @kernel
 def facet_strains(facets: FacetArrays, q: np.ndarray, out: np.ndarray) -> None:
-    """Strains (m, 5, 3) less those at rest, as in `FacetArrays.rest`."""
+    """Strains (m, 5, 3) relative to rest, as in `FacetArrays.rest`."""
     e, slopes, strains = np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3))
     for k in range(facets.vectors.shape[0]):
         gather(facets.vectors[k], q, e)
@@ -272,7 +272,7 @@ def _columns(strain: int) -> tuple[int, int]:
 def stretch_gradients(
     edges: np.ndarray, across: np.ndarray, slopes: np.ndarray, e: np.ndarray, out: np.ndarray
 ) -> None:
-    """Derivatives (15, 27) of the strains by the nodal vectors. Derivatives of corner strains are in `_columns`
+    """Derivatives (15, 27) of the strains with respect to the nodal vectors. Derivatives of corner strains are in `_columns`
     only.
     """
     for edge in range(3):

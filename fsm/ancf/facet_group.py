@@ -105,7 +105,7 @@ class FacetGroup:
         damping: np.ndarray,
         efforts: np.ndarray | None = None,
     ) -> None:
-        """See `ElementGroup`; with `efforts`, the geometric stiffness is that of these membrane efforts."""
+        """See `ElementGroup`; with `efforts`, these membrane efforts give the geometric stiffness."""
         self.add_force(q, u, force)
         given = _NONE if efforts is None else efforts.reshape(-1, 5, 3)
         data = stiffness.reshape(-1), damping.reshape(-1)

@@ -132,7 +132,7 @@ def cubic_shapes(plane: np.ndarray, angle: np.ndarray, at: np.ndarray) -> tuple[
 
 
 def _cubic(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Nine cubics (p, 9) in area coordinates (p, 3), and their derivatives by these (p, 9, 3)."""
+    """Nine cubics (p, 9) in area coordinates (p, 3), and their derivatives with respect to these (p, 9, 3)."""
     value, slope = np.zeros((len(at), 9)), np.zeros((len(at), 9, 3))
     bubble = at.prod(axis=1)
     of_bubble = np.stack([at[:, 1] * at[:, 2], at[:, 2] * at[:, 0], at[:, 0] * at[:, 1]], axis=1)

@@ -109,7 +109,7 @@ def _gather(folds: FoldArrays, k: int, q: np.ndarray, v: np.ndarray) -> None:
 
 @kernel
 def fold_states(folds: FoldArrays, q: np.ndarray, states: np.ndarray) -> None:
-    """Compute states (m, 19) of all folds: angle, its gradient (9) by a, b, c, and the second result of `fold_gradient`."""
+    """Compute states (m, 19) of all folds: angle, gradient (9) with respect to a, b, c, second result of `fold_gradient`."""
     v = np.empty((3, 3))
     for k in range(folds.vectors.shape[0]):
         _gather(folds, k, q, v)

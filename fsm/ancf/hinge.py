@@ -61,14 +61,14 @@ def _turn(px: float, py: float, qx: float, qy: float, initial: float, sign: floa
 
 @kernel(inline=True)
 def _gradient(px: float, py: float, qx: float, qy: float, sign: float, gradient: np.ndarray) -> None:
-    """Derivatives of the turn by (p, q), (4,)."""
+    """Derivatives of the turn with respect to (p, q), (4,)."""
     p2, q2 = sign / (px * px + py * py), sign / (qx * qx + qy * qy)
     gradient[0], gradient[1], gradient[2], gradient[3] = py * p2, -px * p2, -qy * q2, qx * q2
 
 
 @kernel(inline=True)
 def _moment(turn: float, rate: float, law: np.ndarray, latched: int) -> tuple[float, float, float]:
-    """Moment against the turn, and its derivatives by turn and rate."""
+    """Moment against the turn, and its derivatives with respect to turn and rate."""
     moment = law[_STIFFNESS] * (turn - law[_REST]) + law[_DAMPING] * rate
     by_turn, by_rate = law[_STIFFNESS], law[_DAMPING]
     if law[_FRICTION] > 0.0:

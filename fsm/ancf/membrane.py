@@ -81,7 +81,7 @@ def _derivatives(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
 
 @kernel(inline=True)
 def _bend_point(r: np.ndarray, first: int, points: int, per_b: float, per_c: float, g: np.ndarray) -> None:
-    """The five derivatives (15,) at a point of bending, by material lengths; `first` is its column of x.
+    """The five derivatives (15,) at a point of bending, with respect to material lengths; `first` is its column of x.
 
     Here and below `per_b` and `per_c` are 1/b and 1/c, because divisions are slow.
     """
@@ -123,7 +123,7 @@ def _curvature(g: np.ndarray, n: np.ndarray, kappa: np.ndarray) -> None:
 
 @kernel(inline=True)
 def _moments(kappa: np.ndarray, bending: float, poisson: float, m: np.ndarray) -> None:
-    """Derivatives of the bending energy per area by kappa_XX, kappa_YY, kappa_XY."""
+    """Derivatives of the bending energy per area with respect to kappa_XX, kappa_YY, kappa_XY."""
     m[0] = bending * (kappa[0] + poisson * kappa[1])
     m[1] = bending * (kappa[1] + poisson * kappa[0])
     m[2] = 2.0 * bending * (1.0 - poisson) * kappa[2]
@@ -256,7 +256,7 @@ def _add_moduli(
 
 @kernel(inline=True)
 def _natural(derivatives: int, per_b: float, per_c: float, h: np.ndarray) -> None:
-    """Second derivatives (3 d, 3 d) by material derivatives turned into those by natural ones."""
+    """Second derivatives (3 d, 3 d), converted from material derivatives of r to natural ones."""
     for d in range(derivatives):
         for f in range(derivatives):
             factor = _length(d, per_b, per_c) * _length(f, per_b, per_c)
@@ -429,7 +429,7 @@ def strains_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
 
 @kernel
 def curvatures_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
-    """Curvatures (m, p, 3) xx, yy, xy less those at rest, at the points of bending, 1/m."""
+    """Curvatures (m, p, 3) xx, yy, xy relative to rest, at the points of bending, 1/m."""
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     derivatives = _derivatives(film, q)
     g, n, kappa = np.empty(15), np.empty(3), np.empty(3)

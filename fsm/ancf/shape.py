@@ -66,7 +66,7 @@ def cable_shape(x: np.ndarray | float, length: float = 1.0, derivative: int = 0)
     x : (...,) array
         Natural coordinate.
     length : m
-    derivative : order of the derivative by the length
+    derivative : order of the derivative with respect to the length
 
     Returns
     -------

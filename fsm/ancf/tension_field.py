@@ -97,7 +97,7 @@ def _rounded(x: float, width: float) -> tuple[float, float, float]:
 def film_energy(
     exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float, width: float
 ) -> float:
-    """Energy per area without that of P, J/m^2; `plain` is C, `remainder` eps, `width` the strain w."""
+    """Energy per area without the energy of P, J/m^2; `plain` is C, `remainder` eps, `width` the strain w."""
     shear = 2.0 * (1.0 - poisson) * exy * exy
     whole = 0.5 * plain * (exx * exx + eyy * eyy + 2.0 * poisson * exx * eyy + shear)
     if remainder >= 1.0:
@@ -112,7 +112,7 @@ def film_energy(
 def film_stress(
     exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float, width: float
 ) -> tuple[float, float, float]:
-    """Resultants Nxx, Nyy, Nxy (second Piola-Kirchhoff) without eps P, N/m: derivatives of the energy by exx, eyy, 2 exy."""
+    """Resultants Nxx, Nyy, Nxy (second Piola-Kirchhoff) without eps P, N/m: dU/d(exx, eyy, 2 exy)."""
     nxx, nyy = plain * (exx + poisson * eyy), plain * (eyy + poisson * exx)
     nxy = plain * (1.0 - poisson) * exy
     if remainder >= 1.0:
@@ -136,7 +136,7 @@ def film_stress(
 def film_tangent(
     exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float, width: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Derivatives of (Nxx, Nyy, Nxy) by (exx, eyy, 2 exy), symmetric: 11, 12, 13, 22, 23, 33, N/m."""
+    """Derivatives of (Nxx, Nyy, Nxy) with respect to (exx, eyy, 2 exy), symmetric: 11, 12, 13, 22, 23, 33, N/m."""
     c11, c12, c33 = plain, plain * poisson, 0.5 * plain * (1.0 - poisson)
     c13, c22, c23 = 0.0, c11, 0.0
     if remainder >= 1.0:

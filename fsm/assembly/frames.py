@@ -10,7 +10,7 @@ b_1 = b.e1 and b_2 = b.e2, its components along (e1, e2, e3) are
     theta_1 = e3.db/b_2 - b_1/(|a| b_2) e3.da,   theta_2 = -e3.da/|a|,   theta_3 = e2.da/|a|.
 
 The increment (dr, theta) of the frame is therefore T dx. A force and a moment (f, m) on the frame, with m in its axes,
-are the generalised forces T^T (f, m). The derivative of T by x gives the geometric stiffness of m, and the change of
+are the generalised forces T^T (f, m). The derivative dT/dx gives the geometric stiffness of m, and the change of
 the angular velocity with x at constant rates.
 """
 
@@ -181,7 +181,7 @@ def place_frames(
 
 @kernel
 def _gradients(a: np.ndarray, b: np.ndarray, axes: np.ndarray, out: np.ndarray) -> None:
-    """Derivatives (3, 6) of theta by (a, b)."""
+    """Derivatives (3, 6) of theta with respect to (a, b)."""
     length = np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
     b1 = b[0] * axes[0, 0] + b[1] * axes[0, 1] + b[2] * axes[0, 2]
     b2 = b[0] * axes[1, 0] + b[1] * axes[1, 1] + b[2] * axes[1, 2]
@@ -196,7 +196,7 @@ def _gradients(a: np.ndarray, b: np.ndarray, axes: np.ndarray, out: np.ndarray) 
 
 @kernel
 def _second(a: np.ndarray, b: np.ndarray, axes: np.ndarray, gradients: np.ndarray, out: np.ndarray) -> None:
-    """Derivatives (3, 6, 6) of `gradients` (3, 6) by (a, b)."""
+    """Derivatives (3, 6, 6) of `gradients` (3, 6) with respect to (a, b)."""
     length = np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
     b1 = b[0] * axes[0, 0] + b[1] * axes[0, 1] + b[2] * axes[0, 2]
     b2 = b[0] * axes[1, 0] + b[1] * axes[1, 1] + b[2] * axes[1, 2]
@@ -247,9 +247,9 @@ def frame_maps(
     maps : (m, 6, 3) array of zeros, changed in place
         T of each vector: derivative of (dr, theta).
     turns : (m, 6, 3) array of zeros, changed in place
-        Derivative of the velocity (r', omega) by each vector, at the rates u.
+        Derivative of the velocity (r', omega) with respect to each vector, at the rates u.
     curvatures : (n, 6, 6) array, changed in place
-        Derivative by (a, b) of the generalised forces of the moments on (a, b).
+        Derivative with respect to (a, b) of the generalised forces of the moments on (a, b).
     rates : (n, 6) array, changed in place
         Velocity (r', omega) of each frame, omega in its axes.
     """

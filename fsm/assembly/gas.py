@@ -80,7 +80,7 @@ def nozzle(before: float, behind: float, warmth: float, ratio: float) -> tuple[f
 
     Returns
     -------
-    flow, and its derivatives by the three parameters
+    flow, and its derivatives with respect to the three parameters
     """
     if before <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
@@ -117,13 +117,13 @@ class GasState:
         `entropy` is p V^gamma.
     pressure, temperature : Pa, K
     by_volume : (k, k) array, Pa/m^3
-        Derivatives of the pressures by the volumes.
+        Derivatives of the pressures with respect to the volumes.
     by_area : (k, n) array, Pa/m^2
-        Derivatives by the areas of the orifices.
+        Derivatives with respect to the areas of the orifices.
     area : (n,) array, m^2
         Areas of the orifices.
     by_time : Pa/s
-        Derivatives of the pressures by the time, at given volumes.
+        Derivatives of the pressures with respect to the time, at given volumes.
     """
 
     volume: np.ndarray
@@ -231,7 +231,7 @@ class Gases:
     def _pressure(
         self, t: float, volume: np.ndarray, mass: np.ndarray, entropy: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Pressures, and their derivatives (3, k) by mass, p V^gamma and volume."""
+        """Pressures, and their derivatives (3, k) with respect to mass, p V^gamma and volume."""
         warmth = self._constant * self._warmth
         power = volume**-self._ratio
         pressure = np.where(self._adiabatic, entropy * power, mass * warmth / volume)
@@ -255,7 +255,7 @@ class Gases:
     def _with_flow(self, t: float, drivers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Mass and p V^gamma (k,) after a step, with derivatives (2, k, k + n) and (2, k) by time.
 
-        `drivers` (k + n,) are the volumes and the areas of the orifices at the end; the first derivatives are by these.
+        `drivers` (k + n,) are the volumes and the areas of the orifices at the end; the first derivatives refer to these.
         """
         count, begin = len(self.gases), float(self._last[0])
         start = self._last[1 + count : 1 + 3 * count]
@@ -292,7 +292,7 @@ class Gases:
     def _stage(
         self, t: float, drivers: np.ndarray, start: np.ndarray, part: float, supply: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Solution y of y = start + part f(y), with f and its derivatives by y and by the drivers, by Newton's method."""
+        """Solution y of y = start + part f(y) by Newton's method, with df/dy and derivatives with respect to the drivers."""
         y, eye = start.copy(), np.eye(len(start))
         scale = np.maximum(np.abs(start), 1e-30)
         for _ in range(_NEWTON):
@@ -309,7 +309,7 @@ class Gases:
     def _rates(
         self, t: float, drivers: np.ndarray, y: np.ndarray, supply: np.ndarray | list[float]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rates f (2 k,) of masses and p V^gamma, and their derivatives by these and by the drivers (2 k, k + n)."""
+        """Rates f (2 k,) of masses and p V^gamma, and derivatives with respect to these and to the drivers (2 k, k + n)."""
         count = len(self.gases)
         volume, area = drivers[:count], drivers[count:]
         mass, entropy = y[:count], y[count:]
@@ -361,7 +361,7 @@ class Gases:
     def _warmths(
         self, volume: np.ndarray, mass: np.ndarray, pressure: np.ndarray, by_state: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """R T of every chamber, J/kg, and its derivatives (3, k) by mass, p V^gamma and volume."""
+        """R T of every chamber, J/kg, and its derivatives (3, k) with respect to mass, p V^gamma and volume."""
         temperature, follows = self._temperature(volume, mass, pressure)
         warmth, safe = self._constant * temperature, np.where(follows, mass, 1.0)
         partial = np.array([

@@ -55,7 +55,7 @@ def linear_band(response: Response, estimate: Estimate, level: float = 0.95) -> 
     Parameters
     ----------
     response : Response
-        Response at the estimate, with derivatives by the parameters of the estimate in their order.
+        Response at the estimate, with derivatives with respect to the parameters of the estimate in their order.
     estimate : Estimate
     level : -
         Confidence level.

@@ -135,7 +135,7 @@ class Identification:
     estimate : Estimate
         The parameters, then zero errors and drags ("zero of <test>", "drag of <test>", N).
     responses : tuple of Response
-        Response of every test, with derivatives by the parameters.
+        Response of every test, with derivatives with respect to the parameters.
     added : tuple of (n,) arrays, N
         Zero error plus drag of every test.
     discrepancy : (tests,) array, N

@@ -1,4 +1,4 @@
-"""Force-displacement curves of a case at given travels, with derivatives by parameters."""
+"""Force-displacement curves of a case at given travels, with derivatives with respect to parameters."""
 
 from __future__ import annotations
 

@@ -21,8 +21,8 @@ __all__ = ["write_fold"]
 def write_fold(solution: Solution, path: Path) -> None:
     """Write the crease pattern as the first frame, and each record as a folded frame, in m and degrees.
 
-    A pattern without a flat state, for example a tube, has its start as the first frame. Flexible facets are written by the
-    triangles of their mesh, with bend lines between triangles of one facet.
+    A pattern without a flat state, for example a tube, has its start as the first frame. Flexible facets are written
+    as the triangles of their mesh, with bend lines between triangles of one facet.
 
     Raises
     ------

@@ -133,7 +133,7 @@ def _animation(buffer: _Buffer, times: Floats, scale: float) -> dict[str, Any]:
 
 
 def _triangles(mesh: Mesh, chosen: np.ndarray) -> np.ndarray:
-    """Triangles of chosen cells, flat."""
+    """Triangles of chosen cells as one flat array."""
     quads = mesh.cells[chosen & (mesh.corners == 4)]
     triangles = mesh.cells[chosen & (mesh.corners == 3), :3]
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], triangles]).ravel()

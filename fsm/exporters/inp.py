@@ -46,8 +46,8 @@ class _Section:
 def write_inp(solution: Solution, path: Path) -> None:
     """Write the mesh of the first record in SI units (m, kg, s, N, Pa).
 
-    Elements of a panel, a film or a bar share their nodes. Panels are joined at creases by equations for the three
-    translations, which is a hinge without moment. Loads, contact, crease moments and joints are not part of the file.
+    Elements of a panel, a film or a bar share their nodes. At creases, equations for the three translations join
+    the panels, like a hinge without moment. Loads, contact, crease moments and joints are not part of the file.
 
     Raises
     ------

@@ -38,7 +38,7 @@ def add_turn_stiffness(
     gradient : (m, 4, 6 k) array
         V in the rows from 1 on: slip velocity per rate of the bodies.
     by_turn : (m, 3, 3) array, N
-        Derivative of f_c by a rotation about axis j of the body.
+        Derivative of f_c with respect to a rotation about axis j of the body.
     dof, indptr, indices : see `fsm.segments.pattern.BodyPattern`
     stiffness : block data, changed in place
     """

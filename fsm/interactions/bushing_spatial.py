@@ -1,6 +1,6 @@
 """Linear springs and dampers between poses in space: measure, law and scatter in one pass over the elements.
 
-The deformations are those of `fsm.interactions.pose_spatial`. The law is e = k (x - x0) + c x'. All vectors are resolved in
+`fsm.interactions.pose_spatial` defines the deformations. The law is e = k (x - x0) + c x'. All vectors are resolved in
 the joint axes of the outer body, in which the stiffnesses of the translations are diagonal. There, with increments
 v = v_a - v_b, w_a, w_b,
 

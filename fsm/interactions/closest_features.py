@@ -2,7 +2,7 @@
 
 The vector between the closest points is a sum over four nodes, r = sum c_i x_i. Each of its k free parameters moves a
 closest point along a direction t_a = sum tau_ai x_i, so that dr = sum c_i dx_i - sum t_a dbeta_a and r.t_a = 0. The closest
-point lies inside of a triangle (k = 2), on an edge (k = 1), or at a corner (k = 0). Those of two edges lie inside of both
+point lies inside a triangle (k = 2), on an edge (k = 1), or at a corner (k = 0). Closest points of two edges lie inside both
 (k = 2), at an end of one (k = 1), or at ends of both (k = 0). `fsm.interactions.feature_contact` has the derivatives of |r|.
 
 Nodes: the point, then the corners of the triangle; or the ends of the first edge, then of the second.
@@ -253,7 +253,7 @@ def find_point_faces(
     side : (s,) array
         Side of the facet, +1 or -1, to which the point belongs; 0 beside the facet.
     clearance, limit, below : m
-        The gap is the distance less the clearance. A point deeper than the limit has gone round the facet.
+        The gap is the distance minus the clearance. A point deeper than the limit has passed round the facet.
     """
     count = node.shape[0]
     slot, gap = np.empty(count, dtype=np.int64), np.empty(count)

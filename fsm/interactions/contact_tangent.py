@@ -36,9 +36,9 @@ def add_contact_tangent(
     all_gradients : (m, 1 + c, n) array
         dg/dx, then the slip's V_c; n = k times the coordinates of a body.
     hessian : (n, n) array
-        Derivative of dg/dx_m by coordinate n; not symmetric where both are rotations of one body.
+        Derivative of dg/dx_m with respect to coordinate n; not symmetric where both are rotations of one body.
     slip_second : (n, n, c) array
-        Derivative of V_c,m by coordinate n; not read without friction.
+        Derivative of V_c,m with respect to coordinate n; not read without friction.
     forces : ContactForces
     block_k, block_d : (n, n) arrays, scratch
     """

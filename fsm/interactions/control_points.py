@@ -1,7 +1,8 @@
 """Control points of surfaces (`fsm.interactions.surface`) in inertial axes, for the contact search.
 
 In the plane piece j is C(s) = sum_k B_k(s) P_k; in space S(s, y) = sum_k B_k(s) (P_k + y e2_k). P_0, P_1 and their e2 belong
-to body a; P_2, P_3 and their e2 belong to body b. The gap modules compute the derivatives by the bodies' coordinates.
+to body a; P_2, P_3 and their e2 belong to body b. The gap modules compute derivatives with
+respect to the bodies' coordinates.
 """
 
 from __future__ import annotations

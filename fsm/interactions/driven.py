@@ -122,7 +122,7 @@ def driven_power(driven: Driven, inertia: np.ndarray, rates: np.ndarray, wrenche
 def fill_reactions(driven: Driven, t: float, inertia: np.ndarray, wrenches: np.ndarray, out: np.ndarray) -> float:
     """Write travels (n_motions,), and forces or moments of the drives against wrenches and inertia, to `out`.
 
-    Returns the largest part of them against inertia.
+    Returns the largest force or moment against inertia.
     """
     count, n = driven.directions.shape
     against_inertia = np.zeros(count)

@@ -43,7 +43,7 @@ def _rounded_ramp(x: float, width: float) -> tuple[float, float, float]:
 
 @kernel
 def end_taper(inside: float, half_cell: float, largest: float) -> tuple[float, float, float]:
-    """Compute f and its first two derivatives by S.
+    """Compute f and its first two derivatives with respect to S.
 
     Parameters
     ----------
@@ -174,12 +174,12 @@ def tapered_spatial(
     cell: np.ndarray,
     stations: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Tapered contacts in space, as `tapered_planar` with 18 coordinates; hessian[m, n]: derivative of df/dx_m by n."""
+    """Tapered contacts in space, as `tapered_planar` with 18 coordinates; hessian[m, n] is d(df/dx_m)/dx_n."""
     rows, shape, signs = _tapered_rows(count, found_probe, found_piece, found_at[:, 0].copy(), cell, stations)
     gradient, hessian = np.zeros((len(rows), 18)), np.zeros((len(rows), 18, 18))
     frames, arm, unit, turned = np.empty((2, 3, 3)), np.zeros(3), np.empty(3), np.empty(3)
     axis, away = np.empty(3), np.empty(3)
-    own_turn, end_turn = np.empty((3, 3)), np.empty((3, 3))  # derivatives of arm and axis by rotations
+    own_turn, end_turn = np.empty((3, 3)), np.empty((3, 3))  # derivatives of arm and axis with respect to rotations
     first_axis = np.zeros(3)
     first_axis[0] = 1.0
     for k in range(len(rows)):
@@ -267,7 +267,7 @@ def add_taper_tangent(
     for k in range(rows.shape[0]):
         i = rows[k]
         for m in range(order):
-            # force that grows with the weight: normal force less friction
+            # force that grows with the weight: normal force minus friction
             along = gradient[i, 0, m]
             for c in range(by_normal.shape[1]):
                 along -= by_normal[i, c] * gradient[i, 1 + c, m]

@@ -298,7 +298,7 @@ def changed_weights(
     -------
     part : (m, 5) array
     gradient : (m, 5, 2, 3 or 6) array
-        Derivatives of the factors by the coordinates of the bodies of the first and the second shape.
+        Derivatives of the factors with respect to the coordinates of the bodies of the first and the second shape.
     """
     count, order = len(units), 3 if poses.shape[1] == 3 else 6
     part, gradient = np.ones((count, COLUMNS)), np.zeros((count, COLUMNS, 2, order))

@@ -19,7 +19,7 @@ __all__ = ["tangent_gap_spatial"]
 def _second_variation(
     frame: np.ndarray, arm: np.ndarray, row: int, column: int, unit: np.ndarray, turned: np.ndarray, out: np.ndarray
 ) -> None:
-    """A (e_column x (e_row x arm)): derivative of the variation by rotation `row` with respect to rotation `column`."""
+    """A (e_column x (e_row x arm)): second derivative with respect to rotations `row` and `column`."""
     unit[:] = 0.0
     unit[row] = 1.0
     cross(unit, arm, turned)
@@ -191,7 +191,7 @@ def _sliding_derivatives(
     rotate(frames[0], point, arm)
     for c in range(3):
         offset[c] = poses[bodies[0], c] + arm[c] - poses[bodies[1], c]
-    # derivatives of e1 and p by rotations of their bodies about e_j
+    # derivatives of e1 and p with respect to rotations of their bodies about e_j
     axis_turned, point_turned = np.empty((3, 3)), np.empty((3, 3))
     for j in range(3):
         unit[:] = 0.0
@@ -230,7 +230,7 @@ def _slip_derivatives(
     dual_change: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Derivative (18, 18, 3) of the slip gradient V_m by coordinate n, without the second variations by rotations.
+    """Derivative (18, 18, 3) of the slip gradient V_m, dV_m/dx_n, without the second variations by rotations.
 
     V_m = d_m - n (n.d_m) - inset (R_m x n) + lever S^a (n.dS_a,m)
 

@@ -125,7 +125,7 @@ def rotation_derivatives(
     gradient: np.ndarray,
     hessian: np.ndarray,
 ) -> None:
-    """Gradient (12,) and its derivative (12, 12) by body increments of a measure m(q).
+    """Gradient (12,) and its derivative (12, 12) with respect to body increments of a measure m(q).
 
     Row m, column n of `hessian` is d(gradient_m)/dx_n; it is not symmetric, because rotation increments do not commute.
     `change` and `joint_second` are scratch; the entries of positions are not changed (zero).

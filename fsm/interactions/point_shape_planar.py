@@ -200,7 +200,7 @@ def _derivatives(
         for m in range(6):
             moved_x, moved_z = 0.0, 0.0
             if m % 3 == 2:
-                # change of the arm less the change due to the body's rotation
+                # change of the arm minus the change due to the body's rotation
                 side = m // 3
                 arm_x, arm_z = shift_x, shift_z
                 if n == 3 * side:

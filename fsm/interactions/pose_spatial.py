@@ -151,7 +151,7 @@ def _translation_hessian(
     moved: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Derivative (12, 12) of the gradient of Z by body increments; see the module docstring for the terms."""
+    """Derivative (12, 12) of the gradient of Z with respect to body increments; see the module docstring for the terms."""
     out[:] = 0.0
     for j in range(3):
         unit[:] = 0.0

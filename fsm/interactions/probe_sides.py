@@ -85,7 +85,7 @@ def turned_sides(
             depth, depth_across = height[i] * into, height[other] * into_across
             outside = side[other] == -into_across
             if case == 0 and outside and before[i] == 0.0 and depth > 0.0 and depth_across > 0.0:
-                # contact with the face in which the point is less deep; no side of the other until both depths are equal
+                # contact with the face in which the point is less deep; the other has no side until both depths are equal
                 found[i] = -into if depth <= depth_across else 0.0
             if case == 1 and outside and side[i] == -into and depth > deep and depth_across < 0.0:
                 found[i] = into

@@ -16,7 +16,7 @@ normal. Two creases that meet tip to tip must not slip past each other; panels 3
 way on their mirror plane. Therefore the first half of the tip is straight for the ends of another panel. For all other
 points the whole tip is round.
 
-These tips are for panels that share a crease. The side on which each panel lies of the other must be given. The ends of
+These tips are for panels that share a crease. The scene gives the side of each panel on which the other lies. The ends of
 other surfaces have a cap for the ends of panels: R is the clearance and x is measured from the end itself. With h the
 height over the middle line, g = sqrt(x^2 + h^2) - clearance, which is the same from both sides and also holds for
 frontal contact. For points between the ends of a panel, these surfaces stop at their ends, and the weight of the points

@@ -116,7 +116,7 @@ def twist_slopes(q: Quaternion) -> tuple[float, Slopes]:
 
 @kernel
 def twist_measure(q: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
-    """psi = 2 atan2(q2, q0), its gradient `first` (4,) and Hessian `second` (4, 4) by q."""
+    """psi = 2 atan2(q2, q0), its gradient `first` (4,) and Hessian `second` (4, 4) with respect to q."""
     value, slopes = twist_slopes((q[0], q[1], q[2], q[3]))
     _fill(slopes, first, second)
     return value
@@ -177,7 +177,7 @@ def swing_slopes(q: Quaternion, half_way: bool) -> tuple[float, float, Slopes, S
     h = f / n
     h1 = (f1 - h) / n
     h2 = (f2 - 2.0 * h1) / n
-    # gradient and Hessian of n by (q0, q2)
+    # gradient and Hessian of n with respect to (q0, q2)
     n0, n2 = q[0] / n, q[2] / n
     form = q[1] * q[0] + q[3] * q[2]
     b0, b1, b2, b3 = q[1], q[0], q[3], q[2]
@@ -215,7 +215,7 @@ def _swing_slopes(
 def swing_measures(
     q: np.ndarray, half_way: bool, values: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> None:
-    """Write s1 and s3 into `values` (2,), their gradients into `first` (2, 4), Hessians by q into `second` (2, 4, 4)."""
+    """Write s1 and s3 into `values` (2,), gradients (with respect to q) into `first` (2, 4), Hessians into `second`."""
     values[0], values[1], slopes_1, slopes_3 = swing_slopes((q[0], q[1], q[2], q[3]), half_way)
     _fill(slopes_1, first[0], second[0])
     _fill(slopes_3, first[1], second[1])
@@ -233,7 +233,7 @@ def _along(f: Quaternion, q: Quaternion) -> Vector:
 
 @kernel(inline=True)
 def turn_gradient(slopes: Slopes, q: Quaternion) -> Vector:
-    """Gradient g of a measure of q by rotations about the joint axes."""
+    """Gradient g of a measure of q with respect to rotations about the joint axes."""
     return _along((slopes[0], slopes[1], slopes[2], slopes[3]), q)
 
 

@@ -138,7 +138,7 @@ def pose_difference(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 @kernel
 def increment_blocks(dx: np.ndarray) -> np.ndarray:
-    """Derivatives (n, 6, 6) of increments dx (n * 6,) by a subsequent small increment; see `System.increment_map`."""
+    """Derivatives (n, 6, 6) of increments dx (6 n,) with respect to a later small increment; see `System.increment_map`."""
     count = dx.shape[0] // 6
     out = np.zeros((count, 6, 6))
     for i in range(count):

@@ -87,7 +87,7 @@ def largest_differences(motion: ArrayMotion) -> dict[str, float]:
 def asynchronism(motion: ArrayMotion) -> dict[str, Floats]:
     """Difference in deployment of neighbouring upper points over time, by name "a2-a3", (n,) arrays, m.
 
-    The deployment of a point is its displacement across the array, less the same displacement with rigid bars if known.
+    The deployment of a point is its displacement across the array, minus the displacement with rigid bars if known.
     In a straight array this displacement is measured along the common direction from b to a.
     In an arched array or a ring it is the change of the distance from b to a. Units that deploy together have the same
     value.

@@ -44,7 +44,7 @@ class Tapered(NamedTuple):
     part : (m,) array
         Factor of each contact's weight.
     gradient, hessian : (m, k size) and (m, k size, k size) arrays
-        Derivatives of the factor by the coordinates of the contact's bodies.
+        Derivatives of the factor with respect to the coordinates of the contact's bodies.
     fades : bool
         Whether the factors are zero at the end of a face; the reported depth of contacts fades with them.
     """

@@ -306,7 +306,7 @@ class SegmentForces(Configuration):
         )
 
     def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
-        """Derivative of increments since the last state by further rotation of the bodies; None for the identity."""
+        """Derivative of increments since the last state with respect to further rotations; None for the identity."""
         return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
 
     def past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:

@@ -34,7 +34,7 @@ class FrictionForces:
     deflection : (m, c) array, m
         Deflection of the bristles in the stretched coordinates of the law.
     by_turn : (m, c, 3) array or None, N
-        Derivative by rotations about the axes of the body that carries the point; None for isotropic friction.
+        Derivative with respect to rotations about the axes of the body that carries the point; None for isotropic friction.
     """
 
     effort: np.ndarray
@@ -112,7 +112,7 @@ class FrictionForce:
         return FrictionForces(effort, by_slip, by_mean, by_normal, bent)
 
     def _rotation_derivative(self, vectors: np.ndarray, axes: np.ndarray) -> np.ndarray:
-        """Derivative (m, 3, 3) of A v by rotations about the three axes."""
+        """Derivative (m, 3, 3) of A v with respect to rotations about the three axes."""
         first, e, third = axes[:, :, 0], axes[:, :, 1], axes[:, :, 2]
         # de = e3 for a rotation about the first axis, and -e1 for a rotation about the third axis
         change = np.stack([third, np.zeros_like(e), -first], axis=2)

@@ -1,7 +1,7 @@
 """Elements of extensions whose energy depends on the positions of points of bodies, in space.
 
 A point x = r + A p of a body has the increment dx = dr - A [p] dphi = J (dr, dphi), with the rotation dphi in body axes.
-With the gradient g and the Hessian H of the energy by all positions,
+With the gradient g and the Hessian H of the energy with respect to all positions,
 
     h = -J^T g,    K = J^T H J + sum [p] [A^T g]   (the second term on dphi)
 
@@ -35,7 +35,7 @@ class PointKind(NamedTuple):
     energy : function
         ``energy(positions, parameters)``: energy, J, of the positions (points, 3), m.
     slopes : function
-        ``slopes(positions, parameters) -> gradient, hessian``: derivatives of the energy by the positions, (points, 3), N,
+        ``slopes(positions, parameters) -> gradient, hessian``: energy derivatives with respect to positions, (points, 3), N,
         and (points, 3, points, 3), N/m.
     """
 

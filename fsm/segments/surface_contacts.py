@@ -303,7 +303,7 @@ class SurfaceContacts:
         return float(furthest_motion(before, after, self.surfaces.bodies, self.surfaces.radii))
 
     def _heights(self, poses: np.ndarray, farther: float = 0.0) -> np.ndarray:
-        """Heights of all probes within reach plus a distance, m; cached values if they are sufficient."""
+        """Heights of all probes within their reach plus a given distance, m; cached values if these are sufficient."""
         at = self._height_at
         if at is not None and farther <= self._height_farther and (at is poses or np.array_equal(at, poses)):
             return self._height

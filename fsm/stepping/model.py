@@ -183,7 +183,7 @@ def powers(
 
 
 def stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> tuple[float, float]:
-    """Kinetic energy, and kinetic and potential energy without that of driven bodies, J; the record is work space."""
+    """Kinetic energy, and kinetic and potential energy without driven bodies, J; the record is work space."""
     kinetic, total = model.stored(t, q, u)
     return kinetic, total
 

@@ -99,7 +99,7 @@ def test_faces_join(name: str) -> None:
 
 
 def test_waterbomb_vertices_fold_flat() -> None:
-    """Maekawa's condition at every inner vertex: mountains less valleys are 2."""
+    """Maekawa's condition at every inner vertex: the numbers of mountains and valleys differ by 2."""
     pattern = SHAPES["waterbomb"]
     kinds = interior_sums(pattern, np.sign(pattern.target))
     assert len(kinds) > 5 and set(kinds.values()) <= {-2.0, 2.0}

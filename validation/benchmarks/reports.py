@@ -3,7 +3,7 @@
     python -m validation.benchmarks.reports [--facets 10,1000,100000] [--panels 144,1296,19600] [--records 200]
 
 The structures are a square film with a travelling wave (`--facets`) and a Miura sheet that folds (`--panels`). Chromium
-draws without a graphics card. The rate follows from the median time of a picture.
+draws without a graphics card. The rate is one over the median time to draw a picture.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ __all__ = ["TANH", "smooth_sign", "tanh"]
 
 @kernel(inline=True)
 def smooth_sign(speed: float, v_static: float) -> tuple[float, float]:
-    """Ratio tanh(v/v_s)/v, s/m, and the slope of tanh(v/v_s) by v, s/m."""
+    """Ratio tanh(v/v_s)/v, s/m, and the slope of tanh(v/v_s) with respect to v, s/m."""
     x = speed / v_static
     value = np.tanh(x)
     return (value / speed if x > 1e-8 else 1.0 / v_static), (1.0 - value * value) / v_static

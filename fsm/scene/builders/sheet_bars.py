@@ -155,7 +155,7 @@ def _drive(
     """Drive of a massless body that springs join to the vertices of the place."""
     at = f"edge {drive.edge}" if drive.edge is not None else drive.at
     if at is None:
-        text = 'gives a body; a sheet of bars has `edge` or `at`, for example at = "vertex 12"'
+        text = 'not available for a sheet of bars; give `edge` or `at`, for example at = "vertex 12"'
         raise CaseError(Fault(f"{path}.{'body' if drive.body is not None else 'bodies'}", text))
     place = sheet_place(pattern, at, f"{path}.edge" if drive.edge is not None else f"{path}.at")
     vertices = place.vertices if place.facet is None else pattern.faces[place.facet]
