@@ -188,6 +188,6 @@ class Elimination:
         later = self.indptr[1:] - self.diagonal - 1
         return int(np.sum(later * (later + 1) // 2))
 
-    def large(self, size: int) -> bool:
-        """Whether symmetric matrices with blocks of this size are factorised by fronts."""
-        return self.products * size**3 >= FRONTS_FROM
+    def large(self, size: int, part: float = 1.0) -> bool:
+        """Whether the factorisation of symmetric matrices with blocks of this size takes a part of `FRONTS_FROM` or more."""
+        return self.products * size**3 >= part * FRONTS_FROM

@@ -46,6 +46,8 @@ _REAL = np.dtype(np.float64)
 _NONZERO = 0.75
 """Smallest fraction of nonzero blocks for which fronts are used; fronts do not skip zero blocks of open contacts and
 held nodes."""
+_SMALL_BLOCKS = 0.06
+"""Part of the usual number of multiplications from which fronts are used for blocks of 3 x 3, whose products are slow."""
 
 
 _FEW = 100
@@ -332,7 +334,9 @@ class LinearSolver:
 
     def _has_fronts(self, matrix: BlockMatrix, known: Elimination) -> bool:
         """Whether fronts are faster for a matrix: it is symmetric, large, and has few zero blocks."""
-        if not self._symmetric or matrix.data.dtype != _REAL or not known.large(matrix.pattern.size):
+        size = matrix.pattern.size
+        part = _SMALL_BLOCKS if size <= 3 else 1.0
+        if not self._symmetric or matrix.data.dtype != _REAL or not known.large(size, part):
             return False
         return bool(count_nonzero(matrix.data) >= _NONZERO * len(matrix.data))
 

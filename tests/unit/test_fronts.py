@@ -118,6 +118,13 @@ def test_large_symmetric_matrices_take_fronts_and_all_others_do_not() -> None:
     assert solver.fallbacks == 0
 
 
+def test_fronts_begin_earlier_for_small_blocks() -> None:
+    solver = LinearSolver()
+    for cells, size, fronts in ((40, 3, True), (12, 3, False), (13, 9, False)):
+        solver.factorise(random_symmetric(cells, cells, size, 0, 1))
+        assert (solver._supernodes is not None) == fronts
+
+
 def test_accurate_fronts_need_no_second_count_of_negative_pivots(monkeypatch: pytest.MonkeyPatch) -> None:
     """A second count takes several times as long as the factorisation by fronts."""
     matrix = random_symmetric(14, 14, 3, 0, 5)
