@@ -76,7 +76,10 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     if view.scene.touching is not None:
         crossing = "edges that cross touch at half of the thickness" if contact.thickness_in_gap else "edges do not touch"
         yield f"nodes of facets touch the planes of nearby triangles; {crossing}"
-        yield "a facet touches itself only beyond three times the longest edge of the mesh"
+        if view.scene.facets is None:
+            yield "triangles between bars stay flat, and touch with their vertices and edges only"
+        else:
+            yield "a facet touches itself only beyond three times the longest edge of the mesh"
         yield "facets with a common vertex have no contact where they touch at the start"
         yield "with contact, steps of flexible facets and bars are computed in Python and take several times as long"
     if view.scene.obstacles:
