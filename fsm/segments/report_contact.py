@@ -76,7 +76,10 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     if view.scene.touching is not None:
         crossing = "edges that cross touch at half of the thickness" if contact.thickness_in_gap else "edges do not touch"
         yield f"nodes of facets touch the planes of nearby triangles; {crossing}"
-        yield "parts of one facet touch only if they are more than three longest edges of the mesh apart"
+        if view.scene.facets is None:
+            yield "triangles between bars stay flat, and touch with their vertices and edges only"
+        else:
+            yield "parts of one facet touch only if they are more than three longest edges of the mesh apart"
         yield "facets with a common vertex have no contact where they touch at the start"
         yield "with contact, steps of flexible facets and bars are computed in Python and take several times as long"
     if view.scene.obstacles:

@@ -130,3 +130,48 @@ def test_both_flat_states_of_a_tapered_kresling_tube() -> None:
     flat, deployed = (kresling(sides, 5, 0.1, *state, taper) for state in ((low, twist), (high, other)))
     np.testing.assert_allclose(flat.lengths, deployed.lengths, rtol=1e-12)
     assert np.ptp(deployed.vertices[:, 2]) == pytest.approx(high * (1.0 - taper**5) / (1.0 - taper))
+
+
+CASES = Path(fsm.__file__).parents[1] / "folding_cases"
+
+
+@pytest.mark.slow
+def test_a_shorter_tube_is_packed_and_pulled(tmp_path: Path) -> None:
+    """Two columns of the shipped tube: facets touch in the packed state, and pulling opens all of them again."""
+    case = fsm.load(CASES / "z_tube" / "case.toml").set({"sheet.columns": 2, "save.interval": "40 s"})
+    travel = ["0 mm", "-5.2 mm", "90 mm"]
+    case = case.set("drive.0.time", {"kind": "table", "time": [0, 200, 1200], "travel": travel})
+    result = case.run(tmp_path, figures=False)
+    touching = (result["contact.facets.force"].values > 0.0).sum(axis=1)
+    assert touching[5] >= 12 and touching[-1] == 0  # packed at 200 s
+    assert result.summary["peak_force"] > 0.1 and result.summary["energy_error"] < 1e-4
+
+
+def test_a_shorter_tube_is_inflated(tmp_path: Path) -> None:
+    """Two columns of the shipped tube, without packing, open nearly to the largest volume."""
+    case = fsm.load(CASES / "z_tube" / "gas.toml").set({"sheet.columns": 2, "save.interval": "40 s", "load": None})
+    result = case.set("save.channels", ["gas.*", "body.vertex 9.position"]).run(tmp_path, figures=False)
+    longest = 2.0 * miura_tube(1, A, B, SECTOR, math.pi / 4.0).vertices[-1, 0]
+    assert 0.9 * longest < result["body.vertex 9.position"].values[-1, 0] < longest
+    largest = 2.0 * A * A * B * math.sin(SECTOR) ** 2
+    assert result["gas.air.volume"].values[-1] == pytest.approx(largest, rel=0.01)
+    assert result.summary["energy_error"] < 1e-4
+
+
+def test_a_single_pleat_of_the_cone(tmp_path: Path) -> None:
+    """It is pressed flat until all facets touch, and is then pulled to its second state without strain."""
+    case = fsm.load(CASES / "pleated_cone" / "case.toml").set({"sheet.rows": 1, "save.interval": "40 s"})
+    travel = ["0 mm", "-4.6 mm", "87.33 mm"]
+    case = case.set("drive.0.time", {"kind": "table", "time": [0, 400, 2400], "travel": travel})
+    result = case.run(tmp_path, figures=False)
+    touching = (result["contact.facets.force"].values > 0.0).sum(axis=1)
+    assert touching.max() == 24 and touching[-1] == 0
+    solution = read_solution(tmp_path / "result.h5")
+    vertices = solution.q[:, -3 * 24 :].reshape(-1, 2, 12, 3)
+    angle = np.arctan2(vertices[..., 1], vertices[..., 0])
+    twist = np.mod(angle[:, 1] - angle[:, 0], 2.0 * np.pi)
+    np.testing.assert_allclose(twist, np.repeat(twist[:, :1], 12, axis=1), rtol=0.0, atol=1e-6)
+    assert math.degrees(twist[-1, 0]) == pytest.approx(60.0, abs=0.2)
+    force, at = solution.force[:, 0], solution.travel[:, 0]
+    assert force.max() > 1.0 and abs(force[-1]) < 0.1 * force.max()
+    assert at[force.argmax()] < 0.08
