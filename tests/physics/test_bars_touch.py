@@ -158,6 +158,7 @@ def test_a_shorter_tube_is_inflated(tmp_path: Path) -> None:
     assert result.summary["energy_error"] < 1e-4
 
 
+@pytest.mark.slow
 def test_a_single_pleat_of_the_cone(tmp_path: Path) -> None:
     """It is pressed flat until all facets touch, and is then pulled to its second state without strain."""
     case = fsm.load(CASES / "pleated_cone" / "case.toml").set({"sheet.rows": 1, "save.interval": "40 s"})

@@ -34,7 +34,7 @@ CASES = {"z_tube/case": 10.0, "z_tube/gas": 10.0, "pleated_cone/case": 20.0}
 VARIANTS = {
     "step": [("half of the step", {"solve.max_step": 0.5}), ("a quarter of the step", {"solve.max_step": 0.25})],
     "friction": [("friction 0", {"friction": None}), ("friction 1", {"friction.mu_dynamic": 1.0})],
-    "thickness": [("0.02 mm thick", {"sheet.thickness": 2e-5}), ("1 mm thick", {"sheet.thickness": 1e-3})],
+    "thickness": [("0.02 mm thick", {"sheet.thickness": 2e-5})],
 }
 """Changes of a case; steps are relative to those of the case."""
 _FILLED, _LENGTH = 400.0, 0.3
