@@ -164,10 +164,14 @@ class JoinedSystem(JoinedConfiguration):
     def node_reactions(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> np.ndarray:
-        """Forces that hold the coordinates of the ANCF nodes, flat, N and N m; 0 for free coordinates."""
+        """Forces that hold the coordinates of the ANCF nodes, flat, N and N m; 0 for free coordinates.
+
+        Only in motion, the inertia of free coordinates contributes.
+        """
         forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
         force = self._all_generalised(t, q, u, before, forces)[self._nu :]
-        return self.elements.held_forces(force) if before is None else np.where(self.elements.fixed, -force, 0.0)
+        in_motion = before is None and u is not None
+        return self.elements.held_forces(force) if in_motion else np.where(self.elements.fixed, -force, 0.0)
 
     def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
         nodes = q[self._nq :]

@@ -247,7 +247,8 @@ def pinched_cylinder(place: Place) -> Iterator[Check]:
             force, sides, text = _pinched(cells, shift, place.out)
             name = f"{cells} x {cells}, {kind}"
             curves |= {f"{point}, {name}": (way, force) for point, way in sides.items()}
-            for point, part in product("AB", _THIN_PINCHED if cells == 64 else ()):
+            compared = [] if cells < 64 else [part for part in _THIN_PINCHED if part == 1.0 or not shift]
+            for point, part in product("AB", compared):
                 rows.append((point, part, name, _at_load(force, sides[point], part), text))
     points = {}
     for source, table in (("Sze", _PINCHED), ("Kratos", _THIN_PINCHED)):
@@ -258,7 +259,8 @@ def pinched_cylinder(place: Place) -> Iterator[Check]:
         reason = Reason(_COARSE_TABLE, _FINE_PINCHED[part][k], 3e-3)
         published, thin = _PINCHED[part][k], _THIN_PINCHED[part][k]
         yield against(name, what, value, published, SZE, picture, rtol=5e-3, unit="m", detail=text, reason=reason)
-        yield against(name, what, value, thin, _KRATOS, picture, rtol=5e-3, unit="m", detail=text)
+        reason = Reason(_KRATOS_TOO, _FINE_PINCHED[part][k], 3e-3) if part == 1.0 and point == "B" else None
+        yield against(name, what, value, thin, _KRATOS, picture, rtol=5e-3, unit="m", detail=text, reason=reason)
 
 
 _PINCHED = {
@@ -271,6 +273,7 @@ _THIN_PINCHED = {0.5: (74.793, 26.603), 1.0: (84.092, 35.603)}
 _FINE_PINCHED = {0.5: (74.509, 26.510), 1.0: (83.786, 35.764)}
 """The same of this program on 64 x 64 cells."""
 _KRATOS = "Kratos 10.4.4, thin shells with four nodes, 48 x 48 cells (python -m validation.peers.kratos_cylinder)"
+_KRATOS_TOO = "cells of the reference, too, have an error of this size: 35.72 m with 24 x 24 cells, 35.60 m with 48 x 48"
 _COARSE_TABLE = (
     "the table is of 40 x 40 shells, which are too coarse for the folds; thin shells of Kratos on 48 x 48 cells and of this "
     "program agree to 0.5 %"
