@@ -1,7 +1,7 @@
 """Kernels that other kernels call by their addresses, so that they are not compiled together.
 
-A kernel contains the code of all kernels that it calls, and the compiler optimises it again in each kernel that Python calls.
-A call by address takes 50 ns and avoids this cost.
+A kernel contains the code of all kernels that it calls. The compiler optimises this code again in each kernel that Python
+calls. A call by address takes 50 ns and avoids this cost.
 """
 
 from __future__ import annotations
