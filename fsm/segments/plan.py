@@ -55,8 +55,7 @@ class PlannedStep:
     acting : for every target of a drive, whether it is driven in this step
     loads : loads with functions of the time of the whole run
     held : names of the bodies that do not move
-    still : bool
-        Whether no body can move.
+    still : whether no body can move
     contact : whether contacts act
     modes : int
     described : texts about changes at the start of this step, for `fsm check`
@@ -85,10 +84,8 @@ class Plan:
 
     Attributes
     ----------
-    steps : tuple of PlannedStep
-    programs : tuple of Program
-    written : bool
-        Whether the case has `[[step]]`, so that bodies and drives may change between steps.
+    steps, programs : of the run, and of all targets
+    written : whether the case has `[[step]]`, so that bodies and drives may change between steps
     """
 
     steps: tuple[PlannedStep, ...]
