@@ -1,6 +1,6 @@
 """Additions of users: contact laws, friction laws, laws and kinds of force elements, builders and output channels.
 
-A case names the Python file that makes the additions, ``extensions = ["my_law.py"]``. See docs/extend.
+A case names the Python file that registers the extensions, ``extensions = ["my_law.py"]``. See docs/extend.
 """
 
 from __future__ import annotations

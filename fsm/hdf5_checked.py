@@ -128,7 +128,7 @@ def text_in(file: Any, path: str) -> str:
     """
     data = file[path]
     if getattr(data, "shape", None) != () or data.dtype.kind != "S" or _is_variable(data.id.get_type()):
-        raise OSError(f"/{path} is not a text of fixed length")
+        raise OSError(f"/{path} is not a fixed-length string; another program wrote the file, or it is damaged")
     if data.id.get_storage_size() < data.dtype.itemsize:
         raise OSError(f"/{path} declares {data.dtype.itemsize} bytes, more than the file holds")
     return str(data.asstr()[()])

@@ -38,7 +38,7 @@ def extrapolation_warnings(solution: Solution, scene: Scene, system: SegmentSyst
 
 
 def _openings(solution: Solution, system: SegmentSystem, group: CreaseGroup) -> np.ndarray:
-    """Openings in all saved states, (n, m), rad, half segments in series included."""
+    """Opening angles of the creases in all saved states, (n, m), rad, with the bending of the half segments in series."""
     measured = []
     for t, q in zip(solution.time, solution.q, strict=True):
         poses, rates = system.place(float(t), q, None)

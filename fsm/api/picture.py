@@ -72,7 +72,7 @@ def draw_picture(solution: Solution, names: Sequence[str], what: Sequence[str], 
 
     figures = {name.removesuffix(".png"): (name, plot) for name, plot in figures_of(solution).items()}
     if not what and not figures:
-        raise NotInResult(f"{source}: the result has one record only and no figure; give a channel")
+        raise NotInResult(f"{source}: no figure can be drawn, because the result has only one record; name a channel")
     chosen = list(what) or [next(iter(figures))]
     suffix = ".png" if out is None else out.suffix.lower()
     if out is not None and suffix not in _FORMATS:

@@ -38,7 +38,7 @@ class GeometryKernels(NamedTuple):
     renew : ``renew(g, poses)``
         Renew the broad phase where bodies have moved too far since the last renewal; 1 if it has been renewed.
     find : ``find(g, poses, below)``
-        Write slots and gaps of the contacts, and return their number.
+        Find the contacts with a gap below `below`. Write the slot and the gap (m) of each, and return how many they are.
     measure : ``measure(g, poses, rates, count)``
         Write bodies, rates and gradients of `count` contacts.
     tapered : ``tapered(g, poses, count) -> rows, part, gradient, hessian``

@@ -90,7 +90,7 @@ class ObstacleContacts(ShapeContacts):
 
 
 def is_round(kind: np.ndarray, spatial: bool) -> np.ndarray:
-    """Mask of the shapes that are a rounded point; cylinders only in a plane motion."""
+    """Mask of the shapes with one probe point: spheres, and in planar motion also cylinders."""
     return np.asarray((kind == SPHERE) | ((kind == CYLINDER) & (not spatial)))
 
 

@@ -169,7 +169,8 @@ def _half_cell(view: CheckContext) -> Iterator[str]:
         return
     if strip is None:
         corrected = sum(element.crease_flexibility > 0 for element in view.elements)
-        yield f"in {count(corrected, 'crease')}, by crease_flexibility" if corrected else "none in the scene"
+        own = f"on in {count(corrected, 'crease')} with crease_flexibility"
+        yield own if corrected else "off: no crease has crease_flexibility"
     elif strip.half_cell:
         yield "on: the half segments beside a crease are flexible, in series with the crease"
     else:
@@ -327,7 +328,8 @@ def _of_damping(view: CheckContext) -> Iterator[str]:
     yield "damping is Kelvin-Voigt damping, c = beta k, not a measured value: halve material.damping to see its effect"
     if view.scene.drives and view.method == "static":
         delay = beta * max(drive.fastest for drive in view.scene.drives)
-        yield f"dampers delay the force by beta v = {millimetres(delay)} of travel, visible where the force rises steeply"
+        shift = f"beta v = {millimetres(delay)} of travel"
+        yield f"dampers shift the force curve by {shift}, visible where the force rises steeply"
 
 
 def _of_segments(view: CheckContext) -> Iterator[str]:
@@ -335,11 +337,12 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
     if strip is None or strip.segments_per_panel == 1 or not view.segment:
         return
     length = f"segments of {millimetres(view.segment)}"
-    trial = "for the peak of the trial strip"
+    peak = "the peak of folding_cases/strip_trial has an error of"
+    meshes = "with 10, 20 and 40 segments per panel"
     if strip.half_cell:
-        yield f"{length}: error O(l^2), {trial} 3.4, 0.7, 0.13 % with 10, 20, 40 per panel"
+        yield f"{length}: error O(l^2); {peak} 3.4, 0.7 and 0.13 % {meshes}"
     else:
-        yield f"{length}: error O(l) without the half cell, {trial} 4, 2.4, 1.3 % with 10, 20, 40 per panel"
+        yield f"{length}: error O(l) without half cells; {peak} 4, 2.4 and 1.3 % {meshes}"
     if view.case.material is not None and view.scene.drives:
         tension = bending_stiffness(strip, view.case.material) / view.segment**2
         yield f"segments resolve the bending beside creases of a taut panel up to a tension of EI/l^2 = {tension:.3g} N"

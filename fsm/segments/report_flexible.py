@@ -85,7 +85,7 @@ def approximations_of_films(view: CheckContext) -> Iterator[str]:
     if any(name in named for name in flexible):
         yield from _touching_points(view, named)
     if view.scene.films:
-        yield "films resist compression like thin plates; wrinkles are not finer than the mesh"
+        yield "films resist compression like thin plates; wrinkles shorter than an element are not resolved"
     if scene.beams:
         yield "beams bend in the x-z plane only, without shear strain; supports carry the forces along y"
     if view.scene.cables:

@@ -95,7 +95,7 @@ class LowRankSolution:
 
     @property
     def places(self) -> np.ndarray:
-        """Components (k,) at which a further stiffness makes the blocks regular."""
+        """Degrees of freedom (k,), one for each vector, at which an added stiffness makes the blocks nonsingular."""
         assert self._matrix.low_rank is not None
         return np.argmax(np.abs(self._columns[:, : len(self._matrix.low_rank.vectors)]), axis=0)
 

@@ -230,7 +230,7 @@ def test_counts_are_the_compilers(spatial: bool, segments: int, pairs: list[list
 
 def test_half_cell_off() -> None:
     text = text_of(strip={"half_cell": False})
-    said(text, "half cell     off", "error O(l) without the half cell")
+    said(text, "half cell     off", "error O(l) without half cells")
 
 
 def test_tabulated_creases() -> None:
@@ -264,7 +264,7 @@ def test_a_scene_written_out() -> None:
         "1 joint, linear springs",
         "1 force element without stiffness",
         "in 0 of 1 force element",
-        "none in the scene",
+        "off: no crease has crease_flexibility",
         "7 records, one every 0.5 s",
         "end time 3 s",
     )

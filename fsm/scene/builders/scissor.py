@@ -1,7 +1,8 @@
 """Points and bars of a scissor array, by the kinematics of rigid units.
 
 A unit has its hinge at the origin and is symmetric about y. Its semi-lengths are p (hinge to upper ends) and q (hinge to
-lower ends). Its bars have the angle phi with x, and a kink kappa at the hinge, towards the lower side. Its right ends are
+lower ends). Each bar has a kink kappa at the hinge. Its angle with x is phi + kappa/2 below the hinge, and phi - kappa/2
+above it. The right ends of the unit are
 
     p (cos(phi - kappa/2), sin(phi - kappa/2)) above,   q (cos(phi + kappa/2), -sin(phi + kappa/2)) below,
 

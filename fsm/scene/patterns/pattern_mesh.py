@@ -216,7 +216,7 @@ class _Mesher:
     # edges ------------------------------------------------------------------------------------------------------------
 
     def _lines(self) -> list[tuple[int, tuple[int, int]]]:
-        """Edges of the pattern with their vertices in the order of the pattern."""
+        """Number and both vertices of each edge of the pattern with bend lines."""
         return [(number, (int(a), int(b))) for number, (a, b) in enumerate(self.fine.edges.tolist())]
 
     def _angles(self, flat: np.ndarray) -> np.ndarray:
