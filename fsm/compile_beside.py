@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from fsm.kernels import jit
 
@@ -50,9 +51,13 @@ def compiled_beside(arguments: Sequence[str]) -> Iterator[None]:
 
 
 def _started(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "fsm.compile_helper", *arguments]
-    quiet = subprocess.DEVNULL
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, start_new_session=True)
+    # with -P the helper imports nothing from the current folder, where a script may have the name of a module
+    command = [sys.executable, "-P", "-m", "fsm.compile_helper", *arguments]
+    quiet, folders = subprocess.DEVNULL, os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    return subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, start_new_session=True,
+        env=os.environ | {"PYTHONPATH": folders.strip(os.pathsep)},
+    )  # fmt: skip
 
 
 def _processors() -> int:

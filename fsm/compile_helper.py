@@ -18,15 +18,18 @@ from fsm.analyses.choose import analysis_of
 from fsm.scene.load_case import load_case
 from fsm.warm_up import KINDS, compile_linear_solver
 
+__all__ = ["main"]
+
 
 def _end_with_input() -> None:
     """End this process when its standard input is closed."""
-    with suppress(OSError, ValueError):
-        sys.stdin.buffer.read()
+    with suppress(OSError):
+        while os.read(0, 1024):  # sys.stdin has a lock, which would abort the end of this process
+            pass
     os._exit(0)
 
 
-def _main(arguments: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Compile kernels until all are compiled, or until the standard input is closed."""
     threading.Thread(target=_end_with_input, daemon=True).start()
     kinds = list(arguments)
@@ -39,4 +42,4 @@ def _main(arguments: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    _main(sys.argv[1:])
+    main(sys.argv[1:])

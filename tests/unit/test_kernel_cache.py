@@ -360,16 +360,6 @@ def test_time_of_waiting_counts_as_time_of_compilation(toy: Toy) -> None:
     assert report["compile_time"] > report["clock"] + 1.0
 
 
-def test_a_helper_ends_when_its_standard_input_is_closed(tmp_path: Path) -> None:
-    """Else it would survive a run that is killed."""
-    command = [sys.executable, "-m", "fsm.compile_helper", "lattice"]
-    quiet, environment = subprocess.DEVNULL, os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, env=environment) as helper:
-        assert helper.stdin is not None
-        helper.stdin.close()
-        assert helper.wait(60.0) == 0
-
-
 def test_folders_out_of_use_are_removed(toy: Toy) -> None:
     parent = toy.cache / "toy" / "kernels"
     aged = {name: parent / name for name in ("a" * 20, "b" * 20, "c" * 20 + ".old-" + "0" * 32, "not-ours")}
