@@ -122,7 +122,7 @@ _ALSO_IN_SCENE = {
 
 
 def _beside_scene(sections: Sections) -> Iterable[Fault]:
-    """Sections that a [scene] does not use, and values that are given twice."""
+    """Faults of sections that a [scene] does not use, and of values that are given twice."""
     scene = sections.scene
     if "scene" not in sections.written:
         return
@@ -161,7 +161,7 @@ def _held_panels(strip: Strip | None) -> Iterable[Fault]:
 
 
 def _contact_pairs(sections: Sections) -> Iterable[Fault]:
-    """Contact pairs with panels that do not exist, or of a panel with itself."""
+    """Faults of contact pairs that name an unknown panel or the same panel twice."""
     strip, contact = sections.strip, sections.contact
     if contact is not None and contact.pairs is not None and "scene" in sections.written:
         yield Fault("contact.pairs", "only a [strip] has panel numbers; give the pairs of a [scene] as `scene.pairs`")
@@ -242,7 +242,7 @@ def _scene_drives(sections: Sections) -> Iterable[Fault]:
     for path, drive in listed:
         if drive.crease is not None:
             yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `body` in a [scene]")
-        for body in drive.moved if "step" not in sections.written else ():  # an earlier step may release it
+        for body in drive.moved if "step" not in sections.written else ():  # an earlier step may release the body
             if body in held:
                 key = "body" if drive.body is not None else "bodies"
                 yield Fault(

@@ -111,7 +111,7 @@ class SceneBeam(_Line):
         Strain at the start; the unstressed length is shorter by it.
     viscosity : s
         Kelvin-Voigt damping of the stretch.
-    held : ends whose position does not move; the beam is free to rotate there
+    held : ends whose position is fixed; the beam can rotate there
     """
 
     width: Annotated[Length, Field(gt=0)]
@@ -141,8 +141,9 @@ class SceneFrame(Model):
     point : number of a point of a truss, from 0, instead of `at`
         The frame has no axes: it carries forces and no moments.
     normal : (3,) vector
-        Cables only: the y axis of the frame is normal to the cable and to this vector at the start. The frame follows the
-        bending of the cable about any axis, but the cable does not resist a moment about itself. On a beam y stays y.
+        Cables only: the y axis of the frame is normal to the cable and to this vector at the start. A frame on a cable
+        follows the bending of the cable about any axis, but the cable does not resist a moment about its own axis. On a beam
+        the y axis of the frame remains parallel to y.
     """
 
     name: Name
@@ -162,7 +163,7 @@ class SceneSeam(Model):
     bodies : names of bodies
         Each point is joined to the body whose centre is nearest to it at the start.
     stiffness : Pa
-        Stiffness in all directions (N/m) per length of the edge. A corner represents the length of an element.
+        Stiffness in all directions (N/m) per length of the edge. A corner of the film represents the length of one element.
     """
 
     name: Name

@@ -37,7 +37,7 @@ def quaternion_matrix(quaternion: Iterable[float]) -> np.ndarray:
 
 
 def quaternion_product(p: Quaternion, r: Quaternion) -> Quaternion:
-    """Product of two quaternions, scalar part first."""
+    """Product of two quaternions; the scalar part is first."""
     return (
         p[0] * r[0] - p[1] * r[1] - p[2] * r[2] - p[3] * r[3],
         p[0] * r[1] + p[1] * r[0] + p[2] * r[3] - p[3] * r[2],
@@ -47,7 +47,7 @@ def quaternion_product(p: Quaternion, r: Quaternion) -> Quaternion:
 
 
 def cable_axes(cable: SceneCable | SceneBeam, normal: tuple[float, float, float]) -> np.ndarray:
-    """Axes of a frame on a cable at the start, the rows of (3, 3): along the cable, across it, and near the normal.
+    """Axes of a frame on a cable at the start, as rows of (3, 3): along the cable, across it, and near the normal.
 
     On a beam the second axis is y.
     """
@@ -61,10 +61,10 @@ def cable_axes(cable: SceneCable | SceneBeam, normal: tuple[float, float, float]
 
 
 def with_frames(scene: Scene) -> Scene:
-    """Scene with its frames among the bodies: held, without mass, at their places at the start.
+    """Scene in which the frames are massless held bodies at their initial positions.
 
-    Seams become frames and springs, and points for contact become frames. The scene must have no faults of
-    `frame_faults`.
+    Each seam becomes frames and springs, and each contact point becomes a frame. The scene must pass `frame_faults` without
+    a fault.
     """
     frames = list(scene.frames)
     elements = list(scene.elements)
@@ -92,7 +92,7 @@ def with_frames(scene: Scene) -> Scene:
 
 
 def _as_assembled(element: ForceElement, turned: dict[str, Quaternion]) -> ForceElement:
-    """Element at a frame with joint axes that agree at the start: twists and swings are zero in the state as assembled."""
+    """Force element at a frame; its joint axes agree at the start, so twists and swings are zero in the initial state."""
     said = element.model_fields_set & {"axes_inner", "initial_angle", "crease"}
     if said or not any(element.rotation) or element.inner not in turned or element.outer not in turned:
         return element
@@ -151,7 +151,8 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
 def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, float]]:
     """Points (x, y) of a seam on its film, m, and the length of the edge that each represents, m.
 
-    An edge is a cubic between nodes. Three Gauss points per element constrain this cubic; the nodes alone would not.
+    The edge of a film is a cubic between two nodes. Three Gauss points per element constrain this cubic; springs at the
+    nodes alone would not constrain it.
     """
     (nx, ny), b, c = film.mesh, 0.5 * film.length, 0.5 * film.width
     if seam.edge == "corners":
@@ -221,7 +222,7 @@ def _cable_faults(frame: SceneFrame, cable: SceneCable | SceneBeam, path: str) -
 
 
 def _frame_body(frame: SceneFrame, scene: Scene) -> Body:
-    """Body without mass at the place of a frame at the start."""
+    """Massless body at the initial position of a frame."""
     film = next((film for film in scene.films if film.name == frame.on), None)
     if film is not None:
         return _on_film(frame, film)

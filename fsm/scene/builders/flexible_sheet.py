@@ -153,7 +153,7 @@ class _FlexibleBuilder:
             fixed = {"xyz".index(support.mirror)}
         whole = place.name.startswith("facet")
         if whole and len(fixed) < 3:
-            text = f'of {place.name} must be ["x", "y", "z"], because a facet is held as a whole; give vertices instead'
+            text = f'of {place.name} must be ["x", "y", "z"], because a facet cannot be held in some directions only; give vertices instead'
             raise CaseError(Fault(f"{path}.fixed", text))
         for sector in place.sectors.tolist():
             self._fix(3 * int(mesh.owner[sector]), fixed)
@@ -207,7 +207,7 @@ class _FlexibleBuilder:
             yield self._in_time(part)
 
     def _in_time(self, load: Load) -> Load:
-        """Load that grows over the run if the run is static and the load has no function of time."""
+        """Load with a ramp over the run, if the run is static and the load has no function of time."""
         method, end = self.case.solve.method, self.case.solve.end_time
         if load.time is not None or self.case.step or end is None or method not in ("static", "arc-length"):
             return load
@@ -253,15 +253,18 @@ class _FlexibleBuilder:
         return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
 
     def _turn(self, drive: Drive, place: MeshPlace) -> Drive:
-        """Turn of a place that is clamped in a rigid end: springs join its points to a massless body that turns.
+        """Turn of a place that is clamped in a rigid end: springs join the points of the place to a massless body that
+        turns.
 
-        Without a guide the end can translate. Its points are then joined to the middle one of them in translation.
+        Without a guide the end can translate. The points of the place are then joined in translation to the middle point
+        only.
         """
         mesh, facets = self.facets.mesh, self.facets
         at, stiffness = mesh.positions[place.sectors], _DRIVEN * facets.young * facets.thickness
         size, extent = (float(np.ptp(of, axis=0).max()) or facets.thickness for of in (at, mesh.positions))
-        local = stiffness * facets.thickness**2 * size / (12.0 * float(mesh.lengths.min()))  # plate of a cell, all along
-        whole = stiffness * size**3 / (12.0 * extent)  # sheet as a beam with the end as its section
+        # plate whose whole size is one cell
+        local = stiffness * facets.thickness**2 * size / (12.0 * float(mesh.lengths.min()))
+        whole = stiffness * size**3 / (12.0 * extent)  # the sheet is a beam, and the driven end is its section
         parts = [(self._frame(name, point), share) for name, point, share in place_points(mesh, place, place.name, True)]
         known = {body.name: body for body in self.bodies}
         x, y, z = at.mean(axis=0).tolist()
@@ -279,7 +282,8 @@ class _FlexibleBuilder:
         return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
 
     def _join(self, name: str, inner: Body, outer: Body, move: float, turn: float) -> None:
-        """Add springs (N/m, N m/rad) without force at the start between the centre of a body and a point of another one."""
+        """Add springs (N/m, N m/rad) between the centre of a body and a point of another body; they carry no force at the
+        start."""
         from_inner, from_outer = (quaternion_matrix(body.orientation).T for body in (inner, outer))
         apart = from_outer @ (np.array(inner.position) - np.array(outer.position))
         axes = (tuple(quaternions(turned[None])[0].tolist()) for turned in (from_inner, from_outer))
@@ -306,7 +310,7 @@ def _folds(case: Case, mesh: FacetMesh) -> FoldData | None:
         return None
     assert case.sheet is not None and case.material is not None
     plate = case.material.young * case.sheet.thickness**3 / (12.0 * (1.0 - case.material.poisson**2))
-    if case.sheet.is_shell:  # a lenticular boom, whose seams are rigid
+    if case.sheet.is_shell:  # only a lenticular boom has such joints; its seams are rigid
         angles = np.concatenate([np.full(len(seam.lengths), seam_angle(case.sheet)) for seam in mesh.creases])
         stiffness = np.concatenate([_JOINED * plate / seam.lengths.min() * seam.lengths for seam in mesh.creases])
         return FoldData.linear(stiffness, angles, angles)

@@ -46,7 +46,7 @@ def build_scene(case: Case) -> Scene:
 
 
 def _with_items_of_steps(case: Case) -> Case:
-    """Case with the drives and loads of all its steps; of several drives with the same target, one is kept."""
+    """Case with the drives and loads of all its steps; of several drives with the same target, only the first is kept."""
     scene = case.scene
     if scene is not None:
         scene = scene.model_copy(update={"drives": (), "loads": ()})
@@ -64,5 +64,6 @@ def _added(strip: Scene, more: Scene) -> Scene:
 
 
 def _with_parts(scene: Scene) -> Scene:
-    """Scene with the bodies and elements of its frames, unless it has faults, which are reported later."""
+    """Scene with its frames among the bodies and elements; a scene with faults is returned unchanged, and a later check
+    reports its faults."""
     return scene if any(frame_faults(scene)) else with_frames(scene)

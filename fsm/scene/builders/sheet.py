@@ -254,8 +254,8 @@ class _Attachment(NamedTuple):
         name: str,
         along: np.ndarray | None = None,
     ) -> list[ForceElement]:
-        """One spring for each vertex. Its axes are the axes of the body; if a direction is given, the first axis is
-        along it.
+        """Each vertex has one spring. The axes of a spring are the axes of the body; if a direction is given, the first axis
+        is along it.
         """
         found = []
         facets = facets_of_vertices(self.pattern)

@@ -69,7 +69,7 @@ def build_bars(case: Case) -> Scene:
 
 
 def bar_areas(case: Case, pattern: Pattern) -> np.ndarray:
-    """Cross-section of the bar of each edge, (m,), m^2: as given, or a preset.
+    """Cross-section of the bar of each edge, (m,), m^2: the given value, or a preset.
 
     With the preset, bars and plate have the same energy in a uniform expansion. A triangle of area S and thickness t
     with bars of the lengths L gives each bar the area 2 S t/((1 - nu) sum L) (Filipov, Liu, Tachi, Schenk and Paulino,
@@ -143,7 +143,7 @@ def _truss(case: Case, sheet: Sheet, pattern: Pattern) -> tuple[SceneTruss, Fold
 
 
 def _fold(pattern: Pattern, edge: int) -> tuple[int, int, int, int]:
-    """Vertices of a hinge: of the left facet, both ends of the edge, of the right facet."""
+    """Vertices of a hinge: the vertex of the left facet, both ends of the edge, and the vertex of the right facet."""
     u, v = pattern.edges[edge].tolist()
     left, right = (next(w for w in pattern.faces[face] if w not in (u, v)) for face in pattern.edge_faces[edge].tolist())
     return left, u, v, right
