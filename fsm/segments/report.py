@@ -263,7 +263,7 @@ def _saved(view: CheckContext) -> Iterator[str]:
 
 
 def _records(view: CheckContext, step: PlannedStep) -> int:
-    """Number of records of a step; the record at the end of the previous step is not repeated."""
+    """Number of records of a step; a step does not repeat the record at the end of the previous step."""
     if step.end == step.start:
         return int(step.kind == "relax" and step is not view.plan.steps[0])
     acting = next((program for program, acts in zip(view.plan.programs, step.acting, strict=True) if acts), None)

@@ -93,16 +93,16 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
 def _contact_points(view: CheckContext) -> int:
     assert view.scene.contact is not None
     per_segment = view.scene.contact.points_per_segment + 1
-    # as in the compiler: plates that are not held, including driven plates
+    # this corresponds to the compiler, which uses plates that are not held, including driven plates
     moving = [body.plate.length for body in view.scene.bodies if body.plate is not None and not body.held]
     mean = float(np.mean(moving)) if moving else 0.0
     total = rigid = 0
     balls = {obstacle.name for obstacle in view.scene.obstacles if obstacle.shape == "sphere"}
     for pair in view.pairs:
         if balls & {pair.first, pair.second}:
-            rigid += 1  # one contact of the sphere with each plate
+            rigid += 1  # the sphere has one contact with each plate
             continue
-        total -= 2 if pair.shared == "end-start" else 0  # no point on the crease itself
+        total -= 2 if pair.shared == "end-start" else 0  # the crease itself has no point
         sides = [view.sides[pair.first], view.sides[pair.second]]
         if any(side.kind == "film" for side in sides):
             touching = sides[:1] if pair.first == pair.second else sides
