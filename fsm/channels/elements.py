@@ -109,7 +109,7 @@ def _deformations(state: State) -> tuple[Values, Values]:
         if past is not None:
             rate = (value - group.measure(past.poses, rates, group.bodies, *group.geometry)[0]) / past.duration
         for name, one, other in zip(group.names, np.array(value), np.array(rate), strict=True):
-            # the springs of this element are known, and the twist comes from the crease
+            # the springs of this element are known, and its twist is the twist of the crease
             if name in values and isinstance(group, CreaseGroup):
                 one, other = _with_twist(values[name], one), _with_twist(speeds[name], other)
             values[name], speeds[name] = np.atleast_1d(one), np.atleast_1d(other)
