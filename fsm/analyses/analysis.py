@@ -69,7 +69,8 @@ class Analysis(Protocol):
 
     def enter(self, number: int, states: States | None) -> System:
         """System of a step (number from 0); `states` are the states at the end of the previous step, None for the first
-        step."""
+        step.
+        """
         ...
 
     def begin(self, number: int, system: System, states: States | None) -> tuple[np.ndarray, np.ndarray]:

@@ -149,7 +149,8 @@ def _hinges(
 
 def _directions(bar: BarNodes) -> np.ndarray:
     """First coordinates of the directions at the nodes of a bar; these are its sections, or the slopes of a cable
-    element."""
+    element.
+    """
     return bar.sections if len(bar.sections) else bar.slopes
 
 

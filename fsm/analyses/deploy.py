@@ -338,7 +338,8 @@ class Deployment(Analysis):
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """Warnings on deep contacts, panels that cross, large errors, creases beyond their data, a fast pull, and a peak at
-        the end."""
+        the end.
+        """
         found = []
         thickness = solution.layout.thickness
         if solution.pair_gap.size and -solution.pair_gap.min() > _DEEP * thickness > 0.0:

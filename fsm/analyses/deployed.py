@@ -169,7 +169,8 @@ def _lines(
     strip: Strip, options: Deployed, panel_length: float, clamped: list[tuple[float, float]]
 ) -> MeshLines:
     """Mesh lines along the flat strip (at creases, beside them, at equal distances between them, and at ends of clamps), and
-    across it."""
+    across it.
+    """
     beside = 0.5 * (options.crease_width or 0.1 * panel_length)
     lines: list[float] = []
     for number in range(strip.panels):

@@ -196,7 +196,8 @@ class VibrationAnalysis(OneStep):
 
     def sample_times(self, end: float) -> list[float]:
         """Equal times between samples, from the case or from the highest requested mode; fixed steps are not shortened for
-        them."""
+        them.
+        """
         if not end:
             return [0.0]
         step = self.vibration.sampling
@@ -282,7 +283,8 @@ class VibrationAnalysis(OneStep):
 
     def _mesh_error(self) -> MeshError | None:
         """Error due to the mesh, by comparison with another mesh; None if no mesh differs enough, or if there is no
-        equilibrium."""
+        equilibrium.
+        """
         if self.system.fixed.all():
             return None
         try:
@@ -435,7 +437,8 @@ class VibrationAnalysis(OneStep):
 
 def _mean_direction(stress: FilmStress) -> np.ndarray:
     """Direction of the larger stress of every element, (m, 3); it is the mean over the points, weighted with the stress
-    difference."""
+    difference.
+    """
     weight = stress.principal[..., 0] - stress.principal[..., 1]
     tensor = np.einsum("ms,msa,msb->mab", weight, stress.direction, stress.direction)
     return np.asarray(np.linalg.eigh(tensor)[1][..., -1])

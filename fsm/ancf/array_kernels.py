@@ -190,7 +190,8 @@ def _solved(model: Coordinates, right: np.ndarray) -> np.ndarray:
 @kernel
 def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> float:
     """Mean power of dampers since the last call; the forces are those at the middle of the step, see
-    `fsm.solve.dissipation`."""
+    `fsm.solve.dissipation`.
+    """
     table = model.table
     last, last_time = floats_1d(table, LAST), floats_1d(table, LAST_TIME)
     damped, lost = floats_1d(table, NUMBERS)[DAMPED], 0.0

@@ -156,7 +156,8 @@ class CableGroup:
 
     def release(self, q: np.ndarray, remainder: float) -> None:
         """Set the forces P so that tension-only cables carry no compression at q; `remainder` is the fraction of EA that
-        remains under compression."""
+        remains under compression.
+        """
         if self.tension_only:
             release_at(self.arrays, self.engineering, q)
             self.arrays.remainder[0] = remainder

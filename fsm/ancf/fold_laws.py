@@ -109,7 +109,8 @@ class FoldLaws:
         self, t: float, angle: np.ndarray, rate: np.ndarray, duration: float | None = None, other: np.ndarray | None = None
     ) -> FoldEnergy:
         """Energy and powers; `duration` and the angles `other` at the other end of a step have the same meaning as in
-        `Sliders.energy`."""
+        `Sliders.energy`.
+        """
         stored = float(fold_efforts(self.without_memory, angle)[0].sum())
         power, sliding = float(self.damping @ rate**2), 0.0
         if self.sliders is not None:

@@ -214,7 +214,8 @@ class AncfSystem(System):
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Forces that hold or move the coordinates of each node, (n_nodes, size), N and N m; they are zero for free
-        coordinates."""
+        coordinates.
+        """
         return self._reactions(t, *self.place(t, q, u)).reshape(-1, self.mesh.size)
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:

@@ -33,7 +33,8 @@ class TensionState:
 
 def film_stresses(system: AncfSystem, t: float, q: np.ndarray) -> dict[str, FilmStress]:
     """Stresses of every group of membrane elements by name; if two groups have the same name, the stresses of the last
-    group."""
+    group.
+    """
     here, _ = system.place(t, q, None)
     return {group.name: group.stress(here) for group in system.mesh.groups if isinstance(group, MembraneGroup)}
 

@@ -235,7 +235,8 @@ class JoinedConfiguration(SegmentSystem):
 
     def shortest_step(self) -> float:
         """See `System`; the result is a fraction of 1/omega of the shortest axial wave that the mesh resolves, which is four
-        elements long."""
+        elements long.
+        """
         if not self._wave_speed:
             return 0.0
         return _FOLLOWED * self.elements.scales().length / (0.5 * math.pi * self._wave_speed)

@@ -345,7 +345,8 @@ class JoinedSystem(JoinedConfiguration):
 
     def shortest_step(self) -> float:
         """See `System`; the result is at most a small fraction of 1/omega of the softest motion against the gas, at the
-        present pressure."""
+        present pressure.
+        """
         found, chambers = super().shortest_step(), self.chambers
         if chambers is None or not found:
             return found

@@ -156,7 +156,8 @@ def cantilever_curve(
 
 def _cantilever(count: int, stretch: float) -> Scene:
     """Cantilever with L = EI = 1 along x and half a cell at the clamp; a dead force acts along z, and its size equals the
-    time."""
+    time.
+    """
     length = 1.0 / count
     bodies = tuple(
         Body(name=f"segment {i + 1}", mass=1.0, inertia=(1.0,) * 3, position=((i + 0.5) * length, 0.0, 0.0))
@@ -270,7 +271,8 @@ def _test(table: MeasuredTable) -> _Test:
 
 def _estimate(test: _Test, curve: CubicHermiteSpline, options: Options) -> Estimate:
     """EI with its variance; the variance follows from the scatter about the curve or, with enough repeats, from their
-    differences."""
+    differences.
+    """
     best = fit_rigidity(test.force, test.deflection, test.length, curve)
     numbers = np.unique(test.repeat)
     if len(numbers) >= MIN_REPEATS:
@@ -287,7 +289,8 @@ def _estimate(test: _Test, curve: CubicHermiteSpline, options: Options) -> Estim
 
 def _small_angle(test: _Test) -> float:
     """EI, N m^2, by the small-angle formula and least squares of the small deflections; of all deflections if fewer than two
-    are small."""
+    are small.
+    """
     small = np.abs(test.deflection) <= _SMALL_ANGLE * test.length
     force, deflection = (test.force[small], test.deflection[small]) if small.sum() > 1 else (test.force, test.deflection)
     return float(force @ force * test.length**3 / (3.0 * (force @ deflection)))

@@ -183,7 +183,8 @@ def _check_enough(angle: np.ndarray, sweep: Sweep, fit: str) -> None:
 
 def gap_covariance(loading: Branch, unloading: Branch) -> np.ndarray:
     """Covariance of L - U, from repeats with both branches if possible; otherwise the branches are treated as
-    independent."""
+    independent.
+    """
     if len(loading.repeats) == len(unloading.repeats) > 1:
         gaps = loading.repeats - unloading.repeats
         return np.asarray(np.cov(gaps, rowvar=False) / len(gaps))

@@ -1,5 +1,6 @@
 """Anisotropic friction: the friction depends on the slip direction in the axes of the body that carries the contact
-point."""
+point.
+"""
 
 from __future__ import annotations
 

@@ -110,7 +110,8 @@ def _on_triangle(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, wei
 @kernel
 def _extended(faces: Faces, triangle: int, extension: np.ndarray) -> None:
     """Write the corners of a triangle that is extended beyond the outline, as weights (3, 3) of the real corners, in
-    rows."""
+    rows.
+    """
     for i in range(3):
         extension[i, i] = 1.0
         for j in range(3):

@@ -30,7 +30,8 @@ def _is_over(side: float, height: float, limit: float) -> bool:
 @kernel
 def probe_sides(side: np.ndarray, height: np.ndarray, limit: np.ndarray) -> np.ndarray:
     """Sides (n,) after a step: probes over their surface keep their side, new probes get their present side, and all others
-    get 0."""
+    get 0.
+    """
     out = np.zeros(side.shape[0])
     for i in range(side.shape[0]):
         if _is_over(side[i], height[i], limit[i]):

@@ -203,7 +203,8 @@ def _moving_solids(solution: Solution) -> list[Floats]:
 
 def _label(axis: Axis, text: str) -> None:
     """Label an axis. An empty label has a fixed place, because Matplotlib would measure all numbers of the axis to place a
-    label."""
+    label.
+    """
     axis.set_label_text(text)
     if not text:
         axis.set_label_coords(0.0, 0.0)

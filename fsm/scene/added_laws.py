@@ -53,7 +53,8 @@ def check_parameters(
 
 def with_parameters(written: Mapping[str, Any], law: object, added: Mapping[str, AddedLaw]) -> dict[str, Any]:
     """Section with an empty section for the parameters of an extension, so that the validation reports missing
-    parameters."""
+    parameters.
+    """
     known = added.get(law) if isinstance(law, str) else None
     return {"parameters": {}, **written} if known is not None and known.parameters is not None else dict(written)
 

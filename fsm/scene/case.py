@@ -119,7 +119,8 @@ class Release(Model):
 
 class Expect(Model):
     """Expected value of a number of the summary, with its tolerance; the run ends with exit code 4 if the number is outside
-    the tolerance."""
+    the tolerance.
+    """
 
     value: float
     rtol: Annotated[float, Field(ge=0)] | None = None

@@ -69,7 +69,8 @@ def hertz_stiffness(young: Sequence[float], poisson: Sequence[float], radius: Se
 
 def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Mapping[str, Any]:
     """Section with the stiffness K = F/d^e of a force F (N) at a penetration d (m); a section that gives a stiffness is
-    unchanged."""
+    unchanged.
+    """
     if "stiffness" in written or any(written.get(key) is not None for key in _MATERIAL):
         return written
     exponent = written.get("exponent", 1.0 if written.get("law") == "linear" else 1.5)

@@ -1,5 +1,6 @@
 """Sides of a contact pair; a side is a surface, the plate of a body, a group of plates, an obstacle, a film, a cable or a
-sheet."""
+sheet.
+"""
 
 from __future__ import annotations
 

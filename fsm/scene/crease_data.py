@@ -137,7 +137,7 @@ def check_curve(
             Fault(path, f"has {len(angle)} rows; {interpolation} interpolation needs at least {fewest}{hint}")
         )
     if len(angle) > MOST_ROWS:
-        what = f"Names of the columns of the file, and the rows below the header."
+        what = "Names of the columns of the file, and the rows below the header."
         raise CaseError(Fault(path, what))
     faults = _order_faults(angle, places, unit) or _size_faults(angle, places, unit)
     if faults:

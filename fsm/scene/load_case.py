@@ -175,7 +175,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
 
 def _with_extensions(data: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], list[str], list[Fault]]:
     """Tables with absolute names of extension files, the sections of builders that extensions add, and the faults of
-    extensions."""
+    extensions.
+    """
     names = data.get("extensions", ())
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
         return dict(data), [], []  # the section itself is faulty

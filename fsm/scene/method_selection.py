@@ -55,7 +55,8 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
 
 def dynamic_method(scene: Scene) -> str:
     """Method for motions: generalized-alpha is not used for undamped films and cables, because its numerical damping would
-    remove their vibration energy."""
+    remove their vibration energy.
+    """
     return "mean-force" if scene.flexible else "generalized-alpha"
 
 

@@ -143,7 +143,8 @@ def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, belo
 @kernel
 def measure_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     """Compute rates and gradients of the contacts that were found. A repeated call with the same state uses the stored
-    result."""
+    result.
+    """
     state, seen = integers_1d(g, STATE), floats_2d(g, FOUND_RATES)
     if state[MEASURED] == 1 and _equal(rates, seen):
         return

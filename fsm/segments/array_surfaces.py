@@ -253,7 +253,8 @@ def _tangent_spatial(
 @kernel
 def _pieces(g: np.ndarray, within: bool) -> tuple[np.ndarray, np.ndarray]:
     """First and last pieces of all probes: the pieces of their windows if `within` is true, else the pieces of the whole
-    surfaces."""
+    surfaces.
+    """
     if not within:
         return integers_1d(g, _FIRST), integers_1d(g, _LAST)
     window = integers_2d(g, _WINDOW)

@@ -87,7 +87,8 @@ def arrays_of(
     system: SegmentSystem, pattern: BodyPattern, ready: Ready, contacts: ContactModel
 ) -> tuple[ArrayModel, tuple[Arrays, ...]]:
     """Model of arrays of a system for which `has_arrays` is true, and the arrays; the caller must keep the arrays as long as
-    the model."""
+    the model.
+    """
     model, arrays = segments_of(system, pattern, *ready(pattern), contacts)
     return ArrayModel.of(KERNELS, model, *system.initial()), arrays
 

@@ -340,7 +340,8 @@ class SceneCompiler:
 
     def _joint_axes(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
         """In the plane, the constants are the angle of the outer axes and psi_0. In space, they are the matrices of the
-        axes, psi_0 and the sign of the quaternions."""
+        axes, psi_0 and the sign of the quaternions.
+        """
         initial = initial_twists(elements, self.scene.bodies)
         if not self.spatial:
             angles = np.array([[2 * math.atan2(q[2], q[0]) for q in (e.axes_inner, e.axes_outer)] for e in elements])

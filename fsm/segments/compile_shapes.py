@@ -116,7 +116,8 @@ class _ShapeCompiler:
 
     def _side(self, name: str, party: ContactSide) -> int:
         """Number of a side of a contact. The plates of a surface each represent a part of its length; each plate of a group
-        is a complete face."""
+        is a complete face.
+        """
         if name not in self.side_number:
             of_bodies = [self._plates(body) for body in party.bodies]
             plates = np.concatenate(of_bodies)

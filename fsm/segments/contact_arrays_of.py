@@ -250,7 +250,8 @@ class _SurfaceGroup(_GroupArrays):
 
     def pairs(self) -> np.ndarray:
         """See `_GroupArrays`: the pairs are those of the present windows with some more pieces, and those of the last
-        pattern."""
+        pattern.
+        """
         own = self.own
         first, last = own.window.T
         near = last > first

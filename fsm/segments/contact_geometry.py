@@ -114,7 +114,8 @@ class ContactGeometry(Protocol):
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """Pairs of bodies that contacts may couple until the next renewal, and a version number that changes when the pairs
-        change."""
+        change.
+        """
         ...
 
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:

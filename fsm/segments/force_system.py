@@ -279,7 +279,8 @@ class SegmentForces(Configuration):
         whole: bool = True,
     ) -> np.ndarray:
         """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; if `whole` is true, they include the
-        forces on nodes."""
+        forces on nodes.
+        """
         return np.asarray(gather_free(self.bodies.free, forces))
 
     def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:

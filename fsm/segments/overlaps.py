@@ -66,7 +66,8 @@ class Overlaps(NamedTuple):
 
     def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray, held: np.ndarray) -> bool:
         """Update the weights of units that have moved; return whether any has changed. The weights of `held` units do not
-        jump."""
+        jump.
+        """
         solids = Shapes(kit.shapes.body, kit.shapes.kind, *kit.solids, kit.shapes.radius)
         points = ShapePoints(kit.point_start, kit.local, kit.weight, kit.on_axis)
         table = UnitTable(units.shapes, units.whole, units.share)

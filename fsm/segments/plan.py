@@ -379,7 +379,8 @@ class _Planner:
 
     def _at_break(self, t: float) -> float:
         """The given time; if the time at which a drive begins, ends or reverses differs only by round-off, that time
-        instead."""
+        instead.
+        """
         near = [at for program in self._programs() for at in program.breaks() if abs(at - t) <= _ROUNDING * t]
         return near[0] if near else t
 
@@ -419,7 +420,8 @@ class _Planner:
 
     def _load(self, step: Step, new: list[Load], let_go: list[_Acting], start: float, end: float) -> None:
         """Loads of a step. In a static step loads begin and end with a ramp; in a dynamic step they begin and end
-        suddenly."""
+        suddenly.
+        """
         named = {load.called for load in new}
         kept: list[_Acting] = []
         for acting in self.loads:

@@ -361,7 +361,8 @@ class ShapeContacts:
 
     def memory(self) -> np.ndarray:
         """The memory consists of the length of the committed poses, the poses, and the overlaps of faces; it is empty before
-        the first commit."""
+        the first commit.
+        """
         if self._committed is None:
             return np.zeros(0)
         return np.concatenate([[float(self._committed.size)], self._committed.ravel(), self._overlaps.flat()])

@@ -406,7 +406,8 @@ class SheetContacts:
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """See `ContactGeometry`. Without clearance, a node that has a side may be behind the facet, because the contact is
-        soft."""
+        soft.
+        """
         start = self._committed
         if start is None:
             return ()

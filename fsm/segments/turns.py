@@ -26,7 +26,8 @@ __all__ = ["Turns", "turned_pose"]
 @dataclass(frozen=True)
 class _Turning:
     """One turning body: number of its motion, number of the body, axis and centre, arm from the centre to the initial
-    position, axis in the body."""
+    position, axis in the body.
+    """
 
     motion: int
     body: int

@@ -1,5 +1,6 @@
 """Methods of time integration; one kernel computes the steps of systems with arrays, and Python computes the steps of all
-other systems."""
+other systems.
+"""
 
 from __future__ import annotations
 

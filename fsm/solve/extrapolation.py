@@ -45,7 +45,8 @@ class History:
 
     def add(self, t: float, q: np.ndarray, efforts: np.ndarray | None = None) -> None:
         """Add a state, with the efforts of its springs if these are predicted too; either all states have efforts or none
-        has."""
+        has.
+        """
         self._states = [*self._states[-(_KEPT - 1) :], _State(self.system.progress(t), q, efforts)]
 
     def state(self) -> State:

@@ -220,7 +220,8 @@ class LinearSolver:
 
     def adopt(self, matrix: BlockMatrix, symmetric: bool, times: int) -> None:
         """Use factors that the caller has computed in the data of `ready`; the caller has made `times` factorisations, and
-        the last one is used."""
+        the last one is used.
+        """
         self.factorisations += times
         self._low_rank = None
         self._matrix, self._other, self._trusted, self._symmetric = matrix, None, False, symmetric
@@ -372,7 +373,8 @@ class LinearSolver:
 
 def _by_scalars(matrix: BlockMatrix, otherwise: int) -> int:
     """Number of negative pivots of a symmetric factorisation without row exchanges; `otherwise` if there is no such
-    factorisation."""
+    factorisation.
+    """
     from scipy.sparse.linalg import splu
 
     try:

@@ -46,7 +46,8 @@ def pressed_facets(mesh: FacetMesh, load: Load, path: str) -> tuple[int, ...]:
 
 def load_parts(mesh: FacetMesh, load: Load, path: str) -> list[tuple[Load, MeshPoint]]:
     """Parts of a load on a place, with the points of their frames; takes the arguments and raises the errors of
-    `loads_on_mesh`."""
+    `loads_on_mesh`.
+    """
     assert load.at is not None
     try:
         place = mesh_place(mesh, load.at)

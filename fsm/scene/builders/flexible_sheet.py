@@ -153,7 +153,7 @@ class _FlexibleBuilder:
             fixed = {"xyz".index(support.mirror)}
         whole = place.name.startswith("facet")
         if whole and len(fixed) < 3:
-            text = f'of {place.name} must be ["x", "y", "z"], because a facet cannot be held in some directions only; give vertices instead'
+            text = f'of {place.name} must be ["x", "y", "z"], because a facet is held as a whole; give vertices instead'
             raise CaseError(Fault(f"{path}.fixed", text))
         for sector in place.sectors.tolist():
             self._fix(3 * int(mesh.owner[sector]), fixed)
@@ -283,7 +283,8 @@ class _FlexibleBuilder:
 
     def _join(self, name: str, inner: Body, outer: Body, move: float, turn: float) -> None:
         """Add springs (N/m, N m/rad) between the centre of a body and a point of another body; they carry no force at the
-        start."""
+        start.
+        """
         from_inner, from_outer = (quaternion_matrix(body.orientation).T for body in (inner, outer))
         apart = from_outer @ (np.array(inner.position) - np.array(outer.position))
         axes = (tuple(quaternions(turned[None])[0].tolist()) for turned in (from_inner, from_outer))

@@ -65,5 +65,6 @@ def _added(strip: Scene, more: Scene) -> Scene:
 
 def _with_parts(scene: Scene) -> Scene:
     """Scene with its frames among the bodies and elements; a scene with faults is returned unchanged, and a later check
-    reports its faults."""
+    reports its faults.
+    """
     return scene if any(frame_faults(scene)) else with_frames(scene)

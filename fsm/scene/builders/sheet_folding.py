@@ -81,7 +81,8 @@ def _has_fold_angles(sheet: Sheet) -> bool:
 
 def fold_turn(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) -> float:
     """Change of the rest angle of a joint from the start to the end of the run, rad; `angle` is the fold angle at the
-    start."""
+    start.
+    """
     assert case.sheet is not None
     if case.sheet.fold_to is None or joint.kind != "crease" or pattern.assignment[joint.edge] == "U":
         return 0.0
@@ -120,7 +121,8 @@ class Folds:
 
     def add(self, joint: SheetJoint, angle: float, lengths: np.ndarray) -> None:
         """Add a crease or a bend line with a fold angle at the start (rad); parts of the given lengths (m) share its
-        stiffness."""
+        stiffness.
+        """
         whole = float(self.pattern.lengths[joint.edge])
         law = len(self._laws) - 1 if joint.kind == "crease" else 0
         stiffness = joint.stiffness / whole

@@ -49,7 +49,8 @@ def free_motions(case: Case, pattern: Pattern) -> list[str]:
 
 def _rows(pattern: Pattern, at: object, directions: np.ndarray, middle: np.ndarray, size: float) -> np.ndarray:
     """Displacements at a place along directions (d, 3) due to the six rigid-body motions, three translations and three
-    rotations."""
+    rotations.
+    """
     place = place_of(pattern, at)  # type: ignore[arg-type]
     vertices = place.vertices if place.facet is None else pattern.faces[place.facet]
     directions = directions if place.facet is None else np.eye(3)

@@ -85,7 +85,8 @@ def bending_stiffness(strip: Strip, material: Material) -> float:
 @dataclass(frozen=True)
 class _Segment:
     """Segment during the construction of a strip: name of its body, length, number of its panel (from 0), and whether it is
-    held."""
+    held.
+    """
 
     name: str
     length: float

@@ -134,7 +134,8 @@ def _open_edges(triangles: np.ndarray) -> dict[int, int]:
 
 def _ring(gas: Gas, number: int, surface: SheetSurface, free: dict[int, int], path: str) -> np.ndarray:
     """Ring of a lid, ordered counter-clockwise around the normal of the lid; removes the edges of the ring from the open
-    edges."""
+    edges.
+    """
     cap = gas.closed_by[number].cap
     assert cap is not None
     key = f"{path}.closed_by.{number}.cap"

@@ -39,7 +39,8 @@ def graded(place: np.ndarray, grading: float | np.ndarray) -> np.ndarray:
 
 class MeshPoint(NamedTuple):
     """Point of the mesh: numbers of vectors, and their factors in the position and in two slopes; a point with zero slopes
-    has no axes."""
+    has no axes.
+    """
 
     vectors: np.ndarray
     weights: np.ndarray

@@ -314,7 +314,7 @@ def _check_planar(pattern: Pattern) -> None:
             raise ValueError(f"has face {number} with the vertices {list(face)}, whose area is zero")
         if off > _FLAT * size:
             text = f"a vertex is {1e3 * off:.3g} mm off its plane; divide it into triangles"
-            raise ValueError(f"Whether two sides of a polygon (k, 3) cross in the projection with the largest area.")
+            raise ValueError("Whether two sides of a polygon (k, 3) cross in the projection with the largest area.")
 
 
 def _sides_cross(corners: np.ndarray) -> bool:

@@ -111,7 +111,8 @@ def _folds_rigidly(lines: Sequence[tuple[float, str]]) -> bool:
 
 def _span_plane(angles: Sequence[float]) -> bool:
     """Whether directions span the plane with positive factors; this holds if every gap between neighbouring directions is
-    below 180 degrees."""
+    below 180 degrees.
+    """
     if len(angles) < 3:
         return False
     ordered = sorted(angles)

@@ -154,7 +154,8 @@ def _slopes(x: np.ndarray, c: _Constraints) -> Any:
 
 def _stacked(count: int, parts: list[tuple[int, list[tuple[np.ndarray, np.ndarray]]]], rows: int) -> Any:
     """Sparse matrix of derivatives with respect to the vertices. A part consists of the number of its first row, (m,)
-    vertices and (m, 3) values."""
+    vertices and (m, 3) values.
+    """
     from scipy import sparse
 
     row, column, value = [], [], []

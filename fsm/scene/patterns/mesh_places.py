@@ -16,7 +16,8 @@ _NUMBERS = re.compile(r"(?:vertex|vertices)\s+(\d+(?:\s*,\s*\d+)*)")
 
 class MeshPlace(NamedTuple):
     """Place on a mesh: its name, its nodes (sectors), and its edges (k, 2) as in `FacetMesh`; a place of single nodes has no
-    edges."""
+    edges.
+    """
 
     name: str
     sectors: np.ndarray

@@ -123,7 +123,8 @@ class _Mesher:
 
     def _axes(self) -> np.ndarray:
         """Axes in the plane of each face, (n, 3, 2), along the axes of the flat pattern if there is one; ply angles are
-        measured from them."""
+        measured from them.
+        """
         axes = facet_frames(self.fine).axes[:, :, :2].copy()
         if self.fine.flat is None:
             return axes
