@@ -195,9 +195,7 @@ class VibrationAnalysis(OneStep):
         return [*samples[:: max(1, math.ceil(len(samples) / _RECORDS))], end]
 
     def sample_times(self, end: float) -> list[float]:
-        """Equal times between samples, from the case or from the highest requested mode; fixed steps are not shortened for
-        them.
-        """
+        """Times at equal intervals, from the case or from the highest mode; fixed steps are not shortened for them."""
         if not end:
             return [0.0]
         step = self.vibration.sampling
@@ -282,9 +280,7 @@ class VibrationAnalysis(OneStep):
         return places | self.vibration.probes
 
     def _mesh_error(self) -> MeshError | None:
-        """Error due to the mesh, by comparison with another mesh; None if no mesh differs enough, or if there is no
-        equilibrium.
-        """
+        """Error due to the mesh, from another mesh; None if no mesh differs enough, or if no equilibrium is found."""
         if self.system.fixed.all():
             return None
         try:
@@ -436,9 +432,7 @@ class VibrationAnalysis(OneStep):
 
 
 def _mean_direction(stress: FilmStress) -> np.ndarray:
-    """Direction of the larger stress of every element, (m, 3); it is the mean over the points, weighted with the stress
-    difference.
-    """
+    """Direction of the larger stress of every element, (m, 3): mean over its points, weighted by the stress difference."""
     weight = stress.principal[..., 0] - stress.principal[..., 1]
     tensor = np.einsum("ms,msa,msb->mab", weight, stress.direction, stress.direction)
     return np.asarray(np.linalg.eigh(tensor)[1][..., -1])

@@ -39,9 +39,7 @@ MAX_ERROR = 1e-8
 
 @kernel(inline=True)
 def _sort(values: np.ndarray, first: int, last: int) -> None:
-    """Sort `values[first:last]` in place by Shell's method with Knuth's gaps; NumPy's sort would take a second to
-    compile.
-    """
+    """Sort `values[first:last]` in place by Shell's method; the compilation of NumPy's sort would take a second."""
     gap = 1
     while 3 * gap < last - first:
         gap = 3 * gap + 1
@@ -328,9 +326,7 @@ def _solve_symmetric(
     factors: np.ndarray,
     right: np.ndarray,
 ) -> np.ndarray:
-    """Solve as `_solve_factorised` for a symmetric A; the function reads only the upper factors, which are half of the
-    memory.
-    """
+    """Solve as `_solve_factorised` for a symmetric A, but read only the upper factors, which are half of all factors."""
     count, size = diagonal.shape[0], factors.shape[1]
     y = np.empty((count, size), dtype=factors.dtype)
     x = np.empty(count * size, dtype=factors.dtype)

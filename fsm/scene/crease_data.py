@@ -137,7 +137,7 @@ def check_curve(
             Fault(path, f"has {len(angle)} rows; {interpolation} interpolation needs at least {fewest}{hint}")
         )
     if len(angle) > MOST_ROWS:
-        what = "Names of the columns of the file, and the rows below the header."
+        what = f"has {len(angle):,} rows; at most {MOST_ROWS:,} are allowed; reduce the rows by `fsm calibrate crease`"
         raise CaseError(Fault(path, what))
     faults = _order_faults(angle, places, unit) or _size_faults(angle, places, unit)
     if faults:
@@ -150,7 +150,7 @@ def check_curve(
 def _columns(
     rows: list[tuple[int, str]], separator: str, crease: SplineCrease, path: str
 ) -> tuple[list[_Column], list[tuple[int, str]]]:
-    """Columns of the file, and its rows below the header."""
+    """Names of the columns of the file, and the rows below the header."""
     number, line = rows[0]
     cells = headings_of(line, separator)
     if not cells or any(number_in(cell, separator) is not None for cell in cells_of(line, separator)):

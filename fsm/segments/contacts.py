@@ -177,7 +177,7 @@ class ContactGroup(Group):
         return pull, pull.by_mean / duration if duration > 0.0 else None
 
     def _touching(self, poses: np.ndarray, below: float) -> ActiveContacts:
-        """the broad phase is updated first, so that the slots keep their numbers afterwards"""
+        """Slots with a gap below a bound (m); the result is cached for the same poses with other rates."""
         _, version = self.geometry.pairs(poses)  # renews the broad phase first, so that slots keep their numbers
         known = self._searches.get(below)
         if known is None or known[1] != version or not (known[0] is poses or np.array_equal(known[0], poses)):
@@ -199,11 +199,9 @@ class ContactGroup(Group):
         return self._contact_memory.of(self.geometry.keys(touching.slot))
 
     def _mean_slip(self, poses: np.ndarray, measured: ContactKinematics, slip: np.ndarray, duration: float) -> np.ndarray:
-        """Mean slip velocity since the last accepted state, from which the deflection of the bristles follows; a sticking
-        contact stays in place.
+        """Mean slip velocity since the last accepted state, which determines the deflection of the bristles.
 
-        If the deflection followed from the present velocity, deflections and positions would drift apart by the integration
-        error.
+        If the present velocity determined it, deflections and positions would drift apart by the integration error.
         """
         if duration == 0.0 or self._poses is None:
             return slip

@@ -30,9 +30,9 @@ class ElementLaw(NamedTuple):
     effort : function
         ``effort(deformation, rate, parameters) -> effort, stiffness, damping``, (6,) arrays. `deformation` is the
         translation (e1, e2, e3), m, and the rotation (swing, twist, swing), rad, of the inner body relative to the outer
-        one, see `ForceElement`. `stiffness` and `damping` are derivatives of an effort with respect to the deformation and
-        rate of the same direction; a direction does not affect the others. `stiffness` and `damping` are its derivatives
-        with respect to deformation and rate of the same direction; directions do not depend on each other.
+        body, see `ForceElement`. `effort` (N, N m) resists an increase of the deformation. `stiffness` and `damping` are
+        the derivatives of an effort with respect to the deformation and the rate of the same direction; a direction
+        does not affect the others.
     energy : function
         ``energy(deformation, parameters)``: energy of the effort at rest, J.
     rate_dependent : whether the effort depends on rates

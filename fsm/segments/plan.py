@@ -338,8 +338,7 @@ class _Planner:
             self.held -= bodies
             for k in drives:
                 self.acting[k] = False
-                # the target has no mass: its body stays in place, and its springs do not act after this
-                if self._is_line(k):
+                if self._is_line(k):  # a massless body stays in place, and its springs do not act after this
                     self.held |= set(self.scene.drives[k].moved)
             let_go += loads
         return let_go
@@ -378,9 +377,7 @@ class _Planner:
         return max(ends, default=_STATIC_DURATION)
 
     def _at_break(self, t: float) -> float:
-        """The given time; if the time at which a drive begins, ends or reverses differs only by round-off, that time
-        instead.
-        """
+        """A given time; a time at which a drive begins, ends or reverses replaces it if both differ by round-off."""
         near = [at for program in self._programs() for at in program.breaks() if abs(at - t) <= _ROUNDING * t]
         return near[0] if near else t
 
@@ -419,9 +416,7 @@ class _Planner:
                 moved[name] = k
 
     def _load(self, step: Step, new: list[Load], let_go: list[_Acting], start: float, end: float) -> None:
-        """Loads of a step. In a static step loads begin and end with a ramp; in a dynamic step they begin and end
-        suddenly.
-        """
+        """Loads of a step. They begin and end with a ramp in a static step, and suddenly in a dynamic step."""
         named = {load.called for load in new}
         kept: list[_Acting] = []
         for acting in self.loads:

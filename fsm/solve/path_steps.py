@@ -233,10 +233,9 @@ class PathSteps:
         self.failed, self.coarse = np.zeros(self.system.nu), _NONE_COARSE
 
     def _coarse(self, duration: float, imbalance: float, iterations: int) -> bool:
-        """If the residual does not decrease with the step size, the initial state was not an equilibrium, and the step is
-        accepted.
+        """Whether the energy balance of a step requires a shorter step.
 
-        If the residual does not decrease with the step size, the initial state was no equilibrium, and the step is
+        If the residual does not decrease with the step size, the initial state was not an equilibrium, and the step is
         accepted. A step with many iterations is not accepted, since it may have reached another branch. Contacts cause
         kinks that a step may miss. Without contacts and dampers, the bound is the round-off of the forces if this is
         larger than rtol.

@@ -314,11 +314,11 @@ def _check_planar(pattern: Pattern) -> None:
             raise ValueError(f"has face {number} with the vertices {list(face)}, whose area is zero")
         if off > _FLAT * size:
             text = f"a vertex is {1e3 * off:.3g} mm off its plane; divide it into triangles"
-            raise ValueError("Whether two sides of a polygon (k, 3) cross in the projection with the largest area.")
+            raise ValueError(f"has face {number}, which is not planar: {text}")
 
 
 def _sides_cross(corners: np.ndarray) -> bool:
-    """Whether two sides of a polygon (k, 3) cross, seen along the axis of its largest area."""
+    """Whether two sides of a polygon (k, 3) cross in the projection with the largest area."""
     count = len(corners)
     if count < 4:
         return False
