@@ -98,7 +98,7 @@ def _force(sections: Sections) -> Iterable[Fault]:
     hinge = sections.hinge
     if len(sections.gravity) == 3 and sections.gravity[2]:
         yield Fault(
-            "gravity.2", f"{sections.gravity[2]:g} m/s^2 acts out of the plane x, y of the array; give gravity along y"
+            "gravity.2", f"{sections.gravity[2]:g} m/s^2 is normal to the plane x, y of the array; give gravity along y"
         )
     if sections.material is not None and sections.material.plate:
         yield Fault("material.plate", "applies to wide strips only, and bars bend as beams; remove this key")
