@@ -81,7 +81,7 @@ def stack_scene(
     Parameters
     ----------
     force : N
-        Force at the end of the pressing, N.
+        Force at the end of the pressing.
     """
     case = Case(
         strip=Strip(

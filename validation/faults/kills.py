@@ -39,9 +39,8 @@ class Found:
         Numbers of killed processes, and of processes that had finished before.
     faults : texts, one for each lost or damaged file
     losses : s
-        lost : work lost by each kill of an unfinished solve, which is the time since its last checkpoint All records that
-        were there before a checkpoint are in the results file when it is written, so that no more is missing from that
-        either.
+        Work lost by each kill of an unfinished solve: the time since its last checkpoint. A checkpoint is written only
+        after all earlier records are in the results file, so the results file loses no more than this.
     whole : s
         Duration of the command without a kill, s.
     """

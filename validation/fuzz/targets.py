@@ -35,7 +35,7 @@ class Target:
     write : function (seeds, folder, chance) -> file
         It writes a damaged file, and the other files that are needed, into the folder.
     read : file -> anything
-        read : function of the program that reads such a file
+        Function of the program that reads such a file.
     """
 
     write: Callable[[Seeds, Path, random.Random], Path]
