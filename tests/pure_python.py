@@ -50,7 +50,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep what is said above."""
+    """Apply the selection described above."""
     files = {f"{folder}/test_{name}.py" for folder, names in FILES.items() for name in names.split()}
     kept, others = [], []
     for _, group in itertools.groupby(items, key=_function):

@@ -75,7 +75,7 @@ def test_a_plate_on_a_larger_one(seed: int, spatial: bool) -> None:
         upper = upper_plate(length, width, thickness, x, y, turn)
         share, force = pressed(upper, {"bodies": (lower,)}, "lower", spatial)
         assert share == pytest.approx(1.0, rel=0.01)
-        # it is pressed evenly: no moment
+        # the pressure is uniform, so there is no moment
         assert np.abs(force[[3, 4]] if spatial else force[2]).max() < 1e-3 * length * np.abs(force).max()
 
 

@@ -417,7 +417,7 @@ class Broken(SegmentSystem):
         self.until = until
 
     def force(self, t: float, *rest: Any, **more: Any) -> np.ndarray:
-        """Force, or nothing that is a number."""
+        """Force, or NaN beyond the time."""
         return super().force(t, *rest, **more) if t <= self.until else np.full(self.nu, np.nan)
 
     def linearise(self, t: float, *rest: Any, **more: Any) -> Linearised:

@@ -1,4 +1,4 @@
-"""Statics of what nothing holds, or nothing resists."""
+"""Statics of structures without supports or without stiffness."""
 
 from __future__ import annotations
 

@@ -144,7 +144,7 @@ def test_truss_snaps_through(damping: float) -> None:
 
 def test_what_hardly_anything_damps_does_not_ring_on() -> None:
     """With a damper of 1e-5 s the vibration after a snap lasts to the end: 14533 steps, the rest of the travel as a motion,
-    and 16 % of its energy lost by numerical damping. Air takes over once the snap has been seen."""
+    and 16 % of its energy lost by numerical damping. Artificial damping is added after the first phase of the snap."""
     system = truss(1e-5)
     motion = system.motions[0]
     saved: list[SavedState] = []

@@ -31,7 +31,7 @@ from tests.physics.test_paths import truss
 
 @dataclass
 class Way:
-    """What a solve hands over, and where another can go on."""
+    """Reported results of a solve, and its restart points."""
 
     saved: list[SavedState] = field(default_factory=list)
     points: list[CurvePoint] = field(default_factory=list)

@@ -140,7 +140,7 @@ def test_bristles_hold_the_block(slope: float) -> None:
     travel, _ = slide(slope, 2.0, 5e-4)
     crept = abs(travel[-1] - travel[2000])  # displacement in the last second
     assert crept < 1e-6 * creep(min(slope, 0.195))
-    # springs, up to 0.8 of what they hold
+    # bristles are springs up to 0.8 of their limit
     if slope < 0.24:
         assert travel[-1] == pytest.approx(1e-5 * slope / 0.3, rel=1e-6)
 

@@ -173,7 +173,7 @@ def test_joints_of_a_row_are_not_felt(length: float, spatial: bool) -> None:
     np.testing.assert_allclose(normal, STIFFNESS * 1e-5**1.5, rtol=1e-9)
     np.testing.assert_allclose(area, length * WIDTH, rtol=1e-9)
     np.testing.assert_allclose(friction, MU * normal, rtol=1e-9)
-    np.testing.assert_allclose(drag, friction, rtol=1e-9)  # what pushes at one end pushes back at the other
+    np.testing.assert_allclose(drag, friction, rtol=1e-9)  # the forces at both ends are opposite
 
 
 def on_a_row(spatial: bool, speed: float) -> SegmentSystem:

@@ -234,7 +234,7 @@ def test_pulled_beyond_taut() -> None:
     motion = system.motions[0]
     with pytest.raises(NotConverged, match=r"has opened by more.*shorten the travel of the drive.*Joint strained most: "):
         follow(system, PathSettings(motion.end_time, motion.time_of(1e-3)), [0.0], saved.append)
-    assert 0.157 < saved[-1].observation.drive.travel[0] < 0.18  # the last state, though no one asked for it then
+    assert 0.157 < saved[-1].observation.drive.travel[0] < 0.18  # the last state is reported, although it was not requested
 
 
 def test_a_drive_without_a_run_up_does_not_press_on_dampers_at_rest() -> None:

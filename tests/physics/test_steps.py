@@ -116,7 +116,7 @@ speed = "10 mm/s"
     middle = last[2] + (last[3] - last[2]) // 2
     assert z[middle] == pytest.approx(-13.5 / 900.0, rel=1e-2)  # the load changes linearly from one value to the next
     assert abs(z[last[6]]) < 1e-9 and x[last[6]] == pytest.approx(0.02, rel=1e-6)
-    assert np.abs(place(solution, "block")[-1]).max() < 1e-9  # back where it was
+    assert np.abs(place(solution, "block")[-1]).max() < 1e-9  # the body is back at its start
     assert solution.travel[-1, 0] == pytest.approx(0.0, abs=1e-12)
     assert solution.travel[:, 0].max() == pytest.approx(0.03)
     # the energy of 18 N on 900 N/m is dissipated where the latch is released; all other steps conserve it
