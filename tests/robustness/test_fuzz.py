@@ -1,4 +1,5 @@
-"""Broken files are read or refused in words: a few of those of `python -m validation.fuzz`, and what it found."""
+"""Broken files are read or refused by a message: some files of `python -m validation.fuzz`, and the failures that it
+found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Broad phase: nearest pieces, windows and overlapping boxes against a look at all of them."""
+"""Broad phase: nearest pieces, windows and overlapping boxes, compared with a search through all of them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def straight(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 
 def zigzag(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Folded flat but for a little: layers of seven segments."""
+    """Almost completely folded: layers of seven segments."""
     number = np.arange(91)
     return np.full(91, 2e-3), np.where(number // 7 % 2 == 0, 0.0, np.pi) + 0.02 * rng.normal(size=91)
 
@@ -40,12 +40,12 @@ def rolled(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 
 def coincident(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Back and forth on one line: all layers are at one place."""
+    """The chain goes back and forth on one line: all layers coincide."""
     return np.full(64, 1e-3), np.where(np.arange(64) // 8 % 2 == 0, 0.0, np.pi)
 
 
 def mixed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A plate of 80 mm here and there among segments of 0.1 mm."""
+    """Some plates of 80 mm among segments of 0.1 mm."""
     return np.where(rng.random(80) < 0.1, 0.08, 1e-4), rng.normal(size=80)
 
 
@@ -59,7 +59,7 @@ CHAINS: list[Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray]]] = [
 
 
 def table(lengths: np.ndarray, angles: np.ndarray, spatial: bool, rng: np.random.Generator) -> np.ndarray:
-    """Chords of a chain that hangs together; in space it is turned as a whole and twists a little."""
+    """Chords of a connected chain; in space the chain is rotated as a whole and twisted a little."""
     axes = np.column_stack([np.cos(angles), -np.sin(angles)])
     ends = np.vstack([[0.0, 0.0], np.cumsum(lengths[:, None] * axes, axis=0)])
     middle = 0.5 * (ends[1:] + ends[:-1])
@@ -96,7 +96,7 @@ def scene(number: int, spatial: bool) -> dict[str, Any]:
         if spatial:
             on_it = on_it + rng.uniform(-1.3, 1.3) * chords[piece, 11] * chords[piece, 8:11]
         points[i] = on_it + 10.0 ** rng.uniform(-6, -1) * rng.normal(size=size)
-    points[0] = chords[0, :size]  # on the end of a piece, and as far from two
+    points[0] = chords[0, :size]  # at the end of one piece, and as far from two others
     points[1] = chords[5, :size]
     return {
         "points": points,
@@ -109,7 +109,7 @@ def scene(number: int, spatial: bool) -> dict[str, Any]:
 
 
 def windows(given: dict[str, Any], nearest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What the tree says."""
+    """The results of the tree."""
     chords, nearest = given["chords"], nearest.copy()
     window = np.full((len(nearest), 2), -7)
     window_pieces(

@@ -91,7 +91,7 @@ def test_pages_of_keys() -> None:
 
 
 def test_every_key_has_a_page_with_a_meaning() -> None:
-    """Each key has a row of the page of case files, and a page of its own."""
+    """Each key has a row in the page on case files, and a help page."""
     keys = all_keys()
     assert {"strip.panels", "scene.films.mesh", "step.drive.travel", "vibration.probes"} <= set(keys)
     for key in keys:

@@ -100,7 +100,7 @@ def test_tangents_of_a_crease_line(turn: float, viscosity: float) -> None:
 
 
 def test_air_goes_along_the_normal() -> None:
-    """Moving the bent film as a whole, air counts with the square of the normal's component, panel by panel."""
+    """If the bent film moves as a whole, the air acts on the square of the normal's component, panel by panel."""
     turn, air = 1.0, 0.3
     still, _ = deployed_mesh(bent(turn), LINES, ACROSS)
     moved, _ = deployed_mesh(bent(turn), LINES, ACROSS, air)

@@ -57,7 +57,7 @@ def test_a_pulled_strip_imports_no_part_of_scipy(tmp_path):
 
 
 def test_a_quick_import_leaves_matplotlib_as_it_is():
-    """The tables of properties return after the block, and artists accept their properties."""
+    """Tables of properties are restored after the block, and artists accept their properties."""
     code = "from fsm.gc_startup import plain_matplotlib\nwith plain_matplotlib():\n    from matplotlib.lines import Line2D\n"
     code += "from matplotlib.artist import Artist, kwdoc\nline = Line2D([], [])\nline.set(linewidth=3.0)\n"
     code += "class Later(Artist):\n    pass\n"

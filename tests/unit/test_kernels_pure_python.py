@@ -18,7 +18,7 @@ from fsm.segments.compile import compile_scene
 
 
 def evaluate(spatial: bool) -> dict[str, Any]:
-    """What a strip with everything in it makes of one state: between them all kernels of its dimension."""
+    """State of a strip with all kinds of elements, which calls all kernels of its dimension."""
     data: dict[str, Any] = {
         "strip": {
             "length": 0.24, "width": 0.04, "thickness": 3e-4, "panels": 4, "fold_angle": "80 deg",

@@ -1,4 +1,4 @@
-"""Obstacles and pairs of plates in a scene and in a case: what is accepted, and what becomes of it."""
+"""Obstacles and pairs of plates in a scene and in a case: accepted input, and the contacts that follow from it."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     bodies, poses = placed(scene, spatial)
     plates, obstacles = compile_shapes(scene, bodies, poses, spatial)
     touching = plates.find(poses, 0.0)
-    # a and c lie in one another at their hinge and do not touch there
+    # a and c overlap at their hinge, but have no contact there
     points = touching.slot < len(plates.tables.points.body)
     assert set(plates.pair[touching.slot]) == {1}
     assert plates.share[touching.slot].sum() == pytest.approx(1.0)

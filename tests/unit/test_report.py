@@ -1,4 +1,4 @@
-"""What `fsm check` says of a case, and that it needs no compiler to say it."""
+"""The report of `fsm check`, which needs no compiled kernels."""
 
 from __future__ import annotations
 

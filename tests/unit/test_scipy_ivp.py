@@ -56,7 +56,7 @@ def free(system: System) -> np.ndarray:
 
 
 def moved(system: System, seed: int = 0) -> np.ndarray:
-    """A state off the start."""
+    """A state away from the initial state."""
     rng, scales = np.random.default_rng(seed), system.scales()
     q, _ = system.initial()
     q = system.retract(q, 1e-3 * scales.increment * free(system) * rng.standard_normal(system.nu))
