@@ -40,7 +40,7 @@ def shaken(system: AncfSystem, size: float = 0.02) -> tuple[np.ndarray, np.ndarr
 
 
 def slopes(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, step: float = 1e-6) -> np.ndarray:
-    """Central differences, (n, n)."""
+    """Jacobian (n, n) by central differences."""
     steps = step * np.eye(len(x))
     return np.stack([(function(x + s) - function(x - s)) / (2 * step) for s in steps], axis=1)
 

@@ -120,7 +120,7 @@ def windows(given: dict[str, Any], nearest: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def all_distances(given: dict[str, Any], i: int) -> np.ndarray:
-    """Squared distances of a probe from all pieces of its surface."""
+    """Squared distances of a point from all pieces of its surface."""
     pieces = range(given["first"][i], given["last"][i])
     return np.array([chord_distance(given["chords"][j], given["points"][i]) for j in pieces])
 
@@ -160,7 +160,7 @@ def test_where_one_looks_first_changes_nothing(spatial: bool) -> None:
 @SPATIAL
 def test_a_window_holds_the_nearest_piece_until_distances_have_changed_by_half_the_margin(spatial: bool) -> None:
     given = scene(8, spatial) | {"margin": 3e-3, "reach": np.full(180, 0.05)}
-    reach = {"reach": given["reach"] - 1.5e-3}  # what is in it afterwards was in reach before
+    reach = {"reach": given["reach"] - 1.5e-3}  # objects that are later in the window were within its reach before
     nearest, window = windows(given, np.full(180, -1))
     rng = np.random.default_rng(1)
     for _ in range(5):
@@ -181,7 +181,7 @@ def test_nearest_piece_alone(spatial: bool) -> None:
         search = (given["points"][i], given["first"][i], given["last"][i], given["chords"], tree, -1)
         piece, found = nearest_piece(*search, np.inf)
         assert (piece, found) == (given["first"][i] + np.argmin(square), square.min())
-        assert nearest_piece(*search, square.min()) == (-1, square.min())  # nearer than the bound, not as near
+        assert nearest_piece(*search, square.min()) == (-1, square.min())  # nearer than the bound, and not equally near
 
 
 @SPATIAL
@@ -208,7 +208,7 @@ def test_a_point_that_is_not_a_number_is_near_nothing(spatial: bool) -> None:
 
 
 def test_distances_of_chords_in_space() -> None:
-    """A rectangle: along, across within the width, across beyond it."""
+    """A rectangle: distances along it, across within the width, and across beyond the width."""
     poses = np.array([[0.0, 0, 0, 1, 0, 0, 0]])
     owners, stations = pieces_of(np.array([0]), np.array([0.5]))
     chords = chords_spatial(poses, owners, stations, np.array([0.2, 0.2]))
@@ -242,7 +242,7 @@ def test_a_piece_without_length_is_a_point() -> None:
 
 
 def evaluate() -> list[Any]:
-    """Everything in this file's kernels, of small scenes."""
+    """All kernels of this file, for small scenes."""
     found: list[Any] = []
     for spatial in (False, True):
         given = scene(11, spatial)

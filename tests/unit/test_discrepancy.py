@@ -1,4 +1,4 @@
-"""Covariance of parameters from whole repeats and from a model of the wrong form: linear studies, whose truth is known."""
+"""Covariance of parameters from whole repeats and from a model of the wrong form: linear studies with known true values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told of a run where there is no terminal, and where a function is told instead."""
+"""Progress messages of a run without a terminal, and of a run with a progress function."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Peak, stages and summary, from curves whose answers are known."""
+"""Peak, stages and summary of curves with known results."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def curve_of(
     share: np.ndarray | float = 0.0,
     path: np.ndarray | None = None,
 ) -> ForceCurve:
-    """A curve of one drive whose panels have taken up a share of the elastic energy, s^2 in all."""
+    """A curve of one drive; the panels have stored a share of the elastic energy, s^2 in total."""
     n = len(travel)
     pairs = np.zeros((n, 0)) if pair_force is None else pair_force
     number = np.zeros(n, dtype=np.int64) if path is None else path
