@@ -44,7 +44,7 @@ class JoinedArrays(NamedTuple):
     near : (n, 4) array
         Quaternion of each frame in the previous state; the sign of the new quaternion is chosen near it.
     rates : (n, 6) array
-        Rates of the frames at the present state; work space for their wrenches.
+        Rates of the frames at the present state, and arrays for the computation of their wrenches.
     moments : (n, 3) array
     curvatures : (n, 6, 6) array
         See `fsm.assembly.frames.frame_maps`.

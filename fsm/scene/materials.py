@@ -181,7 +181,7 @@ class FamilyCrease(Model):
     press_time : s
         Time for which the crease was pressed, interpolated between measured times. Required if the file has several.
     opening : -
-        Number of openings of the crease, this one included. Required if the file has several.
+        Number of openings of the crease, including the present opening. Required if the file has several.
     hysteresis : bool
         Whether the crease follows the unloading curve while it closes; false: elastic along the loading curve.
     since_release : s

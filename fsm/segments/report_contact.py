@@ -194,11 +194,11 @@ def approximations_of_friction(view: CheckContext) -> str:
         return "bristles are elastic up to 0.8 mu_static; an oscillating load above it causes some slip below mu_static"
     if law.law in ("step", "stribeck"):
         return (
-            "regularised friction creeps: on a slope a at most at v = v_static tan(a)/mu_static, "
+            "regularised friction creeps: the speed on a slope a is at most v = v_static tan(a)/mu_static, "
             f"{millimetres(law.v_static)}/s at the limit"
         )
     return (
-        "regularised friction creeps: on a slope a at v = v_static atanh(tan(a)/mu), "
+        "regularised friction creeps: the speed on a slope a is v = v_static atanh(tan(a)/mu), "
         f"about v_static tan(a)/mu; v_static is {millimetres(law.v_static)}/s"
     )
 

@@ -114,7 +114,7 @@ class Rules(NamedTuple):
         `growth` is the largest ratio of successive step sizes.
     fixed_step : s; 0 with error control
     shortest : s
-        Error control does not reject steps of this size.
+        Error control accepts every step of this size.
     tolerance, resolved, velocity, increment, span : (nu,) arrays
         Tolerances of the increment x for the local error and for Newton's method, and scales of
         `fsm.system_records.Scales`.
@@ -261,7 +261,7 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
     ahead = 1e-3 * h
     change = scaled(1.0 / ahead, subtracted(force(model, t + ahead, q, u), present))
     change = subtracted(subtracted(change, stiffness_times(model, u)), damping_times(model, motion.rate))
-    # u'' = M^-1 change; S in place of M differs by O(h), and keeps stiff modes bounded that are not in equilibrium
+    # u'' = M^-1 change; S in place of M differs by O(h), and bounds the contribution of stiff modes out of equilibrium
     copy_into(solve(model, scaled(inertial_factor(rules, h), change)), motion.slope)
     start_a(motion.rate, rules.shift * h, motion.slope, motion.a)
     sizes[PRESENT], sizes[BEFORE] = h, 0.0

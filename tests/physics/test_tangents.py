@@ -112,7 +112,7 @@ def pressed_state(system: SegmentSystem, size: float, seed: int) -> tuple[np.nda
 def tip_state(
     system: SegmentSystem, angle: float, straight: float, past: float, size: float, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Panels 3 and 4 upright, one slid along the other until a probe is on the disc of a tip.
+    """Panels 3 and 4 are upright, and one is moved along the other until a contact point lies on the disc of a tip.
 
     Parameters
     ----------

@@ -206,7 +206,7 @@ def test_an_error_is_compared_over_what_it_is_stated_over(tmp_path: Path) -> Non
 
 
 def test_a_frequency_of_less_than_three_periods_is_not_compared(tmp_path: Path) -> None:
-    """The summary warns of it; with more periods it does not."""
+    """The summary warns of such a frequency; with more periods it gives no warning."""
     for resolution, of in ((0.9, ["amplitude_center"]), (0.2, ["frequency_hz", "amplitude_center"])):
         told = [{"frequency_hz": f, "frequency_resolution_hz": resolution, "amplitude_center": 1.0} for f in (0.88, 0.48)]
         for name, summary in zip(("first", "second"), told, strict=True):

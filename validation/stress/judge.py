@@ -84,7 +84,7 @@ def turnover(solution: Solution) -> float:
 
 
 def _books(solution: Solution) -> Iterator[str]:
-    """Check of the recorded energies against their sum, and of dissipation that is negative."""
+    """Check that the recorded energies add up, and that no dissipation is negative."""
     energy, scale = solution.energy, turnover(solution)
     names = [name for name in energy if name not in ("error", "work", "dissipated", "kinetic")]
     potential = np.sum([energy[name] for name in names], axis=0)

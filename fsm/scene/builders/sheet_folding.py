@@ -29,7 +29,7 @@ def is_motion(case: Case) -> bool:
 
 
 def crease_damping(case: Case) -> float:
-    """Kelvin-Voigt time of creases and bend lines, s: the value of the case, else a fraction of the folding time.
+    """Kelvin-Voigt time of creases and bend lines, s; it is the value of the case, or else a fraction of the folding time.
 
     If a motion has no folding time, rigid facets have the default of materials, and flexible facets and bars have no
     dampers.
