@@ -76,7 +76,7 @@ def _check_path(path: Path) -> None:
     if path.is_dir():
         raise CaseError(f"{path}: is a folder; the preview is one file, give --out FILE.gif")
     if path.suffix.lower() != ".gif":
-        raise CaseError(f"{path}: this is not the name of a GIF file; the preview writes no other format; give --out FILE.gif")
+        raise CaseError(f"{path}: this is not a GIF file; the preview writes no other format; give --out FILE.gif")
 
 
 def _check_kind(case: Case) -> None:

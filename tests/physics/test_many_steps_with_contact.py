@@ -93,7 +93,7 @@ def strip(spatial: bool) -> SegmentSystem:
 
 
 def made(name: str, spatial: bool, **more: Any) -> SegmentSystem:
-    """A system at its start."""
+    """A system in its initial state."""
     kind, count, *laws = HEAPS[name]
     return heap(kind, count, spatial, *laws, **more)
 

@@ -111,7 +111,7 @@ def test_rigid_array_is_one_degree_of_freedom(units, end):
 
 
 def test_rigid_springs_and_gravity():
-    """A rigid array in gravity against the same equation; with a spring that holds it, nothing moves."""
+    """A rigid array under gravity against the same equation; if a spring holds the array, it does not move."""
     scissor, times = linear(1), np.linspace(0.0, 0.4, 5)
     system = compile_scene(build_bodies(scissor, BAR, STEEL, default_holds(scissor), (), gravity=(0.0, -9.81)))
     q, _, _, _ = histories(system, Settings("Radau-blocks", 1e-6, 0.4), times)

@@ -190,7 +190,7 @@ def test_iterations_of_the_whole_path() -> None:
     iterate."""
     system = trial("strip.segments_per_panel=20", 'drive.0.travel="120 mm"')
     _, statistics, _ = pulled(system, first=6e-4, rtol=1e-3)
-    # 2026-11-23: the snap near 110 mm, held back by the dampers, is an event since then; nothing else is
+    # 2026-11-23: since then the snap near 110 mm, slowed by the dampers, is the only event
     assert all(event.kind == "damped snap" for event in statistics.events)
     assert statistics.newton_iterations < 470
     assert statistics.rejected < 25

@@ -328,7 +328,7 @@ def test_bad_usage(tmp_path):
 @pytest.mark.parametrize("out", ["", " "])
 @pytest.mark.parametrize("command", ["run", "table", "calibrate", "plot"])
 def test_an_empty_folder_is_refused(tmp_path, monkeypatch, command, out):
-    """It would be the present one, which nobody named."""
+    """An empty name would mean the present folder, which the command does not name."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     (tmp_path / "table.csv").write_text("case, strip.thickness\none, 3e-4\n", encoding="utf-8")

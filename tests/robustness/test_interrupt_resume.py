@@ -333,7 +333,7 @@ def test_a_flipped_bit_of_a_checkpoint_is_refused(case: Path, tmp_path: Path) ->
 def test_a_checkpoint_of_other_code_is_not_resumed(
     case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What it remembers may mean something else now."""
+    """The stored values may have another meaning in the present code."""
     with monkeypatch.context() as older:
         older.setattr(fsm.recorder, "made_by", lambda: {"fsm": "0.0.1"})
         interrupt(case, tmp_path, 0.62)
@@ -402,7 +402,7 @@ def test_another_case_starts_afresh(case: Path, whole: tuple[Solution, dict[str,
 
 
 def test_a_run_of_another_case_is_said_to_begin_anew(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """In one line, where there is progress to be seen; a run of the same case that goes on says nothing."""
+    """Progress is reported in one line; a run that continues with the same case prints no such line."""
     told = "belongs to another case: the run starts from the beginning"
     short = ["drive.0.travel=2 mm"]
     interrupt(case, tmp_path, 0.5)

@@ -63,7 +63,7 @@ def test_deployed_strips_end_taut_and_hardly_stretched() -> None:
 
 
 def test_falling_plates_are_drawn_above_each_other() -> None:
-    """The lowest point of each plate is above the highest point of what is drawn below it, the roll in space included."""
+    """The lowest point of each plate is above the highest point drawn below the plate, including the roll in space."""
     falling = 0
     for index in range(120):
         tables = draw("scenes", index, 1).tables

@@ -72,7 +72,7 @@ def test_contact_only_where_something_can_meet() -> None:
     assert kinds(system) == [BushingGroup, ContactGroup]
     assert system.contacts[0].friction is None
     assert compiled(contact=CONTACT | {"pairs": []}).contacts == ()
-    # both held: nothing to find
+    # both panels are held, so there are no unknowns
     assert compiled(contact=CONTACT | {"pairs": [[1, 6]]}).contacts == ()
     assert compiled(contact=CONTACT | {"pairs": [[1, 6], [3, 4]]}).pair_names == ("panel 3 - panel 4",)
 

@@ -275,7 +275,7 @@ def test_calibrations_are_described() -> None:
 
 
 def test_the_measured_hinge_is_calibrated_as_it_ships(tmp_path: Path) -> None:
-    """`crease.h5` beside the case is what its CSV gives, and the case names it."""
+    """`crease.h5` beside the case agrees with its CSV file, and the case names it."""
     folder = ROOT / "folding_cases" / "strip_hinge"
     found = calibrate_crease(folder / "hinge.csv", Options())
     found.files[0][1](tmp_path / "crease.h5")

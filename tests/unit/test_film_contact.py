@@ -1,4 +1,4 @@
-"""Contact of films, cables and beams: stiffness per area, tangents against differences, and what is refused."""
+"""Contact of films, cables and beams: stiffness per area, tangents against differences, and refused cases."""
 
 from __future__ import annotations
 

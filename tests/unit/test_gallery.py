@@ -24,7 +24,7 @@ AIR = Reason("air is missing", 1.01, 1e-3)
 
 
 def part(place: Place) -> Iterator[Check | NotCompared]:
-    """Three checks and what is left out."""
+    """Three checks, and the checks that were left out."""
     there = picture(place)
     yield against("good", "case", 1.001, 1.0, "closed form", there, rtol=2e-3, unit="N")
     yield against("bad", "case", 1.01, 1.0, "closed form", there, rtol=2e-3, unit="N", reason=AIR)
@@ -97,7 +97,7 @@ def test_the_page_shows_every_check_and_every_reason(tmp_path: Path) -> None:
 
 
 class Folder:
-    """Stands in for a module of a folder."""
+    """Replaces a module of a folder."""
 
     TITLE = "A folder"
 

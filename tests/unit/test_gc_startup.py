@@ -13,7 +13,7 @@ def _printed(code: str) -> list[str]:
 
 
 def test_imports_are_put_aside_once(tmp_path):
-    for name in ("one", "other"):  # modules that nothing else, such as a measurement of the tests, has imported before
+    for name in ("one", "other"):  # modules that other parts, such as a measurement of the tests, have not imported before
         (tmp_path / f"{name}_of_ours.py").write_text("kept = [[k] for k in range(1000)]\n", encoding="utf-8")
     code = (
         "import gc, sys\n"

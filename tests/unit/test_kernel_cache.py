@@ -134,7 +134,7 @@ class Toy:
     def run(self, extra: str = "", **environment: str) -> dict[str, Any]:
         """Run both kernels, then the lines `extra`, in a new process."""
         clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "COV", "XDG_"))}
-        # without .pyc files, because Python knows an edit only by the size and the second of the file
+        # without .pyc files, because Python detects an edit only by the size and the time (in s) of the file
         ours = {
             "PYTHONPATH": str(self.root),
             "PYTHONDONTWRITEBYTECODE": "1",

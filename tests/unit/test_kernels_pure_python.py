@@ -1,4 +1,4 @@
-"""Compiled kernels against the same kernels run by Python itself (NUMBA_DISABLE_JIT=1), in a process of its own."""
+"""Compiled kernels compared with the same kernels executed by Python (NUMBA_DISABLE_JIT=1) in a separate process."""
 
 from __future__ import annotations
 

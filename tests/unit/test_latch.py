@@ -48,7 +48,7 @@ EITHER_WAY = pytest.mark.parametrize(
 
 
 def moving(latched, depth, rate):
-    """Such a hinge, its slopes and their rates."""
+    """A hinge past its stop, its slopes and their rates."""
     q = turned(depth)
     return hinge(latched), q, spinning(q, rate)
 

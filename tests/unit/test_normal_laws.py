@@ -178,7 +178,7 @@ def test_an_onset_that_is_not_known_yet_is_the_speed_itself() -> None:
 
 
 def test_a_slow_press_is_elastic() -> None:
-    """Well below the floor damping goes out in proportion to speed, whatever the onset."""
+    """Well below the floor the damping decreases in proportion to speed, for any onset speed."""
     contact = CONTACTS["restitution 0.5"]
     (elastic,), _ = evaluate(contact, np.array([1e-3]), np.zeros(1))
     for onset in (0.0, 1e-9):

@@ -169,7 +169,7 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     assert set(obstacles.pair[floor.slot]) == {2}
     assert obstacles.share[floor.slot].sum() == pytest.approx(1.0)
     np.testing.assert_allclose(floor.gap, -1e-4, atol=1e-15)
-    assert set(obstacles.pair) == {2}  # nothing of the last pair can move
+    assert set(obstacles.pair) == {2}  # no body of the last pair can move
     kinds, sizes = obstacles.tables.shapes.kind[-4:], obstacles.tables.shapes.size[-4:]
     np.testing.assert_array_equal(kinds, [HALF_SPACE, BOX, CYLINDER, SPHERE])
     across = [0.2, 0.4] if spatial else [np.inf, np.inf]

@@ -212,7 +212,7 @@ def test_efforts_are_advanced_to_first_order(spatial: bool, missing: str, seen: 
 @DIMENSIONS
 @pytest.mark.parametrize("seen", ["rates", "rest", "past"])
 def test_given_efforts_are_in_the_geometric_stiffness_alone(spatial: bool, seen: str) -> None:
-    """Those at the poses change nothing; others change K, and nothing else, in proportion."""
+    """Efforts of the same poses change no entry; other efforts change only K, in proportion."""
     rng = np.random.default_rng(11)
     group = random_group(spatial, "none", rng, 0.5)
     poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))

@@ -154,7 +154,7 @@ def test_svg_colours_opacity_and_crossings() -> None:
 
 
 def test_svg_transforms_and_near_points() -> None:
-    """A rotated and moved group; ends that miss the frame by little are on it."""
+    """A rotated and moved group; line ends at a small distance from the frame count as on it."""
     line = '<g transform="translate(60 50) rotate(90)"><line x1="-30.02" y1="0" x2="29.99" y2="0" stroke="blue"/></g>'
     pattern = read_svg(svg(FRAME, line), 1.0)
     assert len(pattern.faces) == 2 and Counter(pattern.assignment)["V"] == 1

@@ -257,7 +257,7 @@ def test_mountains_and_valleys_that_fold_from_flat(lines: dict[int, str], blocke
     places = np.vstack([np.zeros(2), np.column_stack([np.cos(turns), np.sin(turns)])])
     count = len(order)
     faces = [[0, k, k % count + 1] for k in range(1, count + 1)]
-    if max(np.diff([*order, order[0] + 360])) > 180:  # a wide sector has a corner of its own
+    if max(np.diff([*order, order[0] + 360])) > 180:  # a wide sector has an additional corner
         faces[-1] = [0, count, count + 1, 1]
         places = np.vstack([places, -places[1:].mean(axis=0)])
     pattern = Pattern.of_faces(np.column_stack([places, np.zeros(len(places))]), faces, places)

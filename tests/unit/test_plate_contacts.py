@@ -122,7 +122,7 @@ def test_a_thin_fast_plate_that_passes_another_is_seen(spatial: bool, turn: floa
     found = crossed(contacts, above, below)
     assert found == (0,)
     assert not len(crossed(contacts, above, aside))
-    # both moved together: nothing passed
+    # both plates moved together, so neither passed the other
     assert not len(crossed(contacts, above, above + 0.0))
     contacts.commit(below)
     assert not len(contacts.crossed(below))

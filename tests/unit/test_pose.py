@@ -208,7 +208,7 @@ def multiply_first(p: np.ndarray, r: np.ndarray) -> np.ndarray:
 
 @given(shift=st.floats(-2, 2), seed=st.integers(0, 20))
 def test_uniform_velocity_meets_no_damper(shift: float, seed: int) -> None:
-    """Rates of a rigid motion, translation and rotation, deform nothing."""
+    """Rates of a rigid motion, translation and rotation, cause no deformation."""
     c = chain(True, seed)
     omega = np.array([0.3, shift, -0.8])
     rates = np.column_stack(

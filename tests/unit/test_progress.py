@@ -11,7 +11,7 @@ from fsm.progress import Progress, report_compilation
 
 
 class Compiler:
-    """Stands for `fsm.kernels.jit`."""
+    """Replaces `fsm.kernels.jit`."""
 
     def __init__(self) -> None:
         self.told: list[Callable[[str], None]] = []

@@ -32,7 +32,7 @@ from fsm.results.solution import Layout, Record, Solution
 )
 def test_peak_of_a_parabola_is_exact_at_any_spacing(top: float, height: float, curvature: float, steps: list[float]) -> None:
     x = np.cumsum(steps)
-    x += top - x[len(x) // 2] + 0.3 * steps[len(x) // 2]  # the top lies between records
+    x += top - x[len(x) // 2] + 0.3 * steps[len(x) // 2]  # the maximum lies between records
     force, at = peak(x, height - curvature * (x - top) ** 2)
     assert at == pytest.approx(top, abs=1e-7)
     assert force == pytest.approx(height, abs=1e-7)

@@ -56,7 +56,7 @@ def not_said(text: str, *unwanted: str) -> None:
 
 
 def test_check_needs_no_compiler() -> None:
-    """The command in a process of its own: numba, h5py and matplotlib stay out of it."""
+    """The command in a separate process does not import numba, h5py or matplotlib."""
     program = (
         "import sys\n"
         "from fsm.cli import cli\n"

@@ -66,7 +66,7 @@ def test_a_whole_run(case_file, tmp_path):
     assert motion.stress.shape == (11, 4)
     for name in ("points.csv", "points.png", "rigid.png", "synchronism.png", "stress.png", "motion.gif", "energy.png"):
         assert (out / name).stat().st_size > 1000
-    assert not (out / "force.csv").exists() and not (out / "force.png").exists()  # nothing is driven
+    assert not (out / "force.csv").exists() and not (out / "force.png").exists()  # the array has no drive
     header = (out / "points.csv").read_text().splitlines()[0].split(",")
     assert header[:4] == ["time (s)", "a1 x (m)", "a1 y (m)", "a1 vx (m/s)"]
 

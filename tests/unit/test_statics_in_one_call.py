@@ -121,7 +121,7 @@ def test_steps_from_anywhere_end_the_same(spatial, damping, monkeypatch):
 def test_after_one_that_superlu_had_to_take_over():
     step = EquilibriumStep(system_of(False, 0.0))
     q, _ = step.system.initial()
-    step.solver._other = lambda right: np.full(len(right), np.nan)  # what it had then
+    step.solver._other = lambda right: np.full(len(right), np.nan)  # the earlier values
     found = step.solve(0.0, q, (0.0, q))
     assert found.ending is Ending.CONVERGED
     assert np.isfinite(step.solver.solve(np.ones(step.system.nu))).all()

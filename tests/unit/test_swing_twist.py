@@ -60,7 +60,7 @@ def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, h:
 @settings(deadline=None)  # the first call compiles
 @given(psi=st.floats(-3.1, 3.1), s1=st.floats(-1.5, 1.5), s3=st.floats(-1.5, 1.5))
 def test_measures_are_what_scipy_composes(half_way: bool, psi: float, s1: float, s3: float) -> None:
-    """The outer body's axes are those before the twist, the half-way ones those after half of it."""
+    """With axes of the outer body the rotation is swing, twist; with half-way axes it is half twist, swing, half twist."""
     swing, twist = Rotation.from_rotvec([s1, 0, s3]), Rotation.from_rotvec([0, psi, 0])
     half = Rotation.from_rotvec([0, psi / 2, 0])
     q = scalar_first(half * swing * half if half_way else swing * twist)

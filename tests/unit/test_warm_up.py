@@ -17,7 +17,7 @@ def test_what_is_asked_for(monkeypatch, capsys):
     monkeypatch.setattr(warm_up, "KINDS", kinds)
     warm_up.compile_ahead("ca")
     assert done == ["c", "a"]
-    assert capsys.readouterr() == ("", "")  # nothing had to be compiled
+    assert capsys.readouterr() == ("", "")  # no kernel had to be compiled
 
 
 @pytest.mark.parametrize(

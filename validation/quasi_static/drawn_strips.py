@@ -93,7 +93,7 @@ def _inline(value: Any) -> str:
 
 
 def solve(strips: list[Tables], folder: Path, workers: int | None = None) -> Iterator[tuple[Tables, Path, dict[str, Any]]]:
-    """Run the strips as a table; return the solved ones with the folder of their results and their rows."""
+    """Run the strips as a table; return the solved strips with the folder of their results and their rows."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "case.toml").write_text('title = "drawn at random"\n', encoding="utf-8")
     lines = [",".join(("case", *_SECTIONS))]

@@ -41,7 +41,7 @@ def _crease(dice: Dice, plate: float, size: float) -> Tables:
 
 
 def _facets(dice: Dice, sheet: Tables, kinds: tuple[str, ...], size: float, panels: int) -> None:
-    """Facets of the sheet, with the mesh of flexible ones."""
+    """Facets of the sheet; flexible facets have a mesh."""
     kind = dice.one_of(kinds)
     if kind == "flexible":
         cells = max(1, min(dice.count(2, 6), math.isqrt(_MOST_CELLS // panels)))

@@ -4,8 +4,8 @@
 
 Prints a table with a line for each run of 0 to 120 mm. The row of a run states if it ends early, or takes longer than the
 limit (s). Saved states every 2 mm are examined again: a state at rest (residual without dampers below 1e-3 of the largest
-reaction) whose stiffness is not positive definite is an unstable equilibrium. Exit code 1 means that a run ends early or
-that there is such a state.
+reaction) whose stiffness is not positive definite is an unstable equilibrium. Exit code 1 means that a run ends early, or
+that a state with intersections exists.
 """
 
 from __future__ import annotations
