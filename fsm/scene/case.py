@@ -208,8 +208,8 @@ class Case(Model):
                 raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
             return self
         given = [part is not None for part in (self.strip, self.lattice, self.sheet, self.scene)]
-        if sum(given) != 1 and given != [True, False, False, True]:
-            raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] with a [scene] that adds to it")
+        if sum(given) != 1 and given not in ([True, False, False, True], [False, False, True, True]):
+            raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] or [sheet] with a [scene] that adds to it")
         for name, part in (("strip", self.strip), ("sheet", self.sheet)):
             shell = self.sheet is not None and self.sheet.is_shell
             if part is not None and (self.material is None or (self.crease is None and not shell)):
