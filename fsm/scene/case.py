@@ -209,7 +209,8 @@ class Case(Model):
             return self
         given = [part is not None for part in (self.strip, self.lattice, self.sheet, self.scene)]
         if sum(given) != 1 and given not in ([True, False, False, True], [False, False, True, True]):
-            raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] or [sheet] with a [scene] that adds to it")
+            text = "give [strip], [lattice], [sheet] or [scene]; beside a [strip] or a [sheet], a [scene] adds its parts"
+            raise ValueError(text)
         for name, part in (("strip", self.strip), ("sheet", self.sheet)):
             shell = self.sheet is not None and self.sheet.is_shell
             if part is not None and (self.material is None or (self.crease is None and not shell)):

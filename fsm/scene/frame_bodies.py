@@ -15,7 +15,10 @@ from fsm.scene.flexible import Edge, SceneBeam, SceneCable, SceneFilm, SceneFram
 from fsm.scene.known_names import nearest_name
 from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 
-__all__ = ["as_assembled", "cable_axes", "frame_faults", "nearest_body", "norm_faults", "quaternion_matrix", "quaternion_product", "with_frames"]
+__all__ = [
+    "as_assembled", "cable_axes", "frame_faults", "nearest_body", "norm_faults", "quaternion_matrix", "quaternion_product",
+    "with_frames",
+]  # fmt: skip
 
 
 def norm_faults(path: str, quaternion: Quaternion) -> Iterator[Fault]:

@@ -87,14 +87,15 @@ def test_a_seam_holds_an_edge_as_a_guided_drive_does(tmp_path: Path) -> None:
                     {"at": "edge left", "fixed": ["x"]}],
     }  # fmt: skip
     data = {
-        "sheet": sheet, "material": {"young": 3e9, "poisson": 0.3, "density": 1400.0}, "crease": {"stiffness_per_length": 0.05},
-        "solve": {"method": "static"},
+        "sheet": sheet, "material": {"young": 3e9, "poisson": 0.3, "density": 1400.0},
+        "crease": {"stiffness_per_length": 0.05}, "solve": {"method": "static"},
     }  # fmt: skip
     pulled = {"direction": [1.0, 0.0, 0.0], "travel": 0.01, "speed": 1e-3}
     plate = {"name": "plate", "mass": 0.01, "inertia": [1e-6, 1e-6, 1e-6], "position": [0.02, 0.0, 0.0]}
     seam = {"name": "end", "film": "sheet", "edge": "right", "bodies": ["plate"], "stiffness": 1e11}
     ring, _ = run(data | {"drive": [{"edge": "right"} | pulled]}, tmp_path / "ring")
-    sewn, _ = run(data | {"drive": [{"body": "plate"} | pulled], "scene": {"bodies": [plate], "seams": [seam]}}, tmp_path / "sewn")
+    joined = {"drive": [{"body": "plate"} | pulled], "scene": {"bodies": [plate], "seams": [seam]}}
+    sewn, _ = run(data | joined, tmp_path / "sewn")
     assert sewn["peak_force"] == pytest.approx(ring["peak_force"], rel=1e-3)  # springs of the drive: 1e3 times the bars
 
 
@@ -122,12 +123,12 @@ def test_moments_of_a_motor_contain_its_moving_rest_angle(tmp_path: Path) -> Non
         {"name": name, "mass": 0.1, "inertia": inertia, "position": [x, 0.0, 0.0]}
         for name, x in (("first", arm), ("second", 3.0 * arm))
     ]
-    motor = {"translation": [1e6] * 3, "rotation": [1e3, 5.0, 1e3], "rest_turn": -0.5, "rest_time": {"kind": "ramp", "end": 1.0}}
     elements = [
         {"name": "base", "inner": "first", "outer": "ground", "point_inner": [-arm, 0.0, 0.0], "translation": [1e6] * 3,
          "rotation": [1e3, 1e3, 1e3]},
-        {"name": "motor", "inner": "first", "outer": "second", "point_inner": [arm, 0.0, 0.0], "point_outer": [-arm, 0.0, 0.0]}
-        | motor,
+        {"name": "motor", "inner": "first", "outer": "second", "point_inner": [arm, 0.0, 0.0],
+         "point_outer": [-arm, 0.0, 0.0], "translation": [1e6] * 3, "rotation": [1e3, 5.0, 1e3], "rest_turn": -0.5,
+         "rest_time": {"kind": "ramp", "end": 1.0}},
     ]  # fmt: skip
     for name, weight in (("free", 0.0), ("loaded", gravity)):
         data = {

@@ -1,7 +1,7 @@
 """Parts of a [scene] beside a [sheet]: frames and seams on the sheet, so that bodies, films, cables and beams join it.
 
-A frame on rigid facets is a point of a facet. A frame on bars is a vertex of their truss, and a frame on flexible facets is a
-node of their mesh.
+A frame on rigid facets is a point of a facet. A frame on bars is a vertex of their truss, and a frame on flexible facets is
+a node of their mesh.
 """
 
 from __future__ import annotations
@@ -78,7 +78,9 @@ def with_sheet_frames(case: Case, scene: Scene, more: Scene) -> tuple[Scene, Sce
     for number, frame in placed.items():
         assert frame.place is not None
         on.add(frame.name, frame.place, f"scene.frames.{number}.place")
-    springs = [spring for number, seam in seams.items() for spring in _springs(on, seam, more.bodies, f"scene.seams.{number}")]
+    springs = list[ForceElement]()
+    for number, seam in seams.items():
+        springs += _springs(on, seam, more.bodies, f"scene.seams.{number}")
     rest = rest.model_copy(update={"elements": (*rest.elements, *springs)})
     if isinstance(on, _OnFacets):
         return on.replaced(scene), on.replaced(rest)
@@ -104,7 +106,8 @@ def frame_of_mesh(facets: FlexibleFacets, name: str, point: MeshPoint) -> tuple[
 def _check_keys(frame: SceneFrame, path: str) -> None:
     """Raise the fault of a frame with keys that it does not use."""
     if frame.on != SHEET and frame.place is not None:
-        raise CaseError(Fault(f"{path}.place", 'only a frame with on = "sheet" has a place; give `at`, or `point` of a truss'))
+        text = 'only a frame with on = "sheet" has a place; give `at`, or `point` of a truss'
+        raise CaseError(Fault(f"{path}.place", text))
     if frame.on == SHEET and frame.place is None:
         raise CaseError(Fault(f"{path}.place", 'missing; give one vertex of the sheet, for example "vertex 3"'))
     if frame.on == SHEET and (frame.at or frame.point is not None):
@@ -190,7 +193,8 @@ class _OnVertices(ABC):
         """Names, positions (3,) in m and lengths in m of the vertices of an edge; half of each side belongs to each end."""
         vertices, pattern, found = self._place(at, path).vertices, self.pattern, list[tuple[str, np.ndarray, float]]()
         inside = np.isin(pattern.edges, vertices).all(axis=1) & (pattern.edge_faces < 0).any(axis=1)
-        lengths = np.bincount(pattern.edges[inside].ravel(), np.repeat(0.5 * pattern.lengths[inside], 2), len(pattern.vertices))
+        halves = np.repeat(0.5 * pattern.lengths[inside], 2)
+        lengths = np.bincount(pattern.edges[inside].ravel(), halves, len(pattern.vertices))
         for number, vertex in enumerate(vertices, 1):
             part = f"{name} ({number})"
             self._frame(part, vertex)
