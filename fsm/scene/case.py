@@ -210,8 +210,9 @@ class Case(Model):
                 raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
             return self
         given = [part is not None for part in (self.strip, self.lattice, self.sheet, self.scene)]
-        if sum(given) != 1 and given != [True, False, False, True]:
-            raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] with a [scene] that adds to it")
+        if sum(given) != 1 and given not in ([True, False, False, True], [False, False, True, True]):
+            text = "give [strip], [lattice], [sheet] or [scene]; beside a [strip] or a [sheet], a [scene] adds its parts"
+            raise ValueError(text)
         for name, part in (("strip", self.strip), ("sheet", self.sheet)):
             shell = self.sheet is not None and self.sheet.is_shell
             if part is not None and (self.material is None or (self.crease is None and not shell)):

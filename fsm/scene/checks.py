@@ -88,7 +88,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
 
 def _missing_sections(sections: Sections) -> Iterable[Fault]:
     given = [name for name in ("scene", "sheet", "lattice", "strip") if name in sections.written]
-    if len(given) > 1 and given != ["scene", "strip"]:
+    if len(given) > 1 and given not in (["scene", "strip"], ["scene", "sheet"]):
         yield Fault(given[0], f"[{given[0]}] and [{given[1]}] both define a model; give one of them")
     elif not given:
         yield Fault("strip", "section [strip] is missing; give [strip], [lattice], [sheet] or [scene]")
@@ -126,7 +126,7 @@ def _beside_scene(sections: Sections) -> Iterable[Fault]:
     scene = sections.scene
     if "scene" not in sections.written:
         return
-    for name in sorted({"material", "crease"} & sections.written) if "strip" not in sections.written else ():
+    for name in sorted({"material", "crease"} & sections.written) if not {"strip", "sheet"} & sections.written else ():
         yield Fault(name, f"each body and element of a [scene] has its own [{name}]; remove this section")
     if scene is None:
         return
@@ -235,7 +235,7 @@ def _lattice_drives(sections: Sections) -> Iterable[Fault]:
 
 def _scene_drives(sections: Sections) -> Iterable[Fault]:
     scene = sections.scene
-    if scene is None or "strip" in sections.written:
+    if scene is None or {"strip", "sheet"} & sections.written:
         return
     held = {body.name for body in scene.bodies if body.held} | {"ground"}
     listed = [*sections.all_drives, *((f"scene.drives.{index}", drive) for index, drive in enumerate(scene.drives))]

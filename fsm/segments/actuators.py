@@ -40,12 +40,14 @@ class ActuatorGroup(Group):
     moment : (m,) array
         Moment at the factor 1, N m.
     time : function of time of all moments
+    names : names of the elements
     """
 
     bodies: np.ndarray
     axes: tuple[np.ndarray, ...]
     moment: np.ndarray
     time: TimeFunction
+    names: tuple[str, ...]
 
     @cached_property
     def _unit(self) -> CreaseLaws:
@@ -68,6 +70,10 @@ class ActuatorGroup(Group):
     @cached_property
     def _still(self) -> np.ndarray:
         return np.zeros(len(self.moment))
+
+    def moments(self, t: float) -> np.ndarray:
+        """Moments along the twists of the elements at a time (s), (m,), N m."""
+        return factor(self.time, t) * self.moment
 
     def break_times(self) -> set[float]:
         """Times at which the function of time is not smooth, s."""

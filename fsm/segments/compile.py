@@ -224,7 +224,8 @@ class SceneCompiler:
             assert time is not None
             chosen = [e for e in moving if e.rest_time == time]
             moment = np.array([e.rotation[1] * e.rest_turn for e in chosen])
-            found.append(ActuatorGroup(self._ends(chosen), self._joint_axes(chosen), moment, time))
+            names = tuple(e.name for e in chosen)
+            found.append(ActuatorGroup(self._ends(chosen), self._joint_axes(chosen), moment, time, names))
         return found
 
     def _with_laws(self, elements: list[ForceElement]) -> LawGroup | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fsm.errors import CaseError, Fault
+from fsm.scene.builders.beside_sheet import frame_of_mesh
 from fsm.scene.builders.flexible_loads import load_parts, place_points, pressed_facets
 from fsm.scene.builders.sheet_contact import contact_of_nodes
 from fsm.scene.builders.sheet_folding import Folds, facet_damping
@@ -179,18 +180,8 @@ class _FlexibleBuilder:
 
     def _frame(self, name: str, point: MeshPoint) -> str:
         """Add a frame at a point of the mesh; returns its name."""
-        mesh = self.facets.mesh
-        vectors = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1).reshape(-1, 3)
-        place = point.weights @ vectors[point.vectors]
-        self.facets.points[name] = point
-        self.frames.append(SceneFrame(name=name, on=SHEET, at=()))
-        x, y, z = place.tolist()
-        body = Body(name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z), held=True)
-        if point.along.any():
-            along, across = (part @ vectors[point.vectors] for part in (point.along, point.across))
-            axes = np.array([along, np.cross(np.cross(along, across), along), np.cross(along, across)])
-            turned = quaternions((axes / np.linalg.norm(axes, axis=1)[:, None]).T[None])[0]
-            body = body.model_copy(update={"orientation": tuple(turned.tolist())})
+        frame, body = frame_of_mesh(self.facets, name, point)
+        self.frames.append(frame)
         self.bodies.append(body)
         return name
 

@@ -51,7 +51,12 @@ def build_bars(case: Case) -> Scene:
     touching = _touching(case, sheet, pattern)
     lines: list[Body] = []
     springs: list[ForceElement] = []
-    drives = [_drive(pattern, f"drive.{k}", drive, _RIGID * stiffest, lines, springs) for k, drive in enumerate(case.drive)]
+    beside = {body.name for body in case.scene.bodies} if case.scene is not None else set[str]()
+    drives = [
+        drive if drive.moved and beside.issuperset(drive.moved)
+        else _drive(pattern, f"drive.{k}", drive, _RIGID * stiffest, lines, springs)
+        for k, drive in enumerate(case.drive)
+    ]  # fmt: skip
     used = {load.target for load in loads if load.pressure is None} | {spring.inner for spring in springs}
     names = {vertex_name(vertex): vertex for vertex in range(len(pattern.vertices))}
     if touching is not None:
