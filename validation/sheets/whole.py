@@ -6,6 +6,9 @@ The table also has the number of saved states with intersections by `ipctk.has_i
 largest difference of symmetric copies over the size of the folded structure.
 
     python -m validation.sheets.whole [--only z_tube/gas] [--variants step friction]
+    python -m validation.sheets.whole --meshes
+
+The second command pulls the Z-folded tube without contact, with flexible facets of several mesh sizes and with bars.
 """
 
 from __future__ import annotations
@@ -39,6 +42,9 @@ VARIANTS = {
 """Changes of a case; steps are relative to those of the case."""
 _FILLED, _LENGTH = 400.0, 0.3
 """Time from which gas fills the tube, s, and the length at which its pressure is compared, m."""
+
+_TRAVELS, _SIZES = (0.1, 0.2, 0.3, 0.35), (0.06, 0.03, 0.02, 0.015, 0.01)
+"""Travels and mesh sizes of the comparison of meshes, m."""
 
 
 class Row(NamedTuple):
@@ -109,12 +115,33 @@ def _variants(name: str, kinds: list[str]) -> Iterator[tuple[str, dict[str, Any]
             yield text, {key: value * CASES[name] if kind == "step" else value for key, value in change.items()}
 
 
+def print_meshes() -> None:
+    """Table of the pull force of the Z-folded tube with flexible facets of several mesh sizes, and with bars."""
+    case = fsm.load(ROOT / "z_tube" / "case.toml").set({"friction": None, "contact": None})
+    pull = {"edge": "right", "direction": [1, 0, 0], "guide": False, "travel": 0.38, "speed": 3.8e-4}
+    case = case.set({"save.channels": ["energy.*"], "solve.max_step": None, "drive": [pull]})
+    travels = " | ".join(f"{1e3 * x:.0f} mm" for x in _TRAVELS)
+    print(f"| cells (mm) | {travels} | time (s) |\n|{'---|' * (len(_TRAVELS) + 2)}")
+    for size in (*_SIZES, None):
+        model = case if size is None else case.set({"sheet.facets": "flexible", "sheet.mesh_size": size})
+        begun = time.process_time()
+        with TemporaryDirectory() as folder:
+            travel, force = model.run(Path(folder) / "out", figures=False).force()
+        forces = " | ".join(f"{float(np.interp(x, travel, force)):.4f}" for x in _TRAVELS)
+        text = "bars" if size is None else f"{1e3 * size:.0f}"
+        print(f"| {text} | {forces} | {time.process_time() - begun:.0f} |", flush=True)
+
+
 def main() -> None:
     """Table of all runs."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", choices=list(CASES), help="one file")
     parser.add_argument("--variants", nargs="*", choices=list(VARIANTS), default=["step", "friction"])
+    parser.add_argument("--meshes", action="store_true", help="the pull force with flexible facets of several mesh sizes")
     given = parser.parse_args()
+    if given.meshes:
+        print_meshes()
+        return
     heads = ["case", "run", "end (mm)", "peak (N or Pa)", "energy error", "touch", "intersections", "asymmetry", "time (s)"]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for name in CASES if given.only is None else [given.only]:
