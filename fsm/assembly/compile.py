@@ -15,10 +15,11 @@ from fsm.ancf.pressure import PressedFaces
 from fsm.ancf.shape import cable_shape, membrane_shape
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.truss import BarGroup
-from fsm.assembly.chambers import Chambers, OrificeArea
+from fsm.assembly.chambers import Chambers, OrificeArea, Surface
 from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.fold_laws_of import fold_laws_of
 from fsm.assembly.frames import FramePoint, Frames
+from fsm.assembly.panel_gas import PanelGas, PanelGasSystem
 from fsm.assembly.system import JoinedSystem
 from fsm.errors import CaseError
 from fsm.scene.contact_points import contact_points
@@ -28,6 +29,7 @@ from fsm.scene.gas import Orifice
 from fsm.scene.patterns.facet_mesh import MeshPoint, facet_vectors
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.fold_data import FoldData
+from fsm.scene.patterns.panel_surface import PanelSurface
 from fsm.scene.scene import Scene
 from fsm.scene.truss import SceneTruss
 from fsm.segments.check_scene import check_scene
@@ -58,7 +60,7 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     if faults:
         raise CaseError(faults)
     if not scene.flexible:
-        return compile_scene(scene, spatial)
+        return compile_scene(scene, spatial) if scene.panels_of_gas is None else _panels_with_gas(scene, scene.panels_of_gas)
     scene = with_frames(scene)
     faults = check_scene(scene)
     if faults:
@@ -79,6 +81,34 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     chambers = parts.chambers(scene, faces)
     joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), faces, pressures, chambers)
     return compiler.switched(joined)
+
+
+def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
+    """System of rigid panels around chambers of gas."""
+    faults = check_scene(scene)
+    if faults:
+        raise CaseError(faults)
+    compiler = SceneCompiler(scene, True)
+    none, planes = np.zeros((0, 3, 2)), np.zeros((0, 3))
+    surfaces = tuple(
+        Surface(chamber, PressedFaces(3 * triangles, np.zeros(len(triangles), dtype=np.int64), none, planes), [3 * r for r in rings])
+        for chamber, triangles, rings in zip(scene.chambers, panels.triangles, panels.rings, strict=True)
+    )
+    areas = []
+    for orifice in scene.orifices:
+        if orifice.crease is None:
+            areas.append(OrificeArea(orifice))
+            continue
+        start = next(element.initial_angle for element in scene.elements if element.name == orifice.crease)
+        laws = fold_laws_of(FoldData.linear(np.zeros(1), np.array([start]), np.array([start])))
+        fold = FoldGroup(3 * np.array([panels.folds[orifice.crease]]), BETWEEN_POINTS[None], laws)
+        areas.append(OrificeArea(orifice, fold, np.ones(1)))
+    gases = tuple(chamber.gas for chamber in scene.chambers)
+    chambers = Chambers(gases, surfaces, scene.orifices, tuple(areas), panels.start.ravel())
+    bodies, motions, groups, contacts, names = compiler.parts()
+    rows = np.array([compiler.index[name] for name in panels.bodies], dtype=np.int64)
+    gas = PanelGas(chambers, rows, np.ascontiguousarray(panels.points))
+    return compiler.switched(PanelGasSystem(bodies, motions, (*groups, gas), contacts, names))
 
 
 @dataclass(frozen=True)
@@ -181,8 +211,13 @@ class _Parts:
             places = self.first + 9 * np.arange(len(mesh.owner))
         else:
             places = next(places for truss, places in self.trusses.values() if truss.faces)
+        surfaces = tuple(
+            Surface(chamber, faces.of(np.array(chamber.facets)), [places[ring] for ring in chamber.caps])
+            for chamber in scene.chambers
+        )
         areas = tuple(self._area(scene, orifice) for orifice in scene.orifices)
-        return Chambers(scene.chambers, scene.orifices, areas, faces, places, self.mesh.coordinates)
+        gases = tuple(chamber.gas for chamber in scene.chambers)
+        return Chambers(gases, surfaces, scene.orifices, areas, self.mesh.coordinates)
 
     def _area(self, scene: Scene, orifice: Orifice) -> OrificeArea:
         """Area of an orifice, with the folds of its crease."""
