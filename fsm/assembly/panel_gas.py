@@ -154,17 +154,18 @@ class PanelGasSystem(SegmentSystem):
         return PanelGasSystem(bodies, motions, groups, contacts, self.pair_names)
 
     @property
-    def _gas(self) -> PanelGas:
+    def gas(self) -> PanelGas:
+        """Group of the gas."""
         return next(group for group in self.groups if isinstance(group, PanelGas))
 
     @property
     def chambers(self) -> Chambers:
         """Chambers of gas."""
-        return self._gas.chambers
+        return self.gas.chambers
 
     def chamber_nodes(self, t: float, q: np.ndarray) -> np.ndarray:
         """Positions of the corners, flat, m."""
-        return self._gas.nodes(self.place(t, q, None)[0])
+        return self.gas.nodes(self.place(t, q, None)[0])
 
     # forces -----------------------------------------------------------------------------------------------------------
 
@@ -180,7 +181,7 @@ class PanelGasSystem(SegmentSystem):
         efforts: np.ndarray | None = None,
     ) -> Linearised:
         linear = super()._assembled(t, q, u, before, pattern, sums, by_rates, efforts)
-        low_rank = self._gas.low_rank
+        low_rank = self.gas.low_rank
         if low_rank is None:
             return linear
         vectors = self._of_bodies(low_rank, self.bodies.free).reshape(-1, self.nu)
@@ -193,7 +194,7 @@ class PanelGasSystem(SegmentSystem):
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: driven panels also compress the gas."""
-        found, low_rank = super().force_rate(t, q), self._gas.low_rank
+        found, low_rank = super().force_rate(t, q), self.gas.low_rank
         if low_rank is None or not len(self.driven):
             return found
         speeds = self._body_rates(np.zeros(self.nu), t)[self.driven]
@@ -207,10 +208,10 @@ class PanelGasSystem(SegmentSystem):
         """See `SegmentSystem`: driven panels also feel the gas."""
         poses, rates = self.place(t, q, u, before)
         found = super().drive_tangent(t, q, u, before)
-        if not np.isin(self._gas.bodies, self.driven).any():
+        if not np.isin(self.gas.bodies, self.driven).any():
             return found
-        self._with_driven(t, poses, rates, (self._gas,))
-        low_rank = self._gas.low_rank
+        self._with_driven(t, poses, rates, (self.gas,))
+        low_rank = self.gas.low_rank
         if low_rank is None:
             return found
         along = np.zeros((len(self.motions), *rates.shape))

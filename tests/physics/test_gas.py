@@ -235,7 +235,6 @@ def test_limit_points(tmp_path: Path) -> None:
         (AIR, KRESLING | BARS, r"the chamber is open at the edge .*closed_by"),
         ({"closed_by": [{"cap": "edge left"}]} | AIR, KRESLING | BARS, "is not a place of the sheet"),
         ({"closed_by": LIDS, "pressure": 0.0}, KRESLING | BARS, "the chamber is empty and has no supply"),
-        ({"closed_by": LIDS} | AIR, KRESLING | {"facets": "rigid"}, 'not available with facets = "rigid"'),
         ({"closed_by": PLANES[1:]} | AIR, QUARTER, "open at the edge"),
         ({"closed_by": PLANES, "supply_mass": 1.0, "supply_flow": 1.0}, QUARTER, "give one supply"),
         ({"at": "facet 9"} | AIR, QUARTER, "there is no number 9"),
