@@ -90,10 +90,10 @@ def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
         raise CaseError(faults)
     compiler = SceneCompiler(scene, True)
     none, planes = np.zeros((0, 3, 2)), np.zeros((0, 3))
-    surfaces = tuple(
-        Surface(chamber, PressedFaces(3 * triangles, np.zeros(len(triangles), dtype=np.int64), none, planes), [3 * r for r in rings])
-        for chamber, triangles, rings in zip(scene.chambers, panels.triangles, panels.rings, strict=True)
-    )
+    surfaces = []
+    for chamber, triangles, rings in zip(scene.chambers, panels.triangles, panels.rings, strict=True):
+        faces = PressedFaces(3 * triangles, np.zeros(len(triangles), dtype=np.int64), none, planes)
+        surfaces.append(Surface(chamber, faces, [3 * ring for ring in rings]))
     areas = []
     for orifice in scene.orifices:
         if orifice.crease is None:
@@ -104,7 +104,7 @@ def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
         fold = FoldGroup(3 * np.array([panels.folds[orifice.crease]]), BETWEEN_POINTS[None], laws)
         areas.append(OrificeArea(orifice, fold, np.ones(1)))
     gases = tuple(chamber.gas for chamber in scene.chambers)
-    chambers = Chambers(gases, surfaces, scene.orifices, tuple(areas), panels.start.ravel())
+    chambers = Chambers(gases, tuple(surfaces), scene.orifices, tuple(areas), panels.start.ravel())
     bodies, motions, groups, contacts, names = compiler.parts()
     rows = np.array([compiler.index[name] for name in panels.bodies], dtype=np.int64)
     gas = PanelGas(chambers, rows, np.ascontiguousarray(panels.points))
@@ -162,7 +162,7 @@ class _Parts:
             start = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1)
             numbers = facet_vectors(mesh)
             shape = start, mesh.owner, numbers, mesh.plane, mesh.angle
-            first = builder.facets(*shape, material, mesh.curved, facets.viscosity, facets.tension_field)
+            first = builder.facets(*shape, material, mesh.curved, facets.viscosity, facets.rounding)
             if facets.folds is not None:
                 builder.add(_facet_creases(facets, facets.folds, first))
             for vector, components in facets.held.items():

@@ -221,7 +221,8 @@ class PanelGasSystem(SegmentSystem):
             for k, body, twist in self.turns.twists(self._travels(t)):
                 along[k, body] = twist
         swept = np.einsum("kni,dni->dk", self._of_bodies(low_rank, slice(None)), along)
-        return np.asarray(found + swept @ low_rank.weights @ self._of_bodies(low_rank, self.bodies.free).reshape(-1, self.nu))
+        free = self._of_bodies(low_rank, self.bodies.free).reshape(-1, self.nu)
+        return np.asarray(found + swept @ low_rank.weights @ free)
 
     def load_displacements(
         self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]

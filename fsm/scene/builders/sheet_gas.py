@@ -20,7 +20,9 @@ from fsm.scene.time_program import Ramp
 __all__ = ["with_gas", "with_gas_of_panels"]
 
 
-def with_gas_of_panels(case: Case, scene: Scene, pattern: Pattern, frames: FacetFrames, held: Mapping[int, set[int]]) -> Scene:
+def with_gas_of_panels(
+    case: Case, scene: Scene, pattern: Pattern, frames: FacetFrames, held: Mapping[int, set[int]]
+) -> Scene:
     """Scene of rigid panels with the gas of their chambers.
 
     Parameters

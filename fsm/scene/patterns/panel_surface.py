@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class PanelSurface:
 
 def panel_triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (m, 3) of vertices that divide polygons, and the number (m,) of the polygon of each."""
-    found = [(number, face[0], *pair) for number, face in enumerate(faces) for pair in zip(face[1:], face[2:], strict=False)]
+    found = [(number, face[0], *pair) for number, face in enumerate(faces) for pair in pairwise(face[1:])]
     table = np.array(found, dtype=np.int64)
     return table[:, 1:], table[:, 0]
 
@@ -72,7 +73,7 @@ def sealed(faces: Faces, chosen: Collection[int], lids: Sequence[np.ndarray]) ->
     for panel in chosen:
         face = list(faces[panel])
         corner |= {(vertex, panel): int(first[panel]) + k for k, vertex in enumerate(face)}
-        left |= {pair: panel for pair in zip(face, [*face[1:], face[0]], strict=True)}
+        left |= dict.fromkeys(zip(face, [*face[1:], face[0]], strict=True), panel)
         found += _polygon([corner[vertex, panel] for vertex in face])
     for (u, v), panel in left.items():
         other = left.get((v, u))
@@ -109,4 +110,4 @@ def _around_vertices(
 
 
 def _polygon(corners: Sequence[int]) -> list[tuple[int, int, int]]:
-    return [(corners[0], a, b) for a, b in zip(corners[1:], corners[2:], strict=False)]
+    return [(corners[0], a, b) for a, b in pairwise(corners[1:])]
