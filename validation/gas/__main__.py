@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 
 from validation.gallery.command import command
-from validation.gas.gallery import PARTS, __doc__ as TEXT
+from validation.gas.gallery import PARTS
+from validation.gas.gallery import __doc__ as TEXT
 
 if __name__ == "__main__":
     sys.exit(command(PARTS, "gas", TEXT))

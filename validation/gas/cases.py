@@ -27,7 +27,7 @@ def solved(data: Mapping[str, Any], folder: Path) -> tuple[fsm.Result, str]:
     return result, f"{summary['dof']} unknowns, {summary['steps']} steps, {time.process_time() - begun:.0f} s"
 
 
-def clamped_disc(pressure: float, rings: int, thickness: float = 5e-6) -> dict[str, Any]:
+def clamped_disc(pressure: float, rings: int, thickness: float = 2e-5) -> dict[str, Any]:
     """Disc of radius 0.1 m with a held edge; `pressure` is p a/(E t)."""
     radius, young = 0.1, 2e9
     return {
@@ -37,7 +37,7 @@ def clamped_disc(pressure: float, rings: int, thickness: float = 5e-6) -> dict[s
         },
         "material": {"young": young, "poisson": 0.3, "density": 1390.0},
         "load": [{"name": "gas", "at": "all", "pressure": pressure * young * thickness / radius}],
-        "solve": {"method": "static", "end_time": 1.0, "rtol": 1e-6}, "save": {"interval": 0.5},
+        "solve": {"method": "static", "end_time": 1.0, "rtol": 1e-3}, "save": {"interval": 0.5},
     }  # fmt: skip
 
 
@@ -77,7 +77,7 @@ def airbag(cells: int) -> dict[str, Any]:
 
 
 def boxes(pressures: tuple[float, float], area: float, end: float, steps: int) -> dict[str, Any]:
-    """Two closed boxes of rigid panels, 1 litre each, with an orifice between them; an adiabatic gas without surroundings."""
+    """Two closed boxes of rigid panels, 1 litre each, with an orifice between them; adiabatic gas in a vacuum."""
     vertices = np.concatenate([0.1 * _BOX, 0.1 * _BOX + [1.0, 0.0, 0.0]])
     faces = np.concatenate([_WALLS, _WALLS + 8]).tolist()
     edges = sorted({tuple(sorted(pair)) for face in faces for pair in zip(face, (*face[1:], face[0]), strict=True)})

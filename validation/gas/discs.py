@@ -1,12 +1,13 @@
 """Inflated discs by shooting: the clamped membrane and the balloon of two discs, elastic, of any deflection.
 
 A point at the radius s of the flat disc moves to the radius r and the height z. With the stretches l1 (along the meridian)
-and l2 = r/s and the membrane forces P1 = l1 S1, P2 = l2 S2 over lengths of the flat disc, the equilibrium under a pressure p is
+and l2 = r/s and the membrane forces P1 = l1 S1, P2 = l2 S2 over lengths of the flat disc, the equilibrium under a pressure p
+is
 
     s P1 sin(phi) = p r^2/2,    (s P1 cos(phi))' = P2 - p r l1 sin(phi),    r' = l1 cos(phi),    z' = -l1 sin(phi)
 
-S1 and S2 belong to the Green strains e = (l^2 - 1)/2, as in `fsm`: plane stress, or E t e1 without hoop stress where the plane
-stress would be compressive. Limits: Hencky (1915) for small slopes, Fichter (1997) for small strains; Paulsen (1994) without
+S1 and S2 belong to the Green strains e = (l^2 - 1)/2, as in `fsm`: plane stress, or E t e1 without hoop stress where the
+plane stress would be compressive. Limits: Hencky (1915) for small slopes, Fichter (1997) for small strains; Paulsen (1994) without
 strain.
 """
 

@@ -106,7 +106,7 @@ def panels(place: Place) -> Iterator[Check]:
 
 def beam(place: Place) -> Iterator[Check]:
     """Inflated cylinder bent by its ends: wrinkling and collapse."""
-    sizes, off = ((12, 4), (24, 4), (48, 4)), []
+    sizes, off = ((24, 4), (48, 4)), []
     for cells in sizes:
         at, moment, summary, text = bent_beam(place.out / f"{cells[0]}", cells, 1e-3, 1e-6, 3.0)
         first = float(np.interp(1.0, at, moment))
@@ -120,8 +120,8 @@ def beam(place: Place) -> Iterator[Check]:
     error = float(np.abs(moment - moments(at)).max() / (0.5 * math.pi))
     yield below("moment over that of wrinkling, largest error", what, error, 0.02, STEIN, picture, detail=text)
     yield below("energy balance residual", what, summary["energy_error"], 1e-3, "zero", picture)
-    picture_of_errors = convergence(place.out / "wrinkling_error.png", [n for n, _ in sizes], {"moment": off}, 1, x="cells")
-    yield below("convergence of the wrinkling moment", "48 over 12 cells", off[-1] / off[0], 0.5, STEIN, picture_of_errors)
+    picture_of_errors = convergence(place.out / "wrinkling_error.png", [n for n, _ in sizes], {"moment": off}, 2, x="cells")
+    yield below("convergence of the wrinkling moment", "48 over 24 cells", off[-1] / off[0], 0.5, STEIN, picture_of_errors)
     most = 200.0
     at, moment, _, text = bent_beam(place.out / "collapse", (32, 4), 1e-4, 1e-6, most)
     curve = np.linspace(0.0, most, 40)
@@ -137,7 +137,7 @@ def disc(place: Place) -> Iterator[Check]:
     """Clamped disc of film under pressure."""
     pressure = 1e-4
     height, small = Disc(pressure).clamped()[0], HENCKY * pressure ** (1.0 / 3.0)
-    rings, found = (5, 10, 15), []
+    rings, found = (5, 10, 16), []
     for count in rings:
         result, text = solved(clamped_disc(pressure, count), place.out / f"{count}")
         found.append(result.summary["probe_displacement"]["top"][2] / 0.1)
@@ -147,7 +147,7 @@ def disc(place: Place) -> Iterator[Check]:
     source = "shooting, any deflection (`discs.py`; Fichter 1997, NASA TP-3658, for small strains)"
     yield against("height of the centre over a", what, found[-1], height, source, picture, rtol=1e-3, detail=text)
     source = "Hencky 1915, small slopes"
-    yield against("height of the centre over a", what, found[-1], small, source, picture, rtol=1.2e-3, detail=text)
+    yield against("height of the centre over a", what, found[-1], small, source, picture, rtol=1e-3, detail=text)
     rate = math.log(off[0] / off[-1]) / math.log(rings[-1] / rings[0])
     yield against("order of convergence", what, rate, 2.0, "element", picture, atol=0.3, detail=text)
 
@@ -167,14 +167,16 @@ def mylar(place: Place) -> Iterator[Check]:
     picture = convergence(place.out / "mylar.png", rings, errors, 1.5, x="rings of cells")
     what = f"{rings[-1]} rings, p a/(E t) = {pressure:g}"
     source = "shooting with the stretch of the film (`discs.py`)"
-    text_of_mesh = "mesh: the tension along meridians is inversely proportional to the radius, which cells at the pole do not follow"
+    known = {8: (0.763267, 0.462089, 1.222735), 12: (0.763130, 0.460820, 1.221530)}[rings[-1]]
+    mesh = "mesh: the tension along meridians is inversely proportional to the radius, which cells at the pole do not follow"
     for k, name in enumerate(names):
-        reason = Reason(text_of_mesh, found[-1][k], 1e-3)
+        reason = Reason(mesh, known[k], 1e-3)
         yield against(
             name, what, found[-1][k], stretched[k], source, picture, rtol=1e-3, detail=text, reason=reason,
         )  # fmt: skip
     for k, name in enumerate(names):
-        reason = Reason("stretch of the film: 0.06, 0.56 and 0.20 % of radius, height and volume; and the mesh", found[-1][k], 1e-3)
+        stretch = "stretch of the film, 0.06, 0.56 and 0.20 % of radius, height and volume, and the mesh"
+        reason = Reason(stretch, known[k], 1e-3)
         source = "Paulsen 1994, Am. Math. Monthly 101, 953, without stretch"
         yield against(name, what, found[-1][k], PAULSEN[k], source, picture, rtol=1e-3, detail=text, reason=reason)
 
@@ -193,7 +195,7 @@ def square(place: Place) -> Iterator[Check | NotCompared]:
     yield against("height of the centre", f"{cells[-1]} cells", heights[-1], 0.2164, "own value with 16 cells", picture,
                   rtol=2e-3, unit="m", detail=f"{text}; {max(off):.1e} between all meshes")  # fmt: skip
     reason = "papers give this height in curves, about 0.21 m; no table with digits is at hand"
-    yield NotCompared("height of the centre, 0.216 m", "Contri and Schrefler 1988; COMSOL example of a square airbag", reason)
+    yield NotCompared("height of the centre, 0.216 m", "Contri and Schrefler 1988, Commun. Appl. Numer. Methods 4, 5", reason)
 
 
 PARTS: dict[str, Part] = {
