@@ -36,10 +36,14 @@ def cross_matrices(vectors: np.ndarray) -> np.ndarray:
 
 
 class _Lid:
-    """Lid over a ring, given by the first coordinates (k,) of its nodes: triangles of its edges and its tip."""
+    """Lid over a ring, given by the first coordinates (k,) of its nodes: triangles of its edges and its tip.
 
-    def __init__(self, places: np.ndarray, origin: np.ndarray) -> None:
-        self.places, self.origin = places, origin
+    If the ring is not `whole`, the edge from its last to its first node lies in a plane, and no facet joins both.
+    """
+
+    def __init__(self, places: np.ndarray, origin: np.ndarray, whole: bool = True) -> None:
+        self.places, self.origin, self._whole = places, origin, whole
+        self._joined = slice(None) if whole else slice(-1)
         self.pairs = np.ascontiguousarray(np.stack([places, np.roll(places, -1)], axis=1))
         self._entries = places[:, None] + np.arange(3)
 
@@ -69,19 +73,27 @@ class _Lid:
         block = size * np.arange(3)[:, None] + np.arange(3)
         factor = -pressure / 6.0
         np.add.at(flat, slots[:, 0, 0, None, None] + block, factor * beside)
-        np.add.at(flat, slots[:, 0, 1, None, None] + block, factor * own)
-        np.add.at(flat, slots[:, 1, 0, None, None] + block, -factor * np.roll(own, -1, axis=0))
+        joined = slots[self._joined, :, :, None, None] + block
+        np.add.at(flat, joined[:, 0, 1], factor * own[self._joined])
+        np.add.at(flat, joined[:, 1, 0], -factor * np.roll(own, -1, axis=0)[self._joined])
 
     def low_rank(self, q: np.ndarray, pressure: float) -> LowRank:
-        """Part of -df/dq that joins all nodes."""
+        """Part of -df/dq that joins all nodes, and both ends of a ring that is not whole."""
         count = len(self.places)
         vectors = np.zeros((6, len(q)))
-        vectors[:3, self._entries.ravel()] = self._neighbours(q)[0].transpose(1, 0, 2).reshape(3, -1)
+        beside, own = self._neighbours(q)
+        vectors[:3, self._entries.ravel()] = beside.transpose(1, 0, 2).reshape(3, -1)
         for axis in range(3):
             vectors[3 + axis, self._entries[:, axis]] = 1.0 / count
         weights = np.zeros((6, 6))
         weights[:3, 3:] = weights[3:, :3] = -pressure / 6.0 * np.eye(3)
-        return LowRank(vectors, weights)
+        found = LowRank(vectors, weights)
+        if self._whole:
+            return found
+        ends, between = np.zeros((6, len(q))), np.zeros((6, 6))
+        ends[range(6), self._entries[[-1, 0]].ravel()] = 1.0
+        between[:3, 3:], between[3:, :3] = -pressure / 6.0 * own[-1], pressure / 6.0 * own[0]
+        return found.plus(LowRank(ends, between))
 
 
 class Surface:
@@ -97,12 +109,16 @@ class Surface:
 
     def __init__(self, chamber: Chamber, faces: PressedFaces, rings: Sequence[np.ndarray]) -> None:
         self.faces = faces
-        self.lids = tuple(_Lid(np.ascontiguousarray(ring), chamber.origin) for ring in rings)
+        corners = faces.vectors if not len(faces.plane) else faces.vectors[:, ::3]
+        pairs = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+        edges = set(map(tuple, np.concatenate([pairs, pairs[:, ::-1]]).tolist()))
+        self.lids = tuple(
+            _Lid(np.ascontiguousarray(ring), chamber.origin, (int(ring[-1]), int(ring[0])) in edges) for ring in rings
+        )
         self._parts: tuple[PressedFaces | _Lid, ...] = (self.faces, *self.lids)
         self.sign = chamber.sign
         self._chamber = chamber
-        first = self.faces.vectors if not len(self.faces.plane) else self.faces.vectors[:, ::3]
-        self._positions = np.unique(first)
+        self._positions = np.unique(corners)
 
     def gradient(self, q: np.ndarray) -> np.ndarray:
         """Gradient (n,) of the volume."""
