@@ -7,8 +7,8 @@ is
     s P1 sin(phi) = p r^2/2,    (s P1 cos(phi))' = P2 - p r l1 sin(phi),    r' = l1 cos(phi),    z' = -l1 sin(phi)
 
 S1 and S2 belong to the Green strains e = (l^2 - 1)/2, as in `fsm`: plane stress, or E t e1 without hoop stress where the
-plane stress would be compressive. Limits: Hencky (1915) for small slopes, Fichter (1997) for small strains; Paulsen (1994) without
-strain.
+plane stress would be compressive. Limits: Hencky (1915) for small slopes, Fichter (1997) for small strains;
+Paulsen (1994) without strain.
 """
 
 from __future__ import annotations
