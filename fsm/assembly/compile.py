@@ -21,7 +21,7 @@ from fsm.assembly.fold_laws_of import fold_laws_of
 from fsm.assembly.frames import FramePoint, Frames
 from fsm.assembly.panel_gas import PanelGas, PanelGasSystem
 from fsm.assembly.system import JoinedSystem
-from fsm.errors import CaseError
+from fsm.errors import CaseError, Fault
 from fsm.scene.contact_points import contact_points
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
@@ -61,6 +61,9 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
         raise CaseError(faults)
     if not scene.flexible:
         return compile_scene(scene, spatial) if scene.panels_of_gas is None else _panels_with_gas(scene, scene.panels_of_gas)
+    if scene.panels_of_gas is not None:
+        text = "gas in rigid panels is not available beside films, cables, beams and trusses"
+        raise CaseError(Fault("gas", f'{text}; remove these, or give sheet.facets = "bars" or "flexible"'))
     scene = with_frames(scene)
     faults = check_scene(scene)
     if faults:

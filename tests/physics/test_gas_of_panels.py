@@ -207,6 +207,16 @@ def test_orifice_that_follows_a_crease(tmp_path: Path) -> None:
         assert change[0] == pytest.approx(state.by_volume[0, 0] * grown[0] + state.by_area[0, 0] * opened, rel=1e-5)
 
 
+def test_cables_beside_rigid_panels_with_gas(tmp_path: Path) -> None:
+    cable = {
+        "name": "rope", "start": [0.0, 0.0, 0.5], "end": [0.1, 0.0, 0.5], "diameter": 1e-3, "young": 1e9, "density": 1000.0,
+        "elements": 1, "held": ["start", "end"],
+    }  # fmt: skip
+    data = case(TUBE, [{"closed_by": LIDS} | AIR], scene={"cables": [cable]})
+    with pytest.raises(CaseError, match="gas in rigid panels is not available beside films, cables"):
+        fsm.load(data, folder=tmp_path).check()
+
+
 @pytest.mark.parametrize(
     ("gas", "text"),
     [
