@@ -100,7 +100,7 @@ def compile_whole(case: Case, scene: Scene, plan: Plan | None) -> SegmentSystem:
 
 def _compiled(scene: Scene, spatial: bool) -> SegmentSystem:
     """System of a scene; the elements of films, cables and beams are imported when it has some."""
-    if scene.flexible or any(True for _ in frame_faults(scene)):
+    if scene.flexible or scene.chambers or any(True for _ in frame_faults(scene)):
         from fsm.assembly.compile import compile_model
 
         return compile_model(scene, spatial)

@@ -294,7 +294,7 @@ class MeshBuilder:
 
     def facets(
         self, start: np.ndarray, owner: np.ndarray, numbers: np.ndarray, plane: np.ndarray, angle: np.ndarray,
-        material: FilmMaterial, curved: bool = False, viscosity: float = 0.0, tension_field: bool = False,
+        material: FilmMaterial, curved: bool = False, viscosity: float = 0.0, rounding: float | None = None,
     ) -> int:  # fmt: skip
         """Add flexible facets; returns the first coordinate of their vector 0.
 
@@ -306,7 +306,7 @@ class MeshBuilder:
             Node whose position each node uses.
         numbers : (m, 9) int array
             Numbers of the vectors r, r_1, r_2 at the corners of each triangle; node s has the vectors 3 s, 3 s + 1, 3 s + 2.
-        plane, angle, material, viscosity, tension_field : see `FacetGroup`
+        plane, angle, material, viscosity, rounding : see `FacetGroup`
         curved : whether the initial shape is free of stress; otherwise the flat facets are free of stress
         """
         first = self.size * len(self._nodes)
@@ -316,7 +316,7 @@ class MeshBuilder:
                 self._used[-1][:3] = False
         vectors = first + 3 * numbers
         rest = np.concatenate([np.zeros(first), start.ravel()]) if curved else None
-        self._groups.append(FacetGroup(vectors, plane, angle, material, rest, first, viscosity, tension_field))
+        self._groups.append(FacetGroup(vectors, plane, angle, material, rest, first, viscosity, rounding))
         self._quads.append(vectors[:, [0, 3, 6, 6]])
         return first
 

@@ -19,7 +19,7 @@ from fsm.ancf.facet import (
 )
 from fsm.ancf.facet_damping import add_facet_damping, facet_dissipation, facet_rates
 from fsm.ancf.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli, mid_edge_strains
-from fsm.ancf.facet_tension import REMAINDER, ROUNDED
+from fsm.ancf.facet_tension import REMAINDER
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.group import MassPart
 from fsm.system_records import PreviousState
@@ -47,8 +47,9 @@ class FacetGroup:
     first : index of the first coordinate of the facets in the coordinates of the mesh
     viscosity : s
         Kelvin-Voigt time tau.
-    tension_field : bool
-        Whether facets carry no compression (`fsm.ancf.facet_tension`).
+    rounding : float or None
+        Facets carry no compression (`fsm.ancf.facet_tension`), and this is the half-width of the rounded kinks, as a strain.
+        None: the plain law.
     name : name of its energy
     """
 
@@ -59,7 +60,7 @@ class FacetGroup:
     rest: np.ndarray | None = None
     first: int = 0
     viscosity: float = 0.0
-    tension_field: bool = False
+    rounding: float | None = None
     name: str = "panels"
     _before: PreviousState | None = field(default=None, init=False)
     _duration: float = field(default=0.0, init=False)
@@ -170,12 +171,12 @@ class FacetGroup:
     def _tension(self) -> tuple[np.ndarray, np.ndarray]:
         """Arrays of the tension field; empty if the law is plain."""
         material, count = self.material, len(self.vectors)
-        if not self.tension_field:
+        if self.rounding is None:
             return np.zeros((0, 3, 3, 15)), np.zeros((0, 5))
         points = np.ascontiguousarray(mid_edge_strains(self.rows, self.plane, self.angle))
         tension = np.empty((count, 5))
         tension[:, 0] = self.rows.area / 3.0
-        tension[:, 1:] = material.stretch, material.poisson, REMAINDER, ROUNDED
+        tension[:, 1:] = material.stretch, material.poisson, REMAINDER, self.rounding
         return points, tension
 
     @cached_property

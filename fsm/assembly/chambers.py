@@ -21,13 +21,13 @@ from fsm.ancf.folds import FoldGroup
 from fsm.ancf.pressure import PressedFaces
 from fsm.assembly.gas import Gases, GasState
 from fsm.blocks import BlockPattern, LowRank
-from fsm.scene.gas import Orifice
+from fsm.scene.gas import Gas, Orifice
 from fsm.scene.patterns.chamber import Chamber
 
-__all__ = ["Chambers", "OrificeArea"]
+__all__ = ["Chambers", "OrificeArea", "Surface", "cross_matrices"]
 
 
-def _cross_matrices(vectors: np.ndarray) -> np.ndarray:
+def cross_matrices(vectors: np.ndarray) -> np.ndarray:
     """Matrices (m, 3, 3) of v x."""
     out = np.zeros((len(vectors), 3, 3))
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -36,10 +36,14 @@ def _cross_matrices(vectors: np.ndarray) -> np.ndarray:
 
 
 class _Lid:
-    """Lid over a ring, given by the first coordinates (k,) of its nodes: triangles of its edges and its tip."""
+    """Lid over a ring, given by the first coordinates (k,) of its nodes: triangles of its edges and its tip.
 
-    def __init__(self, places: np.ndarray, origin: np.ndarray) -> None:
-        self.places, self.origin = places, origin
+    If the ring is not `whole`, the edge from its last to its first node lies in a plane, and no facet joins both.
+    """
+
+    def __init__(self, places: np.ndarray, origin: np.ndarray, whole: bool = True) -> None:
+        self.places, self.origin, self._whole = places, origin, whole
+        self._joined = slice(None) if whole else slice(-1)
         self.pairs = np.ascontiguousarray(np.stack([places, np.roll(places, -1)], axis=1))
         self._entries = places[:, None] + np.arange(3)
 
@@ -60,7 +64,7 @@ class _Lid:
         """Matrices (k, 3, 3) of (v_(i-1) - v_(i+1)) x and of (v_i - c) x."""
         at = q[self._entries]
         beside = np.roll(at, 1, axis=0) - np.roll(at, -1, axis=0)
-        return _cross_matrices(beside), _cross_matrices(at - at.mean(axis=0))
+        return cross_matrices(beside), cross_matrices(at - at.mean(axis=0))
 
     def add_stiffness(self, q: np.ndarray, pressure: float, slots: np.ndarray, stiffness: np.ndarray) -> None:
         """Add -df/dq to block data, without the part of `low_rank`; `slots` of `pairs` as in `PressedFaces`."""
@@ -69,32 +73,52 @@ class _Lid:
         block = size * np.arange(3)[:, None] + np.arange(3)
         factor = -pressure / 6.0
         np.add.at(flat, slots[:, 0, 0, None, None] + block, factor * beside)
-        np.add.at(flat, slots[:, 0, 1, None, None] + block, factor * own)
-        np.add.at(flat, slots[:, 1, 0, None, None] + block, -factor * np.roll(own, -1, axis=0))
+        joined = slots[self._joined, :, :, None, None] + block
+        np.add.at(flat, joined[:, 0, 1], factor * own[self._joined])
+        np.add.at(flat, joined[:, 1, 0], -factor * np.roll(own, -1, axis=0)[self._joined])
 
     def low_rank(self, q: np.ndarray, pressure: float) -> LowRank:
-        """Part of -df/dq that joins all nodes."""
+        """Part of -df/dq that joins all nodes, and both ends of a ring that is not whole."""
         count = len(self.places)
         vectors = np.zeros((6, len(q)))
-        vectors[:3, self._entries.ravel()] = self._neighbours(q)[0].transpose(1, 0, 2).reshape(3, -1)
+        beside, own = self._neighbours(q)
+        vectors[:3, self._entries.ravel()] = beside.transpose(1, 0, 2).reshape(3, -1)
         for axis in range(3):
             vectors[3 + axis, self._entries[:, axis]] = 1.0 / count
         weights = np.zeros((6, 6))
         weights[:3, 3:] = weights[3:, :3] = -pressure / 6.0 * np.eye(3)
-        return LowRank(vectors, weights)
+        found = LowRank(vectors, weights)
+        if self._whole:
+            return found
+        ends, between = np.zeros((6, len(q))), np.zeros((6, 6))
+        ends[range(6), self._entries[[-1, 0]].ravel()] = 1.0
+        between[:3, 3:], between[3:, :3] = -pressure / 6.0 * own[-1], pressure / 6.0 * own[0]
+        return found.plus(LowRank(ends, between))
 
 
-class _Surface:
-    """Facets and lids of one chamber."""
+class Surface:
+    """Facets and lids of one chamber.
 
-    def __init__(self, chamber: Chamber, faces: PressedFaces, places: np.ndarray) -> None:
-        self.faces = faces.of(np.array(chamber.facets))
-        self.lids = tuple(_Lid(np.ascontiguousarray(places[ring]), chamber.origin) for ring in chamber.caps)
+    Parameters
+    ----------
+    chamber : Chamber
+    faces : PressedFaces
+        Triangles around the chamber.
+    rings : first coordinates of the nodes around each lid
+    """
+
+    def __init__(self, chamber: Chamber, faces: PressedFaces, rings: Sequence[np.ndarray]) -> None:
+        self.faces = faces
+        corners = faces.vectors if not len(faces.plane) else faces.vectors[:, ::3]
+        pairs = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+        edges = set(map(tuple, np.concatenate([pairs, pairs[:, ::-1]]).tolist()))
+        self.lids = tuple(
+            _Lid(np.ascontiguousarray(ring), chamber.origin, (int(ring[-1]), int(ring[0])) in edges) for ring in rings
+        )
         self._parts: tuple[PressedFaces | _Lid, ...] = (self.faces, *self.lids)
         self.sign = chamber.sign
         self._chamber = chamber
-        first = self.faces.vectors if not len(self.faces.plane) else self.faces.vectors[:, ::3]
-        self._positions = np.unique(first)
+        self._positions = np.unique(corners)
 
     def gradient(self, q: np.ndarray) -> np.ndarray:
         """Gradient (n,) of the volume."""
@@ -121,10 +145,14 @@ class _Surface:
         for part, own in zip(self._parts, slots, strict=True):
             part.add_stiffness(q, self.sign * pressure, own, stiffness)
 
+    @property
+    def vectors(self) -> list[np.ndarray]:
+        """First coordinates (m, v) of the nodal vectors that each part joins."""
+        return [self.faces.vectors, *(lid.pairs for lid in self.lids)]
+
     def slots(self, shift: int, pattern: BlockPattern) -> list[np.ndarray]:
         """Slots of the elements in a matrix whose coordinates of nodes begin at `shift`."""
-        vectors = [self.faces.vectors, *(lid.pairs for lid in self.lids)]
-        return [slots_of(np.ascontiguousarray(one + shift), 3, pattern.indptr, pattern.indices) for one in vectors]
+        return [slots_of(np.ascontiguousarray(one + shift), 3, pattern.indptr, pattern.indices) for one in self.vectors]
 
 
 class OrificeArea:
@@ -168,25 +196,21 @@ class Chambers:
 
     Parameters
     ----------
-    chambers : tuple of Chamber
+    gases : tuple of Gas
+    surfaces : tuple of Surface, one for each gas
     orifices, areas : tuples of Orifice and OrificeArea
-    faces : PressedFaces
-        All triangles of the sheet.
-    places : int array
-        First coordinate of the position of every node that a lid may have.
     start : (n,) array
         Coordinates of the nodes at the start.
     """
 
     def __init__(
-        self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...], areas: tuple[OrificeArea, ...],
-        faces: PressedFaces, places: np.ndarray, start: np.ndarray,
+        self, gases: tuple[Gas, ...], surfaces: tuple[Surface, ...], orifices: tuple[Orifice, ...],
+        areas: tuple[OrificeArea, ...], start: np.ndarray,
     ) -> None:  # fmt: skip
-        self.names = tuple(chamber.gas.name for chamber in chambers)
-        self._surfaces = tuple(_Surface(chamber, faces, places) for chamber in chambers)
+        self.names = tuple(gas.name for gas in gases)
+        self._surfaces = surfaces
         self._last: tuple[np.ndarray, np.ndarray] = start[:0], np.zeros(0)
         self._areas = areas
-        gases = tuple(chamber.gas for chamber in chambers)
         self.gases = Gases(gases, orifices, self.volumes(start), self.areas(start))
 
     def volumes(self, nodes: np.ndarray) -> np.ndarray:
@@ -208,8 +232,27 @@ class Chambers:
         self.gases.commit(t, self.volumes(nodes), self.areas(nodes))
 
     def slots(self, shift: int, pattern: BlockPattern) -> list[list[np.ndarray]]:
-        """Slots of all chambers; see `_Surface.slots`."""
+        """Slots of all chambers; see `Surface.slots`."""
         return [surface.slots(shift, pattern) for surface in self._surfaces]
+
+    def pairs(self) -> np.ndarray:
+        """Pairs (m, 2) of nodes that the sparse part of the tangent joins, if all coordinates are positions of nodes."""
+        found = [np.zeros((0, 2), dtype=np.int64)]
+        for vectors in (one // 3 for surface in self._surfaces for one in surface.vectors):
+            first, second = np.triu_indices(vectors.shape[1], 1)
+            found += [vectors[:, [a, b]] for a, b in zip(first, second, strict=True)]
+        return np.unique(np.concatenate(found), axis=0)
+
+    def pressures_and_changes(
+        self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
+    ) -> dict[str, tuple[float, float]]:
+        """Pressure above that outside at the end (Pa) and change of the volume (m^3) of each gas, by name.
+
+        `start` and `end` are times (s) and coordinates of the nodes.
+        """
+        one, two = (self.state(*state) for state in (start, end))
+        above, grown = two.pressure - self.gases.outside, two.volume - one.volume
+        return {name: (float(a), float(b)) for name, a, b in zip(self.names, above, grown, strict=True)}
 
     def add_force(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
         """Add the forces on the coordinates (n,) of the nodes."""

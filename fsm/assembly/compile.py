@@ -15,12 +15,13 @@ from fsm.ancf.pressure import PressedFaces
 from fsm.ancf.shape import cable_shape, membrane_shape
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.truss import BarGroup
-from fsm.assembly.chambers import Chambers, OrificeArea
+from fsm.assembly.chambers import Chambers, OrificeArea, Surface
 from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.fold_laws_of import fold_laws_of
 from fsm.assembly.frames import FramePoint, Frames
+from fsm.assembly.panel_gas import PanelGas, PanelGasSystem
 from fsm.assembly.system import JoinedSystem
-from fsm.errors import CaseError
+from fsm.errors import CaseError, Fault
 from fsm.scene.contact_points import contact_points
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
@@ -28,6 +29,7 @@ from fsm.scene.gas import Orifice
 from fsm.scene.patterns.facet_mesh import MeshPoint, facet_vectors
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.fold_data import FoldData
+from fsm.scene.patterns.panel_surface import PanelSurface
 from fsm.scene.scene import Scene
 from fsm.scene.truss import SceneTruss
 from fsm.segments.check_scene import check_scene
@@ -58,7 +60,10 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     if faults:
         raise CaseError(faults)
     if not scene.flexible:
-        return compile_scene(scene, spatial)
+        return compile_scene(scene, spatial) if scene.panels_of_gas is None else _panels_with_gas(scene, scene.panels_of_gas)
+    if scene.panels_of_gas is not None:
+        text = "gas in rigid panels is not available beside films, cables, beams and trusses"
+        raise CaseError(Fault("gas", f'{text}; remove these, or give sheet.facets = "bars" or "flexible"'))
     scene = with_frames(scene)
     faults = check_scene(scene)
     if faults:
@@ -79,6 +84,34 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     chambers = parts.chambers(scene, faces)
     joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), faces, pressures, chambers)
     return compiler.switched(joined)
+
+
+def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
+    """System of rigid panels around chambers of gas."""
+    faults = check_scene(scene)
+    if faults:
+        raise CaseError(faults)
+    compiler = SceneCompiler(scene, True)
+    none, planes = np.zeros((0, 3, 2)), np.zeros((0, 3))
+    surfaces = []
+    for chamber, triangles, rings in zip(scene.chambers, panels.triangles, panels.rings, strict=True):
+        faces = PressedFaces(3 * triangles, np.zeros(len(triangles), dtype=np.int64), none, planes)
+        surfaces.append(Surface(chamber, faces, [3 * ring for ring in rings]))
+    areas = []
+    for orifice in scene.orifices:
+        if orifice.crease is None:
+            areas.append(OrificeArea(orifice))
+            continue
+        start = next(element.initial_angle for element in scene.elements if element.name == orifice.crease)
+        laws = fold_laws_of(FoldData.linear(np.zeros(1), np.array([start]), np.array([start])))
+        fold = FoldGroup(3 * np.array([panels.folds[orifice.crease]]), BETWEEN_POINTS[None], laws)
+        areas.append(OrificeArea(orifice, fold, np.ones(1)))
+    gases = tuple(chamber.gas for chamber in scene.chambers)
+    chambers = Chambers(gases, tuple(surfaces), scene.orifices, tuple(areas), panels.start.ravel())
+    bodies, motions, groups, contacts, names = compiler.parts()
+    rows = np.array([compiler.index[name] for name in panels.bodies], dtype=np.int64)
+    gas = PanelGas(chambers, rows, np.ascontiguousarray(panels.points))
+    return compiler.switched(PanelGasSystem(bodies, motions, (*groups, gas), contacts, names))
 
 
 @dataclass(frozen=True)
@@ -132,7 +165,7 @@ class _Parts:
             start = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1)
             numbers = facet_vectors(mesh)
             shape = start, mesh.owner, numbers, mesh.plane, mesh.angle
-            first = builder.facets(*shape, material, mesh.curved, facets.viscosity, facets.tension_field)
+            first = builder.facets(*shape, material, mesh.curved, facets.viscosity, facets.rounding)
             if facets.folds is not None:
                 builder.add(_facet_creases(facets, facets.folds, first))
             for vector, components in facets.held.items():
@@ -181,8 +214,13 @@ class _Parts:
             places = self.first + 9 * np.arange(len(mesh.owner))
         else:
             places = next(places for truss, places in self.trusses.values() if truss.faces)
+        surfaces = tuple(
+            Surface(chamber, faces.of(np.array(chamber.facets)), [places[ring] for ring in chamber.caps])
+            for chamber in scene.chambers
+        )
         areas = tuple(self._area(scene, orifice) for orifice in scene.orifices)
-        return Chambers(scene.chambers, scene.orifices, areas, faces, places, self.mesh.coordinates)
+        gases = tuple(chamber.gas for chamber in scene.chambers)
+        return Chambers(gases, surfaces, scene.orifices, areas, self.mesh.coordinates)
 
     def _area(self, scene: Scene, orifice: Orifice) -> OrificeArea:
         """Area of an orifice, with the folds of its crease."""

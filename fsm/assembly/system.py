@@ -337,6 +337,10 @@ class JoinedSystem(JoinedConfiguration):
             out[self._fixed.ravel()] = 0.0
         return out
 
+    def chamber_nodes(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Coordinates of the nodes, flat, as `Chambers` has them."""
+        return self.elements.place(t, q[self._nq :], None)[0]
+
     def break_times(self) -> list[float]:
         """See `System`; pressures and gas are included."""
         of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
@@ -366,12 +370,8 @@ class JoinedSystem(JoinedConfiguration):
         for pressure in self.pressures:
             out[pressure.name + PRESSURE] = pressure.size(end[0]), pressure.faces.swept(one, two)
         if self.chambers is not None:
-            states = [self.chambers.state(t, nodes) for t, nodes in ((start[0], one), (end[0], two))]
-            for name, volume, pressure_above in zip(
-                self.chambers.names, states[1].volume - states[0].volume,
-                states[1].pressure - self.chambers.gases.outside, strict=True,
-            ):  # fmt: skip
-                out[name + PRESSURE] = float(pressure_above), float(volume)
+            gases = self.chambers.pressures_and_changes((start[0], one), (end[0], two))
+            out |= {name + PRESSURE: pair for name, pair in gases.items()}
         return out
 
     # memory ---------------------------------------------------------------------------------------------------------
@@ -383,7 +383,7 @@ class JoinedSystem(JoinedConfiguration):
         super().commit(t, q, u, before)
         self.elements.commit(t, q[self._nq :], u[self._nu :])
         if self.chambers is not None:
-            self.chambers.commit(t, self.elements.place(t, q[self._nq :], None)[0])
+            self.chambers.commit(t, self.chamber_nodes(t, q))
         self._near = self._poses(t, q)[self.frames.bodies, 3:].copy()
 
     def memory(self) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from fsm.assembly.gas import GasState
+from fsm.assembly.panel_gas import PanelGasSystem
 from fsm.assembly.system import JoinedSystem
 from fsm.channels.offer import Model, Offer, State, offers
 
@@ -22,7 +23,7 @@ _QUANTITIES = {
 def gases(model: Model) -> Iterator[Offer]:
     """gas.<name>.pressure, .volume, .mass, .temperature and .energy of every chamber."""
     system = model.system
-    if not isinstance(system, JoinedSystem) or system.chambers is None:
+    if not isinstance(system, JoinedSystem | PanelGasSystem) or system.chambers is None:
         return
     for number, name in enumerate(system.chambers.names):
         for quantity, (unit, text) in _QUANTITIES.items():
@@ -33,8 +34,7 @@ def gases(model: Model) -> Iterator[Offer]:
 
 def _gas(state: State) -> GasState:
     system = state.system
-    nodes, _ = system.elements.place(state.time, state.q[len(state.q) - system.elements.nq :], None)
-    found: GasState = system.chambers.state(state.time, nodes)
+    found: GasState = system.chambers.state(state.time, system.chamber_nodes(state.time, state.q))
     return found
 
 

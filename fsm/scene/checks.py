@@ -105,12 +105,8 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
 def _gas(sections: Sections) -> Iterable[Fault]:
     """Gas without a sheet whose nodes can carry it, and orifices without gas."""
     if "gas" in sections.written:
-        facets = None if sections.sheet is None else sections.sheet.facets
         if "sheet" not in sections.written:
             yield Fault("gas", "only a [sheet] has closed chambers; remove [[gas]], or give a [sheet]")
-        elif facets is not None and facets not in ("bars", "flexible"):
-            text = f'is not available with facets = "{facets}"; give sheet.facets = "flexible" or "bars"'
-            yield Fault("gas", text)
     elif "orifice" in sections.written:
         yield Fault("orifice", "[[orifice]] joins chambers of [[gas]], which is missing; add [[gas]], or remove [[orifice]]")
 

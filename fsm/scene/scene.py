@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from fsm.scene.patterns.chamber import Chamber
     from fsm.scene.patterns.flexible_facets import FlexibleFacets
     from fsm.scene.patterns.fold_data import FoldData
+    from fsm.scene.patterns.panel_surface import PanelSurface
     from fsm.scene.patterns.touching import TouchingSheet
 
 __all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "PlateGroup", "Plate", "Scene", "Surface"]
@@ -259,6 +260,7 @@ class Scene(Model):
     _touching: TouchingSheet | None = PrivateAttr(default=None)
     _chambers: tuple[Chamber, ...] = PrivateAttr(default=())
     _orifices: tuple[Orifice, ...] = PrivateAttr(default=())
+    _panels_of_gas: PanelSurface | None = PrivateAttr(default=None)
 
     @property
     def lines(self) -> dict[str, SceneCable | SceneBeam]:
@@ -313,8 +315,15 @@ class Scene(Model):
         """Orifices of the chambers."""
         return self._orifices
 
-    def with_chambers(self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...]) -> Scene:
+    @property
+    def panels_of_gas(self) -> PanelSurface | None:
+        """Closed surfaces of rigid panels around the chambers; None if the sheet has nodes."""
+        return self._panels_of_gas
+
+    def with_chambers(
+        self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...], panels: PanelSurface | None = None
+    ) -> Scene:
         """Copy of the scene with chambers of gas."""
         scene = self.model_copy()
-        scene._chambers, scene._orifices = chambers, orifices
+        scene._chambers, scene._orifices, scene._panels_of_gas = chambers, orifices, panels
         return scene

@@ -240,6 +240,8 @@ class Sheet(Model):
     thickness : m
     film : str
         "tension-field": flexible facets carry no compression and wrinkle instead, without resolving each wrinkle; "plain".
+    film_rounding : -
+        Half-width, as a strain, of the rounded kinks of a tension field. Strains of this size are not accurate.
     bend_stiffness_per_length : N m/rad per m
         Stiffness of bend lines over their length; absent: fit of Liu and Paulino, 2017, to plates (a preset).
     crease : stiffness and rest angles of some creases; later items replace earlier ones
@@ -282,6 +284,7 @@ class Sheet(Model):
     mesh_grading: tuple[Grading, Grading] = (0.0, 0.0)
     thickness: Annotated[Length, Field(gt=0)]
     film: Literal["plain", "tension-field"] = "plain"
+    film_rounding: Annotated[Number, Field(gt=0, le=0.1)] = 1e-3
     bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = None
     crease: tuple[SheetCrease, ...] = ()
     support: tuple[SheetSupport, ...] = ()

@@ -47,8 +47,9 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
         low, high = f"{angles.min():.4g}", f"{angles.max():.4g}"
         between = low if low == high else f"{low} to {high}"
         yield f"{count(len(mesh.creases), 'joint')} between facets, fold angles {between} deg; facets bend up to the creases"
-    if facets.tension_field:
+    if facets.rounding is not None:
         yield "tension field: no compression in the facets; wrinkles are not resolved, and their bending has no energy"
+        yield f"  kinks of the law are rounded over strains of {facets.rounding:g}; strains of this size are not accurate"
     if mesh.curved:
         yield "curved at the start without stress"
     if view.case.sheet is not None and view.case.sheet.is_boom:

@@ -51,12 +51,18 @@ QUARTER = {
 PLANES = [{"axis": "x"}, {"axis": "z", "at": -0.1}, {"axis": "y"}, {"axis": "y", "at": 0.05}]
 BARS = {"facets": "bars", "bend_stiffness_per_length": 0.1}
 FLEXIBLE = {"facets": "flexible", "mesh_size": 0.03}
+HALF = QUARTER | {
+    "length": 0.1 * np.pi, "mesh": [6, 2],
+    "support": [{"at": f"edge {edge}", "mirror": axis} for edge, axis in (("left", "x"), ("right", "x"), ("bottom", "y"))],
+}  # fmt: skip
+HALF_LID = [{"axis": "x"}, {"axis": "y"}, {"cap": "edge top"}]
 LIDS = [{"cap": "edge bottom"}, {"cap": "edge top"}]
 AIR = {"pressure": 2e5, "outside_pressure": 1e5}
 CASES = {
     "box of flexible facets": (box("flexible", mesh_size=0.05), {"name": "air", "law": "adiabatic"} | AIR),
     "box of bars": (box("bars", bend_stiffness_per_length=1.0), {"name": "air"} | AIR),
     "planes": (QUARTER, {"closed_by": PLANES} | AIR),
+    "half of a lid": (HALF, {"closed_by": HALF_LID} | AIR),
     "lids of flexible facets": (KRESLING | FLEXIBLE, {"closed_by": LIDS} | AIR),
     "lids of bars": (KRESLING | BARS, {"closed_by": LIDS} | AIR),
 }
@@ -237,8 +243,8 @@ def test_limit_points(tmp_path: Path) -> None:
         (AIR, KRESLING | BARS, r"the chamber is open at the edge .*closed_by"),
         ({"closed_by": [{"cap": "edge left"}]} | AIR, KRESLING | BARS, "is not a place of the sheet"),
         ({"closed_by": LIDS, "pressure": 0.0}, KRESLING | BARS, "the chamber is empty and has no supply"),
-        ({"closed_by": LIDS} | AIR, KRESLING | {"facets": "rigid"}, 'not available with facets = "rigid"'),
         ({"closed_by": PLANES[1:]} | AIR, QUARTER, "open at the edge"),
+        ({"closed_by": HALF_LID[1:]} | AIR, HALF, "edge top is not on a closed ring .* or on a line that ends in a plane"),
         ({"closed_by": PLANES, "supply_mass": 1.0, "supply_flow": 1.0}, QUARTER, "give one supply"),
         ({"at": "facet 9"} | AIR, QUARTER, "there is no number 9"),
         ({"closed_by": [{"axis": "x", "cap": "edge top"}]} | AIR, QUARTER, "both are given"),

@@ -7,10 +7,11 @@ import pytest
 
 from fsm.ancf.assembly import slots_of
 from fsm.ancf.facet_group import FacetGroup
-from fsm.ancf.facet_tension import ROUNDED
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.mesh import node_pattern
 from fsm.blocks import BlockMatrix
+
+ROUNDED = 1e-3
 
 POINTS = np.array([[0.0, 0.0], [1.0, 0.1], [1.1, 0.9], [0.1, 1.0], [0.4, 0.5]])
 TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
@@ -20,7 +21,7 @@ MATERIAL = FilmMaterial(1e3, 0.3, 1.0, 1e-2)
 
 def group(tension: bool) -> FacetGroup:
     vectors = (9 * TRIANGLES[:, :, None] + np.array([0, 3, 6])).reshape(-1, 9)
-    return FacetGroup(vectors, POINTS[TRIANGLES], ANGLES[TRIANGLES], MATERIAL, tension_field=tension)
+    return FacetGroup(vectors, POINTS[TRIANGLES], ANGLES[TRIANGLES], MATERIAL, rounding=ROUNDED if tension else None)
 
 
 def stretched(gradient: np.ndarray) -> np.ndarray:

@@ -43,6 +43,27 @@ FILMS = (
         unit_test("ancf_elements", "test_patch_of_constant_curvature"),
     ),
     Mutant(
+        "chambers of rigid panels without strips at creases",
+        "fsm/scene/patterns/panel_surface.py",
+        "        if u < v:\n",
+        "        if u < 0:\n",
+        physics_test("gas_of_panels", "test_wrenches_and_tangent_are_derivatives"),
+    ),
+    Mutant(
+        "moment of gas on a panel in axes of space",
+        "fsm/assembly/panel_gas.py",
+        'local = np.einsum("nba,nb->na", self._axes(poses), inertial)',
+        "local = inertial",
+        physics_test("gas_of_panels", "test_wrenches_and_tangent_are_derivatives"),
+    ),
+    Mutant(
+        "driven panels do not compress the gas",
+        "fsm/assembly/panel_gas.py",
+        "return found - (low_rank.weights @ grown) @ free",
+        "return found",
+        physics_test("gas_of_panels", "test_reaction_of_a_driven_panel"),
+    ),
+    Mutant(
         "air of a folded film along one direction",
         "fsm/ancf/from_deployed.py",
         "normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])",

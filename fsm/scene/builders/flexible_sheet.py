@@ -61,7 +61,7 @@ def build_flexible(case: Case) -> Scene:
     facets = FlexibleFacets(
         mesh, material.young, material.poisson, material.density, thickness,
         facet_damping(case), _folds(case, mesh), laminate=_laminate(case),
-        tension_field=case.sheet.film == "tension-field",
+        rounding=case.sheet.film_rounding if case.sheet.film == "tension-field" else None,
     )  # fmt: skip
     return _FlexibleBuilder(case, case.sheet, facets).scene()
 

@@ -11,6 +11,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.flexible_sheet import build_flexible
 from fsm.scene.builders.sheet_folding import crease_damping, crease_of_length, fold_turn, is_motion, time_of_folding
+from fsm.scene.builders.sheet_gas import with_gas_of_panels
 from fsm.scene.builders.sheet_joints import SheetJoint, rest_angle, sheet_joints
 from fsm.scene.builders.sheet_loads import facet_name, facets_of_vertices, placed_loads, vertex_name
 from fsm.scene.builders.sheet_supports import check_supports
@@ -120,7 +121,7 @@ class _SheetBuilder:
         drives: list[Drive] = []
         for number, drive in enumerate(case.drive):
             drives.append(self._drive(attach, f"drive.{number}", drive, lines, elements))
-        return Scene(
+        scene = Scene(
             bodies=(*self._bodies(frames, held), *lines),
             elements=(*self._joints(frames, joints, reference), *elements),
             **self._contact(frames, joints),
@@ -128,6 +129,16 @@ class _SheetBuilder:
             drives=tuple(drives),
             gravity=case.gravity,
         )
+        return with_gas_of_panels(case, scene, self.pattern, frames, self._held_vertices(held))
+
+    def _held_vertices(self, facets: set[int]) -> dict[int, set[int]]:
+        """Components (0, 1, 2) along which supports hold vertices."""
+        found = {vertex: {0, 1, 2} for facet in facets for vertex in self.pattern.faces[facet]}
+        for number, support in enumerate(self.sheet.support):
+            place = sheet_place(self.pattern, support.at, f"sheet.support.{number}.at")
+            for vertex in place.vertices if place.facet is None else ():
+                found[vertex] = found.get(vertex, set()) | {"xyz".index(axis) for axis in support.fixed}
+        return found
 
     def _contact(self, frames: FacetFrames, joints: list[SheetJoint]) -> dict[str, Any]:
         """Contact of facets with all other facets and obstacles. The stiffness belongs to a facet of mean size."""

@@ -2,16 +2,68 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fsm.errors import CaseError, Fault
+from fsm.scene.builders.sheet_joints import sheet_joints
 from fsm.scene.case import Case
 from fsm.scene.gas import OUTSIDE, SUPPLIES, Gas, Orifice
 from fsm.scene.patterns.chamber import Chamber, SheetSurface, chamber_of
+from fsm.scene.patterns.facets import FacetFrames
+from fsm.scene.patterns.panel_surface import PanelSurface, panel_triangles, sealed
+from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.scene import Scene
 from fsm.scene.time_program import Ramp
 
-__all__ = ["with_gas"]
+__all__ = ["with_gas", "with_gas_of_panels"]
+
+
+def with_gas_of_panels(
+    case: Case, scene: Scene, pattern: Pattern, frames: FacetFrames, held: Mapping[int, set[int]]
+) -> Scene:
+    """Scene of rigid panels with the gas of their chambers.
+
+    Parameters
+    ----------
+    case, scene, pattern
+    frames : positions and axes of the panels
+    held : components (0, 1, 2) along which vertices do not move
+
+    Raises
+    ------
+    CaseError
+        As in `with_gas`.
+    """
+    if not case.gas:
+        return scene
+    faces, own = pattern.faces, np.arange(len(pattern.vertices))
+    triangles, panel = panel_triangles(faces)
+    scene = with_gas(case, scene, SheetSurface(pattern.vertices, triangles, panel, held, pattern.groups, own))
+    owner = np.repeat(np.arange(len(faces)), [len(face) for face in faces])
+    corners = pattern.vertices[np.concatenate([np.array(face) for face in faces])]
+    first = np.cumsum([0, *map(len, faces)])
+    folds = {}
+    for joint in sheet_joints(case, pattern):
+        if joint.kind == "crease":
+            left, right = pattern.edge_faces[joint.edge].tolist()
+            u, v = (faces[left].index(vertex) for vertex in pattern.edges[joint.edge].tolist())
+            third, fourth = (_beside(pattern, panel, joint.edge) for panel in (left, right))
+            folds[joint.name] = first[left] + third, first[left] + u, first[left] + v, first[right] + fourth
+    closed = [sealed(faces, chamber.facets, chamber.caps) for chamber in scene.chambers]
+    surface = PanelSurface(
+        tuple(scene.bodies[number].name for number in owner), frames.local(owner, corners), corners,
+        tuple(one for one, _ in closed), tuple(rings for _, rings in closed), folds,
+    )  # fmt: skip
+    return scene.with_chambers(scene.chambers, scene.orifices, surface)
+
+
+def _beside(pattern: Pattern, panel: int, edge: int) -> int:
+    """Position in a panel of the corner farthest from the line of an edge."""
+    at = pattern.vertices[list(pattern.faces[panel])]
+    start, end = pattern.vertices[pattern.edges[edge]]
+    return int(np.argmax(np.linalg.norm(np.cross(at - start, end - start), axis=1)))
 
 
 def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
@@ -30,7 +82,10 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
     for number, orifice in enumerate(case.orifice):
         _check_orifice(orifice, chambers, f"orifice.{number}.between")
         data = scene.folds if scene.facets is None else scene.facets.folds
-        names = () if data is None else tuple(data.names[k] for k in np.unique(data.joint[data.joint >= 0]))
+        if data is None:
+            names = tuple(element.name for element in scene.elements if element.kind == "crease")
+        else:
+            names = tuple(data.names[k] for k in np.unique(data.joint[data.joint >= 0]))
         names = tuple(name for name in names if name.startswith("crease"))
         if orifice.crease is not None and orifice.crease not in names:
             known = f'the sheet has "{names[0]}" to "{names[-1]}"' if names else "the sheet has no creases"

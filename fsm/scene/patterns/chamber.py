@@ -147,21 +147,41 @@ def _ring(gas: Gas, number: int, surface: SheetSurface, free: dict[int, int], pa
         names = ", ".join(f'"edge {known}"' for known in surface.groups)
         text = f'give {names + ", or " if names else ""}a vertex of the ring, "vertex 1" to "vertex {len(surface.vertices)}"'
         raise CaseError(Fault(key, f'"{cap}" is not a place of the sheet; {text}'))
+    inside = frozenset(nodes) if len(nodes) > 1 else frozenset(free)  # a named edge may end in a plane
+    before = {b: a for a, b in free.items() if {a, b} <= inside}
+    start = here = next((node for node in nodes if node in free), None)
+    while here in before and before[here] != start:
+        here = before[here]
     found = list[int]()
-    here = next((node for node in nodes if node in free), None)
-    while here is not None and here in free:
+    while here in free and free[here] in inside:
         found.append(here)
         here = free.pop(here)
-    if len(found) < 3 or here != found[0]:
-        raise CaseError(Fault(key, f"{cap} is not on a closed ring of open edges of the chamber, which a lid needs"))
+    if here is not None and found and here != found[0]:
+        found.append(here)  # the edge between both ends lies in a plane
+        planes, margin = _planes(gas), _near(surface)
+        ends = surface.positions[[found[0], here]]
+        if not any(np.all(np.abs(ends[:, axis] - at) <= margin) for axis, at in planes):
+            found.clear()
+    if len(found) < 3:
+        text = "is not on a closed ring of open edges of the chamber, or on a line that ends in a plane of `closed_by`"
+        raise CaseError(Fault(key, f"{cap} {text}, which a lid needs"))
     # the facets are on one side of the edges of the ring and the lid is on the other side
     return np.array(found[::-1], dtype=np.int64)
 
 
+def _planes(gas: Gas) -> list[tuple[int, float]]:
+    """Axes and positions of the planes that close a chamber."""
+    return [("xyz".index(plane.axis), plane.at) for plane in gas.closed_by if plane.axis is not None]
+
+
+def _near(surface: SheetSurface) -> float:
+    """Distance from a plane below which a node lies in it, m."""
+    return _NEAR * float(np.ptp(surface.positions, axis=0).max())
+
+
 def _check_closed(gas: Gas, surface: SheetSurface, free: dict[int, int], path: str) -> None:
     """Check that every open edge lies in a plane that supports hold it in."""
-    planes = [("xyz".index(plane.axis), plane.at) for plane in gas.closed_by if plane.axis is not None]
-    margin = _NEAR * float(np.ptp(surface.positions, axis=0).max())
+    planes, margin = _planes(gas), _near(surface)
     for edge in free.items():
         ends = surface.positions[list(edge)]
         axes = {axis for axis, at in planes if np.all(np.abs(ends[:, axis] - at) <= margin)}

@@ -29,7 +29,7 @@ class FlexibleFacets:
     points : points of the mesh by the name of their frame
     probes : points by the name of a probe
     laminate : stiffness of the plies, which replaces the stiffness of an isotropic plate
-    tension_field : whether facets carry no compressive stress
+    rounding : half-width, as a strain, of the rounded kinks of a tension field; None: facets carry compressive stress
     """
 
     mesh: FacetMesh
@@ -43,7 +43,7 @@ class FlexibleFacets:
     points: dict[str, MeshPoint] = field(default_factory=dict)
     probes: dict[str, MeshPoint] = field(default_factory=dict)
     laminate: Laminate | None = None
-    tension_field: bool = False
+    rounding: float | None = None
 
     @property
     def areal_density(self) -> float:

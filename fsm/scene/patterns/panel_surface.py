@@ -1,0 +1,113 @@
+"""Closed surfaces of rigid panels around chambers of gas.
+
+Panels have separate corners, because the springs of their joints open small gaps. A chamber is bounded by its panels, by a
+strip between the two sides of each joint, and by a polygon between the corners at each vertex. This surface is closed at
+any positions of the panels. The gradient of its volume is therefore the exact force of a unit pressure: the area of each
+flat panel along its normal, at its centroid, and a force of the size of the gaps on both sides of each joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+__all__ = ["PanelSurface", "panel_triangles", "sealed"]
+
+Faces = Sequence[Sequence[int]]
+
+
+@dataclass(frozen=True, eq=False)
+class PanelSurface:
+    """Corners of all panels as points of rigid bodies, and the closed surfaces of chambers.
+
+    Attributes
+    ----------
+    bodies : (n,) names of the body of each corner
+    points : (n, 3) array, m
+        Corners in the axes of their bodies.
+    start : (n, 3) array, m
+        Corners at the start.
+    triangles : (m, 3) int array of corners, for each chamber
+    rings : corners around each lid, in its order, for each chamber
+    folds : corners (4,) of each crease by name: of the left panel, both ends, of the right panel
+    """
+
+    bodies: tuple[str, ...]
+    points: np.ndarray
+    start: np.ndarray
+    triangles: tuple[np.ndarray, ...]
+    rings: tuple[tuple[np.ndarray, ...], ...]
+    folds: Mapping[str, tuple[int, int, int, int]]
+
+
+def panel_triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (m, 3) of vertices that divide polygons, and the number (m,) of the polygon of each."""
+    found = [(number, face[0], *pair) for number, face in enumerate(faces) for pair in pairwise(face[1:])]
+    table = np.array(found, dtype=np.int64)
+    return table[:, 1:], table[:, 0]
+
+
+def sealed(faces: Faces, chosen: Collection[int], lids: Sequence[np.ndarray]) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """Closed surface of a chamber, without its lids and planes.
+
+    Parameters
+    ----------
+    faces : vertices of every panel, counter-clockwise around its normal
+        The corners of all panels have numbers in this order.
+    chosen : numbers of the panels around the chamber
+    lids : vertices of the ring of every lid, in the order around its normal
+
+    Returns
+    -------
+    (m, 3) array
+        Triangles of corners.
+    tuple of (k,) arrays
+        Corners of the rings. A vertex of two panels with an open edge has two of them.
+    """
+    first = np.cumsum([0, *map(len, faces)])
+    corner, left, after = dict[tuple[int, int], int](), dict[tuple[int, int], int](), dict[tuple[int, int], int]()
+    found = list[tuple[int, int, int]]()
+    for panel in chosen:
+        face = list(faces[panel])
+        corner |= {(vertex, panel): int(first[panel]) + k for k, vertex in enumerate(face)}
+        left |= dict.fromkeys(zip(face, [*face[1:], face[0]], strict=True), panel)
+        found += _polygon([corner[vertex, panel] for vertex in face])
+    for (u, v), panel in left.items():
+        other = left.get((v, u))
+        if other is None:
+            continue
+        after[v, panel] = other  # the polygon at the vertex v continues on the panel across the edge that ends there
+        if u < v:
+            found += _polygon([corner[v, panel], corner[u, panel], corner[u, other], corner[v, other]])
+    begins = set(corner) - {(vertex, panel) for (vertex, _), panel in after.items()}
+    found += _around_vertices(corner, after, begins)
+    rings = list[np.ndarray]()
+    for lid in lids:
+        ring, here = list[int](), lid.tolist()
+        for before, vertex, following in zip([here[-1], *here[:-1]], here, [*here[1:], here[0]], strict=True):
+            ends = [corner[vertex, left[vertex, before]], corner[vertex, left[following, vertex]]]
+            ring += ends if ends[0] != ends[1] else ends[:1]
+        rings.append(np.array(ring, dtype=np.int64))
+    return np.array(found, dtype=np.int64), tuple(rings)
+
+
+def _around_vertices(
+    corner: Mapping[tuple[int, int], int], after: Mapping[tuple[int, int], int], begins: Collection[tuple[int, int]]
+) -> list[tuple[int, int, int]]:
+    """Triangles between the corners at all vertices; open sequences of panels begin at `begins`."""
+    left, found = dict(corner), list[tuple[int, int, int]]()
+    for key in [*sorted(begins), *sorted(corner)]:
+        vertex, panel = key
+        ring = list[int]()
+        while (vertex, panel) in left:
+            ring.append(left.pop((vertex, panel)))
+            panel = after.get((vertex, panel), -1)
+        found += _polygon(ring)
+    return found
+
+
+def _polygon(corners: Sequence[int]) -> list[tuple[int, int, int]]:
+    return [(corners[0], a, b) for a, b in pairwise(corners[1:])]
