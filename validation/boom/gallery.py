@@ -59,7 +59,7 @@ def fold_radius(folder: Path) -> float:
 
 
 def steady(place: Place) -> Iterator[Check | NotCompared]:
-    """Moment of a growing fold in opposite sense: work over turn from 34 to 60 degrees of each end."""
+    """Moment of a growing fold in opposite sense: work divided by turn, for turns of each end from 34 to 60 degrees."""
     folder = place.out / "opposite"
     turn, moment, summary, text = bent(folder, tape_spring(TURN, (60, 14), 1.0, 0.12))
     simple, layers = STEEL.steady(1.0), STEEL.steady(1.0) * (1.0 - STEEL.edge_layer(1.0))
@@ -83,7 +83,7 @@ def equal(place: Place) -> Iterator[Check | NotCompared]:
     turn, moment, summary, text = bent(place.out / "equal", tape_spring(last, (36, 12), -1.0, damping=1e-2))
     simple, layers = STEEL.steady(-1.0), STEEL.steady(-1.0) * (1.0 - STEEL.edge_layer(-1.0))
     points = {"theory": ([begun, last], [simple] * 2), "theory with edge layers": ([begun, last], [layers] * 2)}
-    after = turn > 0.1
+    after = turn > 0.28
     curves = {"equal sense": (turn[after], moment[after])}
     picture = beside(place.out / "equal.png", curves, points, "turn of the end (rad)", "moment (N m)")
     value, what = mean_moment(turn, moment, begun), "moment of a growing fold, equal sense"
@@ -117,7 +117,7 @@ def release(place: Place) -> Iterator[Check | NotCompared]:
 
 
 def peak(place: Place) -> Iterator[Check | NotCompared]:
-    """Moment before the snap in opposite sense, its peak, and the turn at the snap, beside S8R shells of CalculiX."""
+    """Moment before the snap in opposite sense, its peak, and the turn at the snap, compared with S8R shells of CalculiX."""
     source = "CalculiX, S8R shells, the same run"
     if shutil.which("ccx") is None:
         yield NotCompared("peak moment and snap", source, "CalculiX (`ccx`) is not installed")
