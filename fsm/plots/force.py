@@ -28,29 +28,31 @@ def plot_force(solution: Solution, path: str | Path) -> None:
     """Draw force over travel in mm, with shaded stages and the value of the quasi-static peak.
 
     Dynamic forces are thin grey lines with a marker at their peak. Without a drive the figure shows the normal forces
-    of the contact pairs over time.
+    of the contact pairs over time. If some drives turn and others do not, drives of the other kind than the first have
+    axes of their own.
     """
-    with figure(path, SINGLE) as fig:
-        ax = fig.add_subplot()
+    drives, first = range(solution.travel.shape[1]), solution.layout.turns()
+    own = [k for k in drives if solution.layout.turns(k) == first]
+    others = [k for k in drives if k not in own]
+    with figure(path, WIDE if others else SINGLE) as fig:
+        ax = fig.add_subplot(1, 2 if others else 1, 1)
         x, label = abscissa(solution)
         ax.set_xlabel(label)
         if not solution.travel.shape[1]:
             _draw_pairs(ax, solution)
             return
-        names = solution.layout.drive_names
         curve = solution.force_curve
-        for k in range(solution.force.shape[1]):
-            name = names[k] if k < len(names) else f"drive {k + 1}"
-            _draw_curve(ax, curve, k, color=COLOURS[k % len(COLOURS)], label=shortened(name))
-        ax.set_ylabel("moment (N m)" if solution.layout.turns() else "force (N)")
-        ax.margins(x=0)
-        if solution.force.shape[1] > 1:
-            ax.legend(loc="best")
+        _draw_drives(ax, solution, own)
+        if others:
+            beside = fig.add_subplot(1, 2, 2)
+            beside.set_xlabel("travel (mm)" if first else "turn (mrad)")
+            _draw_drives(beside, solution, others)
+            _limit(beside, curve, others)
         summary = summary_with_stages(solution)
         units = drive_units(solution)
         stages: list[Artist] = [*shade_stages(ax, summary["stages"], float(x[-1]), units[1])]
         stages += _mark_events(ax, summary.get("events", []))
-        _limit(ax, curve)
+        _limit(ax, curve, own)
         stages += _mark_peaks(ax, summary, float(x[-1]), units)
         add_legend_across(fig, stages, "upper")
 
@@ -82,14 +84,26 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
             add_legend(fig, ax)
 
 
+def _draw_drives(ax: Axes, solution: Solution, drives: list[int]) -> None:
+    """Draw the curves of drives of one kind, and the labels of the ordinate and of the curves."""
+    names = solution.layout.drive_names
+    for k in drives:
+        name = names[k] if k < len(names) else f"drive {k + 1}"
+        _draw_curve(ax, solution.force_curve, k, color=COLOURS[k % len(COLOURS)], label=shortened(name))
+    ax.set_ylabel("moment (N m)" if solution.layout.turns(drives[0]) else "force (N)")
+    ax.margins(x=0)
+    if solution.travel.shape[1] > 1:
+        ax.legend(loc="best")
+
+
 def _quasi_static(curve: ForceCurve, drive: int) -> tuple[Floats, Floats]:
     """Travel (mm) and quasi-static force (N) of a drive; NaN between paths, so that no line joins them."""
     return 1e3 * curve.travel[:, drive], np.where(curve.dynamic, np.nan, curve.force[:, drive])
 
 
-def _range(curve: ForceCurve) -> tuple[float, float]:
-    """Smallest and largest quasi-static force of all drives, N; of all forces if the whole run is dynamic."""
-    force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
+def _range(curve: ForceCurve, drives: list[int]) -> tuple[float, float]:
+    """Smallest and largest quasi-static force of drives, N; of all their forces if the whole run is dynamic."""
+    force = (curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force)[:, drives]
     return float(np.nanmin(force)), float(np.nanmax(force))
 
 
@@ -111,15 +125,16 @@ def _draw_curve(
         moving[edges], moving[edges + 1] = True, True  # the ends of the paths are included, so that both lines meet
         between = np.where(moving, curve.force[:, drive], np.nan)
         if clip:
-            between = np.clip(between, *_range(curve))
+            between = np.clip(between, *_range(curve, [drive]))
         ax.plot(travel, between, color=dynamic_colour, linewidth=line_width(0.6), zorder=1.9)
 
 
-def _limit(ax: Axes, curve: ForceCurve) -> None:
+def _limit(ax: Axes, curve: ForceCurve, drives: list[int]) -> None:
     """Set the limits of the force axis from the quasi-static forces, with room for dynamic ones (`_DYNAMIC_RANGE`)."""
-    low, high = _range(curve)
+    low, high = _range(curve, drives)
+    force = curve.force[:, drives]
     room = (_DYNAMIC_RANGE - 1.0) * max(high - low, 1e-300)
-    low, high = max(float(np.nanmin(curve.force)), low - room), min(float(np.nanmax(curve.force)), high + room)
+    low, high = max(float(np.nanmin(force)), low - room), min(float(np.nanmax(force)), high + room)
     margin = 0.05 * ((high - low) or 1.0)
     ax.set_ylim(low - margin, high + margin)
 

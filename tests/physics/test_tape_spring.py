@@ -13,8 +13,9 @@ import fsm
 from fsm.errors import CaseError
 from fsm.scene.patterns.booms import boom_mesh
 from fsm.scene.sheet import Sheet
-from validation.boom.tape import NU, RADIUS, STEEL, YOUNG, tape_spring
+from validation.boom.tape import NU, RADIUS, STEEL, YOUNG, arm_turns, opening, tape_spring
 
+CASES = Path(__file__).parents[2] / "folding_cases" / "tape_spring"
 STEM = {"kind": "stem", "subtended_angle": "400 deg", "mesh": [4, 24]}
 LENS = {"kind": "lenticular", "subtended_angle": "120 deg", "mesh": [4, 8]}
 
@@ -119,6 +120,35 @@ def test_snap_and_steady_moment(tmp_path: Path) -> None:
     assert np.interp(at, rows[:, 0], rows[:, 1]).mean() == pytest.approx(steady, rel=0.05)
     assert result.summary["peak_force"] > 10.0 * steady
     assert any("snap at" in text for text in result.summary["warnings"])
+
+
+@pytest.mark.slow
+def test_steady_moment_in_equal_sense(tmp_path: Path) -> None:
+    """The edges buckle, and the fold then grows at (1 - nu) D a within 3 %, about half of the moment in opposite sense."""
+    data = tape_spring(1.2, (28, 10), -1.0, damping=1e-2) | {"solve": {"method": "static", "rtol": 1e-3}}
+    result = fsm.load(data, folder=tmp_path).run(tmp_path / "out", figures=False)
+    rows = np.loadtxt(tmp_path / "out" / "force.csv", delimiter=",", skiprows=1)
+    at = np.linspace(0.7, 1.2, 100)
+    assert np.interp(at, rows[:, 0], rows[:, 1]).mean() == pytest.approx(STEEL.steady(-1.0), rel=0.03)
+    assert result.summary["peak_force"] > 10.0 * STEEL.steady(-1.0)
+
+
+@pytest.mark.slow
+def test_a_folded_tape_opens_as_its_energy_determines(tmp_path: Path) -> None:
+    """Time in which half of the fold disappears after its release, and speed of its edge, within 5 % of the theory."""
+    turn, duration = 0.9, 8e-3
+    case = fsm.load(CASES / "release.toml").set({"step.3.duration": duration, "expect": None})
+    result = case.run(tmp_path / "out", figures=False)
+    time, angle = arm_turns(tmp_path / "out" / "result.h5", 4)
+    layers = STEEL.steady(1.0) * (1.0 - STEEL.edge_layer(1.0))
+    fine = np.linspace(0.0, duration, 500)
+    theory, rate = opening(0.08, turn, layers, fine)
+    found = np.interp(0.5 * turn, angle[0] - angle, time)
+    known = np.interp(0.5 * turn, turn - theory, fine)
+    assert found == pytest.approx(known, rel=0.05)
+    near = abs(time - found) < 0.8e-3
+    assert np.polyfit(time[near], angle[near], 1)[0] == pytest.approx(np.interp(known, fine, rate), rel=0.05)
+    assert result.summary["energy_error"] < 2e-3
 
 
 def test_release_lets_the_end_go(tmp_path: Path) -> None:

@@ -58,6 +58,17 @@ def test_force_of_several_drives(tmp_path: Path, figures: list[Figure]) -> None:
     assert (tmp_path / "force.pdf").read_bytes().startswith(b"%PDF")
 
 
+def test_turns_and_travels_have_separate_axes(tmp_path: Path, figures: list[Figure]) -> None:
+    """A turn of 0.9 rad was drawn as a travel of 900 mm, and its moment in N."""
+    run = strip_run(drives=3)
+    plot_force(replace(run, layout=replace(run.layout, drive_names=("edge", "end (turn)", "rope"))), tmp_path / "force.png")
+    force, moment = figures[0].axes
+    assert (force.get_xlabel(), force.get_ylabel()) == ("travel (mm)", "force (N)")
+    assert (moment.get_xlabel(), moment.get_ylabel()) == ("turn (mrad)", "moment (N m)")
+    assert [text.get_text() for text in moment.get_legend().get_texts()] == ["end (turn)"]
+    assert {"edge", "rope"} <= {line.get_label() for line in force.lines}
+
+
 def test_overlay(tmp_path: Path, figures: list[Figure]) -> None:
     curves = [(f"(80, {name})", strip_run(peak=peak)) for name, peak in (("low", 2.0), ("high", 3.0))]
     plot_overlay(curves, tmp_path / "overlay.png")

@@ -1,6 +1,6 @@
 """Tape springs: steady moments against theory, peak moment and snap beside CalculiX, convergence and energy.
 
-python -m validation.boom.gallery [--parts steady peak] [--out out/validation/boom] [--full]
+python -m validation.boom.gallery [--parts steady equal release peak] [--out out/validation/boom] [--full]
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 import fsm
 from validation.boom.calculix import moments
-from validation.boom.tape import RADIUS, STEEL, tape_spring
+from validation.boom.tape import RADIUS, STEEL, arm_turns, middle_line, opening, tape_spring
 from validation.gallery.command import command
 from validation.gallery.drawing import beside, convergence
 from validation.gallery.record import Check, NotCompared, Part, Place, Reason, against, below
@@ -26,10 +26,13 @@ TITLE = "Tape springs"
 THEORY = "Wuest 1954; Seffen and Pellegrino 1999, Proc. R. Soc. A 455, 1003"
 TURN, FROM = 1.05, 0.6
 """Turn of the end (rad), and the turn from which the moment is steady."""
+CASES = Path(__file__).parents[2] / "folding_cases" / "tape_spring"
+OPENED_FROM = 0.9
+"""Turn of the end in `release.toml` (rad)."""
 
 
-def bent(folder: Path, data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, dict[str, Any], str]:
-    """Turn (rad) and moment (N m) of a run, its summary, and a text on it."""
+def bent(folder: Path, data: dict[str, Any] | str) -> tuple[np.ndarray, np.ndarray, dict[str, Any], str]:
+    """Turn (rad) and moment (N m) of a run of a case (tables, or text of its file), its summary, and a text on it."""
     begun = time.process_time()
     result = fsm.load(data, folder=folder).run(folder / "run", figures=False)
     with (folder / "run" / "force.csv").open(encoding="utf-8") as file:
@@ -47,7 +50,7 @@ def mean_moment(turn: np.ndarray, moment: np.ndarray, start: float = FROM) -> fl
 
 def fold_radius(folder: Path) -> float:
     """Radius of curvature of the middle line of the fold at the end of a run, m: arc over change of direction."""
-    x, line = _middle_line(fsm.open(folder / "run" / "result.h5").solution.shape[[0, -1]])
+    x, line = middle_line(fsm.open(folder / "run" / "result.h5").solution.shape[[0, -1]])
     along = np.diff(line, axis=0)
     angle = np.unwrap(np.arctan2(along[:, 2], along[:, 0]))
     middle = 0.5 * (x[1:] + x[:-1])
@@ -72,16 +75,45 @@ def steady(place: Place) -> Iterator[Check | NotCompared]:
     radius, source = fold_radius(folder), "J. Appl. Mech. 87, 011009: up to 15 % above that of the section"
     yield against("radius of the fold", text, 1e3 * radius, 1e3 * RADIUS, source, picture, rtol=0.15, unit="mm")
     yield below("energy balance residual", text, summary["energy_error"], 5e-3, "zero", picture)
-    reason = "a fold in equal sense was not steady: its moment rises from 0.018 to 0.028 N m between 34 and 60 degrees"
-    yield NotCompared("moment of a growing fold in equal sense, (1 - nu) D a = 0.0258 N m", THEORY, reason)
 
 
-def _middle_line(shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places along the tape, m, and positions of the nodes in the middle of the section, from the start and a state."""
-    first, last = (shape.reshape(-1, 3) for shape in shapes)
-    on_top = np.abs(first[:, 1]) < 1e-9
-    x, kept = np.unique(np.round(first[on_top, 0], 9), return_index=True)
-    return x, last[on_top][kept]
+def equal(place: Place) -> Iterator[Check | NotCompared]:
+    """Moment of a growing fold in equal sense: work over turn from 40 to 72 degrees of each end."""
+    last, begun = 1.25, 0.7
+    turn, moment, summary, text = bent(place.out / "equal", tape_spring(last, (36, 12), -1.0, damping=1e-2))
+    simple, layers = STEEL.steady(-1.0), STEEL.steady(-1.0) * (1.0 - STEEL.edge_layer(-1.0))
+    points = {"theory": ([begun, last], [simple] * 2), "theory with edge layers": ([begun, last], [layers] * 2)}
+    after = turn > 0.28
+    curves = {"equal sense": (turn[after], moment[after])}
+    picture = beside(place.out / "equal.png", curves, points, "turn of the end (rad)", "moment (N m)")
+    value, what = mean_moment(turn, moment, begun), "moment of a growing fold, equal sense"
+    yield against(what, "(1 - nu) D a", value, simple, THEORY, picture, rtol=0.03, unit="N m", detail=text)
+    source = "the same with layers at free edges (docs/booms.md)"
+    yield against(what, "with edge layers", value, layers, source, picture, rtol=0.03, unit="N m", detail=text)
+    yield below("energy balance residual, equal sense", text, summary["energy_error"], 5e-3, "zero", picture)
+
+
+def release(place: Place) -> Iterator[Check | NotCompared]:
+    """A folded tape spring is let go: its arm turns, and its fold becomes shorter, as the energy of the fold determines."""
+    case = CASES / "release.toml"
+    _, _, summary, text = bent(place.out / "release", case.read_text(encoding="utf-8"))
+    time_of, turn = arm_turns(place.out / "release" / "run" / "result.h5", 4)
+    layers = STEEL.steady(1.0) * (1.0 - STEEL.edge_layer(1.0))
+    fine = np.linspace(0.0, float(time_of[-1]), 2000)
+    theory, rate = opening(80e-3, OPENED_FROM, layers, fine)
+    points = {"fold of constant moment": (1e3 * fine[::100], theory[::100])}
+    picture = beside(place.out / "release.png", {"fsm": (1e3 * time_of, turn)}, points, "time (ms)", "turn of the arm (rad)")
+    half = 0.5 * OPENED_FROM
+    found, known = np.interp(half, turn[0] - turn, time_of), float(np.interp(half, OPENED_FROM - theory, fine))
+    source = "Seffen and Pellegrino 1999, energy of the fold, with edge layers"
+    what = "time until half of the fold is gone"
+    yield against(what, "let go", 1e3 * found, 1e3 * known, source, picture, rtol=0.05, unit="ms", detail=text)
+    near = np.abs(time_of - found) < 1e-3
+    speed = RADIUS * abs(float(np.polyfit(time_of[near], turn[near], 1)[0]))
+    moving = RADIUS * abs(float(np.interp(known, fine, rate)))
+    what = "speed of the edge of the fold then"
+    yield against(what, "let go", speed, moving, source, picture, rtol=0.05, unit="m/s", detail=text)
+    yield below("energy balance residual, let go", text, summary["energy_error"], 5e-3, "zero", picture)
 
 
 def peak(place: Place) -> Iterator[Check | NotCompared]:
@@ -112,7 +144,7 @@ def peak(place: Place) -> Iterator[Check | NotCompared]:
     yield below("convergence of the peak moment", what, off[-1] / off[0], 0.5, source, picture)
 
 
-PARTS: dict[str, Part] = {"steady": steady, "peak": peak}
+PARTS: dict[str, Part] = {"steady": steady, "equal": equal, "release": release, "peak": peak}
 
 if __name__ == "__main__":
     sys.exit(command(PARTS, "boom", __doc__))

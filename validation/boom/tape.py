@@ -7,9 +7,15 @@ edge is clamped in a rigid end, which turns and can translate, so that the bendi
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = ["DENSITY", "NU", "RADIUS", "STEEL", "YOUNG", "Tape", "tape_spring"]
+import numpy as np
+from scipy.integrate import solve_ivp
+
+import fsm
+
+__all__ = ["DENSITY", "NU", "RADIUS", "STEEL", "YOUNG", "Tape", "arm_turns", "middle_line", "opening", "tape_spring"]
 
 RADIUS, YOUNG, NU, DENSITY = 15e-3, 210e9, 0.3, 7850.0
 """Radius of the section (m), Young's modulus (Pa), Poisson's ratio and density (kg/m^3) of steel tapes."""
@@ -50,12 +56,57 @@ STEEL = Tape(0.1e-3, math.radians(110.0))
 """Steel tape."""
 
 
+def opening(length: float, turn: float, moment: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Turn (rad) of the arm of half of a folded tape spring that is let go, and its rate (rad/s), at the given times.
+
+    The fold is an arc of the radius R whose middle does not move, with the energy M q (Seffen and Pellegrino, 1999). The
+    arm is straight and rolls off the arc: the point at a distance s from the arc has the speed s dq/dt. With the mass m per
+    length and the free length b = L - R q, the energy M q + m b^3 (dq/dt)^2/6 is constant.
+
+    Parameters
+    ----------
+    length, turn, moment : L, m; q at the time 0, rad; M, N m
+    times : (n,) array, s
+        Increasing; the fold must still be there at the last time.
+    """
+    mass = DENSITY * STEEL.thickness * RADIUS * STEEL.angle
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        free = length - RADIUS * state[0]
+        turning = 0.5 * mass * RADIUS * free**2 * state[1] ** 2 - moment
+        return [float(state[1]), turning / (mass * free**3 / 3.0)]
+
+    found = solve_ivp(rates, (0.0, float(times[-1])), [turn, 0.0], t_eval=times, rtol=1e-9, atol=1e-12)
+    return found.y[0], found.y[1]
+
+
+def middle_line(shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places along the tape, m, and positions of the nodes in the middle of the section, from the start and a state."""
+    first, last = (shape.reshape(-1, 3) for shape in shapes)
+    on_top = np.abs(first[:, 1]) < 1e-9
+    x, kept = np.unique(np.round(first[on_top, 0], 9), return_index=True)
+    return x, last[on_top][kept]
+
+
+def arm_turns(file: Path, step: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times (s) since the start of a step of a result, and the mean turn (rad) of the outer half of the middle line."""
+    solution = fsm.open(file).solution
+    number, time = np.asarray(solution.step), np.asarray(solution.time)
+    kept, turns = np.flatnonzero(number >= step), []
+    for record in kept:
+        x, line = middle_line(solution.shape[[0, record]])
+        along = np.diff(line[x > 0.5 * x[-1]], axis=0)
+        turns.append(np.arctan2(along[:, 2], along[:, 0]).mean())
+    return time[kept] - time[number < step][-1], np.abs(turns)
+
+
 def tape_spring(
-    turn: float, mesh: tuple[int, int], sense: float = 1.0, length: float = 80e-3
+    turn: float, mesh: tuple[int, int], sense: float = 1.0, length: float = 80e-3, damping: float = 1e-3
 ) -> dict[str, Any]:
     """Case of half of a tape spring whose end turns by `turn` (rad), in opposite sense (1) or in equal sense (-1).
 
-    `length` (m) is the length of the half, and `mesh` gives the numbers of cells along and across.
+    `length` (m) is the length of the half, `mesh` gives the numbers of cells along and across, and `damping` is the
+    Kelvin-Voigt time (s).
     """
     middle = [[-1e-6, -1e-6, -1e-6], [1e-6, 1e-6, 1e-6]]
     sheet = {
@@ -65,7 +116,7 @@ def tape_spring(
     }  # fmt: skip
     return {
         "sheet": sheet,
-        "material": {"young": YOUNG, "poisson": NU, "density": DENSITY, "damping": 1e-3},
+        "material": {"young": YOUNG, "poisson": NU, "density": DENSITY, "damping": damping},
         "drive": [{"edge": "right", "axis": [0.0, -sense, 0.0], "turn": turn, "rate": 0.1, "guide": False}],
         "solve": {"method": "static", "rtol": 1e-4},
         "save": {"interval": 0.2},
