@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from importlib import import_module as _import_module
 
-TYPE_CHECKING = False  # the module typing takes longer to import than the rest of this one
+TYPE_CHECKING = False  # the import of the module typing takes longer than the import of the rest of this module
 if TYPE_CHECKING:
     from fsm.api.calibration import Calibrated, calibrate
     from fsm.api.case import Case, CaseCheck, load
@@ -106,7 +106,7 @@ __all__ = [
 def __getattr__(name: str) -> object:
     if name == "__version__":
         value: object = _import_module("fsm.version").fsm_version()
-    elif name == "calibrate":  # a package that is a function, too
+    elif name == "calibrate":  # this package can also be called as a function
         value = _import_module("fsm.calibrate")
     elif name in _HOME:
         value = getattr(_import_module(_HOME[name]), _RENAMED.get(name, name))

@@ -135,7 +135,7 @@ class BlockMatrix:
         """Product A x, (order,)."""
         pattern = self.pattern
         parts = np.einsum("bij,bj->bi", self.data, vector.reshape(-1, pattern.size)[pattern.indices])
-        product = np.add.reduceat(parts, pattern.indptr[:-1]).ravel()  # each row has its diagonal block
+        product = np.add.reduceat(parts, pattern.indptr[:-1]).ravel()  # each row contains its diagonal block
         return product if self.low_rank is None else product + self.low_rank.times(vector)
 
     def symmetric(self) -> BlockMatrix:

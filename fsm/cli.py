@@ -44,7 +44,7 @@ class Group(click.Group):
             _trace(ctx)
             _end(error.lines() if isinstance(error, CaseError) else str(error).splitlines(), error.exit_code)
         except OSError as error:
-            if error.errno == errno.EPIPE:  # `fsm check ... | head`; click then ends without a message
+            if error.errno == errno.EPIPE:  # `fsm check ... | head` closes the pipe; click then ends without a message
                 raise
             _trace(ctx)
             _end([_file_error(error)], 2)
@@ -404,5 +404,5 @@ def main() -> None:
     try:
         with ignore_repeated_interrupts(), rare_gc(), one_thread():
             cli(prog_name="fsm")
-    except KeyboardInterrupt:  # an interrupt before or after the command itself
+    except KeyboardInterrupt:  # the interrupt came before or after the command itself
         sys.exit(130)

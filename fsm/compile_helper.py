@@ -1,4 +1,4 @@
-"""Helper process that compiles kernels which another process needs later; see `fsm.compile_beside`.
+"""Helper process that compiles kernels; another process needs them later (see `fsm.compile_beside`).
 
     python -m fsm.compile_helper (--case CASE.toml [KEY=VALUE ...] | KIND ...)
 

@@ -42,10 +42,10 @@ def imports_outside_gc() -> Iterator[None]:
 
 
 def keep_garbage() -> None:
-    """Exclude the garbage of a compilation from garbage collection, in processes of the command line.
+    """Exclude the objects that a compilation leaves from garbage collection, in processes of the command line.
 
-    Its collection would take a tenth of the time of a compilation; keeping it takes 4 MB. After many calls the function
-    has no effect any more, because results of earlier runs in the same process would be kept, too.
+    Their collection would take a tenth of the time of a compilation; without collection they occupy 4 MB. After many calls
+    the function has no effect, because it would also keep results of earlier runs in the same process.
     """
     if _left and _left[0] > 0:
         _left[0] -= 1

@@ -121,7 +121,7 @@ def spline(x: np.ndarray, y: np.ndarray) -> PiecewiseCubic:
 def _tridiagonal(lower: list[float], middle: list[float], upper: list[float], right: list[float]) -> np.ndarray:
     """Solution of tridiagonal equations by Gaussian elimination with row exchange; changes the arguments."""
     n = len(middle)
-    second = [0.0] * n  # second upper diagonal, filled by exchanges
+    second = [0.0] * n  # this is the second upper diagonal, which row exchanges fill
     for k in range(n - 1):
         if abs(middle[k]) >= abs(lower[k]):
             ratio = lower[k] / middle[k]

@@ -24,7 +24,7 @@ class LoadUnits:
     ----------
     size, displacement : units
     load, curve : labels of the axes
-    shown : unit of the displacement in the curve
+    shown : unit of the displacement in the figure of the curve
     """
 
     size: str

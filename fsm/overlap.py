@@ -305,7 +305,7 @@ def _near_pieces(a: Points, b: Points, t: float) -> tuple[NDArray[np.int64], NDA
 
 
 def _from_piece(points: Points, start: Points, along: Points) -> Points:
-    """Distance of points from straight pieces, one piece for each point (or by broadcasting), m."""
+    """Distance of points from straight pieces, with one piece for each point (or by broadcasting), m."""
     square = np.maximum(np.sum(along * along, axis=-1), 1e-300)
     offset = points - start
     share = np.clip(np.sum(offset * along, axis=-1) / square, 0, 1)
@@ -339,7 +339,7 @@ def _crease_depth(a: Points, b: Points, t: float) -> float:
     first, second = a[1] - a[0], b[1] - b[0]
     cosine = float(first @ second / (np.linalg.norm(first) * np.linalg.norm(second)))
     half = math.acos(max(-1.0, min(1.0, cosine))) / 2
-    if t > 2 * quarter * math.tan(half) * (1 + 1e-9):  # the zone t/(2 tan(half)) is longer than a quarter
+    if t > 2 * quarter * math.tan(half) * (1 + 1e-9):  # the zone t/(2 tan(half)) is longer than a quarter of the panel
         return t - 2 * quarter * math.tan(half)
     # from here on the middle lines of straight layers are t apart; farther than the zone by a factor 1/cos(half)
     cut = max(t / (2 * math.sin(half)) if t > 0 else 0.0, 1e-9 * quarter) * (1 + 1e-6)

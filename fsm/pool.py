@@ -123,7 +123,7 @@ def _give(worker: _Worker, work: Callable[[Any], Any], waiting: deque[int], jobs
     if not waiting:
         return False
     worker.job = waiting.popleft()
-    with contextlib.suppress(OSError):  # the worker died; `_collect` handles this
+    with contextlib.suppress(OSError):  # the worker has died; `_collect` handles this
         worker.channel.send((work, jobs[worker.job]))
     return True
 
@@ -173,7 +173,7 @@ def _serve(channel: Connection) -> None:
         with rare_gc():
             while True:
                 message = channel.recv_bytes()
-                if hasattr(signal, "pthread_sigmask"):  # the except clause below is active now
+                if hasattr(signal, "pthread_sigmask"):  # the except clause below is active from here on
                     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
                 channel.send(_do(message))
     except (KeyboardInterrupt, EOFError, OSError):
@@ -193,7 +193,7 @@ def _end_with_parent() -> None:
 
 def _do(message: bytes) -> JobOutcome:
     """Run a job; unpickling imports the module of its function if necessary."""
-    unnumbered = -1  # the parent sets the number
+    unnumbered = -1  # the parent process sets the number
     try:
         work, argument = pickle.loads(message)
         return JobOutcome(unnumbered, value=work(argument))

@@ -64,7 +64,7 @@ def preview(case: Case, path: str | Path) -> list[str]:
     _check_kind(case)
     mechanism = _mechanism(build_scene(case))
     shots, intact = _run(mechanism, PIECES if mechanism.touching else 1)
-    if not intact:  # the pieces have separated, so show whole panels without contact
+    if not intact:  # the pieces have separated, so the preview shows whole panels without contact
         shots, _ = _run(mechanism, 1)
     _write_film(mechanism, shots, path)
     note = "nothing moves: the case has no drive, and the preview leaves out loads and gravity"
@@ -76,7 +76,7 @@ def _check_path(path: Path) -> None:
     if path.is_dir():
         raise CaseError(f"{path}: is a folder; the preview is one file, give --out FILE.gif")
     if path.suffix.lower() != ".gif":
-        raise CaseError(f"{path}: is not the name of a GIF; the preview writes no other format, give --out FILE.gif")
+        raise CaseError(f"{path}: this is not a GIF file; the preview writes no other format; give --out FILE.gif")
 
 
 def _check_kind(case: Case) -> None:
@@ -196,7 +196,7 @@ def _pull(scene: Scene, drive: Drive, bodies: dict[str, Body], member: dict[str,
     rest = (direction / size, drive.travel, drive.travel / drive.fastest, drive.guide)
     if name in member:
         return _Pull(member[name], None, *rest)
-    if name in bodies:  # a crease line, which pulls the panels at its joints
+    if name in bodies:  # a crease line, which moves the panels at its joints
         point = np.array(bodies[name].position)[[0, 2]]
         for element in scene.elements:
             other = {element.inner: element.outer, element.outer: element.inner}.get(name, "")
@@ -220,7 +220,8 @@ def _run(mechanism: _Mechanism, pieces: int) -> tuple[list[Shot], bool]:
     space.iterations, space.damping, space.collision_slop = 30, 1e-4, 0.05
     rows = [_add_panel(space, mechanism, number, pieces, scale) for number in range(len(mechanism.lines))]
     inertia = (UNIT / pieces) ** 3 / (12 * UNIT)
-    limit = 0.1 * inertia / dt**2 / (max(1.0, mechanism.bending) if pieces > 1 else 1.0)  # stable explicit steps
+    # number of steps for which the explicit integration is stable
+    limit = 0.1 * inertia / dt**2 / (max(1.0, mechanism.bending) if pieces > 1 else 1.0)
     _join(space, mechanism, rows, min(STIFFNESS, limit), scale)
     hooks = [_hook(space, pull, rows, scale) for pull in mechanism.pulls]
     shots: list[Shot] = []

@@ -78,7 +78,7 @@ class RecordedSolve:
         self.warnings = list(warnings)
         self.channels: ChannelSampler | None = None
         if loaded.case.save.channels:
-            from fsm.channels import sample  # imports all kinds of elements
+            from fsm.channels import sample  # this import loads all kinds of elements
 
             self.channels = sample.ChannelSampler(sample.model_of_analysis(analysis), loaded.case.save.channels)
         self.target = out / "result.h5"
@@ -88,7 +88,7 @@ class RecordedSolve:
         self.steps = analysis.steps()
         self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
-        (out / "summary.json").unlink(missing_ok=True)  # the file marks a complete run
+        (out / "summary.json").unlink(missing_ok=True)  # this file marks a complete run
         if self.resumed is None:
             self.checkpoint.unlink(missing_ok=True)  # the file belongs to an earlier run, whose records are replaced
         resumed = self.resumed
@@ -137,7 +137,8 @@ class RecordedSolve:
                 if self.last is not None:
                     self._write_checkpoint(self.last)
                 raise KeyboardInterrupt from None
-            except (NotConverged, EnergyAbort) as error:  # the cause may be round-off, or squares of a lattice that touch
+            # the cause may be round-off, or squares of a lattice that touch each other
+            except (NotConverged, EnergyAbort) as error:
                 writer.flush()
                 refusal, beyond = self._causes() if self.records else ("", "")
                 if refusal:
@@ -197,7 +198,7 @@ class RecordedSolve:
             found = step_modes(self.analysis, system, step, self.number, q)
             self.modes.append(found)
             result.frequencies = found.frequency.tolist()
-            if not self.records and self.number + 1 == len(self.steps):  # a run with natural modes only
+            if not self.records and self.number + 1 == len(self.steps):  # the run consists of natural modes only
                 assert self.energy_balance is not None
                 self._record(writer, self._still(step.start, q, u, self.energy_balance))
         elif step.settings is None:

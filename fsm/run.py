@@ -95,12 +95,12 @@ def run_in_locked_folder(
     figures: bool = True,
 ) -> dict[str, Any]:
     """Run a case as `run_case` does, for a caller that already holds the lock on `out`."""
-    # the case may have been read by another process
+    # another process may have read the case
     _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)
     if faults:
         raise CaseError(faults, str(loaded.path))
     if loaded.case.save.channels:
-        from fsm.channels.sample import check_patterns  # imports all kinds of elements
+        from fsm.channels.sample import check_patterns  # this import loads all kinds of elements
 
         check_patterns(loaded.case, str(loaded.path))
     if loaded.case.stages:
@@ -139,7 +139,7 @@ def _run_analysis(
     solve = RecordedSolve(loaded, analysis, out, resume, warnings)
     try:
         solution = solve.run(progress, *begun)
-    except (NotConverged, EnergyAbort) as error:  # a warning about the case may contain the cause
+    except (NotConverged, EnergyAbort) as error:  # a warning about the case may state the cause
         if not solve.warnings:
             raise
         raise type(error)(" ".join([f"{error}.", *(f"Warning: {text}." for text in solve.warnings)])) from error
@@ -194,7 +194,7 @@ def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float],
         return None
     try:
         solution = read_solution(result)
-    except CaseError:  # the file is damaged, so solve again
+    except CaseError:  # the file is damaged, so the case is solved again
         return None
     if solution.layout.case_text != loaded.text:
         report_restart(progress, result)

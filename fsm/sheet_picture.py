@@ -84,7 +84,7 @@ def _marks(case: Case, sheet: Sheet, pattern: Pattern) -> Marks:
         try:
             found.append((place_of(pattern, at), marker, colour))
         except ValueError:
-            continue  # `fsm check` reports it
+            continue  # `fsm check` reports this fault
     return found
 
 

@@ -26,7 +26,8 @@ class ShortRepr:
 
 
 def _text(value: Any) -> str:
-    if hasattr(value, "ndim") and hasattr(value, "shape"):  # an array; reading a case does not import numpy
+    # the value is an array; this test is used because reading a case does not import numpy
+    if hasattr(value, "ndim") and hasattr(value, "shape"):
         return f"<array {' x '.join(map(str, value.shape))}>" if value.ndim else repr(value.item())
     if isinstance(value, str):
         return repr(value) if len(value) <= _LONGEST_TEXT else f"<{len(value):,} characters>"

@@ -60,7 +60,7 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
     system.restore(memory)
     if any(isinstance(contacts.geometry, SurfaceContacts) for contacts in system.contacts):
         _rare_contacts()
-    for earlier in (0.0, -1.0):  # at rest, and with dampers
+    for earlier in (0.0, -1.0):  # states at rest, and states with dampers
         EquilibriumStep(system, max_iterations=1, in_one_call=False).solve(0.0, touching, (earlier, q))
     end = 1e-3 * (system.end_time() or 1.0)
     if system.motions:
@@ -71,7 +71,7 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
 
 
 def compile_linear_solver() -> None:
-    """Solve two small systems of equations, a symmetric one and another."""
+    """Solve two small systems of equations, one symmetric and one unsymmetric."""
     pattern = BlockPattern(np.array([0, 2, 4]), np.array([0, 1, 0, 1]), 3)
     solver = LinearSolver()
     for coupling in (0.0, 0.1):

@@ -1,8 +1,8 @@
-"""What tests reach, of lines and of branches, each for itself, and exit code 1 if either is less than `LEAST`.
+"""Fractions of lines and of branches that tests reach, each alone, and exit code 1 if either is less than `LEAST`.
 
     python -m coverage json && python -m tests.covered out/coverage/figures.json
 
-In one figure, as coverage's own `fail_under` has them, branches hide behind lines, of which there are more.
+In a single figure, as in `fail_under` of coverage, missed branches are hidden by lines, which are more numerous.
 """
 
 from __future__ import annotations

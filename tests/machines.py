@@ -1,10 +1,10 @@
-"""Run the tests as other processors would: other BLAS kernels, and other machine code of ours.
+"""Run the tests as on other processors: with other BLAS kernels, and with other machine code of numba.
 
     python -m tests.machines [--one] [arguments of pytest]
 
-Round-off differs between processors, because OpenBLAS and numba choose instructions by the processor. A bound that round-off
-decides holds on one machine only. Each setting below runs in its own processes. A setting that this processor cannot run is
-skipped and named in the closing table. `--one` runs the first setting that differs from what this machine chooses.
+Round-off differs between processors, because OpenBLAS and numba choose instructions by the processor. A bound that depends
+on round-off is valid on one machine only. Each setting below runs in its own processes. A setting that this processor cannot
+run is skipped and named in the closing table. `--one` runs the first setting that differs from the default of this machine.
 """
 
 from __future__ import annotations
@@ -56,7 +56,8 @@ print(json.dumps({
 
 
 def _found(setting: Setting | None) -> list[str] | dict[str, list[str]] | None:
-    """Processor types that the libraries use under a setting; of all variables without one; None where they crash."""
+    """Processor types that the libraries use under a setting; without a setting, those of all variables; None where they
+    crash."""
     chosen = {} if setting is None else {setting.variable: setting.value}
     clean = {name: value for name, value in os.environ.items() if name not in {each.variable for each in SETTINGS}}
     done = subprocess.run([sys.executable, "-c", _PROBE], env=clean | chosen, capture_output=True, text=True, check=False)
@@ -67,7 +68,7 @@ def _found(setting: Setting | None) -> list[str] | dict[str, list[str]] | None:
 
 
 def run(arguments: list[str]) -> int:
-    """Run pytest under each setting that this processor can run; the worst exit code."""
+    """Run pytest under each setting that this processor supports; returns the worst exit code."""
     one = "--one" in arguments
     arguments = [argument for argument in arguments if argument != "--one"]
     own = _found(None)

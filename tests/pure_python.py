@@ -1,9 +1,9 @@
-"""The tests by which kernels are measured line by line: run by Python itself, a thousand times slower than compiled.
+"""Tests by which kernels are measured line by line: they run in pure Python, a thousand times slower than compiled.
 
     NUMBA_DISABLE_JIT=1 python -m pytest -p tests.pure_python tests
 
-leaves of every test function in the `FILES` a few of its sets of parameters, and stops a test after a few seconds. What it
-has reached by then counts; its verdict is that of the compiled run: here it is skipped, neither passed nor failed.
+The plug-in keeps a few parameter sets of every test function in the `FILES`, and stops each test after a few seconds. The
+lines reached by then count; the verdict is that of the compiled run, so the test is skipped here.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ _OURS = tuple(f"{Path(__file__).parents[1] / folder}{os.sep}" for folder in ("fs
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Infinity less infinity is a warning in Python and none when compiled; no example is too slow for hypothesis."""
+    """Infinity minus infinity gives a warning in Python but not in compiled code; no example is too slow for hypothesis."""
     config.addinivalue_line("filterwarnings", "default::RuntimeWarning")
     settings.register_profile("pure Python", deadline=None, suppress_health_check=list(HealthCheck))
     settings.load_profile("pure Python")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep what is said above."""
+    """Apply the selection described above."""
     files = {f"{folder}/test_{name}.py" for folder, names in FILES.items() for name in names.split()}
     kept, others = [], []
     for _, group in itertools.groupby(items, key=_function):
@@ -67,7 +67,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call() -> Iterator[None]:
-    """Stop what goes on for too long."""
+    """Stop a test that runs too long."""
     signal.signal(signal.SIGPROF, _stop)
     signal.setitimer(signal.ITIMER_PROF, MOST)
     try:
@@ -77,7 +77,8 @@ def pytest_runtest_call() -> Iterator[None]:
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
-    """Only in code of our own: stopped in coverage's, it would keep its lock and wait for it for ever."""
+    """Stop only in code of this project: a stop inside coverage would keep its lock, and coverage would then wait for it
+    forever."""
     if frame is None or not frame.f_code.co_filename.startswith(_OURS):
         signal.setitimer(signal.ITIMER_PROF, _AGAIN)
         return

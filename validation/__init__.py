@@ -1,1 +1,1 @@
-"""Checks against references that nobody here wrote, and measurements."""
+"""Checks against references from outside the project, and measurements."""

@@ -52,53 +52,81 @@ RUNS: dict[str, list[str]] = {
 
 SECTIONS: dict[str, list[Shown]] = {
     "Pull of a strip": [
-        Shown("force", "strip/force.png", "`force.png`: force over travel, the peak, and the stages as shades of grey."),
-        Shown("motion", "strip/motion.png", "`motion.png`: shapes in a plane; the titles have travel, force and stage."),
-        Shown("energy", "strip/energy.png", "`energy.png`: energies since the start, work, and balance residual."),
-        Shown("contact", "strip/contact.png", "`contact.png`: normal force and contact area of every pair."),
-        Shown("channels", "strip/channels.png", "`channels.png`: recorded channels, `--channel PATTERN`."),
-        Shown("slide", "slide/force.png", "`--style slide`: larger letters and thicker lines in the same size."),
+        Shown(
+            "force",
+            "strip/force.png",
+            "`force.png` shows the force over the travel, the peak, and the stages as shades of grey.",
+        ),
+        Shown(
+            "motion",
+            "strip/motion.png",
+            "`motion.png` shows shapes of a plane motion; the titles contain travel, force and stage.",
+        ),
+        Shown(
+            "energy",
+            "strip/energy.png",
+            "`energy.png` shows the energies since the start, the work, and the balance residual.",
+        ),
+        Shown("contact", "strip/contact.png", "`contact.png` shows the normal force and the contact area of every pair."),
+        Shown("channels", "strip/channels.png", "`channels.png` shows recorded channels (`--channel PATTERN`)."),
+        Shown("slide", "slide/force.png", "`--style slide` gives larger letters and thicker lines in the same size."),
     ],
     "Motion in space": [
-        Shown("sheet", "spatial/motion.png", "A Miura sheet that is pushed together: facets have their outlines."),
-        Shown("sail", "sail/motion.png", "A film on cables and a post."),
-        Shown("held", "held/motion.png", "A strip that holds a film: pull, then strike."),
-        Shown("tube", "tube/motion.png", "A Kresling tube that is pressed flat."),
-        Shown("load", "tube/load.png", "`load.png`: path by arc length with limit points; dashed: unstable equilibria."),
-        Shown("pattern", "pattern.png", "`fsm preview` of a sheet: flat pattern with numbers, and the start."),
+        Shown("sheet", "spatial/motion.png", "A Miura sheet is pushed together; facets are drawn with their outlines."),
+        Shown("sail", "sail/motion.png", "A film hangs on cables and a post."),
+        Shown("held", "held/motion.png", "A strip holds a film: it is pulled, and then the film is struck."),
+        Shown("tube", "tube/motion.png", "A Kresling tube is pressed flat."),
+        Shown(
+            "load",
+            "tube/load.png",
+            "`load.png` shows a path by arc length with limit points; the line is dashed along unstable equilibria.",
+        ),
+        Shown(
+            "pattern",
+            "pattern.png",
+            "`fsm preview` of a sheet draws the flat pattern with numbers, and the initial state.",
+        ),
     ],
     "Motion in a plane": [
         Shown("squares", "squares/motion.png", "Rotating squares."),
-        Shown("plates", "plates/motion.png", "Plates that fall on a table."),
+        Shown("plates", "plates/motion.png", "Three plates fall on a table."),
     ],
     "Scissor arrays": [
-        Shown("array", "array/motion.png", "`motion.png`, and the same as an animation in `motion.gif`."),
-        Shown("points", "array/points.png", "`points.png`: motion of the upper points."),
-        Shown("rigid", "array/rigid.png", "`rigid.png`: flexible bars compared with rigid ones."),
-        Shown("synchronism", "array/synchronism.png", "`synchronism.png`: differences between neighbouring units."),
-        Shown("stress", "array/stress.png", "`stress.png`: largest normal stress of every bar."),
+        Shown("array", "array/motion.png", "`motion.png` shows the motion, and `motion.gif` shows it as an animation."),
+        Shown("points", "array/points.png", "`points.png` shows the motion of the upper points."),
+        Shown("rigid", "array/rigid.png", "`rigid.png` compares flexible bars with rigid bars."),
+        Shown("synchronism", "array/synchronism.png", "`synchronism.png` shows the differences between neighbouring units."),
+        Shown("stress", "array/stress.png", "`stress.png` shows the largest normal stress of every bar."),
     ],
     "Vibration of films": [
-        Shown("tension", "film/tension.png", "`tension.png`: principal stresses, wrinkled and slack elements."),
-        Shown("modes", "film/modes.png", "`modes.png`: natural modes."),
-        Shown("history", "film/history.png", "`history.png`: displacement of the probes after the impact."),
-        Shown("spectrum", "film/spectrum.png", "`spectrum.png`: amplitudes, and the natural frequencies."),
+        Shown("tension", "film/tension.png", "`tension.png` shows principal stresses, and wrinkled and slack elements."),
+        Shown("modes", "film/modes.png", "`modes.png` shows natural modes."),
+        Shown("history", "film/history.png", "`history.png` shows the displacement of the probes after the impact."),
+        Shown("spectrum", "film/spectrum.png", "`spectrum.png` shows the amplitude spectra and the natural frequencies."),
     ],
     "Tables of cases": [
-        Shown("overlay", "table/overlay.png", "`overlay.png`: force curves of all rows."),
+        Shown("overlay", "table/overlay.png", "`overlay.png` shows the force curves of all rows."),
         Shown(
             "study", "study/study.png",
-            "`study.png`: results of films over the quantity that a table varies, with reference values.",
+            "`study.png` shows results of films over the quantity that a table varies, with reference values.",
         ),
     ],
     "Calibration": [
-        Shown("curves", "hinge/curves.png", "`curves.png`: moment of creases with the 95 % band."),
-        Shown("residuals", "hinge/residuals.png", "`residuals.png`: measured minus fitted moment."),
-        Shown("loops", "hinge/loops.png", "`loops.png`: loading minus unloading moment; the area is the dissipated energy."),
-        Shown("relaxation", "creep/relaxation.png", "`relaxation.png`: rest angle over the time since release."),
-        Shown("bending", "panel/bending.png", "`bending.png`: deflection of a cantilever."),
-        Shown("fit", "lattice/fit.png", "`fit.png`: tests of a structure with the calibrated model."),
-        Shown("prediction", "lattice/prediction.png", "`prediction.png`: another load, with the band of the prediction."),
+        Shown("curves", "hinge/curves.png", "`curves.png` shows the moment of creases with the 95 % band."),
+        Shown("residuals", "hinge/residuals.png", "`residuals.png` shows the measured moment minus the fitted moment."),
+        Shown(
+            "loops",
+            "hinge/loops.png",
+            "`loops.png` shows the loading moment minus the unloading moment; the area is the dissipated energy.",
+        ),
+        Shown("relaxation", "creep/relaxation.png", "`relaxation.png` shows the rest angle over the time since release."),
+        Shown("bending", "panel/bending.png", "`bending.png` shows the deflection of a cantilever."),
+        Shown("fit", "lattice/fit.png", "`fit.png` shows tests of a structure with the calibrated model."),
+        Shown(
+            "prediction",
+            "lattice/prediction.png",
+            "`prediction.png` shows the prediction for another load, with its band.",
+        ),
     ],
 }
 """Pictures by the headings of the page."""
@@ -118,7 +146,7 @@ Every run draws its figures. `fsm plot RESULT.h5` draws them again, and `result.
 font, and a PDF file contains it. The colours follow Okabe and Ito (2008), so that colour-blind readers can distinguish
 them; a colour has one meaning in a figure.
 
-The command `make figures` computes this page. Data of creases, relaxation and the cantilever are synthetic.
+`make figures` computes all figures of this page. Data of creases, relaxation and the cantilever are synthetic.
 """
 
 

@@ -1,1 +1,3 @@
-"""Analyses of a case: deployment, vibration, scissor array. All share recording, restart, summary and plots."""
+"""Analyses of a case: deployment, vibration, scissor array. All analyses have recording, restart, summary and plots in
+common.
+"""

@@ -26,7 +26,7 @@ Watch = Callable[[str, float], Callable[[AcceptedStep], None]]
 
 
 class Solver(Protocol):
-    """Solver that reports states at requested times; see `fsm.solve.simulate.simulate`."""
+    """Solver that reports states at requested times; `fsm.solve.simulate.simulate` describes the arguments."""
 
     def __call__(
         self,
@@ -55,7 +55,7 @@ class Analysis(Protocol):
         ...
 
     def initialise(self, warnings: list[str]) -> None:
-        """Prepare the solve and check the case; no results have been written yet.
+        """Prepare the solve and check the case; at this time no results have been written.
 
         Raises
         ------
@@ -64,11 +64,13 @@ class Analysis(Protocol):
         return
 
     def steps(self) -> list[RunStep]:
-        """Steps of the run, in order, each with its method and times."""
+        """Steps of the run, in order; each step has its method and its times."""
         ...
 
     def enter(self, number: int, states: States | None) -> System:
-        """System of a step (number from 0); `states`: end of the previous step, None for the first step."""
+        """System of a step (number from 0); `states` are the states at the end of the previous step, None for the first
+        step.
+        """
         ...
 
     def begin(self, number: int, system: System, states: States | None) -> tuple[np.ndarray, np.ndarray]:
@@ -157,7 +159,7 @@ class OneStep(Analysis, Protocol):
         return system.initial()
 
     def leave(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> States:
-        """See `Analysis`: no step follows."""
+        """See `Analysis`; no step follows the only step."""
         return {}
 
     def whole(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

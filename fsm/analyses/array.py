@@ -118,7 +118,7 @@ def _units(mesh: BarMesh) -> list[list[int]]:
 def _hinges(
     scissor: Scissor, array: Array, mesh: BarMesh, points: dict[str, int], hinge: HingeJoint | None, stop: Stop | None
 ) -> tuple[HingeGroup | None, tuple[str, ...]]:
-    """Hinges with a moment, or None, and their names."""
+    """Hinges with a moment (None if there are none), and their names."""
     points_of: dict[str, list[str]] = {"middle": [], "tips": []}
     if stop is not None or (hinge is not None and hinge.at in ("middle", "all")):
         points_of["middle"] = [f"h{k + 1}" for k in range(array.units)]
@@ -148,7 +148,9 @@ def _hinges(
 
 
 def _directions(bar: BarNodes) -> np.ndarray:
-    """First coordinates of the directions at the nodes of a bar: its sections, or the slopes of a cable element."""
+    """First coordinates of the directions at the nodes of a bar; these are its sections, or the slopes of a cable
+    element.
+    """
     return bar.sections if len(bar.sections) else bar.slopes
 
 
@@ -166,7 +168,7 @@ def _senses(
     direction: dict[int, np.ndarray] = {}
     for bar in mesh.bars:
         nodes = [i for i, first in enumerate(bar.positions) if int(first) in named]
-        # bars are rigid here, and all their sections equal those of the first half
+        # the bars are rigid in this state, so all sections of a bar equal those of its first half
         from_, to = (later[named[int(bar.positions[i])]] for i in nodes[:2])
         for at in nodes:
             direction[int(_directions(bar)[at])] = np.subtract(to, from_)

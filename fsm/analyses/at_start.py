@@ -75,6 +75,6 @@ def _reset(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> None:
 
 
 def _reached(system: System, q: np.ndarray, found: np.ndarray, t: float, memory: np.ndarray) -> bool:
-    """Whether no body passes through a face between two configurations."""
+    """Whether no body passes through a face between two configurations; False if one does."""
     _reset(system, q, t, memory)
     return system.rejection(t, found, None, 1.0) is None

@@ -23,7 +23,7 @@ def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None)
     Raises
     ------
     CaseError
-        With all faults found in compilation.
+        Compilation finds faults; the error lists all of them.
     """
     if case.analysis == "vibrate":
         from fsm.analyses.vibrate import VibrationAnalysis

@@ -77,7 +77,7 @@ class Deployment(Analysis):
         self.case = case
         self.scene, self.system = compile_case(case, source, warnings)
         self.plan = plan_of(case, self.scene)
-        if self.plan.written:  # travels of the whole run
+        if self.plan.written:  # the travels refer to the whole run
             self.system = whole_system(self.system, self.scene, self.plan)
         self._pivots = LinearSolver()
         self._motion_error: MotionError | None = None
@@ -191,7 +191,7 @@ class Deployment(Analysis):
             )
 
     def _at_first(self, number: int, system: SegmentSystem) -> np.ndarray:
-        """Initial velocities of the case before any motion; later zero."""
+        """Initial velocities of the case before any motion; zero after that."""
         moved = any(step.kind in ("static", "dynamic") and not step.still for step in self.plan.steps[:number])
         return np.zeros(system.nu) if moved else system.initial()[1]
 
@@ -223,12 +223,12 @@ class Deployment(Analysis):
         )
 
     def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
-        """See `Analysis`; zero without a drive, since a free motion passes no equilibria."""
+        """See `Analysis`; the result is zero without a drive, because a free motion does not follow equilibria."""
         assert isinstance(system, SegmentSystem)
         return negative_pivots(system, t, q, self._pivots) if len(system.driven) and system.nu else 0
 
     def compare(self, solution: Solution, watch: Watch) -> None:
-        """See `Analysis`: error of a motion of a [scene] with impacts."""
+        """See `Analysis`; for a motion of a [scene] with impacts, the error of the motion is computed."""
         if self._with_impacts and np.any(solution.pair_force):
             (step,) = self.steps()
             assert isinstance(step.settings, Settings)
@@ -284,7 +284,7 @@ class Deployment(Analysis):
         larger of both forces.
         """
         strip, material = self.case.strip, self.case.material
-        # these errors are derivatives with respect to the travel
+        # these errors are computed from derivatives with respect to the travel
         forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))
         if strip is None or material is None or not forth or not self._same_throughout:
             return {}
@@ -297,8 +297,8 @@ class Deployment(Analysis):
 
     @property
     def _same_throughout(self) -> bool:
-        """Whether `system` has the forces of all records: the same bodies and loads act in all steps, and drives follow
-        the time of records.
+        """Whether `system` gives the forces of all records: the same bodies and loads act in all steps, and drives follow
+        the time of the records.
         """
         steps = self.plan.steps
         loaded = self.plan.written and any(step.loads for step in steps)
@@ -337,7 +337,9 @@ class Deployment(Analysis):
         return []
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Deep contacts, panels that cross, large errors, creases beyond their data, a fast pull, a peak at the end."""
+        """Warnings on deep contacts, panels that cross, large errors, creases beyond their data, a fast pull, and a peak at
+        the end.
+        """
         found = []
         thickness = solution.layout.thickness
         if solution.pair_gap.size and -solution.pair_gap.min() > _DEEP * thickness > 0.0:
@@ -411,7 +413,7 @@ def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
         found.append(f"not quasi-static at {1e3 * at:.4g} mm: kinetic energy above 1 % of the elastic energy; pull slower")
     if summary["peak_kind"] == "dynamic":
         found.append("no part of the pull is quasi-static: peak_force is the largest dynamic force; pull slower")
-    # if other drives continue, the force may have decreased at the same travel
+    # if other drives continue, the force may have decreased while the travel stayed the same
     at_end = summary["peak_travel"] > 0.999 * solution.travel[-1, 0]
     if at_end and summary["final_force"] >= summary["peak_force"] - 1e-3 * abs(summary["peak_force"]):
         found.append("the force is still rising at the end of the travel; the peak may lie beyond this travel")

@@ -102,7 +102,7 @@ def _finer(options: Deployed) -> Deployed:
 
 
 def _shape_at_rest(solution: Solution, system: SegmentSystem) -> Floats:
-    """Corners of the segments in equilibrium, with drives at rest at their ends and without damper forces."""
+    """Corners of the segments in equilibrium; the drives rest at their final positions, without damper forces."""
     t, q = float(solution.time[-1]), solution.q[-1]
     try:
         return system.shape(t, relaxed(system, t, q).q)
@@ -125,7 +125,7 @@ def _middle_line(quads: Floats, panel: np.ndarray, panel_length: float) -> tuple
 
 
 def _known_places(case: Case, strip: Strip, solution: Solution) -> dict[int, Floats]:
-    """Exact positions of panel ends, by number of the crease, at held panels and driven lines.
+    """Exact positions of panel ends at held panels and driven lines, by number of the crease.
 
     Elsewhere the spring between two segments is stretched, and the position is the middle of both ends.
     """
@@ -151,7 +151,7 @@ def _turns(position: Floats, across: Floats, panel: np.ndarray) -> Floats:
 
 
 def _crease_line(place: float, turn: float, number: int, strip: Strip, crease: Crease) -> CreaseLine:
-    """Stiffness of a crease at its present angle, and the rotation at zero moment."""
+    """Stiffness of a crease at its present angle, and the rotation at which its moment is zero."""
     folded = strip.crease_angle if crease.rest_angle is None else crease.rest_angle
     side = -1.0 if number % 2 else 1.0  # panels 1, 3, 5 rise: the strip bends down at crease 1
     psi = side * turn
@@ -168,7 +168,9 @@ def _crease_line(place: float, turn: float, number: int, strip: Strip, crease: C
 def _lines(
     strip: Strip, options: Deployed, panel_length: float, clamped: list[tuple[float, float]]
 ) -> MeshLines:
-    """Mesh lines along the flat strip (at creases, near them, evenly between, at ends of clamps), and across it."""
+    """Mesh lines along the flat strip (at creases, beside them, at equal distances between them, and at ends of clamps), and
+    across it.
+    """
     beside = 0.5 * (options.crease_width or 0.1 * panel_length)
     lines: list[float] = []
     for number in range(strip.panels):
@@ -203,7 +205,7 @@ def _clamped(case: Case, strip: Strip, panel_length: float) -> list[tuple[float,
 
 
 def _held(case: Case, grid: FilmGrid, panel_length: float, clamped: list[tuple[float, float]]) -> np.ndarray:
-    """All coordinates of clamped parts and of driven crease lines; x along the flat strip."""
+    """All coordinates of clamped parts and of driven crease lines; x is the coordinate along the flat strip."""
     held = []
     for begin, end in clamped:
         first, last = (int(np.argmin(np.abs(grid.x - place))) for place in (begin, end))
@@ -215,7 +217,7 @@ def _held(case: Case, grid: FilmGrid, panel_length: float, clamped: list[tuple[f
             continue
         line = grid.position[int(np.argmin(np.abs(grid.x - drive.crease * panel_length)))]
         (axes,) = np.nonzero(np.array(drive.direction))
-        if drive.guide or len(axes) > 1:  # the line also stays straight
+        if drive.guide or len(axes) > 1:  # the driven line also remains straight
             vectors += [(line[:, None] + [0, 1, 2, 6, 7, 8]).ravel()]
         else:
             vectors += [line + axes[0]]

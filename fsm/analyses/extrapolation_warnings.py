@@ -49,8 +49,8 @@ def _openings(solution: Solution, system: SegmentSystem, group: CreaseGroup) -> 
 def _past(creases: list[ForceElement], group: CreaseGroup, opening: np.ndarray, end: int) -> np.ndarray:
     """Excess of each crease over the first (`end` 0) or last (-1) angle of its curve, (m,), rad.
 
-    The half segments in series take a part of an opening. Beyond a curve its slope k is constant, and the crease takes
-    the fraction 1 - k f of the opening.
+    The half segments in series with a crease take a part of the opening. Beyond a curve its slope k is constant, and the
+    crease takes the fraction 1 - k f of the opening.
     """
     table, number = group.table, group.curve
     knot = table.bounds[number] if end == 0 else table.bounds[number + 1] - 1

@@ -129,7 +129,7 @@ class FilmMesh:
         return out
 
     def _parts(self, sides: tuple[float, float]) -> list[int]:
-        """Numbers of parts of the sides of a rectangle for the integration."""
+        """Numbers of parts into which the sides of a rectangle are divided for the integration."""
         smallest = (float(np.diff(self.grid.x).min()), float(np.diff(self.grid.y).min()))
         return [_PARTS * math.ceil(side / least) if side else 1 for side, least in zip(sides, smallest, strict=True)]
 
@@ -208,8 +208,8 @@ def on_other_mesh(case: Case) -> Case | None:
 
 
 def _tension_fields(case: Case, film: FilmMaterial, patches: list[FilmMaterial]) -> tuple[bool, ...]:
-    """Whether the film and each kind of patch carry no compression. A patch carries none if it buckles under less than
-    the tension of the film.
+    """Whether the film and each kind of patch carry no compression. A patch carries no compression if it buckles at a
+    compression lower than the tension of the film.
 
     A square plate of side a on simple supports buckles under a compression of 4 pi^2 D/a^2 (N/m).
     """

@@ -43,7 +43,7 @@ class SheetFolds:
         return self._sums(np.concatenate([group.moments(nodes, rates) for group in _groups(system)]))
 
     def over_time(self, system: Any, solution: Solution) -> np.ndarray:
-        """Mean fold angles at the start and at all records, (1 + n_records, n), rad; continuous in time."""
+        """Mean fold angles at the start and at all records, (1 + n_records, n), rad; they are continuous in time."""
         states = [self.angles(system, float(t), q) for t, q in zip(solution.time, solution.q, strict=True)]
         start = self._sums(self.data.start * self.data.length) / self._sums(self.data.length)
         return np.asarray(np.unwrap(np.array([start, *states]), axis=0))

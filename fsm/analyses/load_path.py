@@ -24,19 +24,19 @@ def static_load_path(
     system, whole : system of the step, and of all steps
     solution : records so far
     number : number of the step, from 1
-    points : points of the curve of the step; they distinguish equilibria from states of a snap
+    points : points of the curve of the step; they show which states are equilibria and which belong to a snap
 
     Returns
     -------
     dict
-        As `fsm.solve.arc_run.ArcRun.loads`; empty if no load changes in the step.
+        Arrays as in `fsm.solve.arc_run.ArcRun.loads`; the dict is empty if no load changes in the step.
     """
     records = np.flatnonzero(solution.step == number)
     moving = {point.time for point in points if point.path % 2}
     records = records[[float(t) not in moving for t in solution.time[records]]]
     if not len(records):
         return {}
-    origin = max(int(records[0]) - 1, 0) if number > 1 else int(records[0])  # the last record of the previous step
+    origin = max(int(records[0]) - 1, 0) if number > 1 else int(records[0])  # this is the last record of the previous step
     first = _state(system, whole, solution, origin)
     ways: dict[str, list[list[float]]] = {}
     for record in records.tolist():

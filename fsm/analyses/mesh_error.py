@@ -54,7 +54,7 @@ class OnMesh:
     deflection: Callable[[np.ndarray], float]
 
     def modes(self, count: int) -> Modes:
-        """The lowest natural modes."""
+        """Lowest natural modes of the film."""
         return natural_modes(self.system, self.system.initial()[0], count)
 
     def largest(self, model: ReducedModel, duration: float, step: float) -> float:
@@ -75,7 +75,7 @@ class MeshError:
     frequencies : (n,) array, Hz
         Natural frequencies on the mesh itself.
     modes : (n,) array
-        Relative error of each; NaN if the mode has no stiffness on one of the meshes.
+        Relative error of each frequency; NaN if the mode has no stiffness on one of the meshes.
     amplitude : relative error of the largest displacement at the probe; None without motion, or if a mode has no stiffness
     """
 
@@ -108,13 +108,13 @@ def mesh_error(own: OnMesh, other: OnMesh, order: int, count: int, duration: flo
     Parameters
     ----------
     own, other : OnMesh
-        The other is finer, or coarser.
+        Films on the mesh itself and on the comparison mesh, which is finer or coarser.
     order : order of the natural frequencies in the size of the elements
     count : number of modes
     duration : s
         Duration of the vibration.
     step : s
-        Step of the linear responses; longer if there were more than `_RESPONSE` steps.
+        Step of the linear responses; it is increased if there were more than `_RESPONSE` steps.
     """
     first, second = own.modes(max(count, _MODES)), other.modes(max(count, _MODES))
     both = min(len(first.squared), len(second.squared))

@@ -138,7 +138,7 @@ def error_against_full(
     except NotConverged:
         return ModelError(None, None, stretch, until)
     response = model.respond(until, step / 8.0, system.loading.forcings)
-    if not np.all(np.isfinite(response.amplitude)):  # far beyond the range of the cubic terms the motion diverges
+    if not np.all(np.isfinite(response.amplitude)):  # the motion diverges far outside the range of the cubic terms
         return ModelError(math.inf, math.inf, stretch, until)
     amplitude = CubicHermiteSpline(response.time, response.amplitude, response.rate)
     ours = [model.coordinates(amplitude(t)) for t, _, _ in full]
@@ -235,7 +235,7 @@ class ReducedSolve:
     ) -> Statistics:
         """Solve up to `end` (s) and report states at the requested times.
 
-        The energies are computed from the model: its modes and the rest state.
+        The energies are computed from the modal amplitudes and the rest state.
 
         Raises
         ------

@@ -54,7 +54,7 @@ class StepResult:
     counters : counters of the solver
     n_points : number of points of the curve at the end of the step
     events, frequencies : events, and natural frequencies in Hz
-    path : time of the programs, stability and loads at all points of a path by arc length (`fsm.solve.arc_run`)
+    path : program time, stability and loads at all points of a path by arc length (`fsm.solve.arc_run`)
     """
 
     name: str

@@ -86,7 +86,7 @@ class ScissorArray(OneStep):
         return Settings(
             method, solve.rtol, solve.end_time, solve.max_step or math.inf, solve.max_steps, solve.energy_abort,
             rho_inf=RHO_INF if solve.rho_inf is None else solve.rho_inf, step=solve.step if stepwise else None,
-            # the method damps waves that the mesh does not resolve; this loss is checked only at the end of the run
+            # the method damps waves that the mesh does not resolve; only the end of the run checks this loss
             judge_losses=method != "generalized-alpha" or solve.step is not None,
         )  # fmt: skip
 
@@ -98,7 +98,7 @@ class ScissorArray(OneStep):
         return [float(t) for t in np.linspace(0.0, end, count + 1)]
 
     def sample_times(self, end: float) -> list[float]:
-        """See `Analysis`: points are computed at the records."""
+        """See `Analysis`; the points are computed at the records."""
         return []
 
     def layout(self) -> Layout:
@@ -133,7 +133,7 @@ class ScissorArray(OneStep):
         return ArrayMotion(names, start, points, None, bars, np.zeros((len(solution), 0)))
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
-        """Differences from rigid bars, loss of synchronism, sizes."""
+        """Differences from the array with rigid bars, loss of synchronism, and sizes."""
         motion = solution.array
         assert motion is not None
         apart = {name: float(np.abs(values).max()) for name, values in asynchronism(motion).items()}
@@ -175,9 +175,9 @@ class ScissorArray(OneStep):
     ) -> float | None:
         """Relative error of the largest stress, from the same array on another mesh with longer steps.
 
-        The mesh has half as many elements per bar, or four in place of two. The tolerance rtol is ten times as large,
-        and a fixed step twice as large. The error is the larger of two numbers: the difference of the largest stresses,
-        and a third of the largest difference in any bar at any time.
+        The mesh has half as many elements per bar, or four in place of two. The tolerance rtol is ten times as large, and a
+        fixed step is twice as large. The error is the larger of two numbers: the difference of the largest stresses, and a
+        third of the largest difference in any bar at any time.
         """
         settings = self.settings(self.method()[0])
         assert isinstance(settings, Settings)
@@ -268,7 +268,7 @@ class ScissorArray(OneStep):
             bar = free.index(next(bar.name for bar in self.array.bars if name in bar.points))
             x, z, angle = poses[:, bar].T
             arm = start[k] - poses[0, bar, :2]
-            turn = angle - angle[0]  # about y, from z to x
+            turn = angle - angle[0]  # rotation about y, from z to x
             cosine, sine = np.cos(turn), np.sin(turn)
             across = np.stack([cosine * arm[0] + sine * arm[1], cosine * arm[1] - sine * arm[0]], axis=1)
             displacement[:, k] = np.stack([x, z], axis=1) + across - start[k]

@@ -93,7 +93,7 @@ class SegmentError:
         """
         travels = solution.travel[:, 0]
         record = int(np.argmin(np.abs(travels - travel)))
-        if not record and len(travels) > 1:  # a strip that is straight at the start gives no error estimate
+        if not record and len(travels) > 1:  # a strip that is initially straight gives no error estimate
             record = 1
         q = solution.q[record]
         part = self.unresolved(q).part

@@ -31,7 +31,7 @@ _REMEDY = {
 
 
 def supports(case: Case) -> tuple[Support, ...]:
-    """Supports of the case, or else the pulled points."""
+    """Supports of the case; without supports, the pulled points."""
     if case.support:
         return case.support
     if any(isinstance(cable, CornerCable) for cable in case.cable):
@@ -55,7 +55,7 @@ def as_deployed(case: Case, deployed: DeployedFilm, loading: Loading) -> AncfSys
 
 
 def stretched(case: Case, film: FilmMesh, loading: Loading) -> AncfSystem:
-    """Film of a case under tension, on its supports, at rest under its weight; `loading` acts afterwards.
+    """Film of a case under tension, on its supports, and at rest under its weight; `loading` acts after the tensioning.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSy
     ends = film.ends
     drawn = np.concatenate([ends, ends + 1, ends + 2])
     others = np.setdiff1d(held, drawn)
-    anchor = ends[0] + np.arange(3)  # by equilibrium, the reaction of this end equals its pull
+    anchor = ends[0] + np.arange(3)  # by equilibrium, the reaction at the held end equals the pull at this end
     strain = mean_strain(case)
     forces = np.zeros(len(film.mesh.coordinates))
     for end, outward in zip(ends[1:], film.outwards[1:], strict=True):

@@ -30,7 +30,7 @@ class SummaryErrors:
     Attributes
     ----------
     step : s
-    of_step : error due to the step; None if a step fails, or without motion
+    of_step : error due to the step; None if a step fails, or if there is no motion
     of_point : difference between a force at a point and a force spread over an element; None if not computed
     """
 
@@ -42,7 +42,7 @@ class SummaryErrors:
         """Warnings, if any, that these errors are above 2 %."""
         found = []
         if self.of_step is not None and self.of_step > _LARGE:
-            shorter = self.step * math.sqrt(_LARGE / self.of_step)  # methods of second order
+            shorter = self.step * math.sqrt(_LARGE / self.of_step)  # these methods are of second order
             found.append(
                 f"displacements have an error of about {100.0 * self.of_step:.2g} % with steps of {1e3 * self.step:.3g} ms "
                 f"(bound {100.0 * _LARGE:.0f} %); reduce solve.step to {1e3 * shorter:.2g} ms"

@@ -141,7 +141,7 @@ class VibrationAnalysis(OneStep):
         impact = self.case.impact
         if impact is None or self.case.solve.method != "auto" or wanted == "full":
             return
-        if np.any(self.modes.squared <= 0.0):  # a frequency of zero except for round-off: a slack part without support
+        if np.any(self.modes.squared <= 0.0):  # the frequency is zero except for round-off, so a slack part has no support
             self.reason = "a mode has no stiffness, so there is no reduced model"
             if wanted == "reduced":
                 warnings.append(f'reduced model: {self.reason}; solved with vibration.model = "full"')
@@ -195,7 +195,7 @@ class VibrationAnalysis(OneStep):
         return [*samples[:: max(1, math.ceil(len(samples) / _RECORDS))], end]
 
     def sample_times(self, end: float) -> list[float]:
-        """Even times, from the case or by the highest requested mode; fixed steps are not shortened."""
+        """Times at equal intervals, from the case or from the highest mode; fixed steps are not shortened for them."""
         if not end:
             return [0.0]
         step = self.vibration.sampling
@@ -280,7 +280,7 @@ class VibrationAnalysis(OneStep):
         return places | self.vibration.probes
 
     def _mesh_error(self) -> MeshError | None:
-        """Error due to the mesh, by a comparison mesh; None if no mesh differs enough, or without an equilibrium."""
+        """Error due to the mesh, from another mesh; None if no mesh differs enough, or if no equilibrium is found."""
         if self.system.fixed.all():
             return None
         try:
@@ -358,7 +358,7 @@ class VibrationAnalysis(OneStep):
             raise CaseError([Fault(place, "all coordinates are held: nothing can vibrate; refine the mesh")], self.source)
 
     def _refuse_released(self, q: np.ndarray) -> None:
-        """Refuse supports that leave pulled points free: the film would not be at rest."""
+        """Refuse supports that leave pulled points free, because the film would not be at rest."""
         pull = None if self.deployed is not None or self.case.tension is None else self.case.tension.pull
         if pull is None:
             return

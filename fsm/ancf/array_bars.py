@@ -27,7 +27,7 @@ def _bars_of(t: np.ndarray) -> BarArrays:
 
 @kernel
 def _rates(table: np.ndarray, bars: BarArrays, moving: float) -> np.ndarray:
-    """Rates of the stretches, zero at rest."""
+    """Rates of the stretches; they are zero at rest."""
     if moving == 0.0:
         return np.zeros(bars.vectors.shape[0])
     return stretch_rates(bars, floats_1d(table, Q), floats_1d(table, U))

@@ -86,7 +86,7 @@ def arrays_of_beams(group: BeamGroup, slots: np.ndarray) -> list[np.ndarray]:
 def arrays_of_stress(
     group: BeamGroup, bars: np.ndarray, beside: np.ndarray, young: float, height: float, largest: np.ndarray
 ) -> list[np.ndarray]:
-    """Arrays of `note_stress`; arguments as in `bar_stresses`, and the largest stresses so far (n_bars,), Pa."""
+    """Arrays of `note_stress`: arguments as in `bar_stresses`, and the largest stress of each bar so far (n_bars,), Pa."""
     return [*_arrays(group), bars, beside, np.array([young, height]), largest]
 
 

@@ -48,7 +48,7 @@ __all__ = [
 
 @kernel
 def rows_times(rows: Rows, vector: np.ndarray) -> np.ndarray:
-    """Product of a matrix by rows, and a vector (n,)."""
+    """Product of a matrix that is stored by rows, and a vector (n,)."""
     out = np.empty(vector.shape[0])
     for i in range(out.shape[0]):
         total = 0.0
@@ -60,8 +60,8 @@ def rows_times(rows: Rows, vector: np.ndarray) -> np.ndarray:
 
 @kernel
 def place(table: np.ndarray, t: float, since: float, q: np.ndarray, u: np.ndarray) -> None:
-    """Write coordinates and rates; moved coordinates have their values at time t. Rates are means if `since` is before
-    t (s).
+    """Write coordinates and rates; moved coordinates get their values at time t. Rates are mean values since the time
+    `since`, if this time is before t (s).
     """
     here, rates, start = floats_1d(table, Q), floats_1d(table, U), floats_1d(table, START)
     copy_into(q, here)
@@ -116,7 +116,7 @@ def sum_forces(model: Coordinates, t: float, moving: float) -> None:
 
 @kernel
 def forces_of_coordinates(table: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Forces (n,). At held coordinates these are the forces of springs that keep them at their start."""
+    """Forces (n,). At held coordinates, the result is the force of the springs that keep them at their initial values."""
     total, start, fixed = floats_1d(table, FORCE), floats_1d(table, START), integers_2d(table, FIXED)
     stiff, size, out = floats_1d(table, NUMBERS)[HELD_STIFFNESS], fixed.shape[1], np.empty(q.shape[0])
     for i in range(fixed.shape[0]):

@@ -116,7 +116,7 @@ def keep_tangent(model: Coordinates, by_stiffness: float, by_damping: float, fir
     return True
 
 
-# contacts: none ---------------------------------------------------------------------------------------------------------
+# contacts: a mesh alone has no contacts ----------------------------------------------------------------------------------
 
 
 @kernel
@@ -171,7 +171,7 @@ def _renewed_force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.nd
 def _factorise_stiffness(model: Coordinates) -> bool:
     copy_into(floats_3d(model.table, STIFFNESS), floats_3d(model.table, MATRIX))
     done = factorise_matrix(model)
-    model.flags[FAILED] = 0  # of time steps
+    model.flags[FAILED] = 0  # these are the matrices of time steps
     return done
 
 
@@ -189,7 +189,9 @@ def _solved(model: Coordinates, right: np.ndarray) -> np.ndarray:
 
 @kernel
 def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> float:
-    """Mean power of dampers since the last call, from the state halfway; see `fsm.solve.dissipation`."""
+    """Mean power of dampers since the last call; the forces are those at the middle of the step, see
+    `fsm.solve.dissipation`.
+    """
     table = model.table
     last, last_time = floats_1d(table, LAST), floats_1d(table, LAST_TIME)
     damped, lost = floats_1d(table, NUMBERS)[DAMPED], 0.0

@@ -48,7 +48,7 @@ class Arrays(NamedTuple):
     Attributes
     ----------
     q, u, force : present coordinates, rates and forces
-    start : coordinates at which held ones stay
+    start : coordinates at which held coordinates stay
     fixed : (n_nodes, size) int array
         1 for held and moved coordinates, else 0.
     weight : N
@@ -65,10 +65,10 @@ class Arrays(NamedTuple):
     kinds : (n_groups,) int array
         1 for panels, 2 for creases, else 0.
     cleared, diagonal : int arrays
-        Places in the flat block data of the rows and columns of held coordinates, and of their diagonal.
+        Positions, in the flat block data, of the rows and columns of held coordinates, and of their diagonal entries.
     last, last_time : coordinates and (1,) time at the end of the last step
     kept_stiffness, kept_damping : block data, see `fsm.stepping.model.keep_tangent`
-    rows, full_rows : the same mass matrices by rows
+    rows, full_rows : `mass` and `full_mass`, stored by rows
     forcing_programs, moved, pattern : arrays of each
     """
 
@@ -115,7 +115,7 @@ class Coordinates(NamedTuple):
     accepting : (k,) int array
         Addresses of kernels that record each accepted state, with its time; arguments as in `kernels`.
     accept_tables : (k, m, 4) int array
-        Table of the arrays of each of them.
+        Table of the arrays of each of these kernels.
     flags : (3,) int array, see `fsm.kernels.block_equations`
     equations : EquationKernels
     """

@@ -85,12 +85,12 @@ class Compiled:
 
 
 class Matrices(NamedTuple):
-    """Block matrices in which the coordinates of a mesh are.
+    """Block matrices that contain the coordinates of a mesh.
 
     Attributes
     ----------
     pattern : BlockPattern
-    known, factors : its elimination, and data for factors
+    known, factors : symbolic factorisation of the pattern, and data for the factors
     fixed : (n_rows, size) array
         Held and moved coordinates.
     mass, full_mass : block data, see `Arrays`
@@ -115,7 +115,7 @@ class Matrices(NamedTuple):
 
 
 def coordinates_of(system: AncfSystem, matrices: Matrices) -> tuple[Coordinates, list[np.ndarray]]:
-    """Model of the coordinates of a system, and all arrays to which their addresses refer."""
+    """Model of the coordinates of a system, and all arrays whose addresses the model contains."""
     pattern, known, factors, fixed, mass, full_mass, all_slots = matrices
     loading, n = system.loading, system.nu
     p = pattern_arrays(pattern, known)
@@ -155,7 +155,7 @@ def coordinates_of(system: AncfSystem, matrices: Matrices) -> tuple[Coordinates,
 
 
 def _padded(tables: list[np.ndarray]) -> np.ndarray:
-    """Tables (k, m, 4) with as many rows as the longest of them."""
+    """Tables (k, m, 4), all with the number of rows of the longest table."""
     out = np.zeros((len(tables), max(map(len, tables), default=0), 4), dtype=np.int64)
     for place, table in zip(out, tables, strict=True):
         place[: len(table)] = table
@@ -171,7 +171,7 @@ def _rows(matrix: sparse.csr_matrix) -> Rows:
 
 
 def _held(fixed: np.ndarray, pattern: BlockPattern) -> tuple[np.ndarray, np.ndarray]:
-    """Places of the rows and columns of held coordinates in the flat block data, and of their diagonal."""
+    """Positions, in the flat block data, of the rows and columns of held coordinates, and of their diagonal entries."""
     marked = np.ones_like(pattern.zeros())
     set_held(fixed, pattern.indptr, pattern.indices, 2.0, marked)
     return np.flatnonzero(marked == 0.0), np.flatnonzero(marked == 2.0)

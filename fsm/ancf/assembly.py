@@ -68,7 +68,7 @@ def weigh_stretch(
     ----------
     rows : (k, 12) array
         Table of the derivatives of the shape functions at all points.
-    first, stride : rows of this point: first, first + stride, ...
+    first, stride : the rows of this point are first, first + stride, ...
     hessian : (6, 6) array
     symmetric : whether the second derivatives are symmetric; pairs (a, b) with a > b are then skipped
     weighed : (k, 6 or 9, 12) array

@@ -15,7 +15,7 @@ _APART = math.sqrt(2.4)
 
 @kernel
 def _at_ends(strain: np.ndarray, ends: np.ndarray) -> None:
-    """Values at both ends of the linear fit to values at three Gauss points."""
+    """Values at both ends of an element, from a linear fit to the values at its three Gauss points."""
     mean, rise = (5.0 * strain[0] + 8.0 * strain[1] + 5.0 * strain[2]) / 18.0, (strain[0] - strain[2]) / _APART
     ends[0], ends[1] = mean + rise, mean - rise
 
@@ -37,14 +37,15 @@ def bar_stresses(
     bars : (n_bars, 2) int array
         First element of each bar, and the element after its last one.
     beside : (m, 2) int array
-        Elements before and after each element in its half of the bar; the element itself if there is none.
+        Elements before and after each element in its half of the bar; an end element contains its own number there.
     young, height : Pa, m
     """
     count, kinds = strain.shape[0], strain.shape[2]
     own, ends = np.empty((2, 3)), np.empty((2, count, 2))
     for e in range(count):
         for g in range(3):
-            if kinds == 3:  # Green's strains at two points across, at 1/sqrt(3) of the surfaces' distance
+            # Green's strains at two points of the section, at 1/sqrt(3) times the distance of the surfaces from the axis
+            if kinds == 3:
                 lower, upper = strain[e, 2 * g, 0], strain[e, 2 * g + 1, 0]
                 own[0, g], own[1, g] = 0.5 * (lower + upper), 0.5 * math.sqrt(3.0) * (upper - lower)
             else:

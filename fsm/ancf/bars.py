@@ -2,10 +2,10 @@
 
 At each node a bar has a separate position and separate slopes. At a common point (hinge) all bars use one position (master
 and slaves, Peng et al. 2019, eq. 13, positions only) and keep separate slopes. At its middle point a bar has one section
-r_y, which transmits the moment. It has an r_x on either side, because the hinge causes a jump of axial and shear
-forces. The second half may be at an angle to the first. Its sections are then stored rotated back by this angle, so
-both halves share r_y. A cable has no section. It has one r_x at the middle point. The second half stores it rotated
-back, as other bars do with r_y.
+vector r_y, which transmits the moment. The bar has a separate r_x on each side of this point, because the hinge causes a
+jump of axial and shear forces. The second half may be at an angle to the first. The section vectors of the second half are
+then stored rotated back by this angle, so both halves share r_y. A cable has no section vector. It has one r_x at the middle
+point. The second half stores it rotated back, as other bars do with r_y.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class BarMaterial:
     ----------
     young, poisson, density : Pa, -, kg/m^3
     width, height : m
-        Across the plane and in it.
+        Width across the plane of the array, and height in this plane.
     damping : s
         Kelvin-Voigt time.
     shear_factor : -
@@ -69,7 +69,7 @@ class BarNodes:
     Attributes
     ----------
     positions, slopes : (n + 1,) int arrays
-        First coordinates of r and r_x at the nodes; r_x of a cable turned back to the first half.
+        First coordinates of r and r_x at the nodes; r_x of a cable is rotated back to the first half.
     sections : (n + 1,) int array
         First coordinates of r_y, rotated back to the first half; empty for a cable.
     at : (n + 1,) array, m
@@ -117,7 +117,7 @@ class BarMesh:
         ----------
         name : str
         points : first coordinates of the positions on the bar, in order
-        elements : number of elements between each two positions
+        elements : number of elements between two successive positions
         """
         places = [np.array(self.values[point // 2]) for point in points]
         pieces = list(pairwise(places))
@@ -242,7 +242,7 @@ _KERNELS = {
 
 
 def _over_section(count: int, length: float, height: float, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss points x/L and y (m), `count` along the axis and two across it, and their volumes (m^3)."""
+    """Gauss points x/L and y (m), with `count` points along the axis and two across it, and their volumes (m^3)."""
     xi, along = gauss_points(count, 0.0, 1.0)
     y, across = gauss_points(2, -0.5 * height, 0.5 * height)
     return np.repeat(xi, 2), np.tile(y, count), np.outer(length * along, width * across).ravel()

@@ -3,9 +3,9 @@
     E11 = (r_x.r_x - 1)/2,   E22 = (r_y.r_y - 1)/2,   E12 = r_x.r_y/2,
     U = 1/2 int E E11^2 + E E22^2 + 4 k mu E12^2 dV.
 
-Peng et al. print 2 mu, a misprint that halves the shear energy. Poisson's ratio is zero in the normal stresses, as in
-the paper's example, while mu = E/2(1 + nu). The section of this element stretches uniformly. With the full law, a bent
-bar could not expand on one side and contract on the other. It would be too stiff by 1/(1 - nu^2). k = 5/6.
+Peng et al. print 2 mu; this misprint halves the shear energy. Poisson's ratio is zero in the normal stresses, as in the
+paper's example, while mu = E/2(1 + nu). The section of this element stretches uniformly. With the full law, a bent bar could
+not expand on one side and contract on the other. A bar would then be too stiff by 1/(1 - nu^2). k = 5/6.
 
 The law is the St Venant-Kirchhoff law: the stress is linear in Green's strain. It differs from the strain of
 `beam_section` by squares of strains. There are 3 x 2 Gauss points.

@@ -68,7 +68,7 @@ class BeamArrays(NamedTuple):
     ----------
     vectors, frames, rows, stiffness, beta : see `BeamGroup`
     z : (m, g, 2 p) array
-        Derivatives of r at all points, and so on: work space.
+        Derivatives of r at all points; this and the next arrays are work space.
     strain, gradient, hessian : (m, g, s), (m, g, s, 2 p), (m, g, s, 2 p, 2 p) arrays
     """
 
@@ -94,7 +94,7 @@ class BeamGroup:
     vectors : (m, v) int array
         First coordinate of each vector of each element.
     frames : (m, v, 2) array
-        Cosine and sine of the rotation of every vector before its use; equal for vectors with common mass.
+        Cosine and sine of the rotation of every vector before its use; vectors that share a mass have equal rotations.
     rows, stiffness, beta : arrays
     masses : (m, v, v) array
     """

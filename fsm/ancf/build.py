@@ -51,7 +51,7 @@ class BeamMaterial:
     young : Pa
     density : kg/m^3
     width, thickness : m
-        Along the axis of bending, and across it.
+        Width along the axis of bending, and thickness across this axis.
     """
 
     young: float
@@ -81,7 +81,7 @@ class FilmGrid:
     position : (nx + 1, ny + 1) int array
         First coordinate of the position of each node; slopes along x and y follow at + 3 and + 6.
     behind : (nx + 1, ny + 1) int array
-        First coordinate of the slope along x for the elements of larger x at each node; a separate slope on folds.
+        First coordinate of the slope along x that the elements on the side of larger x use; on folds this slope is separate.
     """
 
     x: np.ndarray
@@ -107,7 +107,7 @@ class FilmGrid:
 
         Parameters
         ----------
-        sides : of "left" (x smallest), "right", "bottom" (y smallest), "top"; all four by default
+        sides : names of edges, from "left" (smallest x), "right", "bottom" (smallest y) and "top"; all four by default
 
         Notes
         -----
@@ -179,7 +179,7 @@ class MeshBuilder:
         node = self.size * (first + np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1))
         behind = node + 3
         for i in folds:
-            for j in range(ny + 1):  # a separate node for the slope; its position is not used
+            for j in range(ny + 1):  # this node has only the slope; its position is not used
                 at = self._node([x[i], y[j], 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 2, f"film node ({i}, {j}), behind")
                 self._used[-1][:3], behind[i, j] = False, at + 3
         corners = np.stack([node[:-1, :-1], node[1:, :-1], node[1:, 1:], node[:-1, 1:]], axis=-1).reshape(-1, 4)
@@ -241,7 +241,7 @@ class MeshBuilder:
         for i in range(elements + 1):
             position = start + (end - start) * i / elements
             borrowed = shared.get(i)
-            # a separate node for the slope; its position is not used at a shared end
+            # this node has only the slope; its position is not used at a shared end
             at = self._node([*position, *((1.0 + strain) * direction), 0.0, 0.0, 0.0], 2, f"{name} node {i}")
             vectors[i] = at if borrowed is None else borrowed, at + 3
             if borrowed is not None:
@@ -307,7 +307,7 @@ class MeshBuilder:
         numbers : (m, 9) int array
             Numbers of the vectors r, r_1, r_2 at the corners of each triangle; node s has the vectors 3 s, 3 s + 1, 3 s + 2.
         plane, angle, material, viscosity, tension_field : see `FacetGroup`
-        curved : whether the start is without stress; otherwise the flat facets are
+        curved : whether the initial shape is free of stress; otherwise the flat facets are free of stress
         """
         first = self.size * len(self._nodes)
         for number, vectors in enumerate(start):

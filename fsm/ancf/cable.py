@@ -11,8 +11,8 @@ as in `fsm.ancf.tension_field`. The bending stiffness remains.
 For a material that is linear in the engineering strain, eps = |r'| - 1 (`engineering`). The engineering strain and
 Green's strain differ by eps^2/2.
 
-Stretch has 5 Gauss points. This rule is exact, because r' is quadratic and eps^2 has the degree 8. Bending has 3
-points; its integrand is rational (see `POINTS`).
+Stretch has 5 Gauss points. This rule is exact, because r' is quadratic and eps^2 has the degree 8. Bending has 3 Gauss
+points, because its integrand is rational (see `POINTS`).
 """
 
 from __future__ import annotations
@@ -54,8 +54,9 @@ class CableArrays(NamedTuple):
         First derivatives, and first and second derivatives, of the shape functions of a unit element.
     stretch_weights, bend_weights : (s,), (p,) arrays
     products : (s + 4 p, 16) array
-        Products of the derivatives of two shape functions, for all pairs of functions: at the points of stretch; at those of
-        bending of both first derivatives, first and second, second and first, both second.
+        Products of the derivatives of two shape functions, for all pairs of functions. The first rows belong to the points
+        of stretch, the others to the points of bending: both first derivatives, first and second, second and first, both
+        second.
     """
 
     vectors: np.ndarray
@@ -114,7 +115,7 @@ class CableGroup:
         return float(np.sqrt(np.max(self.axial / self.line_density)))
 
     def mass(self) -> MassPart:
-        """See `ElementGroup`: exact, int rho A S_i S_j dX."""
+        """See `ElementGroup`; the mass matrix is exact, int rho A S_i S_j dX."""
         points, weights = gauss(4)
         shapes = cable_shape(points)
         unit = np.einsum("g,gi,gj->ij", weights, shapes, shapes)
@@ -154,7 +155,9 @@ class CableGroup:
         return self.tension_only
 
     def release(self, q: np.ndarray, remainder: float) -> None:
-        """Set the forces P so that tension-only cables carry no compression at q; `remainder`: their fraction of EA."""
+        """Set the forces P so that tension-only cables carry no compression at q; `remainder` is the fraction of EA that
+        remains under compression.
+        """
         if self.tension_only:
             release_at(self.arrays, self.engineering, q)
             self.arrays.remainder[0] = remainder

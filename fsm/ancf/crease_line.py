@@ -1,8 +1,8 @@
 """Creases of a film: lines along which its slope jumps, with a torsional spring.
 
 The slopes a = r_X before the line and b = r_X behind it are separate. The tangent c = r_Y of the line is common.
-`fsm.ancf.fold_angle` defines the rotation psi from a to b. The moment is k (psi - psi_free) + tau k psi', positive upwards:
-from x towards z for a line along y. Each node has a share of k in proportion to its share of the width.
+`fsm.ancf.fold_angle` defines the rotation psi from a to b. The moment is k (psi - psi_free) + tau k psi'; it is positive
+upwards: from x towards z for a line along y. Each node has a share of k in proportion to its share of the width.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class CreaseLineGroup:
     free_turn : (m,) array, rad
         Rotation at zero moment.
     near : (m,) array, rad
-        Rotations are taken within half a turn of this value.
+        Rotations are determined within half a turn of this value.
     viscosity : s
         Kelvin-Voigt time tau.
     """
@@ -51,7 +51,7 @@ class CreaseLineGroup:
         return self.viscosity > 0.0
 
     def mass(self) -> MassPart:
-        """See `ElementGroup`: none."""
+        """See `ElementGroup`; crease lines have no mass."""
         return MassPart(np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3, 3)), np.eye(3))
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
@@ -80,7 +80,7 @@ class CreaseLineGroup:
 
     @cached_property
     def arrays(self) -> FoldArrays:
-        """Arrays of the kernels: folds with the curve M(o) = o."""
+        """Arrays of the kernels, as folds with the curve M(o) = o."""
         count = len(self.vectors)
         numbers, weights = np.zeros(count, dtype=np.int64), np.broadcast_to(np.eye(3), (count, 3, 3))
         unit = np.array([0, 1]), np.zeros(1), np.array([[0.0, 0.0, 1.0, 0.0]]), np.zeros(1)

@@ -1,8 +1,9 @@
 """Numbering of an array end to end: the specification matrix method of Peng et al. (2019), section 3, as a permutation.
 
-Every unit has first the coordinates of its left boundary, then the inner ones, and last the coordinates of its right
-boundary. The next unit shares this boundary. B has a single 1 in each row and column, and maps the new order to the original
-one. Its inverse is its transpose. In the new order the matrices of an array are block-banded with the width of one unit.
+Each unit lists first the coordinates of its left boundary, then its inner coordinates, and last the coordinates of its right
+boundary. The right boundary of a unit is the left boundary of the next unit. B has a single 1 in each row and column, and
+maps the new order to the original one. Its inverse is its transpose. In the new order the matrices of an array are
+block-banded with the width of one unit.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ __all__ = ["end_to_end", "specification_matrix"]
 def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
     """Order of the numbers used by units, from the first unit to the last, each number once.
 
-    Numbers that a unit shares with the next one come last; otherwise the order of the lists is kept.
+    Numbers that a unit shares with the next unit come last; the other numbers keep the order of the lists.
     """
     order: list[int] = []
     done: set[int] = set()
@@ -32,7 +33,7 @@ def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
 
 
 def specification_matrix(order: np.ndarray) -> np.ndarray:
-    """B with q = B q', q' numbered by `order`: (n, n), Peng et al. 2019, eqs. 17 to 19."""
+    """Matrix B (n, n) with q = B q', where q' is numbered by `order` (Peng et al. 2019, eqs. 17 to 19)."""
     matrix = np.zeros((len(order), len(order)))
     matrix[order, np.arange(len(order))] = 1.0
     return matrix

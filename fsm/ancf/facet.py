@@ -1,15 +1,15 @@
 """Kernels of ANCF-DKT triangles: energy, force, tangent and membrane efforts of flexible facets.
 
 Stretch: fifteen scalars that rigid motions do not change, and their constant moduli (`membrane_moduli` in
-`fsm.ancf.facet_shape`). They are the mean Green strains of the three edges (Simpson's rule), the Green strains of the
-slopes at the corners, and the rotations of the edges within the surface. An edge from a to b with tangent t and normal
-n rotates by
+`fsm.ancf.facet_shape`). The scalars are the mean Green strains of the three edges (Simpson's rule), the Green strains of the
+slopes at the corners, and the rotations of the edges within the surface. An edge from a to b with tangent t and normal n
+rotates by
 
     (F_b t - F_a t) . (F_a n + F_b n)/2,    F = [r_X, r_Y]
 
 Bending of a triangle that is flat at rest: U_b = 1/2 sum A/3 kappa D kappa with curvature vectors kappa, a constant matrix.
-With rest curvature k0: components n . kappa - k0 along the unit normal n. The rows and matrices are those of
-`fsm.ancf.facet_shape`.
+With a rest curvature k0, the components n . kappa - k0 along the unit normal n replace kappa. The rows and matrices are
+those of `fsm.ancf.facet_shape`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class FacetArrays(NamedTuple):
         First coordinates of r, r_1, r_2 at the corners.
     edges : (m, 3, 3, 9) array
     rest : (m, 5, 3) array
-        Strains at rest: of the three edges; exx, eyy, 2 exy at each corner; turns of the edges.
+        Strains at rest: the strains of the three edges; exx, eyy, 2 exy at each corner; the rotations of the edges.
     across : (m, 3, 9) array
         Mean slope across each edge.
     moduli : (m, 15, 15) array, N m
@@ -319,7 +319,7 @@ def add_geometric(edges: np.ndarray, across: np.ndarray, efforts: np.ndarray, pl
 
 @kernel
 def facet_efforts(facets: FacetArrays, q: np.ndarray, dx: np.ndarray, out: np.ndarray) -> None:
-    """Membrane efforts (m, 5, 3) at q + dx, to first order in dx."""
+    """Membrane efforts (m, 5, 3) at q + dx, linearised in dx."""
     e, change, slopes, strains = np.empty((9, 3)), np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3))
     moved, turned, beside = np.empty(3), np.empty(3), np.empty(3)
     for k in range(facets.vectors.shape[0]):

@@ -49,7 +49,7 @@ class FacetGroup:
         Kelvin-Voigt time tau.
     tension_field : bool
         Whether facets carry no compression (`fsm.ancf.facet_tension`).
-    name : of its energy
+    name : name of its energy
     """
 
     vectors: np.ndarray
@@ -129,8 +129,8 @@ class FacetGroup:
         return float(stretch), float(bend)
 
     def efforts(self, q: np.ndarray, dx: np.ndarray | None = None) -> np.ndarray:
-        """Membrane efforts, flat: unknowns of the mixed Newton method. With `dx`, they are to first order after this
-        increment.
+        """Membrane efforts, flat: unknowns of the mixed Newton method. With `dx`, the efforts are linearised about q for
+        this increment.
 
         Each triangle has three efforts of its edges, three at each corner and three of rotations, all times its area.
         """

@@ -161,9 +161,9 @@ def facet_masses(plane: np.ndarray, angle: np.ndarray, area: np.ndarray, areal_d
 def membrane_moduli(rows: FacetRows, plane: np.ndarray, angle: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """Moduli (m, 15, 15), N m, of the strains in `fsm.ancf.facet.FacetArrays.rest`.
 
-    The mean strain e_0 is the integral of n u over the boundary, with cubic displacements along the edges. Neighbours
-    have the same displacements there, so the patch test holds. With the mean strains e_k of the edges, the turns g_k,
-    the lengths l_k, and T that gives the strain of the triangle from its edges:
+    The mean strain e_0 is the integral of n u over the boundary, with cubic displacements along the edges. Neighbouring
+    triangles have the same displacements there, so the patch test is satisfied. With the mean strains e_k of the edges, the
+    turns g_k, the lengths l_k, and T that gives the strain of the triangle from its edges:
 
         e_0 = T e + sum_k l_k^2/(12 A) (g_k n n + (t E_b t - t E_a t) (n t + t n)/2)
 

@@ -6,7 +6,7 @@ without compression have the relaxed energy of `fsm.ancf.tension_field` in place
 
     U = U_plain + sum_p A/3 (W_relaxed(S_p e) - W(S_p e))
 
-Taut points have no correction.
+At taut points the correction is zero.
 """
 
 from __future__ import annotations

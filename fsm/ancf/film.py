@@ -105,7 +105,7 @@ class FilmStress:
     Attributes
     ----------
     position : (m, s, 3) array, m
-        In the deformed shape.
+        Positions in the deformed shape.
     principal : (m, s, 2) array, Pa
         Cauchy stresses, the larger first.
     direction : (m, s, 3) array
@@ -138,7 +138,7 @@ class MembraneGroup:
         Kelvin-Voigt.
     rest : (n,) array or None
         All coordinates in the unstressed shape; flat if absent.
-    name : of its energy
+    name : name of its energy
     points : Gauss points per side, for stretch and for bending
     """
 
@@ -245,12 +245,11 @@ class MembraneGroup:
         )
 
     def release(self, q: np.ndarray, remainder: float) -> None:
-        """Make a tension field free of compression in a configuration; see `fsm.ancf.tension_field`.
+        """Remove the compression from a tension field in a configuration; see `fsm.ancf.tension_field`.
 
         Parameters
         ----------
-        remainder : -
-            eps, from then on.
+        remainder : - Fraction eps of the plain law after this call.
         """
         if self.tension_field:
             strain, material = self.strains(q), self.material

@@ -8,7 +8,7 @@ M_c is the curve of `fsm.laws.crease`, with the friction slider of `fsm.laws.cre
 share of the fold. The second term acts beyond the angle p and becomes infinite where facets meet (Liu and Paulino,
 2017). The third is a load: the rest angle of a linear fold with the stiffness k moves by d_r.
 
-Fold angles are continuous. They differ by less than half a turn from the angles of the last accepted state, so they may
+Fold angles are continuous. They differ by less than half a turn from the fold angles of the last accepted state, so they may
 exceed 180 degrees.
 """
 
@@ -47,7 +47,7 @@ class FoldLaws:
     Attributes
     ----------
     start : (m,) array, rad
-        Fold angles at the start; those of the first state are within half a turn of them.
+        Fold angles at the start; the angles of the first state are within half a turn of these values.
     curves : CreaseLaws
         Curves without dampers; the opening is o = rest - side psi.
     share : (m,) array
@@ -55,7 +55,7 @@ class FoldLaws:
     damping : (m,) array, N m s/rad
     turning : (m,) array, N m
         Stiffness times the change of the rest angle at the factor 1.
-    time : factor of `turning`
+    time : factor of `turning` as a function of time
     linear_to : rad
         Angle p; pi: never reached.
     rise : (m,) array, N m/rad
@@ -108,7 +108,9 @@ class FoldLaws:
     def energy(
         self, t: float, angle: np.ndarray, rate: np.ndarray, duration: float | None = None, other: np.ndarray | None = None
     ) -> FoldEnergy:
-        """Energy and powers; `duration` and the angles `other` at the other end of a step as in `Sliders.energy`."""
+        """Energy and powers; `duration` and the angles `other` at the other end of a step have the same meaning as in
+        `Sliders.energy`.
+        """
         stored = float(fold_efforts(self.without_memory, angle)[0].sum())
         power, sliding = float(self.damping @ rate**2), 0.0
         if self.sliders is not None:

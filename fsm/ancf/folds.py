@@ -2,8 +2,8 @@
 
 The vectors a and b across the fold on its sides, and c along it, are sums of four nodal vectors:
 
-* creases of flexible facets, at a node: of the slopes of the facets on both sides. The two sides share positions and
-have separate slopes; c is the mean of their slopes along the crease.
+* a crease of flexible facets, at a node: a and b are sums of the slopes of the facets on both sides. The two sides share
+positions and have separate slopes; c is the mean of their slopes along the crease.
 * triangles (i, j, k) and (l, k, j) of points: a = x_j - x_i, b = x_l - x_j, c = x_k - x_j.
 
 The fold angle is the rotation about c from a to b, as in `fsm.ancf.fold_angle`: zero if flat, positive for a valley.
@@ -39,7 +39,7 @@ class FoldGroup:
     weights : (m, 3, 4) array
         Factors of these vectors in a, b and c.
     laws : FoldLaws
-    name : of their energy
+    name : name of their energy
     """
 
     vectors: np.ndarray
@@ -55,7 +55,7 @@ class FoldGroup:
         return self.laws.rate_dependent
 
     def mass(self) -> MassPart:
-        """See `ElementGroup`: none."""
+        """See `ElementGroup`; folds have no mass."""
         return MassPart(np.zeros((0, 4), dtype=np.int64), np.zeros((0, 4, 4)), np.eye(3))
 
     def at(self, t: float, before: PreviousState | None) -> None:

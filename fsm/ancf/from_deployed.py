@@ -1,9 +1,10 @@
-"""A deployed strip of rigid segments as a film: its shape, its tension, its creases as lines where its slope jumps.
+"""Conversion of a deployed strip of rigid segments to a film with the same shape and tension; creases become lines where the
+slope jumps.
 
-The material lines of the film are those of the strip: X along the flat strip, Y across. The film has the same stretch
-as the joints of the segments, and therefore the tension of the strip. Panels are flat without load. A crease is a line
-on which the slope along X jumps, with a torsional spring (`fsm.ancf.crease_line`). At its present rotation psi a crease
-has the moment M and the stiffness k = dM/dpsi. The spring has the stiffness k and no moment at psi - M/k.
+The material coordinates of the film are those of the strip: X along the flat strip, Y across it. The film has the same
+stretch as the joints of the segments, and therefore the tension of the strip. Panels are flat in the unloaded state. A
+crease is a line on which the slope along X jumps, with a torsional spring (`fsm.ancf.crease_line`). At its present rotation
+psi a crease has the moment M and the stiffness k = dM/dpsi. The spring has the stiffness k and zero moment at psi - M/k.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ class CreaseLine:
     Attributes
     ----------
     place : m
-        Along the strip, as if it were flat.
+        Coordinate along the strip in its flat state.
     stiffness : N m/rad
-        Over the width of the strip, at its present angle.
+        Stiffness over the width of the strip, at the present angle.
     free_angle : rad
         Rotation of the film from before to behind the crease, about the width, at which the crease has no moment;
         positive upwards.
@@ -48,11 +49,11 @@ class DeployedStrip:
     Attributes
     ----------
     place : (n + 1,) array, m
-        Ends of the segments along the strip, as if it were flat.
+        Ends of the segments along the strip in its flat state.
     panel : (n,) int array
         Number of the panel of each segment.
     position : (n + 1, 3) array, m
-        Positions, in the middle of the width.
+        Positions of the ends, in the middle of the width.
     across : (3,) array
         Unit vector along the width.
     width : m
@@ -78,7 +79,8 @@ def deployed_mesh(
     ----------
     strip : DeployedStrip
     place, y : m
-        Mesh lines: along the strip as if it were flat, with one on every crease; across, from -width/2 to width/2.
+        Mesh lines: `place` along the strip in its flat state, with one line on every crease; `y` across, from -width/2 to
+        width/2.
     air : kg/m^2
         Mass of air on the motion normal to the deployed shape.
     viscosity : s
@@ -87,7 +89,7 @@ def deployed_mesh(
     Returns
     -------
     Mesh, FilmGrid
-        The x of the grid start at the beginning of the strip.
+        The x coordinates of the grid start at the beginning of the strip.
     """
     place, y = np.asarray(place, dtype=float), np.asarray(y, dtype=float)
     folds = [int(np.argmin(np.abs(place - crease.place))) for crease in strip.creases]
@@ -111,7 +113,7 @@ def deployed_mesh(
 
 
 def _slopes(strip: DeployedStrip, place: np.ndarray, folds: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes along X before and behind every mesh line, (n, 3); they differ on folds only."""
+    """Slopes along X before and behind every mesh line, (n, 3); the two slopes are different on folds only."""
     steps = np.diff(strip.place)
     slopes, middle = np.diff(strip.position, axis=0) / steps[:, None], strip.place[:-1] + 0.5 * steps
     before, behind = np.empty((len(place), 3)), np.empty((len(place), 3))
@@ -127,7 +129,7 @@ def _slopes(strip: DeployedStrip, place: np.ndarray, folds: list[int]) -> tuple[
 def _crease_lines(
     strip: DeployedStrip, grid: FilmGrid, folds: list[int], before: np.ndarray, behind: np.ndarray, viscosity: float
 ) -> CreaseLineGroup:
-    """The springs of all creases, shared among the nodes of their lines."""
+    """Springs of all creases, distributed over the nodes of their lines."""
     gaps = np.diff(grid.y) / (grid.y[-1] - grid.y[0])
     share = 0.5 * (np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0))
     at = grid.position[folds]

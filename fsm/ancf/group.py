@@ -1,8 +1,8 @@
 """Protocol of a group of ANCF elements: vectors, mass, energy, force and tangents.
 
 All coordinates are components of vectors (positions and slopes), and elements are connected vector by vector. Elements may
-share a position, a slope or neither. They use the same index for a vector that they share, so no constraint equations are
-needed.
+share a position, a slope or neither. Elements use the same index for a vector that they share, so no constraint equations
+are needed.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ the bars,
 
     turn = sign (angle from p to q - initial angle),
 
-positive in deployment. Its moment against the turn,
+which is positive in deployment. Its moment against the turn,
 
     M = k (turn - rest) + c turn' + M_f tanh(turn'/w_s) + K d^1.5 max(0, 1 + h d'),   d = max(0, turn - limit),
 
@@ -117,7 +117,7 @@ def set_law(hinges: HingeArrays, t: float) -> None:
 
 @kernel
 def latch(hinges: HingeArrays, t: float, q: np.ndarray, u: np.ndarray) -> None:
-    """Latch the hinges that are at their stops, or beyond them, and are pushed back."""
+    """Latch the hinges that are at their stops, or beyond them, and whose stop moment opposes the deployment."""
     gradient = np.empty(4)
     for k in range(hinges.times.shape[0]):
         turn, rate = _state(hinges, k, q, u, gradient)
@@ -149,7 +149,7 @@ def dissipation(hinges: HingeArrays, q: np.ndarray, u: np.ndarray) -> float:
         law, depth = hinges.law[k], turn - hinges.law[k, _LIMIT]
         moment = law[_DAMPING] * rate + law[_FRICTION] * np.tanh(rate / law[_SPEED])
         if hinges.latched[k] == 1 or depth > 0.0:
-            # where a stop would pull, dissipation cancels its moment; a latch does pull
+            # where a stop would pull, its moment is set to zero, because the excess is dissipated; a latch can pull
             damped = law[_RESTITUTION] * rate
             moment += law[_STOP] * abs(depth) ** 1.5 * (damped if hinges.latched[k] == 1 else max(damped, -1.0))
         power += moment * rate
@@ -207,7 +207,7 @@ class HingeGroup:
     ----------
     vectors : (m, 2) int array
         First coordinates of the slopes p and q.
-    initial, sign : (m,) arrays, rad, +-1
+    initial, sign : (m,) arrays, rad and +-1 Initial angle, and sign of the deployment.
     law : (m, 8) array
         rest (rad), k (N m/rad), c (N m s/rad), M_f (N m), w_s (rad/s), limit (rad), K (N m/rad^1.5), h (s/rad).
     """
@@ -225,7 +225,7 @@ class HingeGroup:
 
     @cached_property
     def arrays(self) -> HingeArrays:
-        """Arrays of the kernels; `latched` is 1 for hinges whose stops act in both directions, see `set_law`."""
+        """Arrays of the kernels; `latched` is 1 for hinges whose stops act in both directions (see `set_law`)."""
         latched = np.zeros(len(self.vectors), dtype=np.int64)
         return HingeArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(self.initial), np.ascontiguousarray(self.sign),

@@ -1,11 +1,11 @@
 """Latches of hinges: a hinge that has reached its stop is held there in both directions.
 
-A hinge latches at the end of a step if it is at its stop or beyond it, and the stop pushes it back. There the latch and the
-stop have equal moments and energies. Moment and energy do not jump, so latching does not change the energy. A latched
-hinge does not open again.
+A hinge latches at the end of a step if it is at its stop or beyond it, and the stop pushes it back. In this state the latch
+and the stop have equal moments and energies. Moment and energy do not jump, so latching does not change the energy. A
+latched hinge does not open again.
 
-The law of a hinge is a function of time. It is the law of the stop up to and including the time of latching, and then the
-law of the latch. Earlier states are thus evaluated with the law that was valid at their time.
+The law of a hinge is a function of time. Up to and including the time of latching it is the law of the stop, and after that
+time the law of the latch. Earlier states are thus evaluated with the law that was valid at their time.
 """
 
 from __future__ import annotations

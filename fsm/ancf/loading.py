@@ -44,7 +44,7 @@ class Loading:
     Attributes
     ----------
     gravity : (x, y, z), m/s^2
-        Acts on the mass of elements and points, not on the added mass of air.
+        Gravity acts on the mass of elements and points, not on the added mass of air.
     mass_damping : 1/s
         Forces -mass_damping M u, where M includes the air. The damping ratio of a mode is mass_damping/(2 omega).
     """

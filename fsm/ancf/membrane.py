@@ -5,7 +5,7 @@
     C = E t/(1 - nu^2),   D = E t^3/(12 (1 - nu^2))
 
 R is the unstressed shape, flat unless given. Stretch may be a tension field (`fsm.ancf.tension_field`). Damping is
-Kelvin-Voigt damping of plain stretch and of bending: stresses follow from strain + viscosity * rate.
+Kelvin-Voigt damping of plain stretch and of bending: the stresses follow from strain + viscosity * rate.
 
 Gauss points: 4 x 4 for stretch, 3 x 3 for bending; see `POINTS`. The kernels use slopes times length, so all
 elements share one table of derivatives. One product with it gives the derivatives at all points.
@@ -48,10 +48,11 @@ class MembraneArrays(NamedTuple):
     release : (m, s, 3) array, N/m
         P of a tension field, as xx, yy, xy; zeros of a plain film.
     rest_strain, rest_curvature : (m, s, 3), (m, p, 3) arrays
-        Of the unstressed shape, xx, yy, xy: (R_i.R_j - delta_ij)/2 and kappa0.
+        Strain (R_i.R_j - delta_ij)/2 and curvature kappa0 of the unstressed shape, as xx, yy, xy.
     columns : (12, 2 s + 5 p) array
-        Derivatives of the shape functions: x at all points of stretch, then y; at those of bending x, y, xx, yy, xy.
-    rows : the same transposed
+        Derivatives of the shape functions: first x and then y at all points of stretch; then x, y, xx, yy, xy at the points
+        of bending.
+    rows : transpose of `columns`
     stretch_weights, bend_weights : (s,), (p,) arrays
     """
 
@@ -165,7 +166,7 @@ def _stretch_effort(
     r: np.ndarray, x: int, y: int, per_b: float, per_c: float, weight: float, nxx: float, nyy: float, nxy: float,
     p: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write derivatives of the energy with respect to r_x and r_y at a point of stretch to the same columns of p."""
+    """Write the derivatives of the energy with respect to r_x and r_y at a point of stretch to the same columns of p."""
     for a in range(3):
         rx, ry = r[a, x] * per_b, r[a, y] * per_c
         p[a, x] = weight * per_b * (nxx * rx + nxy * ry)

@@ -34,7 +34,7 @@ class Mesh:
     masses : mass besides that of the elements: points, air
     quads : (n_quads, 4) int array
         First coordinates of the corner positions of drawn faces, in cyclic order.
-    names : of the nodes, for messages
+    names : names of the nodes, for messages
     pattern : BlockPattern
         Pattern of nodes that elements join.
     dimension : 3, or 2 for a planar mesh

@@ -48,7 +48,7 @@ class PressedFaces:
     angle: np.ndarray
 
     def of(self, facets: np.ndarray) -> PressedFaces:
-        """Triangles of some facets."""
+        """Selected triangles, which belong to the given facets."""
         here = np.isin(self.facet, facets)
         linear = not len(self.plane)
         return PressedFaces(

@@ -85,10 +85,10 @@ class ReducedModel:
         ----------
         system : System
         t, q : equilibrium
-        squared, shapes : of `fsm.solve.modal.Modes`, in the same order
+        squared, shapes : fields of `fsm.solve.modal.Modes`, in the same order
         cubic : whether to include large amplitudes
         amplitude : m
-            Displacements at which the stretch is evaluated; zero: a hundredth of an element.
+            Displacements at which the stretch is evaluated; the value zero means a hundredth of an element.
         """
         if np.any(squared <= 0.0):
             raise ValueError("the equilibrium is not stable: a reduced model needs positive omega^2")
@@ -99,7 +99,7 @@ class ReducedModel:
         return cls(q.copy(), shapes, squared, damping, *terms)
 
     def coordinates(self, amplitude: np.ndarray) -> np.ndarray:
-        """Coordinates (..., n) for modal amplitudes (..., k); without the second-order response."""
+        """Coordinates (..., n) for modal amplitudes (..., k); the second-order response is not included."""
         return np.asarray(self.rest + amplitude @ self.shapes)
 
     def truncation_error(self, vector: np.ndarray, compliance: np.ndarray) -> float:
@@ -187,10 +187,10 @@ def cubic_terms(
 
 
 def _transition(squared: np.ndarray, damping: np.ndarray, h: float) -> np.ndarray:
-    """Motion of damped oscillators after a step h, (6, k):
+    """Motion of damped oscillators after a step h, (6, k); the rows are:
 
-    from a = 1, from v = 1; the rates of both; under a load 1, under a load s/h. The rate under the load 1 is the motion
-    from v = 1. The rate under the load s/h is the motion under the load 1, divided by h.
+    the motion from a = 1 and from v = 1; the rates of both motions; the motion under the load 1 and under the load s/h. The
+    rate under the load 1 is the motion from v = 1. The rate under the load s/h is the motion under the load 1, divided by h.
     """
     cosine, sine = _faded(squared, damping, h)
     by_a, by_v = cosine + damping * sine, sine

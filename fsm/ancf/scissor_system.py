@@ -61,9 +61,9 @@ class ScissorSystem(AncfSystem):
 
     @cached_property
     def _scales(self) -> Scales:
-        """Typical sizes: the length is the length of an element.
+        """Scales of the system; the scale of length is the length of an element.
 
-        The velocity is the material velocity in an axial wave with this amplitude and the length of an element. Errors
+        The scale of velocity is the material velocity in an axial wave whose amplitude is the length of an element. Errors
         of waves that the mesh resolves are therefore measured by their displacements.
         """
         length = float(np.median(np.concatenate([np.diff(bar.at) for bar in self.bars])))
@@ -75,11 +75,12 @@ class ScissorSystem(AncfSystem):
         return Scales(length, size, wave * size, size, span, _RESOLVED * size)
 
     def shortest_step(self) -> float:
-        """See `System`: a part of 1/omega of the shortest bending wave that a mesh resolves, four elements long.
+        """See `System`; the result is a fraction of 1/omega of the shortest bending wave that the mesh resolves, which is
+        four elements long.
 
-        omega = k^2 sqrt(EI/(rho A)), k = pi/(2 L), or the frequency of the axial wave, k sqrt(E/rho), if it is lower (deep
-        bars). Waves of shear and of the section's stretch are much faster, carry little energy, and start wherever a moment
-        jumps.
+        Here omega = k^2 sqrt(EI/(rho A)), k = pi/(2 L), or the frequency of the axial wave, k sqrt(E/rho), if it is lower
+        (deep bars). Waves of shear and of the section's stretch are much faster, carry little energy, and start wherever a
+        moment jumps.
         """
         length = self._scales.length
         number, speed = 0.5 * math.pi / length, math.sqrt(self.material.young / self.material.density)
@@ -88,7 +89,7 @@ class ScissorSystem(AncfSystem):
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """See `AncfSystem`; hinges have the law of this time."""
+        """See `AncfSystem`; hinges have the law of the present time."""
         if self.latches is not None:
             self.latches.at(t)
         return super().place(t, q, u, before)
@@ -131,7 +132,7 @@ class ScissorSystem(AncfSystem):
         hinges = set(self.points.values())
         for bar in self.bars:
             for element, position in enumerate(bar.positions[1:-1], start=bar.elements.start):
-                if int(position) not in hinges:  # forces jump at these times
+                if int(position) not in hinges:  # forces may jump at these times
                     after[element], before[element + 1] = element + 1, element
         bars = np.array([(bar.elements.start, bar.elements.stop) for bar in self.bars], dtype=np.int64)
         return bars, np.ascontiguousarray(np.column_stack([before, after]))

@@ -1,10 +1,10 @@
-"""System of ANCF meshes: M u' = h(t, q, u), q' = u with a constant sparse M (Sun et al. 2024, eqs. 23, 36).
+"""Systems of ANCF meshes: M u' = h(t, q, u), q' = u with a constant sparse M (Sun et al. 2024, eqs. 23, 36).
 
 Coordinates are positions and slopes in inertial axes, so the configuration is a vector space without gyroscopic forces.
 Held, moved and unused coordinates stay in q and u, whose blocks are nodes. Their rows and columns of M, K and D are those
 of separate stiff oscillators at rest. Moved coordinates are set to their motion before each evaluation.
 
-With `before` (quasi-statics), velocities are mean velocities since that state; dampers use them at the end of the step.
+With `before` (quasi-statics), velocities are mean velocities since that state, and dampers use them at the end of the step.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class AncfSystem(System):
 
     @cached_property
     def _scales(self) -> Scales:
-        """Typical sizes: the length is the median side of the visible faces, or the distance between nodes."""
+        """Scales of the system; the length is the median side of the visible faces, or the distance between nodes."""
         places = self.mesh.positions(self.start)
         spread = float(np.ptp(places, axis=0).max())
         corners = self.start[self.mesh.quads[:, :, None] + np.arange(3)]
@@ -213,14 +213,16 @@ class AncfSystem(System):
         return self._energy(t, here, rates, self._reactions(t, here, rates) if moved else np.zeros(self.nu))
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """Forces that hold or move the coordinates of each node, (n_nodes, size), 0 for free ones, N and N m."""
+        """Forces that hold or move the coordinates of each node, (n_nodes, size), N and N m; they are zero for free
+        coordinates.
+        """
         return self._reactions(t, *self.place(t, q, u)).reshape(-1, self.mesh.size)
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         in_motion = u is not None and before is None
-        # held coordinates do no work, and the evaluation of all forces takes long
+        # held coordinates do no work, so the long evaluation of all forces is not needed
         if in_motion and not self.loading.motions:
             reactions, largest = np.zeros(self.nu), 0.0
         else:
@@ -229,7 +231,7 @@ class AncfSystem(System):
         return Observation(self._drive_state(t, reactions), self._energy(t, here, rates, reactions), largest, _NO_PAIRS)
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: the corners of every membrane element."""
+        """See `System`; the outlines are the corners of every membrane element."""
         here, _ = self.place(t, q, None)
         return np.asarray(here[self.mesh.quads[:, :, None] + np.arange(3)])
 
@@ -262,7 +264,7 @@ class AncfSystem(System):
             group.restore(memory[first : first + group.remembered])
             first += group.remembered
 
-    # more than the protocol -----------------------------------------------------------------------------------------
+    # methods beyond the protocol ------------------------------------------------------------------------------------
 
     def held(self, q: np.ndarray, coordinates: np.ndarray, loading: Loading | None = None) -> AncfSystem:
         """System at rest in q with more coordinates held, under another loading."""
@@ -290,9 +292,9 @@ class AncfSystem(System):
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Coordinates and rates, with moved coordinates at time t; the arguments themselves if none is moved.
+        """Coordinates and rates, with moved coordinates at time t; if no coordinate is moved, the arguments are returned.
 
-        Sets the time of the groups that depend on it.
+        The method also sets the time of the groups that depend on it.
         """
         for group in self._timed:
             group.at(t, before)
@@ -342,7 +344,7 @@ class AncfSystem(System):
             force -= self.full_mass_matrix @ moved
 
     def _moved_acceleration(self, t: float) -> np.ndarray | None:
-        """Accelerations of moved coordinates; None for none."""
+        """Accelerations of moved coordinates; None if no coordinate is moved."""
         out = None
         for motion in self.loading.motions:
             curvature = motion.time.at(t)[2]
@@ -364,7 +366,8 @@ class AncfSystem(System):
         return np.where(self.fixed, -force, 0.0)
 
     def held_forces(self, force: np.ndarray) -> np.ndarray:
-        """Forces (nu,) that hold the held coordinates in motion, from the forces on all coordinates; 0 for free ones.
+        """Forces (nu,) that hold the held coordinates in motion, computed from the forces on all coordinates; they are zero
+        for free coordinates.
 
         The mass matrix couples held and free coordinates, so the inertia of free coordinates contributes.
         """
@@ -395,7 +398,7 @@ class AncfSystem(System):
         return Energy(0.5 * float(u @ momentum), potential, dissipated, power, sliding_power=sliding)
 
     def _potential(self, q: np.ndarray) -> dict[str, float]:
-        """Potential energy by kind of element, with moved coordinates in their present places, J."""
+        """Potential energy by kind of element, with moved coordinates at their present positions, J."""
         potential: dict[str, float] = {}
         for group in self.mesh.groups:
             potential[group.name] = potential.get(group.name, 0.0) + group.energy(q, None)[0]

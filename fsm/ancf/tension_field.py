@@ -19,7 +19,7 @@ law with an additional stress. With the relaxed stress N and a reference strain 
 
 `release` (P) is updated during the search for an equilibrium and constant afterwards. At the equilibrium the stress is N,
 without compression. In taut parts P is zero and the law is plain. With P = 0 everywhere the remainder would carry
-compression, which buckles a thin film at its free edges. eps = 1 is the plain law.
+compression, which would buckle a thin film at its free edges. With eps = 1 the law is the plain law.
 
 The stress has kinks where wrinkles appear and disappear. With x_+^2 rounded over -w < x < w, so that its second derivative
 is linear there, and e2 + nu e1 rounded over (1 + nu) w, the energy
@@ -30,8 +30,9 @@ equals that of the table for w = 0, and its second derivatives are continuous fo
 stress is at most C w/4, at a kink. P also removes this error at E0, so that the stress at rest is N without rounding. In a
 motion w is `ROUNDED` times the mean of e1 at rest; otherwise w = 0.
 
-The search for an equilibrium uses the values eps of `SETTLING`, for speed, and then `REMAINDER`. A motion about the
-equilibrium uses `MOVING`; the forces at rest are nearly the same. Small motions normal to a flat film do not depend on eps.
+The search for an equilibrium first uses the values eps of `SETTLING`, which make it fast, and then `REMAINDER`. A motion
+about the equilibrium uses `MOVING`; the forces at rest are nearly the same. Small motions normal to a flat film are
+independent of eps.
 
 References
 ----------

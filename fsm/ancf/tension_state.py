@@ -21,7 +21,7 @@ class TensionState:
     ----------
     largest, smallest : Pa
         Principal stress.
-    taut, wrinkled, slack : parts of the area, by the mixed criterion of stress and strain
+    taut, wrinkled, slack : fractions of the area, by the mixed criterion of stress and strain
     """
 
     largest: float
@@ -32,7 +32,9 @@ class TensionState:
 
 
 def film_stresses(system: AncfSystem, t: float, q: np.ndarray) -> dict[str, FilmStress]:
-    """Stresses of every group of membrane elements by name; if two groups have one name, the stresses of the last."""
+    """Stresses of every group of membrane elements by name; if two groups have the same name, the stresses of the last
+    group.
+    """
     here, _ = system.place(t, q, None)
     return {group.name: group.stress(here) for group in system.mesh.groups if isinstance(group, MembraneGroup)}
 

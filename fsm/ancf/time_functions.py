@@ -127,7 +127,7 @@ class SampledPulse(Piecewise):
 
 
 def programs_of(functions: Sequence[TimeFunction]) -> Pieces | None:
-    """Programs of several functions; None if one of them has none (`Piecewise.program`)."""
+    """Programs of several functions; None if one of the functions has no program (`Piecewise.program`)."""
     found = [program for function in functions if (program := getattr(function, "program", None)) is not None]
     if len(found) < len(functions):
         return None

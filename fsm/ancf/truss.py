@@ -1,7 +1,8 @@
-"""Bars with axial laws between points, of bar-and-hinge models of folded sheets; `fsm.ancf.folds` has their springs.
+"""Bars with axial laws between points, for bar-and-hinge models of folded sheets; `fsm.ancf.folds` contains their rotational
+springs.
 
-A bar of unstressed length L and stiffness E A has the stretch s = l/L and the energy E A L W(s). Laws, the last one
-of Liu and Paulino (2017):
+A bar of unstressed length L and stiffness E A has the stretch s = l/L and the energy E A L W(s). The laws are as follows;
+the last law is that of Liu and Paulino (2017):
 
     linear   W = (s - 1)^2/2
     green    W = (s^2 - 1)^2/8
@@ -82,7 +83,7 @@ class BarGroup:
         return self.viscosity > 0.0
 
     def mass(self) -> MassPart:
-        """See `ElementGroup`: none."""
+        """See `ElementGroup`; bars have no mass."""
         return MassPart(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2, 2)), np.eye(3))
 
     def at(self, t: float, before: PreviousState | None) -> None:

@@ -11,8 +11,8 @@ Corner: a wedge with a half-angle of 45 degrees under a force T at its tip (Mich
 
     e = u/rho - nu sigma_r/E = sigma_r/E (ln(R/rho) - nu),
 
-which ends at R_w = R exp(-nu), the wrinkled radius. (As printed, the radicand of A is negative; its integral runs
-from R.) The paper also has terms for patches on the diagonal. They contain lengths (R_c, alpha, d) that the paper does
+which ends at R_w = R exp(-nu), the wrinkled radius. (In the paper, the radicand of A is negative, because its integral
+starts at R.) The paper also has terms for patches on the diagonal. They contain lengths (R_c, alpha, d) that the paper does
 not define, so they are omitted here.
 
 References
@@ -70,9 +70,9 @@ class CornerWrinkles:
     side : m
         Side of the film; its corner is at (0, 0) and its centre at (side/2, side/2).
     radius : m
-        R_w, where they end.
+        Wrinkled radius R_w, at which the wrinkles end.
     half_wavelength : m
-        At half that radius.
+        Half-wavelength at half the wrinkled radius.
     amplitude : m
         There.
     """
@@ -128,7 +128,7 @@ def lifted(
     position : (...,) int array
         First coordinates of its nodes.
     height : function of x and y, m
-        It must be analytic: its slopes are computed by a complex step, exact to round-off.
+        It must be analytic, because its slopes are computed by a complex step, exact to round-off.
     """
     q = coordinates.copy()
     first = np.asarray(position).ravel()

@@ -98,7 +98,7 @@ def draw_picture(solution: Solution, names: Sequence[str], what: Sequence[str], 
 
 
 def _with_channels(solution: Solution) -> Solution:
-    """Solution whose channels include drives, energies and contacts."""
+    """Solution whose channels also include drives, energies and contacts."""
     from dataclasses import replace
 
     return replace(solution, channels=all_channels(solution))

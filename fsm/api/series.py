@@ -65,11 +65,11 @@ class Series(NDArrayOperatorsMixin):
         return self.values[index]
 
     def min(self, axis: int | None = None, out: Any = None) -> Any:
-        """Smallest value; NaN (no contact) is left out."""
+        """Smallest value; NaN values, which mean no contact, are ignored."""
         return np.nanmin(self.values, axis=axis, out=out)
 
     def max(self, axis: int | None = None, out: Any = None) -> Any:
-        """Largest value; NaN (no contact) is left out."""
+        """Largest value; NaN values, which mean no contact, are ignored."""
         return np.nanmax(self.values, axis=axis, out=out)
 
     def __repr__(self) -> str:

@@ -117,7 +117,7 @@ def _set_moments(model: Joined) -> None:
         for k in range(3):
             moments[i, k] = wrenches[f.bodies[i], 3 + k]
             any_moment = any_moment or (f.oriented[i] == 1 and moments[i, k] != 0.0)
-    if any_moment:  # without moments, `place` has already computed all maps
+    if any_moment:  # if there are no moments, `place` has already computed all maps
         _fill_maps(model)
     moments[:] = 0.0
 

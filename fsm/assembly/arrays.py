@@ -42,9 +42,9 @@ class JoinedArrays(NamedTuple):
     ----------
     frames : FrameArrays
     near : (n, 4) array
-        Quaternion near which each frame is.
+        Quaternion of each frame in the previous state; the sign of the new quaternion is chosen near it.
     rates : (n, 6) array
-        Rates of the frames at the present state; work space for their wrenches.
+        Rates of the frames at the present state, and arrays for the computation of their wrenches.
     moments : (n, 3) array
     curvatures : (n, 6, 6) array
         See `fsm.assembly.frames.frame_maps`.

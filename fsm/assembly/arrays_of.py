@@ -39,7 +39,8 @@ def joined_arrays_of(
     system: JoinedSystem, pattern: BodyPattern, joined: JoinedPattern, slots: list[np.ndarray], fixed: np.ndarray,
     members: tuple[np.ndarray, np.ndarray, np.ndarray], near: np.ndarray, ready: Ready, contacts: ContactModel,
 ) -> tuple[ArrayModel, tuple[object, ...]]:  # fmt: skip
-    """Model of arrays of a system for which `has_arrays` is true, and the arrays, which the caller keeps with the model.
+    """Model of arrays of a system for which `has_arrays` is true, and the arrays; the caller must keep the arrays as long as
+    the model.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def joined_arrays_of(
     inertia = system.inertia(start[0], joined.pattern)
     matrices = Matrices(joined.pattern, known, factors, fixed, inertia, inertia, slots)
     nodes, held = coordinates_of(elements, matrices)
-    # the elimination of the pattern between bodies is not used
+    # the symbolic factorisation of the pattern between bodies is not used
     bodies, of_bodies = segments_of(system, pattern, known, factors, contacts)
     first, rows, maps = members
     count, turned = len(frames.bodies), np.zeros((joined.pattern.order, 3, 3))

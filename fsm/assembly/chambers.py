@@ -7,7 +7,7 @@ with closed facets is their flux (`fsm.scene.patterns.chamber`), and its gradien
 separate slopes, so their cubic edges differ; the chamber then has straight edges between the nodes.
 
 A lid over a ring of nodes v_i has its tip c at their mean. With B = sum v_i x v_(i+1) it adds the volume c . B/6. The second
-derivative of B joins nodes beside each other; that of c . B joins all nodes of the ring, so it is of low rank, too.
+derivative of B joins nodes beside each other; that of c . B joins all nodes of the ring, so this part is also of low rank.
 """
 
 from __future__ import annotations

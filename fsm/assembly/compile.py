@@ -64,7 +64,7 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     if faults:
         raise CaseError(faults)
     parts = _Parts.of(scene)
-    row = {body.name: 1 + i for i, body in enumerate(scene.bodies)}  # the ground is the first
+    row = {body.name: 1 + i for i, body in enumerate(scene.bodies)}  # the first body is the ground
     rows = np.array([row[frame.name] for frame in scene.frames], dtype=np.int64)
     touching = {point.frame.name for points in contact_points(scene).values() for point in points}
     points = (parts.point(frame) for frame in scene.frames)
@@ -209,8 +209,8 @@ class _Parts:
 
 
 def _add_truss(builder: MeshBuilder, truss: SceneTruss, data: FoldData | None) -> np.ndarray:
-    """Add the points, bars and springs of a truss; returns the first coordinates of its points. With `data`, folds take
-    the place of springs.
+    """Add the points, bars and springs of a truss; returns the first coordinates of its points. If `data` is given, folds
+    replace the springs.
     """
     places = builder.points(np.array(truss.points), truss.name, truss.faces)
     for place, mass in zip(places.tolist(), truss.mass, strict=True):
@@ -244,7 +244,8 @@ def _facet_creases(facets: FlexibleFacets, folds: FoldData, first: int) -> FoldG
     sectors = np.concatenate([crease.sectors for crease in facets.mesh.creases])
     along = np.concatenate([crease.along for crease in facets.mesh.creases])
     weights = np.zeros((len(sectors), 3, 4))
-    for side in (0, 1):  # across on the left (a), across on the right (b), mean slope along the crease (c)
+    # the vectors are: across the crease on the left (a), across it on the right (b), and the mean slope along it (c)
+    for side in (0, 1):
         x, y = along[:, side].T
         weights[:, side, 2 * side], weights[:, side, 2 * side + 1] = -y, x
         weights[:, 2, 2 * side], weights[:, 2, 2 * side + 1] = 0.5 * x, 0.5 * y
@@ -286,13 +287,13 @@ def _cable_point(cable: SceneCable | SceneBeam, nodes: np.ndarray, frame: SceneF
 
 
 def _unoriented(point: FramePoint) -> FramePoint:
-    """Frame without axes, on which contact acts with forces alone."""
+    """Frame without axes, for contact forces without moments."""
     used = np.abs(point.weights) > 1e-12
     none = np.zeros(int(used.sum()))
     return FramePoint(point.vectors[used], point.weights[used], none, none, np.zeros(3))
 
 
 def _point(vectors: np.ndarray, weights: np.ndarray, along: np.ndarray, across: np.ndarray, fixed: np.ndarray) -> FramePoint:
-    """Frame of the vectors on which it depends; vectors with zero factors are omitted."""
+    """Frame with only those vectors on which it depends; vectors with zero factors are omitted."""
     used = (np.abs(weights) > 1e-12) | (along != 0.0) | (across != 0.0)
     return FramePoint(vectors[used], weights[used], along[used], across[used], fixed)

@@ -28,8 +28,8 @@ class JoinedPattern:
     pattern : BlockPattern
         Blocks of three rows.
     starts : (n + 1,) int array
-        The blocks of block k between bodies (or frames) are `slots[starts[k] : starts[k + 1]]`, by members of its row, then
-        of its column.
+        The blocks of block k between bodies (or frames) are at `slots[starts[k] : starts[k + 1]]`, ordered by members of its
+        row, then of its column.
     slots : int array
     """
 
@@ -116,7 +116,7 @@ def add_condensed(
             j = indices[k]
             at = starts[k]
             if not np.any(data[k]):
-                continue  # this holds for most blocks, because most points of films have no contact
+                continue  # this is true for most blocks, because most points of films have no contact
             for p in range(first[i], first[i + 1]):
                 for a in range(3):
                     for c in range(6):
@@ -161,7 +161,7 @@ def add_curvatures(
     for i in range(frames.shape[0] - 1):
         h = curvatures[i]
         if not np.any(h):
-            continue  # frames without moment, for example contact points of films
+            continue  # these are frames without moment, for example contact points of films
         for p in range(frames[i], frames[i + 1]):
             for q in range(frames[i], frames[i + 1]):
                 block = out[find_slot(indptr, indices, rows[p], rows[q])]

@@ -195,7 +195,7 @@ class JoinedConfiguration(SegmentSystem):
         return int(np.count_nonzero(~self._fixed))
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: outlines of plates, of films, and lines of cables and beams as quadrilaterals."""
+        """See `System`; outlines of plates and of films, and lines of cables and beams as quadrilaterals."""
         nodes = q[self._nq :]
         ends = np.einsum("nev,nvc->nec", self.lines.weights, nodes[self.lines.vectors[:, :, None] + np.arange(3)])
         across = np.zeros((len(ends), 1, 3))
@@ -234,7 +234,9 @@ class JoinedConfiguration(SegmentSystem):
         return known or elements.scales().length * math.sqrt(elements.held_stiffness / elements.held_mass)
 
     def shortest_step(self) -> float:
-        """See `System`: a part of 1/omega of the shortest axial wave that a mesh resolves, four elements long."""
+        """See `System`; the result is a fraction of 1/omega of the shortest axial wave that the mesh resolves, which is four
+        elements long.
+        """
         if not self._wave_speed:
             return 0.0
         return _FOLLOWED * self.elements.scales().length / (0.5 * math.pi * self._wave_speed)

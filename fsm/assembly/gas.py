@@ -6,9 +6,9 @@ constant. With flows m'_k, positive into the chamber, of gas of temperature T_k,
     m' = sum m'_k,    s' = (gamma - 1) V^(gamma - 1) sum m'_k c_p T_k
 
 which is the energy equation (m c_v T)' = sum m'_k c_p T_k - p V'. A step from the last accepted state integrates both.
-Without orifices the mass follows from the program, and V^(gamma - 1) is the mean of its values at both ends. With orifices
-the step has two implicit stages of second order (SDIRK, L-stable: Alexander, 1977), between which the volume changes
-linearly. The flows between two chambers cancel, so the mass is conserved to round-off.
+Without orifices the mass follows from the program; the factor V^(gamma - 1) is the mean of its values at both ends. With
+orifices the step has two implicit stages of second order (SDIRK, L-stable: Alexander, 1977), between which the volume
+changes linearly. The flows between two chambers cancel, so the mass is conserved to round-off.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def nozzle(before: float, behind: float, warmth: float, ratio: float) -> tuple[f
 
     Parameters
     ----------
-    before, behind : pressures, Pa; `before` is the larger one
+    before, behind : pressures on both sides of the nozzle, Pa; `before` is the larger pressure
     warmth : R T before the nozzle, J/kg
     ratio : heat ratio gamma
 
@@ -330,7 +330,7 @@ class Gases:
             one = nozzle(self._at(pressure, up, down), self._at(pressure, down, up), float(out), float(self._ratio[gas]))
             flow, by_up, by_down, by_out = (orifice.discharge * float(area[k]) * x for x in one)
             of_y, of_v = np.zeros(2 * count), np.zeros(len(drivers))
-            heat_y, heat_v = np.zeros(2 * count), np.zeros(len(drivers))  # of R T of the gas that flows
+            heat_y, heat_v = np.zeros(2 * count), np.zeros(len(drivers))  # R T of the gas that flows
             of_v[count + k] = orifice.discharge * one[0]
             for end, slope_of in ((up, by_up), (down, by_down)):
                 if end < count:

@@ -253,7 +253,7 @@ class JoinedSystem(JoinedConfiguration):
         return Linearised(force, tangent, BlockMatrix(joined.pattern, damping))
 
     def _add_gas(self, t: float, nodes: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> LowRank | None:
-        """Add forces and stiffness of gas at coordinates of the nodes; returns its stiffness of low rank, if any."""
+        """Add forces and stiffness of gas at given coordinates of the nodes; returns the stiffness of low rank, if any."""
         assert self.chambers is not None
         found = self.chambers.add_linearised(t, nodes, self._enclosed, force, stiffness)
         if found is None:
@@ -290,7 +290,7 @@ class JoinedSystem(JoinedConfiguration):
         """See `System`."""
         observed = super().observe(t, q, u, before)
         reaction = observed.reaction
-        # held coordinates are supports; statics does not need their reactions in a motion
+        # held coordinates are supports; statics does not need the reactions of supports while the system moves
         if u is None or before is not None:
             held = self.node_reactions(t, q, u, before)[self.elements.mesh.is_position]
             reaction = max(reaction, float(np.linalg.norm(held.reshape(-1, 3), axis=1).max(initial=0.0)))
@@ -326,7 +326,7 @@ class JoinedSystem(JoinedConfiguration):
         return float(force @ rates) + of_gas
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: pressures and gas too."""
+        """See `System`; pressures and gas are included."""
         out = super().force_rate(t, q)
         if self.pressures or self.chambers:
             here, _ = self.elements.place(t, q[self._nq :], None)
@@ -338,13 +338,15 @@ class JoinedSystem(JoinedConfiguration):
         return out
 
     def break_times(self) -> list[float]:
-        """See `System`: pressures and gas too."""
+        """See `System`; pressures and gas are included."""
         of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
         of_pressures = (time for pressure in self.pressures for time in breaks(pressure.time))
         return sorted({*super().break_times(), *of_pressures, *of_gas})
 
     def shortest_step(self) -> float:
-        """See `System`: at most a small part of 1/omega of the softest motion against the gas, at its present pressure."""
+        """See `System`; the result is at most a small fraction of 1/omega of the softest motion against the gas, at the
+        present pressure.
+        """
         found, chambers = super().shortest_step(), self.chambers
         if chambers is None or not found:
             return found

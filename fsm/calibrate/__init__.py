@@ -1,6 +1,6 @@
 """Calibration: parameters with intervals from test data, and predictions with uncertainty bands.
 
-In Python this package is a function, too: ``found = fsm.calibrate("crease", "creases.csv")``, see
+In Python this package can also be called as a function: ``found = fsm.calibrate("crease", "creases.csv")``; see
 `fsm.api.calibration.calibrate`.
 """
 
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class _Calibrate(ModuleType):
-    """Package that can be called, because a function has the same name."""
+    """Package that can be called, because a function of the interface has the same name."""
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         """See `fsm.api.calibration.calibrate`."""

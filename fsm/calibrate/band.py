@@ -2,7 +2,8 @@
 
 Linear band: the variance of the force is J C J^T, with J = dF/dp at the estimate and C the covariance of the parameters.
 Monte Carlo band: the case is solved with parameters drawn from the estimate, on several processes. The band lies between
-quantiles of the force at every travel. The logarithm of a positive parameter is drawn, so the parameter stays positive.
+quantiles of the force at every travel. For a positive parameter, random values of its logarithm are drawn, so the parameter
+stays positive.
 """
 
 from __future__ import annotations
@@ -106,13 +107,13 @@ def sampled_band(
     case : Case
     response : response of the case at the estimate
     estimate : Estimate
-        Its names are paths of the case.
+        Estimated parameters; their names are paths of the case.
     level : -
         Confidence level.
     samples : int
     seed : int
     workers : int, optional
-        Number of processes, by default one per core. The samples do not depend on it.
+        Number of processes, by default one per core. The random samples do not depend on the number of processes.
     report_progress : callable
         Called with the completed fraction of the work.
 

@@ -139,7 +139,8 @@ def cantilever_curve(
 
     def slope(load: float, at: np.ndarray) -> float:
         solver.factorise(system.linearise(load, at, None).stiffness)
-        change = system.force(load + 1.0, at, None) - system.force(load, at, None)  # exact, because linear in the load
+        # the relation is exact, because it is linear in the load
+        change = system.force(load + 1.0, at, None) - system.force(load, at, None)
         moved = solver.solve(change)
         return float(moved[-2] - 0.5 / segments * math.cos(at[-1]) * moved[-1])
 
@@ -154,7 +155,9 @@ def cantilever_curve(
 
 
 def _cantilever(count: int, stretch: float) -> Scene:
-    """Cantilever with L = EI = 1 along x and half a cell at the clamp; a dead force along z equals the time."""
+    """Cantilever with L = EI = 1 along x and half a cell at the clamp; a dead force acts along z, and its size equals the
+    time.
+    """
     length = 1.0 / count
     bodies = tuple(
         Body(name=f"segment {i + 1}", mass=1.0, inertia=(1.0,) * 3, position=((i + 0.5) * length, 0.0, 0.0))
@@ -203,7 +206,7 @@ def _model_deflection(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Deflection over length, w/L, of the model and its derivative with respect to log EI."""
     load = force * length**2 / rigidity
-    # the curve is odd; the search alone needs its linear extrapolation
+    # the curve is odd; only the search needs its linear extrapolation
     size, last = np.abs(load), float(curve.x[-1])
     inside = np.minimum(size, last)
     slope = curve(inside, 1)
@@ -267,7 +270,9 @@ def _test(table: MeasuredTable) -> _Test:
 
 
 def _estimate(test: _Test, curve: CubicHermiteSpline, options: Options) -> Estimate:
-    """EI with its variance, from the scatter about the curve or, with enough repeats, from their differences."""
+    """EI with its variance; the variance follows from the scatter about the curve or, with enough repeats, from their
+    differences.
+    """
     best = fit_rigidity(test.force, test.deflection, test.length, curve)
     numbers = np.unique(test.repeat)
     if len(numbers) >= MIN_REPEATS:
@@ -283,7 +288,9 @@ def _estimate(test: _Test, curve: CubicHermiteSpline, options: Options) -> Estim
 
 
 def _small_angle(test: _Test) -> float:
-    """EI, N m^2, by the small-angle formula and least squares of the small deflections, or of all if fewer than two are."""
+    """EI, N m^2, by the small-angle formula and least squares of the small deflections; of all deflections if fewer than two
+    are small.
+    """
     small = np.abs(test.deflection) <= _SMALL_ANGLE * test.length
     force, deflection = (test.force[small], test.deflection[small]) if small.sum() > 1 else (test.force, test.deflection)
     return float(force @ force * test.length**3 / (3.0 * (force @ deflection)))

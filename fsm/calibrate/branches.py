@@ -95,7 +95,7 @@ def split_sweeps(table: MeasuredTable, value: str = "moment") -> list[Sweep]:
             faults += error.faults
             continue
         found = [*_reversed_rows(table, loading, unloading), *_outliers(table, value, loading, unloading)]
-        flags = {flag.index: flag for flag in reversed(found)}  # one flag per row, the first one
+        flags = {flag.index: flag for flag in reversed(found)}  # each row keeps only its first flag
         sweeps.append(Sweep(table, *key, loading, unloading, tuple(flags[index] for index in sorted(flags))))
     if faults:
         raise CaseError(first_row_faults(faults, ""), table.source)
@@ -131,7 +131,7 @@ def _split_branches(table: MeasuredTable, rows: np.ndarray) -> tuple[np.ndarray,
     reversals = _reversals(angle)
     none = rows[:0]
     if not reversals:
-        return rows, none  # a single branch, in either direction
+        return rows, none  # a single branch, which may be measured in either direction
     if len(reversals) > 1:
         where = ", ".join(str(table.rows[rows[k]]) for k in reversals[:6]) + (" ..." if len(reversals) > 6 else "")
         given = [name for name in ("opening", "repeat") if name in table.columns]
@@ -142,7 +142,7 @@ def _split_branches(table: MeasuredTable, rows: np.ndarray) -> tuple[np.ndarray,
         )
         raise CaseError(table.fault(int(rows[reversals[1]]), what))
     turn = reversals[0]
-    first, second = rows[: turn + 1], rows[turn:]  # both branches contain the row of the reversal
+    first, second = rows[: turn + 1], rows[turn:]  # the row of the reversal belongs to both branches
     return (first, second) if angle[turn] > angle[0] else (second, first)
 
 
@@ -177,14 +177,14 @@ def _reversed_rows(table: MeasuredTable, loading: np.ndarray, unloading: np.ndar
         decrease = np.maximum.accumulate(direction * angle) - direction * angle
         reversed_rows = np.flatnonzero(decrease > _JITTER * np.ptp(angle))
         if len(reversed_rows) > 0.1 * len(rows):
-            continue  # all angles are noisy; the fit of the curve allows for that
+            continue  # all angles are noisy, and the fit of the curve takes this into account
         for index in reversed_rows.tolist():
             text = f"angle returns to {table.shown('angle', int(rows[index]))}"
             yield Flag(int(rows[index]), int(table.rows[rows[index]]), table.source, "reversal", text)
 
 
 def _outliers(table: MeasuredTable, value: str, loading: np.ndarray, unloading: np.ndarray) -> Iterator[Flag]:
-    """Flags of outliers; near a reversal the jerk of the drive may cause them."""
+    """Flags of outliers; near a reversal, the jerk of the drive may cause an outlier."""
     both = len(loading) > 0 and len(unloading) > 0
     for rows in (loading, unloading):
         if len(rows) < _MIN_ROWS:

@@ -4,8 +4,8 @@ The data have the columns `angle` and `moment`, or `angle`, `force` and `lever_a
 and a force normal to the other side turns it: M = F L (Li and Huang 2025).
 Optional columns are `press_time`, `opening`, `repeat`, `branch` and `width`.
 The angle is the opening o: the rotation of the crease from its rest angle towards flat.
-The data are one CSV file or a folder of CSV files. One of them may hold `angle` against `time`, the relaxation of the rest
-angle.
+The data are one CSV file or a folder of CSV files. One of the files may contain `angle` against `time`, which is the
+relaxation of the rest angle.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def _plots(curves: list[CurvePlot]) -> list[tuple[str, Callable[[Path], None]]]:
 
 
 def _separate_relaxation(tables: Sequence[MeasuredTable], data: Path) -> tuple[list[MeasuredTable], Path | None]:
-    """Tests of moments, and the file of angles against time, if there is one."""
+    """Tests of moments, and the file with angles over time, if there is one."""
     tests = [table for table in tables if not _is_relaxation(table)]
     files = [Path(table.source) for table in tables if _is_relaxation(table)]
     if not tests:
@@ -112,7 +112,7 @@ def _separate_relaxation(tables: Sequence[MeasuredTable], data: Path) -> tuple[l
 
 
 def _is_relaxation(table: MeasuredTable) -> bool:
-    """Whether a table holds angles against time and no moments."""
+    """Whether a table contains angles over time and no moments."""
     return "time" in table.columns and not {"moment", "force"} & set(table.columns)
 
 

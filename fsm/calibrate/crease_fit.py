@@ -80,7 +80,7 @@ class FittedCurve:
             return None
         gap = self.loading.estimate.values - self.unloading.estimate.values
         error = np.sqrt(np.maximum(np.diag(gap_covariance(self.loading, self.unloading)), 0.0))
-        # a few repeats may agree by chance, so the scatter of the points is a lower bound of the standard error
+        # a few repeats may agree by chance, so the standard error is at least that from the scatter of the points
         lowest = np.hypot(self.loading.fit.scatter, self.unloading.fit.scatter) / math.sqrt(len(self.loading.repeats))
         allowed = np.maximum(_CROSSING_ERRORS * np.maximum(error, lowest), _CROSSING_PART * np.abs(gap).max())
         worst = int(np.argmax(-gap - allowed))
@@ -147,7 +147,7 @@ def _fit_branch(
         fit = fit_curve(angle, moment, options.fit, grid)
         estimate = Estimate(_names(fit.x), fit.y, fit.covariance, max(int(fit.freedom), 0))
         return Branch(angle, moment, fit, estimate, fit.y[None])
-    # the smoothing parameter was found for all points together, and each repeat has only a part of the points
+    # the smoothing parameter was determined for all points together, and each repeat has only a part of the points
     smoothing = None if options.fit == "interpolate" else smoothing_for(angle, moment) / len(points)
     fits = [fit_curve(a, m, options.fit, grid, smoothing) for a, m in points]
     each = np.array([fit.y for fit in fits])
@@ -182,7 +182,9 @@ def _check_enough(angle: np.ndarray, sweep: Sweep, fit: str) -> None:
 
 
 def gap_covariance(loading: Branch, unloading: Branch) -> np.ndarray:
-    """Covariance of L - U: from repeats with both branches if possible, else with independent branches."""
+    """Covariance of L - U, from repeats with both branches if possible; otherwise the branches are treated as
+    independent.
+    """
     if len(loading.repeats) == len(unloading.repeats) > 1:
         gaps = loading.repeats - unloading.repeats
         return np.asarray(np.cov(gaps, rowvar=False) / len(gaps))

@@ -86,7 +86,7 @@ def _quantity(name: str, value: float, unit: str, error: float, estimate: Estima
 
 
 def _loop_area(curve: FittedCurve, options: Options) -> Quantity:
-    """Loop area int (L - U) do: the energy that one cycle dissipates."""
+    """Loop area int (L - U) do, which is the energy that one cycle dissipates."""
     loading, unloading = curve.loading, curve.unloading
     assert unloading is not None
     weights = _trapezoid_weights(loading.fit.x)

@@ -81,7 +81,7 @@ class MeasuredTable:
 
 @dataclass(frozen=True)
 class _Sidecar:
-    """Contents of the TOML file with the name of the CSV file."""
+    """Content of the TOML file that belongs to the CSV file."""
 
     columns: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)

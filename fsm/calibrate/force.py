@@ -184,7 +184,7 @@ def _mean_curve(
     mean = values.mean(axis=0)
     sampled = values.var(axis=0, ddof=1)
     variance, terms = np.full(len(at), sampled.mean()), np.column_stack([np.ones(len(at)), mean**2])
-    # weights 1/variance, because the standard error of a sample variance is proportional to the variance
+    # the weights are 1/variance, because the standard error of a sample variance is proportional to the variance
     for _ in range(_REWEIGHTINGS if sampled.mean() > 0.0 else 0):
         share, _ = nnls(terms / variance[:, None], sampled / variance)
         variance = np.maximum(terms @ share, _MIN_VARIANCE * sampled.mean())

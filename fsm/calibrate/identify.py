@@ -189,7 +189,7 @@ class _Problem:
         return self.last[1]
 
     def residuals(self, unknowns: np.ndarray) -> np.ndarray:
-        """All weighted residuals; large constant ones if the case cannot be solved."""
+        """All weighted residuals; large constant values if the case cannot be solved."""
         try:
             responses = self.responses(unknowns)
         except CaseError:
@@ -349,7 +349,7 @@ def _spread(problem: _Problem, unknowns: np.ndarray, residuals: np.ndarray, jaco
     linearised, start = [], 0
     for test in problem.tests:
         stop = start + len(test.travel)
-        # whitened forces are W F, so d(parameter)/d(force) = gain W
+        # the whitened forces are W F, so d(parameter)/d(force) = gain W
         weight = test.whitened(np.eye(len(test.travel)))
         unweighted = np.linalg.solve(weight, np.column_stack([residuals[start:stop], jacobian[start:stop]]))
         force_gain = gain[:, start:stop] @ weight

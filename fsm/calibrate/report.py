@@ -153,7 +153,7 @@ def write_calibration(found: Calibration, folder: Path, options: Options) -> lis
         Paths of the written files.
     """
     temporary = folder.parent / f".{folder.name}.part"
-    shutil.rmtree(temporary, ignore_errors=True)  # this folder may remain from a calibration that was killed
+    shutil.rmtree(temporary, ignore_errors=True)  # an earlier calibration that was killed may have left this folder
     temporary.mkdir(parents=True)
     try:
         for name, write in [*found.files, *found.plots]:

@@ -98,8 +98,8 @@ def force_response(
 def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> PeakResponse:
     """Largest force of a case along given travels and its gradient; arguments and errors as in `force_response`.
 
-    Derivatives are computed only for the states around the peak. In a rate-dependent case they begin some states earlier, so
-    that the first state changes the result by less than 1e-10.
+    Derivatives are computed only for the states around the peak. In a rate-dependent case, derivatives are computed from
+    some states earlier, so that the first state changes the result by less than 1e-10.
     """
     scene, system = _system(case, parameters)
     travel = np.asarray(travel, dtype=float)

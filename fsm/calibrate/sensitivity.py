@@ -2,8 +2,8 @@
 
 An equilibrium satisfies h(q; p) = 0, and the drives have the reactions r(q; p). With the tangent A = -dh/dx,
 
-    A dx/dp = dh/dp ,        dr/dp = dr/dp|x + (dr/dx) dx/dp                 forward: one solve per parameter
-    A^T lambda = (dr/dx)^T,  dr/dp = dr/dp|x + lambda . dh/dp                adjoint: one solve per force
+    A dx/dp = dh/dp , dr/dp = dr/dp|x + (dr/dx) dx/dp; the forward method needs one solve per parameter
+    A^T lambda = (dr/dx)^T, dr/dp = dr/dp|x + lambda . dh/dp; the adjoint method needs one solve per force
 
 Dampers and friction compute rates as differences from the previous state. Then the force h also depends on the
 previous state: A dx_k = dh/dp + (dh/dx_{k-1}) dx_{k-1}. The adjoint of this recursion would run backwards in time and is

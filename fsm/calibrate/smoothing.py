@@ -115,7 +115,7 @@ def bin_points(x: np.ndarray, y: np.ndarray, limit: int | None) -> tuple[np.ndar
     x, y = x[order], y[order]
     starts = np.flatnonzero(np.concatenate([[True], np.diff(x) > 0.0]))
     if limit is not None and len(starts) > limit:
-        # bins of equal count, whose edges never separate points of equal x
+        # bins have equal numbers of points, and their edges never separate points of equal x
         edges = np.linspace(0, len(x), limit + 1)[:-1]
         starts = np.unique(starts[np.minimum(np.searchsorted(starts, edges), len(starts) - 1)])
     count = np.diff(np.concatenate([starts, [len(x)]])).astype(float)

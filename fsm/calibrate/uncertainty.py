@@ -173,8 +173,8 @@ def from_samples(names: Sequence[str], values: np.ndarray, samples: np.ndarray, 
 def identifiability(estimate: Estimate) -> list[str]:
     """Warnings about parameters that the data do not determine.
 
-    The warnings concern pairs with a correlation above 0.98 in magnitude, and estimates with a standard error above half
-    their value.
+    A warning concerns a pair of parameters with a correlation above 0.98 in magnitude, or an estimate with a standard error
+    above half its value.
     """
     warnings = []
     names, correlation, error = estimate.names, estimate.correlation, estimate.standard_error

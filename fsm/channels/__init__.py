@@ -1,6 +1,7 @@
 """Output channels: named quantities that a case selects by patterns in `[save] channels`.
 
-Every module of this folder that calls `fsm.channels.offer.offers` adds channels. Nothing else lists them.
+Every module of this folder that uses the decorator `fsm.channels.offer.offers` adds channels. There is no other list of
+channels.
 """
 
 from __future__ import annotations

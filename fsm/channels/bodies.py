@@ -110,7 +110,7 @@ def _rate(i: int, part: int) -> Callable[[State], np.ndarray]:
 
 def _rotation(i: int, pose: np.ndarray, start: np.ndarray) -> Callable[[State], np.ndarray]:
     def at(state: State) -> np.ndarray:
-        if len(pose) == 3:  # an angle beyond pi is known in the plane
+        if len(pose) == 3:  # in the plane, the angle is known beyond pi
             return np.array([0.0, placed(state)[0][i, 2] - pose[2], 0.0])
         return rotation_since(start, state.once(motion_of_bodies)[1][i])
 

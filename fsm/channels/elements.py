@@ -13,6 +13,7 @@ from fsm.channels.rigid import in_space, past_of, placed, positions, quaternions
 from fsm.laws.crease import crease_moment
 from fsm.results.channel import AXES, Dim
 from fsm.scene.scene import ForceElement
+from fsm.segments.actuators import ActuatorGroup
 from fsm.segments.element_angles import initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import PreviousPoses
@@ -109,7 +110,7 @@ def _deformations(state: State) -> tuple[Values, Values]:
         if past is not None:
             rate = (value - group.measure(past.poses, rates, group.bodies, *group.geometry)[0]) / past.duration
         for name, one, other in zip(group.names, np.array(value), np.array(rate), strict=True):
-            # the springs of this element are known, and the twist comes from the crease
+            # the springs of this element are known, and its twist is the twist of the crease
             if name in values and isinstance(group, CreaseGroup):
                 one, other = _with_twist(values[name], one), _with_twist(speeds[name], other)
             values[name], speeds[name] = np.atleast_1d(one), np.atleast_1d(other)
@@ -151,6 +152,10 @@ def _crease_moments(state: State) -> tuple[Values, Values]:
         for name, value in zip(group.names, group.moments(poses, rates), strict=True):
             elastic[name] = elastic[name] + value
             damped[name] = damped[name] + value
+    for group in _groups(state, ActuatorGroup):  # a rest angle that moves
+        for name, value in zip(group.names, group.moments(state.time).tolist(), strict=True):
+            elastic[name] -= value
+            damped[name] -= value
     return elastic, damped
 
 
@@ -174,7 +179,7 @@ def _forces(state: State) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]
     turned, places = quaternions(poses), positions(poses)
     sums: dict[str, np.ndarray] = {}
     inner: dict[str, int] = {}
-    for group in _groups(state, BushingGroup | LawGroup | CreaseGroup | HysteresisGroup | LigamentGroup):
+    for group in _groups(state, BushingGroup | LawGroup | CreaseGroup | HysteresisGroup | LigamentGroup | ActuatorGroup):
         rows = group.bodies[:, :2].ravel()
         alone = _alone(group)
         if isinstance(group, HysteresisGroup):

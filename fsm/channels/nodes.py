@@ -25,7 +25,7 @@ def films(model: Model) -> Iterator[Offer]:
     if isinstance(model.system, ScissorSystem):
         return
     if mesh is None:
-        if model.system is None:  # the film of a deployed strip, whose mesh is not known yet
+        if model.system is None:  # this is the film of a deployed strip, whose mesh is not known yet
             for name, unit in (("film.resultant", "N/m"), ("film.strain", "1"), ("support.nodes.force", "N")):
                 yield Offer(name, unit, "of the film of the deployed strip", _unknown)
         return
@@ -101,7 +101,7 @@ def _numbers(mesh: Any, groups: list[int]) -> tuple[float, ...]:
 
 
 def _nodes(state: State) -> np.ndarray:
-    """Coordinates of the ANCF nodes, with moved ones in their places."""
+    """Coordinates of the ANCF nodes, with moved coordinates at their present values."""
     system = state.system
     elements = _elements_of(system)
     return np.asarray(elements.place(state.time, state.q[len(state.q) - elements.nq :], None)[0])

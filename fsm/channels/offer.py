@@ -74,7 +74,7 @@ class State(ShortRepr):
 
     @property
     def u(self) -> np.ndarray | None:
-        """Velocity, (nu,); mean velocity of the last step in statics; None at rest, where drives rest, too."""
+        """Velocity, (nu,); in statics the mean velocity of the last step; None at rest, where drives also rest."""
         return None if self.saved.at_rest else self.saved.u
 
     @property

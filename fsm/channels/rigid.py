@@ -50,7 +50,7 @@ def quaternions(poses: np.ndarray) -> np.ndarray:
 def in_space(rows: np.ndarray, turned: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First three and last three components (n, 3) each of rates or wrenches (n, 3 or 6), both in inertial axes.
 
-    The last three are about the body axes in space; `turned` (n, 4) are the quaternions of the bodies.
+    In space the last three are about the body axes; `turned` (n, 4) are the quaternions of the bodies.
     """
     if rows.shape[1] == 6:
         return rows[:, :3], rotated(turned, rows[:, 3:])
@@ -64,7 +64,7 @@ def rotated(turned: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 def rotation_since(start: np.ndarray, turned: np.ndarray) -> np.ndarray:
-    """Rotation vector (3,), rad, in inertial axes, from one quaternion to another; at most pi long."""
+    """Rotation vector (3,), rad, in inertial axes, from one quaternion to another; its length is at most pi."""
     relative = np.asarray(multiply(turned, start * np.array([1.0, -1.0, -1.0, -1.0])))
     if relative[0] < 0.0:
         relative = -relative

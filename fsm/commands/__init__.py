@@ -1,1 +1,1 @@
-"""Commands of the command line besides those of `fsm.cli`: one file each."""
+"""Commands of the command line that are not in `fsm.cli`; each command is in one file."""

@@ -1,4 +1,4 @@
-"""Commands `fsm help` and `fsm schema`: keys of a case file, for people and for editors."""
+"""Commands `fsm help` and `fsm schema`: description of the keys of a case file, for users and for editors."""
 
 from __future__ import annotations
 

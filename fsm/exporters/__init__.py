@@ -33,7 +33,7 @@ def exporter_of(to: str) -> Exporter:
 
 
 def numbered(out: Path, name: str, count: int) -> Path:
-    """File of one of several results: its name consists of the name of the file and the name of the result."""
+    """File of one result out of several; the name of the file is extended by the name of the result."""
     return out if count == 1 else out.with_name(f"{out.stem}-{name}{out.suffix}")
 
 

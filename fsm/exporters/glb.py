@@ -111,7 +111,7 @@ def _frames(mesh: Mesh) -> np.ndarray:
     times = np.linspace(mesh.time[0], mesh.time[-1], most)
     nearest = np.abs(mesh.time[None, :] - times[:, None]).argmin(axis=1)
     chosen = np.unique(np.concatenate([[0], nearest, [len(mesh.time) - 1]]))
-    moved = np.concatenate([[True], np.diff(mesh.time[chosen]) > 0.0])  # records of steps without a duration
+    moved = np.concatenate([[True], np.diff(mesh.time[chosen]) > 0.0])  # such records belong to steps without a duration
     return np.asarray(chosen[moved])
 
 

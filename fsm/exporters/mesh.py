@@ -158,7 +158,7 @@ def mesh_of(solution: Solution, join_films: bool = True) -> Mesh:
     panel = panel if len(panel) == count else np.zeros(count, dtype=np.int64)
     cells = np.arange(4 * count).reshape(-1, 4)
     points = np.ascontiguousarray(shape.reshape(len(shape), -1, 3))
-    flat = np.linalg.norm(shape[0] - shape[0][:, [3, 0, 1, 2]], axis=-1)  # distance of each corner from the last one
+    flat = np.linalg.norm(shape[0] - shape[0][:, [3, 0, 1, 2]], axis=-1)  # distance of each corner from the previous corner
     size = float(np.max(np.ptp(points[0], axis=0))) or 1.0
     lines = (flat[:, 0] < _SAME * size) & (flat[:, 2] < _SAME * size)
     triangles = ~lines & ((flat[:, 0] < _SAME * size) | (flat[:, 3] < _SAME * size))

@@ -61,7 +61,7 @@ def write_mp4(solution: Solution, path: Path) -> None:
 
 
 def frames_of(solution: Solution, rate: float) -> Iterator[Image.Image]:
-    """Pictures at a rate (1/s) of the shown time; each shows the record that is nearest in time."""
+    """Pictures at a given rate (1/s) of the shown time; each picture shows the record that is nearest in time."""
     mesh = mesh_of(solution)
     scale = playback(mesh.time)
     duration = float(mesh.time[-1] - mesh.time[0])

@@ -1,6 +1,6 @@
 """VTKHDF file for ParaView and VTK: an unstructured grid over time with constant cells.
 
-The layout is version 2.0 of the VTKHDF format: points and data of all records follow each other, and the cells are stored
+The layout is version 2.0 of the VTKHDF format: it stores points and data of all records one after the other, and the cells
 once. Channels of parts are data of cells or points; every channel is also field data of each step.
 """
 
@@ -35,7 +35,7 @@ def write_vtkhdf(solution: Solution, path: Path) -> None:
         root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", 16))
         connectivity = np.concatenate([cell[:count] for cell, count in zip(mesh.cells, mesh.corners, strict=True)])
         root.attrs["title"] = str(solution.layout.case.get("title", ""))
-        root.attrs["parts"] = list(mesh.labels)  # names of the numbers in the cell data `part`
+        root.attrs["parts"] = list(mesh.labels)  # names for the numbers in the cell data `part`
         root["NumberOfPoints"] = np.array([points], dtype="i8")
         root["NumberOfCells"] = np.array([len(mesh.cells)], dtype="i8")
         root["NumberOfConnectivityIds"] = np.array([len(connectivity)], dtype="i8")

@@ -1,4 +1,6 @@
-"""Anisotropic friction: dependence on the slip direction in the axes of the body that carries the contact point."""
+"""Anisotropic friction: the friction depends on the slip direction in the axes of the body that carries the contact
+point.
+"""
 
 from __future__ import annotations
 

@@ -5,8 +5,8 @@ of `fsm.interactions.box_tree` then searches them. If each of n boxes overlaps a
 whatever the arrangement and the sizes of the boxes.
 
 Allowed contacts are listed by sides. A side is a set of shapes. A listed pair names two sides: every shape of one side may
-touch every shape of the other. If a side is paired with itself, each of its shapes may touch every other one.
-The pairs of shapes are not stored. Only the pairs whose boxes overlap are looked up. Memory therefore grows with the
+touch every shape of the other. If a side is paired with itself, each of its shapes may touch every other shape of the side.
+The pairs of shapes are not stored. The function looks up only the pairs whose boxes overlap. Memory therefore grows with the
 number of listed pairs and of nearby shapes.
 """
 
@@ -131,7 +131,7 @@ def _disjoint(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_hi
 
 @kernel
 def _overlapping_sorted(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.ndarray:
-    """Pairs of the `names` of sorted boxes that overlap; each box is compared with the boxes after it."""
+    """Pairs of overlapping boxes, by their `names`; each box is compared with the sorted boxes after it."""
     count, size = low.shape
     tree = fit_tree(low, high)
     leaves = tree.shape[0] // 2
@@ -177,7 +177,7 @@ def _allowed_pairs(
                 for way in range(2):
                     if way == 1:
                         one, two = two, one
-                    # a side paired with itself is listed once but found in both orders
+                    # a pair of a side with itself is listed once, but the search finds it in both orders
                     if side[one] == side[two] and one > two:
                         continue
                     key = side[one] * sides + side[two]

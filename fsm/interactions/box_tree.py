@@ -3,8 +3,9 @@
 The table keeps its order. Pieces of surfaces follow each other along the chain, so neighbours in the table are neighbours
 in space and no sorting is needed. `LEAF` consecutive entries share a leaf. Nodes are numbered as in a heap: the root is 1,
 and the children of node k are 2 k and 2 k + 1. All leaves have the same depth, so the tree is an array without pointers
-and a search needs no stack. The search goes down to 2 k. To skip a node it climbs out of right children and goes to
-k + 1. Each box encloses all entries below it, so entries of very different sizes may be mixed.
+and a search needs no stack. The search goes down to 2 k. To skip a node, the search moves up while it is at a right child,
+and then goes to the next node k + 1. Each box encloses all entries below it, so entries of very different sizes may be
+mixed.
 
 Fitting costs O(n); a search for a point near the chain costs O(log n).
 
@@ -81,7 +82,7 @@ def fit_tree(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
 
 @kernel(inline=True)
 def next_node(node: int, span: int) -> tuple[int, int]:
-    """Node that follows this one and its subtree, from the left, and the number of entries it spans; 0 at the end."""
+    """Next node from the left after this node and its subtree, and the number of entries that it spans; 0 at the end."""
     while node & 1:
         node >>= 1
         span *= 2
@@ -110,7 +111,7 @@ def _box_distance(box: np.ndarray, point: np.ndarray) -> float:
 
 @kernel
 def _first_guess(point: np.ndarray, first: int, last: int, tree: np.ndarray) -> int:
-    """First piece of the leaf reached by descending to the nearer child with pieces first ... last - 1."""
+    """First piece of a leaf that contains pieces first ... last - 1; the search descends to the nearer child."""
     leaves = tree.shape[0] // 2
     node, span = 1, leaves * LEAF
     while node < leaves:
@@ -135,7 +136,7 @@ def _nearest_in(point: np.ndarray, low: int, high: int, chords: np.ndarray, piec
 def nearest_piece(
     point: np.ndarray, first: int, last: int, chords: np.ndarray, tree: np.ndarray, start: int, bound: float
 ) -> tuple[int, float]:
-    """Find the piece whose chord is nearest to a point; the first of several equally near ones.
+    """Find the piece whose chord is nearest to a point; among equally near pieces, the first one.
 
     Parameters
     ----------
@@ -145,17 +146,17 @@ def nearest_piece(
     chords : see `fsm.interactions.chord`
     tree : `fit_tree` of the boxes of all these chords
     start : int
-        Piece to test first, for example the nearest piece of the last search. A value outside the surface is ignored.
+        Piece that is tested first, for example the nearest piece of the last search. A value outside the surface is ignored.
         The result does not depend on it.
     bound : m^2
-        Square of the largest distance that counts.
+        Square of the largest distance that is searched.
 
     Returns
     -------
     piece : int
         -1 if there is none.
     float, m^2
-        Its squared distance, or the bound.
+        Squared distance of the piece, or the bound.
     """
     leaves = tree.shape[0] // 2
     piece, best = -1, bound
@@ -266,7 +267,7 @@ def window_pieces(
         Pieces at this distance or farther are ignored.
     margin : m
     nearest : (n,) int array, changed in place
-        Nearest piece, -1 if it is out of reach; the previous content is tested first.
+        Nearest piece, -1 if it is out of reach; the search starts with the previous content.
     window : (n, 2) int array, changed in place
         First and one past the last piece that is within reach and farther than the nearest by less than the margin. All
         pieces between them are included. Both are equal if the nearest piece is out of reach.
@@ -274,7 +275,7 @@ def window_pieces(
     piece = -1
     for i in range(points.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        # a new probe starts at the previous probe's piece: probes also follow each other along a chain
+        # a new probe starts at the piece of the previous probe, because successive probes are neighbours along a chain
         start = nearest[i] if nearest[i] >= 0 else piece
         piece, square = nearest_piece(points[i], first, last, chords, tree, start, reach[i] * reach[i])
         nearest[i] = piece

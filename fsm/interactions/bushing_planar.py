@@ -83,7 +83,7 @@ def _efforts(
     a1: float, a3: float, z1: float, z3: float, psi: float, v1: float, v3: float, wa: float, wb: float,
     row: np.ndarray, before: np.ndarray, per_second: float,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Efforts k (x - x0) + c x' of (Z1, Z3, psi); if `per_second` is not zero, x' is (x - before) per_second."""
+    """Efforts k (x - x0) + c x' of (Z1, Z3, psi); if `per_second` is not zero, the rate x' is (x - before) per_second."""
     x1, x3 = z1 - row[4], z3 - row[5]
     if per_second != 0.0:
         r1, r3, rp = (x1 - before[0]) * per_second, (x3 - before[1]) * per_second, (psi - before[2]) * per_second

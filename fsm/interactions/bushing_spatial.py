@@ -110,7 +110,7 @@ def _place(poses: np.ndarray, a: int, b: int, row: np.ndarray) -> tuple[Matrix, 
 def _speeds(
     rates: np.ndarray, a: int, b: int, from_world: Matrix, from_a: Matrix, from_b: Matrix
 ) -> tuple[Vector, Vector, Vector]:
-    """v, w_a, w_b in joint axes."""
+    """Components of v, w_a, w_b in joint axes."""
     v = (rates[a, 0] - rates[b, 0], rates[a, 1] - rates[b, 1], rates[a, 2] - rates[b, 2])
     return (
         transposed_times_vector(from_world, v),
@@ -141,7 +141,7 @@ def _translation_efforts(
 def _moment(
     k: int, value: float, g: Vector, wa: Vector, wb: Vector, row: np.ndarray, before: np.ndarray, per_second: float
 ) -> float:
-    """Effort of rotation k (3, 4, 5 for s1, psi, s3); as in `_translation_efforts`."""
+    """Effort of rotation k (3, 4, 5 for s1, psi, s3); the arguments are those of `_translation_efforts`."""
     if per_second != 0.0:
         rate = (value - before[k]) * per_second
     else:
@@ -176,7 +176,7 @@ def _turned(q: Quaternion, row: np.ndarray, before: np.ndarray) -> Vector:
 
 @kernel(inline=True)
 def _turning(q: Quaternion, wa: Vector, wb: Vector, row: np.ndarray, before: np.ndarray, per_second: float) -> Vector:
-    """w_a - w_b, or the mean of it since a past state."""
+    """Relative angular velocity w_a - w_b; with a past state, its mean since that state."""
     if per_second != 0.0:
         r = _turned(q, row, before)
         return per_second * r[0], per_second * r[1], per_second * r[2]
@@ -542,7 +542,7 @@ def widest_pose_spatial(
 ) -> tuple[int, float]:
     """Structural element with the largest distance of its ends, and this distance, m; the first element if all are zero.
 
-    Axes without a stiffness do not count. Other arguments as in `force_pose_spatial`.
+    Axes without a stiffness are ignored. Other arguments as in `force_pose_spatial`.
     """
     worst, widest = 0, 0.0
     for i in range(bodies.shape[0]):
@@ -563,7 +563,7 @@ def widest_pose_spatial(
 def deformations_pose_spatial(poses: np.ndarray, rates: np.ndarray, bodies: np.ndarray, constants: np.ndarray) -> np.ndarray:
     """Deformations (m, 6) of all elements, as those of `measure_pose_spatial`; arguments as in `force_pose_spatial`.
 
-    Axes without an effort may have zeros.
+    Axes without an effort may have the value zero.
     """
     value, change = np.empty((bodies.shape[0], 6)), np.empty(6)
     for i in range(bodies.shape[0]):

@@ -47,7 +47,7 @@ class Found(NamedTuple):
     coefficients : (m, 4) array, c
     directions : (m, 2, 4) array, tau
     normal : (m, 3) array
-        Unit vector from the second part to the first; on the side of the surface that the point belongs to.
+        Unit vector from the second part to the first; it points to the side of the surface to which the point belongs.
     distance : (m,) array, m
         normal . r; negative for a point behind its side.
     """
@@ -64,7 +64,8 @@ class Found(NamedTuple):
 def _on_triangle(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, weights: np.ndarray) -> int:
     """Weights (3,) of the corners in the point of a triangle closest to p (Ericson, 2005).
 
-    Returns 0 inside, 1 to 3 on the edge from this corner (from 1), 4 to 6 at a corner.
+    Returns 0 if the closest point is inside, 1 to 3 if it is on the edge that starts at this corner (counted from 1), and 4
+    to 6 if it is a corner.
     """
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
     for i in range(3):
@@ -108,11 +109,13 @@ def _on_triangle(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, wei
 
 @kernel
 def _extended(faces: Faces, triangle: int, extension: np.ndarray) -> None:
-    """Write the corners of a triangle that reaches beyond the outline: weights (3, 3) of the real corners, in rows."""
+    """Write the corners of a triangle that is extended beyond the outline, as weights (3, 3) of the real corners, in
+    rows.
+    """
     for i in range(3):
         extension[i, i] = 1.0
         for j in range(3):
-            if j != i:  # the edge opposite of corner j runs from corner j + 1
+            if j != i:  # the edge opposite to corner j starts at corner j + 1
                 extension[i, j] = -faces.beyond[triangle, (j + 1) % 3]
                 extension[i, i] -= extension[i, j]
 
@@ -143,7 +146,7 @@ def _normal_of(a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np.ndarray) 
 def _nearest(
     places: np.ndarray, p: np.ndarray, listed: np.ndarray, faces: Faces, best: np.ndarray
 ) -> tuple[int, int, float]:
-    """Nearest of some extended triangles, where its closest point lies, as in `_on_triangle`, and the squared distance.
+    """Nearest of some extended triangles, the region of its closest point as in `_on_triangle`, and the squared distance.
 
     `best` (3,) are the weights of the real corners.
     """
@@ -199,7 +202,7 @@ def select_faces(
     Returns
     -------
     triangle : (s,) int array
-        Nearest triangle; -1 where another facet with the same crease is nearer, or as near and before this one.
+        Nearest triangle; -1 if another facet at the same crease is nearer, or is equally near and comes first.
     part : (s,) int array
         Part of the outline that is nearest, as in `_on_triangle`; 0 over the facet.
     side : (s,) array
@@ -249,7 +252,7 @@ def find_point_faces(
     places, node, faces : as in `select_faces`
     triangle, part : (s,) int arrays
         From `select_faces` in the last accepted state. A point touches the plane of the triangle, the straight line of an
-        edge, or a corner. So a step does not see the edges between triangles, where the normal jumps.
+        edge, or a corner. A step is therefore not affected by the edges between triangles, where the normal jumps.
     side : (s,) array
         Side of the facet, +1 or -1, to which the point belongs; 0 beside the facet.
     clearance, limit, below : m

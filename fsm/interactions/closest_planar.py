@@ -73,7 +73,7 @@ def _closest(
         before, at = at, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
         if abs(step) < tolerance:
             break
-        if at == before and at != new:  # the point is well beyond an end
+        if at == before and at != new:  # the point is far beyond an end
             break
     return piece, at
 
@@ -178,8 +178,8 @@ def heights_planar(
     """Heights (n,) of all probes over their surfaces, m, along the normal (-z', x') of the curve.
 
     The height is nan beyond the ends and tips, and farther from all pieces than `reach` (n,), m. `nearest` (n,), changed
-    in place, holds the piece where each search starts and then the nearest piece. If the chord determines the side
-    and the excess of the depth limit, the height over the chord is returned.
+    in place, holds the piece where each search starts and then the nearest piece. If the chord alone determines the side and
+    whether the depth limit is exceeded, the height over the chord is returned.
     """
     curve, point = np.empty((3, 2)), np.empty(2)
     axes = turned_planar(poses)

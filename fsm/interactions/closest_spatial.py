@@ -93,7 +93,7 @@ def _closest(
         before, s = s, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
         if abs(step_s) < tolerance and abs(step_y) < tolerance * half_width[piece]:
             break
-        if s == before and s != new:  # the point is well beyond an end
+        if s == before and s != new:  # the point is far beyond an end
             break
     return piece, s, y
 

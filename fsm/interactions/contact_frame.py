@@ -9,7 +9,8 @@ n.M_m is the gradient of the gap for any x_c on the line along n through the two
 both bodies at x_c, so that action and reaction have the same moment. Only dn and dx_c depend on the geometry. The second
 derivatives follow from them:
 
-    dM_m for a turn about a_j of a body at r:   da_j x (x_c - r) + a_j x (dx_c - dr),    da_j = a_k x a_j for a turn a_k
+    For a rotation about a_j of a body at r: dM_m = da_j x (x_c - r) + a_j x (dx_c - dr), where da_j = a_k x a_j for a
+    rotation about a_k
 
 Coordinates: (dr, dtheta) of body A, then of body B; dtheta in body axes.
 """

@@ -33,7 +33,7 @@ def moved_beyond(
             moved += (poses[body, k] - reference[body, k]) ** 2
         for k in range(n_position, poses.shape[1]):
             turned += (poses[body, k] - reference[body, k]) ** 2
-        # NaN counts as beyond the bound
+        # NaN must count as beyond the bound
         if not np.sqrt(moved) + factor * np.sqrt(turned) * radii[i] < bound:
             return True
     return False

@@ -51,7 +51,7 @@ def _parts(turn: np.ndarray) -> tuple[Vector, Vector, Vector, Vector]:
 
 @kernel
 def _turned_arm(axis: Vector, arm: Vector, angle: float) -> Vector:
-    """Arm after a turn (Rodrigues)."""
+    """Arm after a rotation (formula of Rodrigues)."""
     cosine, sine = np.cos(angle), np.sin(angle)
     along = (1.0 - cosine) * (axis[0] * arm[0] + axis[1] * arm[1] + axis[2] * arm[2])
     across = crossed(axis, arm)
@@ -64,7 +64,7 @@ def _turned_arm(axis: Vector, arm: Vector, angle: float) -> Vector:
 
 @kernel
 def _set_row(row: np.ndarray, velocity: Vector, factor: float, spin: Vector) -> None:
-    """Write rates of a body: `velocity`, and `factor` times `spin`."""
+    """Write the rates of a body: the velocity, and `factor` times `spin` as angular velocity."""
     if row.shape[0] == 3:
         row[0], row[1], row[2] = velocity[0], velocity[2], factor * spin[1]
     else:

@@ -3,8 +3,8 @@
     d = min |x_1(s) - x_2(sigma)| over both segments,     x_i = m_i + s t_i,  |s| <= l_i,      n = (x_1 - x_2)/d
     gap = d - r_1 - r_2 outside,     gap = w (d - r_1 - r_2) inside
 
-The closest points are limited to the segments. If an edge slides past the end of the other, the contact becomes one of a
-point with an edge or a corner. The gap and its gradient stay continuous.
+The closest points are limited to the segments. If an edge slides past the end of the other edge, the contact changes to a
+contact of a point with an edge or a corner. The gap and its gradient stay continuous.
 
 The closest points of parallel edges are not unique. Near the parallel position these points move along the edges when
 the edges rotate. In this position the corners and the points along the edges carry the contact (`point_shape_spatial`).
@@ -79,7 +79,7 @@ def _state(
     frames: np.ndarray,
     vectors: np.ndarray,
 ) -> tuple[float, float, float, float]:
-    """Distance, |t_1 x t_2|^2, s and sigma of a pair of edges.
+    """Distance of a pair of edges, |t_1 x t_2|^2, and the coordinates s and sigma of the closest points.
 
     `frames` (2, 3, 3) and `vectors` (7, 3) are changed in place: arms of x_1 and x_2 from their bodies' centres, t_1, t_2,
     t_1 x t_2, x_1 - x_2, n.

@@ -1,18 +1,18 @@
 """Weight of a contact point near the end of a surface.
 
-A point represents a cell of its panel that extends by a to both sides. As the end of another panel passes, the weight of
-the point grows with the part of its cell over the other face. Otherwise the force would jump by the whole weight. Let S
-be the distance of the point from the end, positive inwards. The full weight is multiplied by
+A point represents a cell of its panel that extends by a to both sides. As the end of another panel passes over the cell, the
+weight of the point grows with the covered part of the cell. Without this change of weight, the force would jump by the whole
+weight of the point. Let S be the distance of the point from the end, positive inwards. The full weight is multiplied by
 
     f(S) = 2 c(S - b/2) - c(S - 5b/4),     c(x) = [G(x + a) - G(x - a)]/(2a),     G'' = 2/b within 0 < x < b/2, else 0
 
-b is the largest cell of the panel. G is max(0, x) with a rounded corner, so f is C1. f is zero over the end itself and
+b is the largest cell of the panel. G is max(0, x) with a rounded corner, so f is C1. The factor f is zero at the end and
 beyond, and one from 9b/4 on. In between, f exceeds the covered part of the cell. The excess makes the total force of an
-evenly pressed panel equal to the force of cells that are cut off at the end. The cells adjoin each other, so sums of c
+evenly pressed panel equal to the force of cells that are cut off at the end. The cells adjoin each other, so the sums of c
 over all cells telescope. The sum of the weights thus does not depend on the positions of the points.
 
 A contact energy w f U, with w U the energy at full weight, gives the forces -w f dU/dx and -w U df/dx. The change of the
-overlap thus causes a force too. f varies only within the half segment at the end of a surface. There S is a
+overlap thus also causes a force. The factor f varies only within the half segment at the end of a surface. There S is a
 coordinate of that segment.
 """
 
@@ -254,7 +254,7 @@ def add_taper_tangent(
     Parameters
     ----------
     bodies, gradient : (count, ...) arrays of all contacts, as measured
-    rows, part_gradient, part_hessian : see `tapered_planar`
+    rows, part_gradient, part_hessian : results of `tapered_planar`
     energy, elastic, normal : (m,) arrays, J, N, N
         Energy, elastic and total normal force of the tapered contacts at full weight.
     by_normal : (count, c) array
@@ -267,7 +267,7 @@ def add_taper_tangent(
     for k in range(rows.shape[0]):
         i = rows[k]
         for m in range(order):
-            # force that grows with the weight: normal force minus friction
+            # force that grows with the weight: the normal force minus the friction
             along = gradient[i, 0, m]
             for c in range(by_normal.shape[1]):
                 along -= by_normal[i, c] * gradient[i, 1 + c, m]

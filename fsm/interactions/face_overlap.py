@@ -92,7 +92,7 @@ def _crossings(corners: np.ndarray, x: float, y: float, aside: float, parallel: 
 
 @kernel(inline=True)
 def _flatness(sine: float, limit: float) -> float:
-    """1 for parallel faces, 0 from the limit on."""
+    """Factor of the tilt: 1 for parallel faces, 0 at the limit and beyond."""
     part = (sine / limit) ** 2
     return (1.0 - part) ** 2 if part < 1.0 else 0.0
 
@@ -127,9 +127,9 @@ def pair_weights(
 ) -> None:
     """Factors (5,) of the weights of points and edges of one pair.
 
-    For the arguments see `fsm.interactions.face_weights.weigh_units`. `turn` and `shift` are the axes and the centre of the
-    first shape in the axes of the second. Points have positions, weights, and for the second shape whether they are on its
-    axis. `scratch` is work space, (48, 2) arrays.
+    For the arguments see `fsm.interactions.face_weights.weigh_units`. `turn` contains the axes and `shift` the centre of the
+    first shape, in the axes of the second. Points have positions and weights; for points of the second shape, a flag states
+    whether they are on its axis. `scratch` is work space, (48, 2) arrays.
     """
     size_a, size_b = sizes
     (places_a, weights_a), (places_b, weights_b, axis_b) = points_a, points_b
@@ -139,14 +139,14 @@ def pair_weights(
     kind_a, kind_b = kinds
     if kind_b == HALF_SPACE:
         if kind_a == CYLINDER and size_a[1] >= size_a[0] and spatial:
-            # cylinder on its side, or on a cap
+            # a cylinder lies on its side, or stands on a cap
             lies, stands = _flatness(abs(turn[2, 1]), 1e-3), _flatness(np.sqrt(max(0.0, 1.0 - turn[2, 1] ** 2)), 1e-3)
             out[_FIRST] += lies * (LEAST - base[_FIRST])
             out[_FIRST_AXIS] += stands * (LEAST - base[_FIRST_AXIS])
         return
     if kind_a != RECTANGLE:
         return
-    # face of the second shape towards the first: normal k, axes i and j
+    # the face of the second shape that is towards the first shape has the normal k and the axes i and j
     k, i, j = 2, 0, 1
     if kind_b == BOX:
         for c in range(2):
@@ -160,7 +160,7 @@ def pair_weights(
     if not spatial and k == 1:
         return
     half_i, half_j = size_b[i], size_b[j]
-    if kind_b == BOX and not spatial:  # in a plane motion the box is unlimited across the plane
+    if kind_b == BOX and not spatial:  # in a plane motion the box has no limit across the plane
         if i == 1:
             half_i = size_a[1]
         else:
@@ -171,7 +171,7 @@ def pair_weights(
         smallest = min(size_a[0], half_i if i != 1 else half_j)
     limit = min(0.2, max(1e-3, rounding / smallest))
     aside = _ASIDE * rounding
-    upper = 1.0 if shift[k] < 0.0 else -1.0  # side of the second shape along the normal of the first
+    upper = 1.0 if shift[k] < 0.0 else -1.0  # sign of the face of the second shape, along the normal of the first shape
     if kind_b == CYLINDER and spatial and size_b[1] >= size_b[0]:
         flat = _flatness(abs(turn[1, 2]), limit)
         if flat > 0.0:

@@ -6,9 +6,9 @@ of a change of weight under load thus equals the stored energy, and the energy b
 step. The weights do not follow displacements along the normal: the energy of two faces that approach is the integral of
 their force.
 
-The slopes s are differences of the weights. Where the weights jump or have a kink, the smaller slope of both sides counts.
-A jump changes the stored energy without work. During an impact this energy is large. A pair then keeps the weights of
-the linear function and uses only the new slopes. The weights jump when the impact is over.
+The slopes s are differences of the weights. Where the weights jump or have a kink, the slope of smaller magnitude is used. A
+jump changes the stored energy without work. During an impact this energy is large. A pair then keeps the weights of the
+linear function and uses only the new slopes. The weights change to their new values after the impact.
 """
 
 from __future__ import annotations
@@ -325,7 +325,7 @@ def changed_weights(
                 sign = 1.0 - 2.0 * k
                 for i in range(3):
                     arm[i] = arms[k, i]
-                    if k == 1:  # the axes of the second shape turn about its body
+                    if k == 1:  # the axes of the second shape rotate about its body
                         for c in range(3):
                             arm[i] += frames[3, i, c] * shift[c]
                 for i in range(3):

@@ -1,4 +1,4 @@
-"""Impacts among contacts: selection of the impacts that steps have to resolve, and step sizes that resolve them.
+"""Impacts among contacts: selection of the impacts that steps have to resolve, and the step sizes for this.
 
 An undamped impact of the effective mass m at the speed v has the depth d with m v^2/2 = U(d) and takes about 2.94 (Hertz) or
 3.14 (linear) times d/v. Contacts of bodies at rest are not impacts.
@@ -96,7 +96,8 @@ def _to_resolve(
     """Mask (m,) of the contacts that are impacts which steps have to resolve.
 
     With a restitution law these are all contacts that close fast enough. Otherwise they are contacts of loose bodies with a
-    considerable part of the total kinetic energy. Segments with force elements yield when they are hit.
+    considerable part of the total kinetic energy. Segments with force elements yield when they are hit, so their contacts
+    are not counted.
     """
     out, some = np.zeros(speed.shape[0], dtype=np.bool_), False
     for i in range(speed.shape[0]):
@@ -126,14 +127,15 @@ def fraction_before(
 ) -> float:  # fmt: skip
     """Fraction of a step that ends before its impacts begin; 1 without impacts or if they begin gently.
 
-    A restitution law depends on the closing speed at the onset of the impact. A long step would falsify this speed.
+    A restitution law depends on the closing speed at the onset of the impact. A long step would cause an error of this
+    speed.
 
     Parameters
     ----------
     bodies, gradient, gap, gap_rate : contacts at the end of the step
     normal : (m,) array, N
     onset : (m,) array, m/s
-        Zero for contacts that did not exist at the start of the step.
+        Closing speed at the start of a contact; zero for contacts that did not exist at the start of the step.
     unit_energy : (m,) array, J
         Energies at the depth 1 m, of `shared_weight`.
     rates_before : (n_bodies, 3 or 6) array
@@ -148,9 +150,9 @@ def fraction_before(
             for k in range(size):
                 start[i] -= gradient[i, 0, b * size + k] * rates_before[bodies[i, b], k]
         end = -gap_rate[i]
-        # a contact that opens without force at the end of the step had its whole impact within the step
+        # a contact that is open and has no force at the end of the step had its whole impact within the step
         change[i] = normal[i] * step / mass[i] if normal[i] > 0.0 else start[i] - end
-        speed[i] = max(start[i], end + change[i])  # the second value estimates the speed without the contact
+        speed[i] = max(start[i], end + change[i])  # the second value is an estimate of the speed without the contact
     counts, earliest = _to_resolve(rules, bodies, mass, speed, rates_before), np.inf
     for i in range(count):
         if onset[i] != 0.0 or not counts[i] or not change[i] > _SPEED_CHANGE * speed[i]:

@@ -91,7 +91,9 @@ def _measure(
 
 @kernel(inline=True)
 def _change(value: float, before: float, k: int, rest: float) -> float:
-    """Change of a deformation; x3 jumps by 2 pi l where the chord points backwards, and its change does not."""
+    """Change of a deformation; x3 jumps by 2 pi l when the chord points backwards, and the change is corrected for this
+    jump.
+    """
     change = value - before
     if k == 1:
         change -= 2.0 * np.pi * rest * np.round(change / (2.0 * np.pi * rest))

@@ -45,7 +45,7 @@ def local_points_spatial(
     """
     out = np.empty((slots.shape[0], 3))
     frames, arm = np.empty((2, 3, 3)), np.empty(3)
-    last_a = last_b = -1  # probes of one body against one shape follow each other
+    last_a = last_b = -1  # probes of one body against one shape are consecutive
     for i in range(slots.shape[0]):
         probe = slots[i]
         shape = points.shape[probe]

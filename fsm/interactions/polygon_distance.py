@@ -25,8 +25,8 @@ def _closest(size: np.ndarray, x: float, y: float) -> tuple[float, float, int]:
     -------
     x, y : m
     int
-        -1 inside of the polygon; the number of a corner for the side from it to the next one; the number of corners for a
-        corner.
+        -1 if the point is inside the polygon; the number of the corner at which the nearest side starts; the number of
+        corners if the nearest feature is a corner.
     """
     corners = int(size[0])
     feature, best_x, best_y, least = -1, 0.0, 0.0, np.inf
@@ -89,7 +89,7 @@ def polygon_passed(size: np.ndarray, start: np.ndarray, end: np.ndarray, inside:
     start, end : (3,) arrays, m
         Ends of its straight path.
     inside : float
-        Part of the polygon that counts, measured from the mean of its corners.
+        Fraction of the polygon that counts; it is measured from the mean of the corners.
     """
     if (start[2] >= 0.0) == (end[2] >= 0.0):
         return False

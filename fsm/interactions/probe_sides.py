@@ -29,7 +29,9 @@ def _is_over(side: float, height: float, limit: float) -> bool:
 
 @kernel
 def probe_sides(side: np.ndarray, height: np.ndarray, limit: np.ndarray) -> np.ndarray:
-    """Sides (n,) after a step: the former ones of probes over their surface, the present ones of new probes, else 0."""
+    """Sides (n,) after a step: probes over their surface keep their side, new probes get their present side, and all others
+    get 0.
+    """
     out = np.zeros(side.shape[0])
     for i in range(side.shape[0]):
         if _is_over(side[i], height[i], limit[i]):
@@ -85,7 +87,8 @@ def turned_sides(
             depth, depth_across = height[i] * into, height[other] * into_across
             outside = side[other] == -into_across
             if case == 0 and outside and before[i] == 0.0 and depth > 0.0 and depth_across > 0.0:
-                # contact with the face in which the point is less deep; the other has no side until both depths are equal
+                # the point has contact with the face in which it is less deep; the other face has no side until both depths
+                # are equal
                 found[i] = -into if depth <= depth_across else 0.0
             if case == 1 and outside and side[i] == -into and depth > deep and depth_across < 0.0:
                 found[i] = into
@@ -135,10 +138,10 @@ def round_tips(
 def passed_through(
     side: np.ndarray, limit: np.ndarray, height: np.ndarray, before: np.ndarray, deepest: float
 ) -> np.ndarray:
-    """Probes (m,) deeper than their limit, but not deeper than a motion explains.
+    """Probes (m,) that are deeper than their limit, but not deeper than a given displacement can explain.
 
-    `before` contains the heights at the last accepted state. If it is empty, probes without a side in that state count
-    too.
+    `before` contains the heights at the last accepted state. If it is empty, probes without a side in that state are
+    included too.
     """
     out, count = np.empty(side.shape[0], dtype=np.int64), 0
     for i in range(side.shape[0]):

@@ -107,7 +107,7 @@ class ContactForces(NamedTuple):
     friction: bool
 
     def part(self, first: int, last: int) -> ContactForces:
-        """Forces of the contacts from `first` to before `last`."""
+        """Forces of the contacts from `first` up to, and without, `last`."""
         rows = slice(first, last)
         return ContactForces(
             self.normal[rows], self.by_depth[rows], self.by_closing[rows], self.effort[rows], self.by_slip[rows],

@@ -11,17 +11,17 @@ straight part, the gap g over the line becomes the gap over a disc of radius R t
 
     sqrt(x^2 + (g + R)^2) - R,     R = half the tip,
 
-The rounding releases a body gradually when it slides off an end. An edge that stands on a face is pushed along the face's
-normal. Two creases that meet tip to tip must not slip past each other; panels 3 and 4 of the pulled strip meet in this
-way on their mirror plane. Therefore the first half of the tip is straight for the ends of another panel. For all other
+The rounding releases a body gradually when it slides off an end. An edge that stands on a face receives a force along the
+face's normal. Two creases that meet tip to tip must not slip past each other; panels 3 and 4 of the pulled strip meet in
+this way on their mirror plane. Therefore the first half of the tip is straight for the ends of another panel. For all other
 points the whole tip is round.
 
 These tips are for panels that share a crease. The scene gives the side of each panel on which the other lies. The ends of
 other surfaces have a cap for the ends of panels: R is the clearance and x is measured from the end itself. With h the
 height over the middle line, g = sqrt(x^2 + h^2) - clearance, which is the same from both sides and also holds for
 frontal contact. For points between the ends of a panel, these surfaces stop at their ends, and the weight of the points
-is tapered (`fsm.interactions.end_taper`). The ends of two panels of one chain can pass each other. They touch like the
-panels between them, and their weights are tapered over a short distance.
+is tapered (`fsm.interactions.end_taper`). The ends of two panels of one chain can pass each other. Such ends touch in the
+same way as the panels between them, and their weights are tapered over a short distance.
 
     C(s) = sum_k B_k(s) (r_k + A_k (X_k, 0)),     k = 0 ... 3, the first two on body a, the last two on body b
 

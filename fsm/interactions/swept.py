@@ -1,6 +1,7 @@
 """Detection of bodies that passed through each other between two poses: swept boxes, exact tests on straight paths.
 
-A rotation is divided into steps. In each step the moving point or edge follows a straight line in the other's axes.
+A rotation is divided into steps. In each step the moving point or edge follows a straight line in the axes of the other
+body.
 """
 
 from __future__ import annotations

@@ -162,7 +162,7 @@ def swing_slopes(q: Quaternion, half_way: bool) -> tuple[float, float, Slopes, S
     This is s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n. Half-way, B is linear and h = f.
     """
     if q[0] == 0.0 and q[2] == 0.0:
-        # at 180 degrees there are values but no slopes; the twist of `twist_slopes` is zero
+        # at 180 degrees the values exist but not the slopes; the twist of `twist_slopes` is zero
         q = (1e-100, q[1], 0.0, q[3])
     n = np.sqrt(q[0] * q[0] + q[2] * q[2])
     f, f1, f2 = _stretch(min(n, 1.0))

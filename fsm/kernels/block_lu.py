@@ -39,7 +39,7 @@ MAX_ERROR = 1e-8
 
 @kernel(inline=True)
 def _sort(values: np.ndarray, first: int, last: int) -> None:
-    """Sort `values[first:last]` in place (Shell's method, gaps by Knuth); NumPy's sort takes a second to compile."""
+    """Sort `values[first:last]` in place by Shell's method; the compilation of NumPy's sort would take a second."""
     gap = 1
     while 3 * gap < last - first:
         gap = 3 * gap + 1
@@ -78,7 +78,7 @@ def fill_in(
     position = np.empty(count, dtype=np.int64)
     for i in range(count):
         position[order[i]] = i
-    # columns right of the diagonal come from A and from the children in the elimination tree
+    # columns to the right of the diagonal come from A and from the children in the elimination tree
     start = np.zeros(count + 1, dtype=np.int64)
     columns = np.empty(4 * indices.shape[0] + 16, dtype=np.int64)
     first_child = np.full(count, -1, dtype=np.int64)
@@ -114,7 +114,7 @@ def fill_in(
             parent = columns[start[i]]
             next_child[i] = first_child[parent]
             first_child[parent] = i
-    # complete rows: row j has the columns i < j of all rows i that have column j, in sorted order
+    # complete rows: row j gets the columns i < j of all rows i that contain column j, in sorted order
     length = np.ones(count, dtype=np.int64)
     for i in range(count):
         length[i] += start[i + 1] - start[i]
@@ -131,7 +131,7 @@ def fill_in(
             j = columns[k]
             filled[fill[j]] = i
             fill[j] += 1
-        # all columns left of the diagonal are in place now
+        # all columns to the left of the diagonal are complete now
         diagonal[i] = fill[i]
         filled[diagonal[i]] = i
         for k in range(start[i], start[i + 1]):
@@ -248,7 +248,7 @@ def factorise(
             pivot = indices[k]
             first = diagonal[pivot] + 1
             if symmetric:
-                # start at the transposed block above the diagonal; blocks left of it are not needed
+                # the loop starts at the transposed block above the diagonal; blocks to the left of it are not needed
                 first = _find(indices, first, indptr[pivot + 1], i)
                 used[k] = used[first]
             if not used[k]:
@@ -326,7 +326,7 @@ def _solve_symmetric(
     factors: np.ndarray,
     right: np.ndarray,
 ) -> np.ndarray:
-    """Solve as `_solve_factorised` for a symmetric A; only the upper factors are read, half of the memory."""
+    """Solve as `_solve_factorised` for a symmetric A, but read only the upper factors, which are half of all factors."""
     count, size = diagonal.shape[0], factors.shape[1]
     y = np.empty((count, size), dtype=factors.dtype)
     x = np.empty(count * size, dtype=factors.dtype)

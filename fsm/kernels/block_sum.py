@@ -44,7 +44,7 @@ def effective_stiffness(
             for m in range(size):
                 rate = factor * damping[k, i, m]
                 if rate == 0.0:
-                    continue  # most blocks: contacts without friction and elements without damping
+                    continue  # this is true for most blocks: contacts without friction and elements without damping
                 for j in range(size):
                     out[k, i, j] += rate * diagonal[columns[k], m, j]
     return out
@@ -65,6 +65,6 @@ def multiply_block_diagonal(data: np.ndarray, diagonal: np.ndarray, columns: np.
                 data[k, i, j] = 0.0
             for m in range(size):
                 if row[m] == 0.0:
-                    continue  # most blocks: contacts without friction and elements without damping
+                    continue  # this is true for most blocks: contacts without friction and elements without damping
                 for j in range(size):
                     data[k, i, j] += row[m] * diagonal[column, m, j]

@@ -100,7 +100,7 @@ def retract_poses(q: np.ndarray, dx: np.ndarray) -> np.ndarray:
             out[a + k] = q[a + k] + dx[b + k]
         x, y, z = dx[b + 3], dx[b + 4], dx[b + 5]
         half = 0.5 * np.sqrt(x * x + y * y + z * z)
-        # sin(half)/(2 half), with a series for small angles
+        # this is sin(half)/(2 half), with a series for small angles
         factor = 0.5 * np.sin(half) / half if half > 1e-4 else 0.5 - half * half / 12.0
         w, x, y, z = np.cos(half), factor * x, factor * y, factor * z
         p, r, s, t = q[a + 3], q[a + 4], q[a + 5], q[a + 6]

@@ -52,7 +52,7 @@ _NUMBA_SETTINGS: Final = (
     "USING_SVML",
     "BOUNDSCHECK",
     "DEBUGINFO_DEFAULT",
-)  # settings (NUMBA_... variables) that change the machine code but not numba's own cache key
+)  # these settings (NUMBA_... variables) change the machine code but not numba's own cache key
 
 _PACKAGE: Final = Path(os.path.abspath(__file__)).parent.parent
 _PREFIX: Final = os.path.join(_PACKAGE, "")

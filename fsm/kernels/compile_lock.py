@@ -12,7 +12,7 @@ from fsm.kernels.cache_folder import create_folder
 
 try:
     import fcntl
-except ImportError:  # on Windows each process compiles for itself
+except ImportError:  # on Windows each process compiles its own kernels
     fcntl = None  # type: ignore[assignment, unused-ignore]
 
 __all__ = ["CompileLock", "waited"]
@@ -49,7 +49,7 @@ class CompileLock:
         try:
             create_folder(self._file.parent)
             self._descriptor = os.open(self._file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        except OSError:  # nothing can be written; the kernel is not cached
+        except OSError:  # nothing can be written, so the kernel is not cached
             return False
         begun, others = time.perf_counter(), False
         while not self._taken():

@@ -1,10 +1,10 @@
-"""Dispatcher of kernels: calls from Python, calls from other kernels, and the disk cache.
+"""Dispatcher of kernels for calls from Python and from other kernels, with a cache on disk.
 
 This module adds to ``numba.njit(cache=True)``:
 
-* machine code only for kernels that Python calls. A kernel that calls another kernel links its code, so the callee
+* machine code is made only for kernels that Python calls. A kernel that calls another kernel links its code, so the callee
   by itself needs neither machine code, nor wrappers for calls from Python, nor an entry in the cache;
-* entries of the cache without what only a later link would need, so that they load quickly;
+* entries of the cache do not contain data that only a later link would need, so they load quickly;
 * a process whose sources were edited since its start no longer writes to the cache, because it would store new code under an
   old name;
 * a kernel is compiled by one process at a time (`fsm.kernels.compile_lock`). Others wait and load its entry;
@@ -67,7 +67,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         self._linked: dict[tuple[Any, ...], Any] = {}
         self._to_cache = is_covered(function)
         if self._to_cache:
-            key(source_of(function))  # hash of the sources at the time of the import
+            key(source_of(function))  # this is the hash of the sources at the time of the import
 
     def compile(self, sig: Any) -> Any:
         """Compile the function for calls from Python, or load it from the cache."""
@@ -181,7 +181,7 @@ class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
     def reduce(self, data: Any) -> tuple[Any, ...]:
         """Return the part of the compiled function `data` that is stored."""
         library, described = data.library, data.fndesc
-        described.typemap = described.calltypes = None  # this is large and not used after the compilation
+        described.typemap = described.calltypes = None  # this part is large, and nothing uses it after the compilation
         names = (described.llvm_func_name, described.llvm_cpython_wrapper_name, described.llvm_cfunc_wrapper_name)
         symbols = {name for name in names if library.codegen._engine.is_symbol_defined(name)}
         environments = tuple(data._find_referenced_environments())
@@ -244,13 +244,13 @@ class _KernelCache(FunctionCache):
         rtsys.initialize(target_context)
         stored = self._stored(sig, target_context)
         if stored is None and self._enabled and self._folder.name == key_now(self._file) and self.lock.acquire():
-            stored = self._stored(sig, target_context)  # another process has compiled it meanwhile
+            stored = self._stored(sig, target_context)  # another process has compiled the kernel in the meantime
         return stored
 
     def _stored(self, sig: Any, target_context: Any) -> Any:
         try:
             stored = self._load_overload(sig, target_context)
-        except Exception as fault:  # a damaged pickle can raise anything
+        except Exception as fault:  # a damaged pickle can raise any exception
             _log.debug("cache entry of %s is damaged (%r); compiling again", self._name, fault)
             with suppress(OSError):
                 self.flush()

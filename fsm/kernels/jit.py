@@ -117,7 +117,7 @@ class _Compilations(event.Listener):
         self.count = 0
         self.callbacks: list[Callable[[str], None]] = []
         self._seconds = 0.0
-        self._depth = 0  # nesting depth: a kernel compiles its callees during its own compilation
+        self._depth = 0  # nesting depth; it exceeds one because a kernel compiles its callees during its own compilation
         self._started = 0.0
 
     def on_start(self, happening: Any) -> None:

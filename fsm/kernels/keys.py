@@ -15,7 +15,7 @@ def find_keys(known: np.ndarray, keys: np.ndarray) -> np.ndarray:
     count = known.shape[0]
     place = np.empty(keys.shape[0], dtype=np.int64)
     for i in range(keys.shape[0]):
-        # usually both arrays are equal, so the same index is tried first
+        # both arrays are usually equal, so the same index is tried first
         at = i
         if i >= count or known[i] != keys[i]:
             at, high = 0, count

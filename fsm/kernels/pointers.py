@@ -55,7 +55,7 @@ class Pointer:
         result = function.overloads[kinds]
         self._numba_type_ = _Address(result.signature)
         self.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
-        self._keeps = result  # the machine code
+        self._keeps = result  # the pointer refers to the machine code
         self._entries: dict[Any, Any] = {}
 
     @property

@@ -27,7 +27,7 @@ def subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
                     out[i, j] -= factor * b[k, j]
     elif size == 9:
         for i in range(9):
-            # keeps a row in registers; a loop over j would store and load it again for every k
+            # this loop keeps a row in registers; a loop over j would load and store the row again for every k
             r0, r1, r2, r3, r4 = out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4]
             r5, r6, r7, r8 = out[i, 5], out[i, 6], out[i, 7], out[i, 8]
             for k in range(9):

@@ -81,7 +81,7 @@ class Sliders:
         stored, lost = slip_energy(state.opening, opening, state.slider, *self._law)
         if duration is None:
             return stored, slip_power(opening, rate, state.slider, *self._law)
-        # a step may be evaluated before or after it is accepted
+        # a step may be evaluated before or after its acceptance
         end = t if duration > 0.0 else t - duration
         if abs(state.time - end) <= _SAME * abs(duration):
             lost = state.lost

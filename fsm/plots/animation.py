@@ -52,8 +52,8 @@ def animate(solution: Solution, path: str | Path) -> None:
         ax.set_aspect("equal", adjustable="box")
         title = ax.set_title("0 s")
         canvas.draw()
-        # only plates and title are drawn again for every frame; drawing the whole figure would take several times as
-        # long
+        # only the plates and the title are drawn again for every frame, because drawing the whole figure would take several
+        # times as long
         fig.set_layout_engine("none")
         plates.set_animated(True)
         title.set_animated(True)

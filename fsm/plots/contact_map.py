@@ -46,7 +46,8 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
         x, label = abscissa(solution)
         ax.set_xlabel(label)
         _name_rows(ax, names)
-        turns = bool((np.diff(x) < 0.0).any())  # the drive goes back: a record may have the travel of an earlier one
+        # the drive moves backwards, so a record may have the travel of an earlier record
+        turns = bool((np.diff(x) < 0.0).any())
         if turns:
             x = 1.0 * solution.time
             ax.set_xlabel("time (s)")
@@ -88,7 +89,7 @@ def _draw_bands(ax: Axes, x: Floats, force: Floats, area: Floats) -> PolyCollect
     corners = np.stack([left, low, right, low, right, high, left, high], axis=1).reshape(-1, 4, 2)
     bands = PolyCollection(list(corners), zorder=2)
     bands.set(array=force[record, row], cmap=COLOUR_MAP, norm=PowerNorm(0.5, 0.0, float(force.max())))
-    bands.set(edgecolor="face", linewidth=line_width(0.2))  # closes gaps between neighbouring rectangles
+    bands.set(edgecolor="face", linewidth=line_width(0.2))  # this closes gaps between neighbouring rectangles
     ax.add_collection(bands, autolim=False)
     return bands
 

@@ -108,7 +108,7 @@ def _draw_curve(
     if curve.dynamic.any():
         edges = np.flatnonzero(np.diff(curve.dynamic.astype(int)))
         moving = curve.dynamic.copy()
-        moving[edges], moving[edges + 1] = True, True  # include the ends of the paths, so that both lines meet
+        moving[edges], moving[edges + 1] = True, True  # the ends of the paths are included, so that both lines meet
         between = np.where(moving, curve.force[:, drive], np.nan)
         if clip:
             between = np.clip(between, *_range(curve))

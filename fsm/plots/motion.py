@@ -162,7 +162,7 @@ def _title(solution: Solution, record: int, stages: list[dict[str, Any]]) -> str
     if label == "time (s)":
         return f"{rounded(solution.time[record])} s"
     travel, force = solution.travel[record, 0], solution.force[:, 0]
-    # a force as small as a residual of the solver is shown as zero
+    # a force as small as a residual of the solver is displayed as zero
     value = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
     effort, way = drive_units(solution)
     text = f"{rounded(travel * 1e3)} {way}, {rounded(value)} {effort}"
@@ -202,7 +202,9 @@ def _moving_solids(solution: Solution) -> list[Floats]:
 
 
 def _label(axis: Axis, text: str) -> None:
-    """Label an axis. An empty label has a fixed place, because the search for one measures all numbers of the axis."""
+    """Label an axis. An empty label has a fixed place, because Matplotlib would measure all numbers of the axis to place a
+    label.
+    """
     axis.set_label_text(text)
     if not text:
         axis.set_label_coords(0.0, 0.0)

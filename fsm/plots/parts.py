@@ -41,7 +41,7 @@ def handles_of_parts(solution: Solution) -> list[Patch]:
     if len(set(named.values())) < 2:
         return []
     panels = [name for name in named if name.startswith("panel ")]
-    if len(panels) > _FEW:  # colours of a map: the first, the middle and the last are enough
+    if len(panels) > _FEW:  # the colours come from a map, so the first, the middle and the last name are enough
         shown = {panels[0], panels[len(panels) // 2], panels[-1]}
         named = {name: colour for name, colour in named.items() if name in shown or name not in panels}
     return [Patch(facecolor=colour, label=shortened(name)) for name, colour in named.items()]

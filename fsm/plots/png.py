@@ -28,10 +28,10 @@ def write_png(path: Path, pixels: np.ndarray, dpi: float) -> None:
     dpi : pixels per inch, stored in the file
     """
     height, width, _ = pixels.shape
-    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)  # the first byte of a row is its filter: none
+    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)  # the first byte of a row gives its filter, here none
     rows[:, 1:] = pixels.reshape(height, -1)
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # 8 bits for each of three colours
-    density = struct.pack(">IIB", round(dpi / _INCH), round(dpi / _INCH), 1)  # pixels per metre
+    density = struct.pack(">IIB", round(dpi / _INCH), round(dpi / _INCH), 1)  # resolution in pixels per metre
     chunks = [(b"IHDR", header), (b"pHYs", density), (b"IDAT", zlib.compress(rows.data, _LEVEL)), (b"IEND", b"")]
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(name, data) for name, data in chunks))
 

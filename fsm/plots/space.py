@@ -56,8 +56,8 @@ def _reach(extent: Floats) -> Floats:
 def _zoomed(x: float, y: float, z: float) -> tuple[float, float, Floats]:
     """Zoom at which a box of these sides fills its picture, height of the box, and a distance for each axis.
 
-    Height and distances are relative to the width of the picture. A distance is the length of a shift by both other sides of
-    the box. Matplotlib's distances of labels are proportional to it.
+    Height and distances are relative to the width of the picture. This distance is the length of a displacement by both
+    other sides of the box. Matplotlib's distances of labels are proportional to it.
     """
     ax: Any = Figure(figsize=(1.0, 1.0)).add_subplot(projection="3d")
     ax.set(xlim=(-x / 2, x / 2), ylim=(-y / 2, y / 2), zlim=(-z / 2, z / 2))
@@ -122,7 +122,8 @@ def _draw_parts(ax: Any, add: Any, solution: Solution, record: int, factor: floa
     lines, films = panel == LINE, panel == FILM
     cables = factor * solution.shape[record][first[lines]][:, :2]
     shown = colours * _brightness(faces)[:, None]
-    # faces are sorted by their middles, which fails for a plate on a film: it is drawn before or after the whole film
+    # faces are sorted by their middles, which fails for a plate on a film, so the plate is drawn before or after the whole
+    # film
     ax.computed_zorder = not films.any()
     width = 0.0 if len(faces) > _MOST_EDGES else line_width(0.4 if len(faces) < 500 else 0.2)
     for part, order in ((films & ~lines, 2.0), (~films & ~lines, 3.0 if _above(faces, films, lines) else 1.0)):
@@ -170,7 +171,7 @@ def draw_axes(ax: Any, reach: Floats, middle: Floats, unit: str) -> None:
         ax.set(**{f"{name}lim": (centre - side / 2, centre + side / 2)})
     zoom, _, away = _projected(reach)
     nearer = _projected(_USUAL)[2] / away
-    ax.set_box_aspect(tuple(reach), zoom=zoom)  # Matplotlib would change an array
+    ax.set_box_aspect(tuple(reach), zoom=zoom)  # Matplotlib would change the array
     size = matplotlib.rcParams["xtick.labelsize"] - points(1.0)
     axes = (ax.xaxis, ax.yaxis, ax.zaxis)
     for axis, name, centre, side, factor in zip(axes, "xyz", middle, reach, nearer, strict=True):

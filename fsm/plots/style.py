@@ -61,11 +61,11 @@ STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 9.0,
-    "text.parse_math": False,  # names may contain a $
-    "text.hinting": "none",  # not visible at 200 dpi, and takes a twentieth of the drawing time
+    "text.parse_math": False,  # names may contain a $ character, which Matplotlib would read as a formula
+    "text.hinting": "none",  # this effect is not visible at 200 dpi, and takes a twentieth of the drawing time
     "axes.labelsize": 9.0,
     "axes.titlesize": 9.0,
-    "axes.titley": 1.0,  # no search for ticks above the axes, which takes a third of the drawing time
+    "axes.titley": 1.0,  # Matplotlib would search for ticks above the axes, which takes a third of the drawing time
     "xtick.labelsize": 8.0,
     "ytick.labelsize": 8.0,
     "legend.fontsize": 8.0,
@@ -121,7 +121,7 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
         yield fig
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_write(path) as part, warnings.catch_warnings():
-            warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # drawn as boxes
+            warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # these entries are drawn as boxes
             _save(fig, part)
 
 

@@ -208,7 +208,7 @@ def _arrows(
         position = channels.get(f"{owner}.position")
         kind, _, body = owner.partition(".")
         if kind == "support" and body in solution.layout.drive_names:
-            continue  # this reaction is drawn as the force of the drive
+            continue  # this reaction is already drawn as the force of the drive
         if kind == "support":
             other = channels.get(f"body.{body}.position") or channels.get(f"point.{body}.position")
             place = _in_space(other) if other is not None else _place(body, solution, parts, creases)

@@ -220,7 +220,7 @@ def _contact_map(solution: Solution) -> Iterator[dict[str, Any]]:
     shown = sorted(sorted(range(len(pairs)), key=lambda k: -float(of_pairs[:, k].max()))[:_MAP_PAIRS])
     rows = np.unique(np.linspace(0, len(solution) - 1, min(len(solution), _MAP_RECORDS)).astype(np.int64))
     force = of_pairs[rows][:, shown].T
-    force = np.where(force > CONTACT_THRESHOLD * of_pairs.max(), force, 0.0)  # as in contact.png
+    force = np.where(force > CONTACT_THRESHOLD * of_pairs.max(), force, 0.0)  # the same stages as in contact.png
     names = [pairs[k] for k in shown]
     label, factor = travel_scale(solution)
     data: dict[str, Any] = {

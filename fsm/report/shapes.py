@@ -117,7 +117,7 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
         pattern = pattern_of(case.sheet)
         joints = [joint for joint in sheet_joints(case, pattern) if joint.kind == "crease"]
         mesh = _flexible_mesh_of(solution)
-    except (CaseError, ValueError, TypeError, OSError):  # a case of another version
+    except (CaseError, ValueError, TypeError, OSError):  # the case was written by another version
         return []
     if case.sheet.facets == "flexible":
         return [] if mesh is None or len(joints) > _MOST_CREASES else _creases_of_mesh(mesh, joints)
@@ -154,7 +154,7 @@ def _flexible_mesh_of(solution: Solution) -> FacetMesh | None:
 def _creases_of_mesh(mesh: FacetMesh, joints: Sequence[SheetJoint]) -> list[Crease]:
     """Creases between flexible facets: a piece of line for each pair of neighbouring nodes."""
     names = {joint.edge: f"crease.{joint.name.removeprefix('crease ')}" for joint in joints}
-    at: dict[tuple[int, int], tuple[int, int, int]] = {}  # sectors of an edge: triangle, and its corners there
+    at: dict[tuple[int, int], tuple[int, int, int]] = {}  # each sector of an edge: triangle, and its corners at the edge
     for number, triangle in enumerate(mesh.triangles.tolist()):
         for k in range(3):
             one, two = triangle[k], triangle[(k + 1) % 3]
@@ -214,7 +214,7 @@ def shown_shapes(solution: Solution, budget: int) -> Shown:
     corners = solution.shape.reshape(total, -1, 3)
     size = float(np.max(np.ptp(corners.reshape(-1, 3), axis=0), initial=0.0)) or 1.0
     count = min(total, MOST_FRAMES)
-    if total > 3:  # an estimate, from three records
+    if total > 3:  # this size is an estimate from three records
         few = _spread(total, 3)
         _, first = _vertices(corners[few], size * _SAME)
         count = max(2, min(count, int(4 * budget / len(pack_levels(corners[few][:, first], per_column=True)["data"]))))

@@ -215,7 +215,7 @@ def describe_case(solution: Solution) -> list[list[str]]:
     if case.get("extensions"):
         return [
             *title,
-            ["extensions", f"{', '.join(map(str, case['extensions']))}; not executed, so the model is not described"],
+            ["extensions", f"{', '.join(map(str, case['extensions']))}; they are not executed, so no model is described"],
         ]
     from fsm.describe import describe
     from fsm.scene.load_case import read_case

@@ -61,7 +61,7 @@ def _rotate_left(x: int, bits: int) -> int:
 
 
 def _mix(a: int, b: int, c: int) -> tuple[int, int, int]:
-    for bits in (4, 6, 8, 16, 19, 4):  # one line of lookup3's mix() per pass; the three names rotate
+    for bits in (4, 6, 8, 16, 19, 4):  # each pass is one line of lookup3's mix(), and the three names rotate
         a, c = ((a - c) & 0xFFFFFFFF) ^ _rotate_left(c, bits), _add(c, b)
         a, b, c = b, c, a
     return a, b, c

@@ -144,7 +144,7 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     # a parabola through points this close would amplify noise of the force
     if min(s[top] - s[i], s[j] - s[top]) <= 1e-4 * (s.max() - s.min()):
         return float(f[top]), float(s[top])
-    left, right = s[i] - s[top], s[j] - s[top]  # f = f_top + b x + c x^2 through both neighbours
+    left, right = s[i] - s[top], s[j] - s[top]  # the parabola f = f_top + b x + c x^2 passes through both neighbours
     slope_left, slope_right = (f[i] - f[top]) / left, (f[j] - f[top]) / right
     c = (slope_right - slope_left) / (right - left)
     b = slope_left - c * left
@@ -250,7 +250,7 @@ def _onset(s: Floats, f: Floats, touching: np.ndarray) -> float:
     if k == 0:
         return float(s[0])
     rise = f[k + 1] - f[k] if k + 1 < len(f) else 0.0
-    if not rise > 0.0:  # without a rising line to extrapolate, take the last free record
+    if not rise > 0.0:  # there is no rising line to extrapolate, so the last free record is used
         return float(s[k - 1])
     return float(np.clip(s[k] - f[k] * (s[k + 1] - s[k]) / rise, s[k - 1], s[k]))
 

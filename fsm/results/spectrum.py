@@ -108,7 +108,7 @@ def high_lines(time: ArrayLike, values: ArrayLike, part: float = 0.5) -> list[fl
     found: list[float] = []
     for k in bins:
         frequency = fit_damped_sinusoid(time, values, float(lines.frequency[k])).frequency
-        if all(abs(frequency - other) > lines.resolution for other in found):  # two maxima of one line
+        if all(abs(frequency - other) > lines.resolution for other in found):  # these are two maxima of one line
             found.append(frequency)
     return found
 

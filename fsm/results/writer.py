@@ -90,7 +90,7 @@ class ResultWriter:
         self._samples: list[tuple[float, Floats]] = []
         self._record_bytes = 1
         self._file: Any = None
-        self._open_datasets: list[Any] = []  # kept open for `close_discarding`
+        self._open_datasets: list[Any] = []  # this file is kept open for `close_discarding`
         self._written = 0
         self._failure: Exception | None = None
         self._lock = threading.Lock()
@@ -248,7 +248,7 @@ class ResultWriter:
                     with self._write_errors():
                         if time.monotonic() - self._flushed_at >= self._flush_every / 2:
                             self._flush()
-                except Exception as error:  # the next `append` raises this error in the thread of the caller
+                except Exception as error:  # the next call of `append` raises this error in the thread of the caller
                     self._failure = error
                     return
 

@@ -1,1 +1,1 @@
-"""Descriptions: frozen models of a scene and a case, SI inside, no numerics."""
+"""Models of a case and a scene; they are frozen, have values in SI units, and do no numerics."""

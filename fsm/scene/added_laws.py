@@ -15,7 +15,7 @@ __all__ = ["check_element_law", "check_kind", "check_law", "check_parameters", "
 
 
 def check_law(value: Any, built_in: Iterable[str], added: Mapping[str, AddedLaw]) -> Any:
-    """Name of a law; for an unknown name, an error that lists all names."""
+    """Check the name of a law; an unknown name raises an error that lists all names."""
     names = [*built_in, *added]
     if value not in names:
         listed = [f"'{name}'" for name in names]
@@ -39,7 +39,7 @@ def check_kind(value: Any, added: Mapping[str, AddedLaw]) -> Any:
 def check_parameters(
     value: Any, law: object, added: Mapping[str, AddedLaw], info: ValidationInfo, key: str = "law"
 ) -> dict[str, Any] | None:
-    """Parameters of the law (or of another key) of an extension, in SI; other laws have none."""
+    """Parameters of a law (or of another key) of an extension, in SI; other laws have no parameters."""
     known = added.get(law) if isinstance(law, str) else None
     if known is None or known.parameters is None:
         if not value:
@@ -52,7 +52,9 @@ def check_parameters(
 
 
 def with_parameters(written: Mapping[str, Any], law: object, added: Mapping[str, AddedLaw]) -> dict[str, Any]:
-    """Section with the parameters of the law of an extension, so that missing ones are found."""
+    """Section with an empty section for the parameters of an extension, so that the validation reports missing
+    parameters.
+    """
     known = added.get(law) if isinstance(law, str) else None
     return {"parameters": {}, **written} if known is not None and known.parameters is not None else dict(written)
 

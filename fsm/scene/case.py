@@ -34,7 +34,7 @@ MOST_SEGMENTS = 50_000
 
 
 class Strip(Model):
-    """Zig-zag folded strip: panels 1, 3, 5 rise, panels 2, 4, 6 fall; crease i joins panels i and i + 1.
+    """Strip folded in a zig-zag: panels 1, 3, 5 rise, panels 2, 4, 6 fall, and crease i joins panels i and i + 1.
 
     Attributes
     ----------
@@ -47,8 +47,8 @@ class Strip(Model):
     grading : -
         1 for equal segments; g > 1 makes the middle segment of a panel g times shorter than its end segments.
     half_cell : bool
-        Whether the bending flexibility of the half segments beside a crease is in series with it, for second-order
-        accuracy.
+        Whether the bending flexibility of the half segments beside a crease acts in series with the crease; this gives
+        second-order accuracy.
     held : numbers of the panels that do not move; absent: the first and the last
     """
 
@@ -83,7 +83,7 @@ class Strip(Model):
 
 
 def contact_scale(strip: Strip, material: Material) -> tuple[float, float]:
-    """Force (N) on a whole face and depth (m) that define a practically rigid contact of a strip.
+    """Force (N) on a whole face and penetration (m) that define a practically rigid contact of a strip.
 
     A panel of length a buckles between its creases at about 40 EI/a^2, and one hundredth of its face may carry this force.
     The force is therefore 4000 EI/a^2. The peak of the trial strip decreases by ten times depth/a, which is 0.02 %.
@@ -98,7 +98,7 @@ def contact_of_strip(written: Any, strip: Strip | None, material: Material | Non
     if not isinstance(written, Mapping):
         return written
     if strip is None or material is None:
-        return with_stiffness(written, 1.0, 1.0)  # one of the sections is faulty or missing, and has its own message
+        return with_stiffness(written, 1.0, 1.0)  # one of the sections is faulty or missing; another message reports this
     return with_stiffness(written, *contact_scale(strip, material))
 
 
@@ -106,7 +106,7 @@ Start = Literal["as-folded", "equilibrium"]
 
 
 class Release(Model):
-    """Hold before a motion without a drive.
+    """Phase in which bodies are held before a motion without a drive.
 
     Attributes
     ----------
@@ -118,7 +118,9 @@ class Release(Model):
 
 
 class Expect(Model):
-    """Expected value of a number of the summary, with its tolerance; outside it, the run ends with exit code 4."""
+    """Expected value of a number of the summary, with its tolerance; the run ends with exit code 4 if the number is outside
+    the tolerance.
+    """
 
     value: float
     rtol: Annotated[float, Field(ge=0)] | None = None
@@ -208,8 +210,9 @@ class Case(Model):
                 raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
             return self
         given = [part is not None for part in (self.strip, self.lattice, self.sheet, self.scene)]
-        if sum(given) != 1 and given != [True, False, False, True]:
-            raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] with a [scene] that adds to it")
+        if sum(given) != 1 and given not in ([True, False, False, True], [False, False, True, True]):
+            text = "give [strip], [lattice], [sheet] or [scene]; beside a [strip] or a [sheet], a [scene] adds its parts"
+            raise ValueError(text)
         for name, part in (("strip", self.strip), ("sheet", self.sheet)):
             shell = self.sheet is not None and self.sheet.is_shell
             if part is not None and (self.material is None or (self.crease is None and not shell)):
@@ -218,5 +221,5 @@ class Case(Model):
 
 
 def root(data: Mapping[str, Any]) -> Place:
-    """Place of a whole case."""
+    """Place (path and type) of a whole case."""
     return Place(Case, data, {})

@@ -44,7 +44,7 @@ def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iter
 def _crossing(
     start: tuple[float, float], way: tuple[float, ...], one: tuple[float, float], other: tuple[float, float]
 ) -> float | None:
-    """Part of a way at which it crosses a line between two points; None if it does not."""
+    """Fraction of a path at which the path crosses the line between two points; None if they do not cross."""
     along = other[0] - one[0], other[1] - one[1]
     apart = one[0] - start[0], one[1] - start[1]
     both = way[0] * along[1] - way[1] * along[0]

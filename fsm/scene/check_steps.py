@@ -1,4 +1,4 @@
-"""Checks of the steps of a case, without its bodies."""
+"""Checks of the steps of a case that need no bodies."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
 
 
 def _of_kind(step: Step, path: str) -> Iterable[Fault]:
-    """Keys that a kind of step does not use, or needs."""
+    """Faults of keys that a kind of step does not use, and of missing keys that it requires."""
     instant = step.kind in _INSTANT
     for key in ("duration", "save") if instant else ():
         if getattr(step, key) is not None:

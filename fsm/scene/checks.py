@@ -88,7 +88,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
 
 def _missing_sections(sections: Sections) -> Iterable[Fault]:
     given = [name for name in ("scene", "sheet", "lattice", "strip") if name in sections.written]
-    if len(given) > 1 and given != ["scene", "strip"]:
+    if len(given) > 1 and given not in (["scene", "strip"], ["scene", "sheet"]):
         yield Fault(given[0], f"[{given[0]}] and [{given[1]}] both define a model; give one of them")
     elif not given:
         yield Fault("strip", "section [strip] is missing; give [strip], [lattice], [sheet] or [scene]")
@@ -122,11 +122,11 @@ _ALSO_IN_SCENE = {
 
 
 def _beside_scene(sections: Sections) -> Iterable[Fault]:
-    """Sections that a [scene] does not use, and values that are given twice."""
+    """Faults of sections that a [scene] does not use, and of values that are given twice."""
     scene = sections.scene
     if "scene" not in sections.written:
         return
-    for name in sorted({"material", "crease"} & sections.written) if "strip" not in sections.written else ():
+    for name in sorted({"material", "crease"} & sections.written) if not {"strip", "sheet"} & sections.written else ():
         yield Fault(name, f"each body and element of a [scene] has its own [{name}]; remove this section")
     if scene is None:
         return
@@ -161,7 +161,7 @@ def _held_panels(strip: Strip | None) -> Iterable[Fault]:
 
 
 def _contact_pairs(sections: Sections) -> Iterable[Fault]:
-    """Contact pairs with panels that do not exist, or of a panel with itself."""
+    """Faults of contact pairs that name an unknown panel or the same panel twice."""
     strip, contact = sections.strip, sections.contact
     if contact is not None and contact.pairs is not None and "scene" in sections.written:
         yield Fault("contact.pairs", "only a [strip] has panel numbers; give the pairs of a [scene] as `scene.pairs`")
@@ -235,14 +235,14 @@ def _lattice_drives(sections: Sections) -> Iterable[Fault]:
 
 def _scene_drives(sections: Sections) -> Iterable[Fault]:
     scene = sections.scene
-    if scene is None or "strip" in sections.written:
+    if scene is None or {"strip", "sheet"} & sections.written:
         return
     held = {body.name for body in scene.bodies if body.held} | {"ground"}
     listed = [*sections.all_drives, *((f"scene.drives.{index}", drive) for index, drive in enumerate(scene.drives))]
     for path, drive in listed:
         if drive.crease is not None:
             yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `body` in a [scene]")
-        for body in drive.moved if "step" not in sections.written else ():  # an earlier step may release it
+        for body in drive.moved if "step" not in sections.written else ():  # an earlier step may release the body
             if body in held:
                 key = "body" if drive.body is not None else "bodies"
                 yield Fault(

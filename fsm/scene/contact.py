@@ -68,12 +68,14 @@ def hertz_stiffness(young: Sequence[float], poisson: Sequence[float], radius: Se
 
 
 def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Mapping[str, Any]:
-    """Section with the stiffness K = F/d^e of a force F (N) at a depth d (m); unchanged if it gives a stiffness."""
+    """Section with the stiffness K = F/d^e of a force F (N) at a penetration d (m); a section that gives a stiffness is
+    unchanged.
+    """
     if "stiffness" in written or any(written.get(key) is not None for key in _MATERIAL):
         return written
     exponent = written.get("exponent", 1.0 if written.get("law") == "linear" else 1.5)
     if isinstance(exponent, bool) or not isinstance(exponent, int | float) or not 1.0 <= exponent <= 3.0:
-        return {**written, "stiffness": 1.0}  # the exponent has its own message
+        return {**written, "stiffness": 1.0}  # another message reports a faulty exponent
     stiffness = force / depth**exponent if depth > 0.0 else math.inf
     return {**written, "stiffness": f"{stiffness:.3g} N/m^{exponent!r}"}
 
@@ -162,7 +164,7 @@ class Contact(Model):
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Section with its law, its exponent, and marks for required keys that are missing; see `Model`."""
+        """Section with its law and its exponent, and with `MISSING` for required keys that are missing; see `Model`."""
         data = dict(written)
         if data.get("restitution") is not None:
             data.setdefault("law", "restitution")
@@ -195,7 +197,7 @@ class Contact(Model):
             return float(check(value))
         young, poisson, radius = parts
         if young is None or poisson is None or radius is None:
-            return 1.0  # one of the values is faulty and has its own message
+            return 1.0  # another message reports the faulty value
         if info.data.get("exponent", 1.5) != 1.5:
             exponent = f"the exponent is {info.data['exponent']:g}"
             _refuse(f"Hertz' formula requires the exponent 1.5; {exponent}; give `stiffness` instead of `young`")
@@ -259,7 +261,7 @@ class Friction(Model):
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Section with marks for required keys that are missing; see `Model`."""
+        """Section with `MISSING` for required keys that are missing; see `Model`."""
         law = written.get("law", "step")
         return mark_missing(with_parameters(written, law, FRICTION_LAWS), FRICTION_KEYS, law)
 
@@ -298,7 +300,7 @@ class Friction(Model):
         if self.mu_dynamic == 0.0:
             raise ValueError('law "lugre" needs mu_dynamic > 0; for a case without friction remove the section')
         assert self.v_stribeck is not None
-        # 4/0.4289, the latter the maximum of x exp(-x^2): docs/theory.md
+        # 4/0.4289, where 0.4289 is the maximum of x exp(-x^2); see docs/theory.md
         most = 9.3 * self.mu_dynamic / self.v_stribeck
         if self.bristle_damping is not None and self.bristle_damping > most:
             raise ValueError(

@@ -1,9 +1,8 @@
 """Points of films, cables, beams and flexible facets that touch bodies and obstacles: frames that each represent an area.
 
-A film has two Gauss points along either side of each element (`contact.points_per_segment` of them, more under round
-obstacles). A cable and a beam have such points along each element; the area is diameter or width times length. The sum
-of the areas does not depend on the mesh. Flexible facets have a point at each node
-of the mesh.
+A film has two Gauss points along each side of each element, or the number in `contact.points_per_segment`, or more near
+round obstacles. A cable and a beam have such points along each element; the area is diameter or width times length. The sum
+of the areas does not depend on the mesh. Flexible facets have a point at each node of the mesh.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ class ContactPoint(NamedTuple):
     Attributes
     ----------
     frame : SceneFrame
-        Frame at the point; contact exerts no moment on it.
+        Frame at the point; the contact force has no moment about it.
     area, radius, mass : m^2, m, kg
         Area that the point represents, half the thickness or the diameter, and mass of the area.
     """

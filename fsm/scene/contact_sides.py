@@ -1,4 +1,6 @@
-"""Sides of a contact pair: a surface, the plate of a body, a group of plates, an obstacle, a film, a cable or a sheet."""
+"""Sides of a contact pair; a side is a surface, the plate of a body, a group of plates, an obstacle, a film, a cable or a
+sheet.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,8 @@ class ContactSide(NamedTuple):
     Attributes
     ----------
     kind : "surface", "plate", "group", "obstacle" or "film", also for a cable and for flexible facets
-    bodies : names of its bodies, in order along a surface; names of the points of a film
-    face : area with the whole contact stiffness, m^2; None: each plate
+    bodies : names of the bodies of the side, in order along a surface; for a film, names of its points
+    face : area to which the whole contact stiffness belongs, m^2; None: the area of each plate
     """
 
     kind: Literal["surface", "plate", "group", "obstacle", "film"]

@@ -7,9 +7,9 @@ A header names the columns, with units if they differ from the units of the case
     0.0,  0.0
     5.0,  1.2
 
-or ``angle [deg]; force [N]; lever_arm [mm]``, where the moment is force times lever arm. Lines that start with ``#`` are
-comments. Commas, semicolons, tabs or blanks separate values. A file without a header has the columns angle and moment; the
-case must then give both units, for example ``angle_unit = "deg"`` and ``moment_unit = "mN m"``.
+The columns can also be ``angle [deg]; force [N]; lever_arm [mm]``; the moment is then force times lever arm. Lines that
+start with ``#`` are comments. Commas, semicolons, tabs or blanks separate values. A file without a header has the columns
+angle and moment; the case must then give both units, for example ``angle_unit = "deg"`` and ``moment_unit = "mN m"``.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def check_curve(
 
     Parameters
     ----------
-    angle : sequence of float, in `unit`
+    angle : sequence of float; its unit is `unit`
     moment : sequence of float, N m
     interpolation : "cubic" or "pchip"
     path : str
@@ -150,7 +150,7 @@ def check_curve(
 def _columns(
     rows: list[tuple[int, str]], separator: str, crease: SplineCrease, path: str
 ) -> tuple[list[_Column], list[tuple[int, str]]]:
-    """Columns of the file, and its rows below the header."""
+    """Names of the columns of the file, and the rows below the header."""
     number, line = rows[0]
     cells = headings_of(line, separator)
     if not cells or any(number_in(cell, separator) is not None for cell in cells_of(line, separator)):
@@ -192,7 +192,7 @@ def _bare_columns(cells: list[str], number: int, crease: SplineCrease, path: str
 
 
 def _with_units(columns: list[_Column], crease: SplineCrease, system: str, path: str) -> list[_Column]:
-    """Columns with a unit each: from the header, else from the case, else from the unit system."""
+    """Columns with their units; a unit comes from the header, else from the case, else from the unit system."""
     of_case = {"angle": crease.angle_unit, "moment": crease.moment_unit}
     full, faults = [], []
     for column in columns:

@@ -44,7 +44,7 @@ _POINTS = 201
 _MOST = 100_000
 """Largest number of angles of a measured curve."""
 _OVERLAP = 0.5
-"""Smallest common range of two curves for interpolation, relative to the shorter of their ranges."""
+"""Smallest common range of two curves that are interpolated, relative to the shorter of their ranges."""
 _COLUMNS = ("loading", "loading_error", "unloading", "unloading_error")
 
 
@@ -61,7 +61,7 @@ class FamilyCurve:
         Moment while the crease closes again, and its standard error.
     press_time : s, or None if the test does not state it
     opening : -, or None
-        Number of openings of the crease, this one included.
+        Number of times that the crease was opened, including this test.
     repeats : int
     """
 
@@ -206,7 +206,7 @@ def family_curve(
     Raises
     ------
     CaseError
-        A required press time or opening number is missing, or it is outside the measured range.
+        A required press time or opening number is missing or outside the measured range.
     """
     faults = [
         *_choice_faults([c.press_time for c in family.curves], press_time, f"{path}.press_time"),
@@ -252,7 +252,7 @@ def _or_none(value: Any) -> float | None:
 
 
 def _read_curve(group: Any) -> FamilyCurve:
-    count = int(group["angle"].size)  # checked before reading, because the declared size may exceed the memory
+    count = int(group["angle"].size)  # this check comes before the reading, because the declared size may exceed the memory
     if count > _MOST:
         raise ValueError(f"{group.name} has {count} angles; at most {_MOST} are allowed")
     columns = {name: numbers_in(group, name, (count,)) for name in _COLUMNS if name in group}

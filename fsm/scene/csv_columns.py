@@ -22,7 +22,7 @@ _HEADING_AMONG_BLANKS = re.compile(r"[A-Za-z_]\w*(?:\s*[(\[][^)\]]*[)\]])?")
 
 
 def text_rows(file: Path, path: str, required: str) -> list[tuple[int, str]]:
-    """Lines that are neither empty nor comments, with their numbers as in a text editor.
+    """Lines that are neither empty nor comments, with line numbers as in a text editor.
 
     Parameters
     ----------
@@ -72,12 +72,12 @@ def cells_of(line: str, separator: str) -> list[str]:
 
 
 def headings_of(line: str, separator: str) -> list[str]:
-    """Cells of a header line; where blanks separate cells, a unit in brackets belongs to the name before it."""
+    """Cells of a header line; if blanks separate the cells, a unit in brackets belongs to the name before it."""
     return _HEADING_AMONG_BLANKS.findall(line) if separator == " " else cells_of(line, separator)
 
 
 def number_in(cell: str, separator: str) -> float | None:
-    """Number in a cell, or None; a decimal comma is accepted unless commas separate values."""
+    """Number in a cell, or None; a decimal comma is accepted, unless commas separate the values."""
     try:
         return float(cell if separator == "," else cell.replace(",", "."))
     except ValueError:
@@ -108,6 +108,6 @@ def heading(cell: str, names: Iterable[str]) -> tuple[str, str]:
 
 
 def first_row_faults(faults: Sequence[Fault], path: str) -> list[Fault]:
-    """First faults of the rows of a file, and the number of the others."""
+    """First faults of the rows of a file, and a message with the number of the remaining faults."""
     more = len(faults) - MOST_FAULTS
     return list(faults) if more <= 0 else [*faults[:MOST_FAULTS], Fault(path, f"and {more} more rows like these")]

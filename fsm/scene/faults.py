@@ -128,7 +128,7 @@ def _missing(path: list[str | int], unit: str, system: str) -> Fault:
 
 
 def _variant(place: Place | None, path: list[str | int], kind: str) -> Fault:
-    """Fault of a section whose key for its kind is missing or has an unknown value."""
+    """Fault of a section whose kind is missing or unknown."""
     if place is None:
         return Fault(dotted(path), "has an unknown kind")
     key = place.discriminator()

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.scene.model import Model, Name
+from fsm.scene.sheet import Box
 from fsm.scene.units import Count, Density, Length, Number, Stress, Time
 
 __all__ = ["Edge", "SceneBeam", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam", "unstressed_length"]
@@ -111,7 +112,7 @@ class SceneBeam(_Line):
         Strain at the start; the unstressed length is shorter by it.
     viscosity : s
         Kelvin-Voigt damping of the stretch.
-    held : ends whose position does not move; the beam is free to rotate there
+    held : ends whose position is fixed; the beam can rotate there
     """
 
     width: Annotated[Length, Field(gt=0)]
@@ -130,44 +131,49 @@ class SceneBeam(_Line):
 
 
 class SceneFrame(Model):
-    """Frame on a film, a cable, a beam or a truss. Force elements and loads act on it by its name, as on a body.
+    """Frame on a film, a cable, a beam, a truss or the sheet. Force elements and loads act on it by its name, as on a body.
 
     Attributes
     ----------
-    on : name of a film, a cable, a beam or a truss
+    on : name of a film, a cable, a beam or a truss, or "sheet" for the [sheet] of the case
     at : m
         Material point without stress: (x, y) from the centre of a film, or the distance from the start of a cable or
         beam.
     point : number of a point of a truss, from 0, instead of `at`
         The frame has no axes: it carries forces and no moments.
+    place : one vertex of the sheet, for example "vertex 3", or a box around it, m
     normal : (3,) vector
-        Cables only: the y axis of the frame is normal to the cable and to this vector at the start. The frame follows the
-        bending of the cable about any axis, but the cable does not resist a moment about itself. On a beam y stays y.
+        Cables only: the y axis of the frame is normal to the cable and to this vector at the start. A frame on a cable
+        follows the bending of the cable about any axis, but the cable does not resist a moment about its own axis. On a beam
+        the y axis of the frame remains parallel to y.
     """
 
     name: Name
     on: str
     at: tuple[Length, ...] = ()
     point: Annotated[Count, Field(ge=0)] | None = None
+    place: str | Box | None = None
     normal: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
 
 
 class SceneSeam(Model):
-    """Seam between an edge of a film and bodies: springs along the edge, at three points of each element.
+    """Seam between an edge of a film or of the sheet and bodies: springs along the edge.
+
+    Films have three springs for each element, flexible facets two for each cell, other facets one for each vertex.
 
     Attributes
     ----------
-    film : name of a film
-    edge : edge of the film
+    film : name of a film, or "sheet" for the [sheet] of the case
+    edge : edge of the film or sheet
     bodies : names of bodies
         Each point is joined to the body whose centre is nearest to it at the start.
     stiffness : Pa
-        Stiffness in all directions (N/m) per length of the edge. A corner represents the length of an element.
+        Stiffness in all directions (N/m) per length of the edge. A corner of the film represents the length of one element.
     """
 
     name: Name
     film: str
-    edge: Edge
+    edge: str
     bodies: tuple[str, ...]
     stiffness: Annotated[Stress, Field(gt=0)]
 

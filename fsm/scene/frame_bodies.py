@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
+from typing import get_args
 
 import numpy as np
 
 from fsm.errors import Fault
 from fsm.scene.contact_points import contact_points
-from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam, unstressed_length
+from fsm.scene.flexible import Edge, SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam, unstressed_length
 from fsm.scene.known_names import nearest_name
 from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 
-__all__ = ["cable_axes", "frame_faults", "norm_faults", "quaternion_matrix", "quaternion_product", "with_frames"]
+__all__ = [
+    "as_assembled", "cable_axes", "frame_faults", "nearest_body", "norm_faults", "quaternion_matrix", "quaternion_product",
+    "with_frames",
+]  # fmt: skip
 
 
 def norm_faults(path: str, quaternion: Quaternion) -> Iterator[Fault]:
@@ -37,7 +41,7 @@ def quaternion_matrix(quaternion: Iterable[float]) -> np.ndarray:
 
 
 def quaternion_product(p: Quaternion, r: Quaternion) -> Quaternion:
-    """Product of two quaternions, scalar part first."""
+    """Product of two quaternions; the scalar part is first."""
     return (
         p[0] * r[0] - p[1] * r[1] - p[2] * r[2] - p[3] * r[3],
         p[0] * r[1] + p[1] * r[0] + p[2] * r[3] - p[3] * r[2],
@@ -47,7 +51,7 @@ def quaternion_product(p: Quaternion, r: Quaternion) -> Quaternion:
 
 
 def cable_axes(cable: SceneCable | SceneBeam, normal: tuple[float, float, float]) -> np.ndarray:
-    """Axes of a frame on a cable at the start, the rows of (3, 3): along the cable, across it, and near the normal.
+    """Axes of a frame on a cable at the start, as rows of (3, 3): along the cable, across it, and near the normal.
 
     On a beam the second axis is y.
     """
@@ -61,10 +65,10 @@ def cable_axes(cable: SceneCable | SceneBeam, normal: tuple[float, float, float]
 
 
 def with_frames(scene: Scene) -> Scene:
-    """Scene with its frames among the bodies: held, without mass, at their places at the start.
+    """Scene in which the frames are massless held bodies at their initial positions.
 
-    Seams become frames and springs, and points for contact become frames. The scene must have no faults of
-    `frame_faults`.
+    Each seam becomes frames and springs, and each contact point becomes a frame. The scene must pass `frame_faults` without
+    a fault.
     """
     frames = list(scene.frames)
     elements = list(scene.elements)
@@ -84,15 +88,15 @@ def with_frames(scene: Scene) -> Scene:
     of_frames = {frame.name for frame in scene.frames}
     all_bodies = (*scene.bodies, *bodies)
     turned = {GROUND: (1.0, 0.0, 0.0, 0.0)} | {body.name: body.orientation for body in all_bodies}
-    as_assembled = tuple(
-        _as_assembled(element, turned) if {element.inner, element.outer} & of_frames else element
+    joined = tuple(
+        as_assembled(element, turned) if {element.inner, element.outer} & of_frames else element
         for element in scene.elements
     )
-    return scene.model_copy(update={"bodies": all_bodies, "elements": as_assembled})
+    return scene.model_copy(update={"bodies": all_bodies, "elements": joined})
 
 
-def _as_assembled(element: ForceElement, turned: dict[str, Quaternion]) -> ForceElement:
-    """Element at a frame with joint axes that agree at the start: twists and swings are zero in the state as assembled."""
+def as_assembled(element: ForceElement, turned: dict[str, Quaternion]) -> ForceElement:
+    """Force element at a frame; its joint axes agree at the start, so twists and swings are zero in the initial state."""
     said = element.model_fields_set & {"axes_inner", "initial_angle", "crease"}
     if said or not any(element.rotation) or element.inner not in turned or element.outer not in turned:
         return element
@@ -122,6 +126,9 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
         if seam.film not in films:
             text = f"no film is called {seam.film!r}{nearest_name(seam.film, [*films])}"
             yield Fault(f"scene.seams.{i}.film", text)
+        if seam.edge not in get_args(Edge):
+            text = f'must be "left", "right", "bottom", "top" or "corners" on a film; it is {seam.edge!r}'
+            yield Fault(f"scene.seams.{i}.edge", text)
         for name in seam.bodies:
             if name not in bodies:
                 yield Fault(f"scene.seams.{i}.bodies", f"no body is called {name!r}{nearest_name(name, bodies)}")
@@ -151,7 +158,8 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
 def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, float]]:
     """Points (x, y) of a seam on its film, m, and the length of the edge that each represents, m.
 
-    An edge is a cubic between nodes. Three Gauss points per element constrain this cubic; the nodes alone would not.
+    The edge of a film is a cubic between two nodes. Three Gauss points per element constrain this cubic; springs at the
+    nodes alone would not constrain it.
     """
     (nx, ny), b, c = film.mesh, 0.5 * film.length, 0.5 * film.width
     if seam.edge == "corners":
@@ -176,7 +184,7 @@ def _seam_parts(seam: SceneSeam, scene: Scene) -> tuple[list[SceneFrame], list[F
     for k, (x, y, length) in enumerate(_seam_points(seam, film)):
         frame = SceneFrame(name=f"{seam.name} ({k + 1})", on=film.name, at=(x, y))
         place = np.array(_on_film(frame, film).position)
-        body = min((bodies[name] for name in seam.bodies), key=_distance_from(place))
+        body = nearest_body(place, [bodies[name] for name in seam.bodies])
         outer = (quaternion_matrix(body.orientation).T @ (place - np.array(body.position))).tolist()
         spring = seam.stiffness * length
         frames.append(frame)
@@ -189,8 +197,9 @@ def _seam_parts(seam: SceneSeam, scene: Scene) -> tuple[list[SceneFrame], list[F
     return frames, elements
 
 
-def _distance_from(place: np.ndarray) -> Callable[[Body], float]:
-    return lambda body: math.dist(body.position, place.tolist())
+def nearest_body(place: np.ndarray, bodies: Iterable[Body]) -> Body:
+    """Body whose centre of mass is nearest to a point (3,) at the start."""
+    return min(bodies, key=lambda body: math.dist(body.position, place.tolist()))
 
 
 def _is_frame(body: Body) -> bool:
@@ -221,7 +230,7 @@ def _cable_faults(frame: SceneFrame, cable: SceneCable | SceneBeam, path: str) -
 
 
 def _frame_body(frame: SceneFrame, scene: Scene) -> Body:
-    """Body without mass at the place of a frame at the start."""
+    """Massless body at the initial position of a frame."""
     film = next((film for film in scene.films if film.name == frame.on), None)
     if film is not None:
         return _on_film(frame, film)

@@ -14,16 +14,17 @@ from fsm.scene.units import Angle, Area, GasConstant, Length, Mass, MassFlow, Nu
 __all__ = ["OUTSIDE", "SUPPLIES", "Closing", "Gas", "Orifice"]
 
 SUPPLIES = ("supply_pressure", "supply_flow", "supply_mass")
-"""Keys of a gas of which one may be given."""
+"""Keys that give the amount of gas; a chamber may have only one of them."""
 OUTSIDE = "outside"
 """Name of the surroundings in `orifice.between`."""
 
 
 class Closing(Model):
-    """Closing of a chamber at open edges: a plane in which they are held, or a lid. Give `axis` or `cap`.
+    """Closing of a chamber at open edges by a plane or by a lid. Give `axis` or `cap`.
 
-    A plane is a plane of symmetry or a fixed wall. A lid is massless. It is a cone with its tip at the mean of the nodes of
-    its ring, which is flat for a flat ring. The work of its forces is the pressure times the change of the volume.
+    A plane is a plane of symmetry or a fixed wall. A lid is massless. A lid is a cone with its tip at the mean position of
+    the nodes of its ring; the lid of a flat ring is flat. The work of its forces is the pressure times the change of the
+    volume.
 
     Attributes
     ----------
@@ -111,9 +112,9 @@ class Gas(Model):
 
 
 class Orifice(Model):
-    """Opening through which gas flows between two chambers, or between a chamber and the surroundings.
+    """Orifice through which gas flows between two chambers, or between a chamber and the surroundings.
 
-    Mass flow of an ideal gas through a nozzle, choked below the critical ratio of pressures.
+    The mass flow is that of an ideal gas through a nozzle; it is choked below the critical ratio of pressures.
 
     Attributes
     ----------

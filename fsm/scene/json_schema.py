@@ -1,7 +1,7 @@
 """JSON Schema of case files for editors: keys, types, bounds, defaults, and descriptions with units.
 
 The schema follows from the models that check cases. The schema is less strict: it does not compare keys with each other.
-Plain numbers with a unit may be in either unit system, so only bounds at zero apply to them.
+Bounds of plain numbers apply only at zero, because a plain number may be in either unit system.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["case_schema"]
 _QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[^\d\s]?.*$"
 """Pattern of a number with a unit."""
 _COMPLETED = {"Contact": {"stiffness"}, "LinearCrease": {"stiffness"}, "FamilyCrease": {"file"}}
-"""Required keys of models that the reader completes from other keys."""
+"""Required keys that the reader of a case derives from other keys."""
 _LIMITS = {Gt: ("gt", "exclusiveMinimum"), Ge: ("ge", "minimum"), Lt: ("lt", "exclusiveMaximum"), Le: ("le", "maximum")}
 
 

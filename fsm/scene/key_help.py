@@ -23,7 +23,7 @@ _NAMES = {str: "text", bool: "true or false", int: "whole number", float: "numbe
 
 
 def help_lines(key: str) -> list[str]:
-    """Lines of the page of a key or a section; without a key, all sections.
+    """Lines of the help page of a key or a section; without a key, the page lists all sections.
 
     Parameters
     ----------
@@ -52,13 +52,13 @@ def help_lines(key: str) -> list[str]:
 
 
 def all_keys() -> tuple[str, ...]:
-    """Paths of all keys of a case, without numbers of items."""
+    """Paths of all keys of a case; the paths have no item numbers."""
     return tuple(_pages())
 
 
 @cache
 def _pages() -> dict[str, tuple[Place, str]]:
-    """Place of the section of every key, and the key, by path without numbers of items."""
+    """Place of the section and name of each key, by the path of the key without item numbers."""
     return {path: (section, key) for path, section, key in _walk("", root({}))}
 
 
@@ -73,7 +73,7 @@ def _walk(path: str, section: Place) -> Iterator[tuple[str, Place, str]]:
 
 
 def _section_of(place: Place | None) -> Place | None:
-    """Section at a place, or of the items of a list or a mapping there."""
+    """Section at a place; for a list or a mapping, the section of its items."""
     for each in (place, place and place.step(0), place and place.step("name")):
         if each is not None and each.all_models():
             return each
@@ -115,7 +115,7 @@ def _row(section: Place, key: str) -> KeyRow | None:
 
 @cache
 def _names() -> dict[int, str]:
-    """Path of each section by the identity of its place."""
+    """Path of each section, by the identity of its place."""
     return {id(section): path.rpartition(".")[0] for path, (section, _) in _pages().items()}
 
 
@@ -140,7 +140,7 @@ def _default(section: Place, key: str) -> str:
 
 
 def _used(section: Place, key: str) -> str:
-    """Variants of a section that have the key, if others do not."""
+    """Variants of a section that have the key; empty if all variants have it."""
     models, tag = section.all_models(), section.discriminator()
     having = [model for model in models if key in model.model_fields]
     if len(having) == len(models) or not tag:

@@ -1,4 +1,4 @@
-"""Meanings of the keys of a case, from the tables of docs/case_file.md, which the package holds."""
+"""Meanings of the keys of a case, read from the tables of docs/case_file.md, which is part of the package."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def key_row(models: tuple[type[BaseModel], ...], key: str, section: str) -> KeyR
 
 @cache
 def _tables() -> list[tuple[str, dict[str, KeyRow]]]:
-    """Heading and rows by key of every table of keys."""
+    """Headings of all tables of keys, with the rows by key."""
     page = next((path for path in _PLACES if path.is_file()), None)
     heading, found = "", []
     rows: dict[str, KeyRow] | None = None
@@ -66,5 +66,5 @@ def _tables() -> list[tuple[str, dict[str, KeyRow]]]:
 
 
 def _plain(text: str) -> str:
-    """Plain text of a cell: without backticks, and with the text of links only."""
+    """Plain text of a cell, without backticks and without the targets of links."""
     return re.sub(r"\[([^\]]+)\]\([^)]+\)", r"\1", text).replace("`", "").strip()

@@ -1,4 +1,4 @@
-"""Endings of messages about unknown names."""
+"""Hints at the end of messages about unknown names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NAMED = 8
 
 
 def nearest_name(name: str, known: Sequence[str]) -> str:
-    """Suggestion of the nearest known name, or else a list of the known names."""
+    """Suggestion of the nearest known name; if no name is near, a list of the known names."""
     close = difflib.get_close_matches(name, known, n=1)
     if close:
         return f"; did you mean {close[0]!r}?"

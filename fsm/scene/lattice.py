@@ -17,11 +17,12 @@ Edge = Literal["bottom", "top", "left", "right"]
 
 
 class Lattice(Model):
-    """Rotating squares: columns (along x) by rows (along z) of equal squares, each rotated against its neighbours.
+    """Rotating squares: a grid of equal squares in columns (along x) and rows (along z); neighbours are rotated in opposite
+    senses.
 
     Square (i, j) has its centre at (i, j) times the spacing. The square is rotated by (-1)^(i + j + 1) times the angle.
     Each of its four corners (right, top, left, bottom) has the distance `hinge_length` from a corner of a neighbour. A
-    ligament joins each pair.
+    ligament joins each pair of corners.
 
     Attributes
     ----------
@@ -33,7 +34,8 @@ class Lattice(Model):
     angle : rad
         Rotation of every square, from the position with corners along x and z.
     axial, shear : N/m
-        Stiffness of a hinge against a change of its length, and against a displacement of its ends across it.
+        Stiffness of a hinge against a change of its length, and against a relative displacement of its ends across the
+        hinge.
     rotational : N m/rad
         Stiffness of a hinge against a relative rotation of its squares.
     depth : m

@@ -23,7 +23,8 @@ class LawKeys(NamedTuple):
 Laws = Mapping[str, LawKeys]
 
 MISSING: Final = object()
-"""Placeholder for a missing value that the law requires; its fault is then reported at its own path."""
+"""Placeholder for a missing value that the law requires; the validation of the key then reports the fault at the path of the
+key."""
 
 
 def mark_missing(written: Mapping[str, Any], laws: Laws, law: object) -> dict[str, Any]:
@@ -33,7 +34,7 @@ def mark_missing(written: Mapping[str, Any], laws: Laws, law: object) -> dict[st
 
 
 def check_key(laws: Laws) -> Callable[[Any, ValidationInfo], Any]:
-    """Validator of a key that runs before its own validation and refuses missing required keys and unused keys."""
+    """Validator that runs before the validation of a key; it refuses missing required keys and unused keys."""
     of_laws = {key for keys in laws.values() for key in _keys(keys)}
 
     def check(value: Any, info: ValidationInfo) -> Any:

@@ -32,14 +32,14 @@ from fsm.short_repr import ShortRepr
 __all__ = ["LoadedCase", "first_faults", "load_case", "load_tables", "read_case"]
 
 _MOST_ITEMS = 20
-"""Number of faulty items of a list of sections after which the other items are not checked."""
+"""Number of faulty items in a list of sections after which the remaining items are not checked."""
 _MOST_FAULTS = 50
 """Largest number of messages about a case."""
 
 
 @dataclass(frozen=True, repr=False)
 class LoadedCase(ShortRepr):
-    """Case with its source.
+    """Case with its source file.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ def load_tables(
     path : Path
         Case file, or its name in messages; names of data files are relative to its folder.
     faults : sequence of Fault
-        Faults that are reported with those of the case.
+        Known faults, which are reported together with the faults of the case.
     label : str
         Text in front of the paths of `values` in messages.
 
@@ -116,7 +116,7 @@ def load_tables(
 
 
 def first_faults(faults: Sequence[Fault]) -> list[Fault]:
-    """First faults of a case, and the number of the others."""
+    """First faults of a case, and a message with the number of the remaining faults."""
     more = len(faults) - _MOST_FAULTS
     return list(faults) if more <= 0 else [*faults[:_MOST_FAULTS], Fault("", f"and {more:,} more mistakes")]
 
@@ -157,7 +157,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     valid, found = _read_curves(valid, folder, system)
     faults += found
     if valid.get("sheet") is not None:
-        from fsm.scene.patterns.file import with_pattern  # this module imports numpy, which other cases do not need
+        # this module imports numpy, which cases without added laws do not need
+        from fsm.scene.patterns.file import with_pattern
 
         valid["sheet"], found = with_pattern(valid["sheet"], folder)
         faults += found
@@ -173,10 +174,12 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
 
 
 def _with_extensions(data: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], list[str], list[Fault]]:
-    """Tables with the complete names of extensions, the sections of builders that these add, and faults of extensions."""
+    """Tables with absolute names of extension files, the sections of builders that extensions add, and the faults of
+    extensions.
+    """
     names = data.get("extensions", ())
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        return dict(data), [], []  # the section itself has a fault
+        return dict(data), [], []  # the section itself is faulty
     files, faults = load_extensions(names, folder)
     sections = [name for name in BUILDERS if name in data]
     return dict(data) | ({"extensions": list(files)} if names else {}), sections, faults
@@ -283,7 +286,7 @@ def _stages(data: Mapping[str, Any], valid: Mapping[str, Any]) -> tuple[Analysis
 
 
 def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
-    """Sections with all measured crease curves read from their files."""
+    """Sections in which the measured crease curves have been read from their files."""
     result: dict[str, Any] = dict(valid)
     faults: list[Fault] = []
     if isinstance(result.get("crease"), _MEASURED):
@@ -301,7 +304,7 @@ def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[d
 
 
 def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
-    """Sections with all programs over time read from their files."""
+    """Sections in which the tables of time functions have been read from their files."""
     result: dict[str, Any] = dict(valid)
     faults: list[Fault] = []
 
@@ -363,7 +366,7 @@ def _read_curve(
 
 
 def _rest_angle_faults(crease: SplineCrease, path: str) -> list[Fault]:
-    """Fault of a rest angle that places all data outside the possible crease angles, 0 to 180 degrees."""
+    """Fault of a rest angle for which no data are at possible crease angles, 0 to 180 degrees."""
     if crease.rest_angle is None or crease.angle is None:
         return []
     low, high = (math.degrees(crease.rest_angle - end) for end in (crease.angle[-1], crease.angle[0]))
@@ -374,7 +377,7 @@ def _rest_angle_faults(crease: SplineCrease, path: str) -> list[Fault]:
 
 
 def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
-    """Measured curve of a crease from its calibrated family."""
+    """Measured curve of a crease, from its calibrated family of curves."""
     # this module imports numpy, so it is imported only where needed
     from fsm.scene.crease_family import family_curve, read_family, rest_angle
 

@@ -17,11 +17,11 @@ Vector = tuple[float, float, float]
 Box = tuple[tuple[Length, Length, Length], tuple[Length, Length, Length]]
 """Two opposite corners of a box."""
 DrivenEdge = Literal["bottom", "top", "left", "right", "inner", "outer", "slit-start", "slit-end"]
-"""Edges of a lattice (the first four), and of sheets."""
+"""Named edges; a lattice has only the first four."""
 
 
 PART = ", vertex "
-"""Text between the name of a load and the number of a vertex, for the part of the load on this vertex."""
+"""Separator between the name of a load and the number of a vertex, in the name of the part of the load on this vertex."""
 
 
 class Load(Model):
@@ -30,10 +30,10 @@ class Load(Model):
     `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body
     axes if `follower` is true. If the table of `time` has a column `force` or `moment`, the vector gives the direction
     only. `step` is the step in which the load begins, by default the first. A later step changes or releases the load by
-    its `name`, by default "load on" and the name of its body or place. `at` is a place of a sheet in place of `body`, as
-    in `Drive`; its vertices share the force in equal parts. On an edge of flexible facets, `force_per_length` and
-    `moment_per_length` act. `pressure` acts on facets of a sheet instead: "all", "facet 3" or "facets 1, 2". It is normal
-    to the deformed facets; a positive pressure acts along their normals.
+    its `name`, by default "load on" and the name of its body or place. `at` gives a place of a sheet instead of `body`, as
+    for a `Drive`; the vertices of the place share the force in equal parts. `force_per_length` and `moment_per_length` act
+    on an edge of flexible facets. `pressure` acts on facets of a sheet: "all", "facet 3" or "facets 1, 2". The pressure is
+    normal to the deformed facets; a positive pressure acts along their normals.
     """
 
     name: Name | None = None
@@ -143,9 +143,10 @@ class Drive(Model):
     step : str
         Step in which the drive begins; absent: the first.
     guide : bool
-        For a crease line, and for vertices of a sheet. True: they move along `direction` only, and a line cannot rotate.
-        False: only the motion along `direction` is prescribed. A turn clamps a place of flexible facets in a rigid end.
-        False: this end can translate.
+        Whether motion other than the drive is prevented, for a crease line, for vertices of a sheet, and for a turn. True: a
+        crease line and vertices move along `direction` only, and a line cannot rotate. False: the drive prescribes only the
+        motion along `direction`. A turn clamps a place of flexible facets in a rigid end. Without a guide, the rigid end can
+        translate.
     """
 
     name: Name | None = None
@@ -228,7 +229,7 @@ class Drive(Model):
         return self
 
     def _check_begin(self, time: TimeFunction) -> None:
-        """Check that the function of a drive is zero at time zero, because a drive begins at the positions of its
+        """Check that the function of a drive is zero at time zero, because a drive starts from the initial positions of its
         bodies.
         """
         begin = time.time[0] if isinstance(time, Table) and time.time is not None else getattr(time, "start", 0.0)
@@ -254,7 +255,7 @@ class Drive(Model):
             raise ValueError("`turn` has a `rate` (rad/s) and no `speed` or `run_up`; remove `speed` and `run_up`")
 
     def _read_table(self) -> None:
-        """Read the factors of a table with a unit, and the travel or turn at which the factor is 1."""
+        """Convert a table with units to factors, and find the travel or turn at which the factor is 1."""
         table = self.time
         if not isinstance(table, Table):
             return

@@ -28,7 +28,7 @@ class Material(Model):
     poisson : -
     density : kg/m^3
     plate : bool
-        Whether bending about the crease direction is cylindrical bending of a wide strip, with E/(1 - nu^2) instead of E.
+        Whether a wide strip has cylindrical bending about the crease direction, with E/(1 - nu^2) instead of E.
     damping : s
         Kelvin-Voigt time beta: every joint has the damping c = beta k. Absent: `DAMPING`, and less for a strip with a slow
         drive (`fsm.scene.builders.strip.strip_damping`).
@@ -44,7 +44,7 @@ class Material(Model):
         """Bending stiffness of a sheet, E w t^3/12, N m^2; divided by 1 - nu^2 if `plate` is true."""
         try:
             bending = self.young * width * thickness**3 / 12
-        except OverflowError:  # a power of floats raises an error instead of giving infinity
+        except OverflowError:  # the product of floats overflows to infinity, while a power raises an error
             return math.inf
         return bending / (1 - self.poisson**2) if self.plate else bending
 
@@ -75,7 +75,7 @@ class LinearCrease(Model):
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Section with a `stiffness` of zero if it gives a stiffness per length."""
+        """Section with a `stiffness` of zero if it gives only a stiffness per length."""
         return {"stiffness": 0.0, **written} if "stiffness_per_length" in written else written
 
     @model_validator(mode="after")
@@ -104,8 +104,8 @@ class SplineCrease(Model):
     """Measured crease moment M(psi), interpolated.
 
     The data are in a CSV file (see `fsm.scene.crease_data`) with the columns (angle, moment) or (angle, force, lever_arm),
-    or in lists. An angle is the opening: the rotation of the crease from its rest angle towards flat. A positive moment
-    resists the opening.
+    or in lists. An angle of the data is the opening: the rotation of the crease from its rest angle towards flat. A positive
+    moment resists the opening.
 
     Attributes
     ----------
@@ -125,8 +125,8 @@ class SplineCrease(Model):
         Moments at the same angles while the crease closes; the crease dissipates the area between both curves
         (`fsm.laws.crease_hysteresis`). Absent: the crease is elastic.
     reversal : rad
-        Angle over which the moment changes from one curve to the other after a reversal; absent: 2 % of the range of
-        angles.
+        Angle over which the moment changes between the loading and the unloading curve after a reversal; absent: 2 % of the
+        range of angles.
     """
 
     law: Literal["spline"]
@@ -153,7 +153,7 @@ class SplineCrease(Model):
 
     @property
     def mean_stiffness(self) -> float:
-        """Magnitude of the slope between the ends of the curve, N m/rad; 0 before the file is read."""
+        """Magnitude of the slope between the ends of the curve, N m/rad; the value is 0 before the file is read."""
         if self.angle is None or self.moment is None:
             return 0.0
         return abs(self.moment[-1] - self.moment[0]) / (self.angle[-1] - self.angle[0]) * self.scale
@@ -181,7 +181,7 @@ class FamilyCrease(Model):
     press_time : s
         Time for which the crease was pressed, interpolated between measured times. Required if the file has several.
     opening : -
-        Number of openings of the crease, this one included. Required if the file has several.
+        Number of openings of the crease, including the present opening. Required if the file has several.
     hysteresis : bool
         Whether the crease follows the unloading curve while it closes; false: elastic along the loading curve.
     since_release : s
@@ -210,7 +210,7 @@ class FamilyCrease(Model):
 
     @property
     def mean_stiffness(self) -> float:
-        """Zero: the stiffness is known when the file is read."""
+        """The value is zero, because the stiffness is known only after the file is read."""
         return 0.0
 
 
@@ -219,11 +219,11 @@ UNREAD = "is read with a case file only; in Python, get the curve with `fsm.scen
 
 
 _ONE_LAW = {"file": "family", "stiffness_per_length": "linear"}
-"""Keys that only one law has, with this law."""
+"""Keys that only one law has, by the name of this law."""
 
 
 def _law_of_key(written: Any) -> Any:
-    """Section with a law: if the section names none, the law is found from a key that only one law has."""
+    """Section with a law; if the section names no law, a key that belongs to only one law determines the law."""
     if isinstance(written, Mapping) and "law" not in written:
         law = next((law for key, law in _ONE_LAW.items() if key in written), None)
         return written if law is None else {"law": law, **written}

@@ -40,7 +40,8 @@ class Membrane(Model):
 
 
 class _Patch(Model):
-    """Square of another thickness and material than the film, with sides parallel to the sides of the film.
+    """Square with a thickness and a material that differ from those of the film; its sides are parallel to the sides of the
+    film.
 
     Attributes
     ----------
@@ -158,7 +159,7 @@ class Support(Model):
 
 
 class Tension(Model):
-    """Tension of the film before its supports are fixed, by `pull` or by `strain`.
+    """Tension that is applied to the film before its supports are fixed, by `pull` or by `strain`.
 
     Attributes
     ----------
@@ -202,7 +203,7 @@ class Air(Model):
 
 
 class Damping(Model):
-    """Damping of the vibration.
+    """Damping of the vibration of a film.
 
     Attributes
     ----------

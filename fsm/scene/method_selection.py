@@ -1,8 +1,8 @@
 """Selection of the method for `method = "auto"`: statics for slow drives, dynamics otherwise.
 
-The pace is the kinetic energy of the drive's speed over the elastic energy of a hinge. For the pulled strip at a pace of
-1e-6, static and dynamic force agree to 0.01 % of the peak. Statics takes a fifth of the time. At 1e-4 the dynamic force at
-first contact reaches twice the peak (validation/benchmarks).
+The pace is a ratio: kinetic energy of the bodies at drive speed over elastic energy of a hinge. For the pulled strip at a
+pace of 1e-6, static and dynamic force agree to 0.01 % of the peak. Statics takes a fifth of the time. At 1e-4 the dynamic
+force at first contact reaches twice the peak (validation/benchmarks).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fsm.scene.scene import ForceElement, Scene
 __all__ = ["MAX_STATIC_PACE", "automatic_method", "dynamic_method", "pace"]
 
 MAX_STATIC_PACE = 1e-5
-"""Largest pace for statics, which neglects inertia."""
+"""Largest pace for which statics is selected; statics neglects inertia."""
 _MAX_PACE_OF_SHEETS = 1e-2
 """Largest pace for statics of trusses and of flexible facets without contact. There are no impacts, which would raise
 the force. These parts have no dampers, so vibrations would not decay in a dynamic solution."""
@@ -54,15 +54,18 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
 
 
 def dynamic_method(scene: Scene) -> str:
-    """Method for motions: numerical damping would remove the vibration energy of films and cables without dampers."""
+    """Method for motions: generalized-alpha is not used for undamped films and cables, because its numerical damping would
+    remove their vibration energy.
+    """
     return "mean-force" if scene.flexible else "generalized-alpha"
 
 
 def pace(scene: Scene) -> float:
-    """Ratio of the kinetic energy of all free parts at drive speed to the energy of the softest hinge turned by 1 rad.
+    """Ratio of the kinetic energy of all free parts at drive speed to the elastic energy of the softest hinge at a rotation
+    of 1 rad.
 
     Hinges are force elements, the folds of trusses, and the creases of flexible facets. Facets without creases count as a
-    square plate bent by 1 rad. The ratio is infinite if none of these has a stiffness.
+    square plate that is bent by 1 rad. The ratio is infinite if none of these has a stiffness.
     """
     reach = max((math.dist(place, (0.0, 0.0, 0.0)) for place in _places(scene)), default=0.0)
     speed = max((drive.fastest * (1.0 if drive.turn is None else reach) for drive in scene.drives), default=0.0)

@@ -37,7 +37,7 @@ class _Number(float):
 
 
 def _rounded(value: Any) -> Any:
-    """Numbers without the digits of round-off, as in 0.30000000000000004."""
+    """Numbers rounded so that errors such as 0.30000000000000004 are not shown."""
     if isinstance(value, tuple):
         return tuple(map(_rounded, value))
     return _Number(value) if isinstance(value, float) else value
@@ -51,7 +51,7 @@ def _is_long(value: Any) -> bool:
 
 
 class _Readable(ModelMetaclass):
-    """Metaclass of the sections; it reports faults of a section made in Python like faults of a case file."""
+    """Metaclass of the sections; it reports faults of a section made in Python in the same way as faults of a case file."""
 
     def __call__(cls, *args: Any, **keys: Any) -> Any:
         try:
@@ -74,7 +74,7 @@ class Model(BaseModel, metaclass=_Readable):
         return written
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
-        """Keys with another value than their default; a long list is shown by its number of items."""
+        """Keys whose value differs from the default; for a long list only the number of items is shown."""
         for name, spec in type(self).model_fields.items():
             value = getattr(self, name)
             if spec.is_required() or value != spec.get_default(call_default_factory=True):

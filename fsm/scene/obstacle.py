@@ -21,7 +21,7 @@ class Obstacle(Model):
     Attributes
     ----------
     name : str
-    shape : "plane" (half space z < 0 in its own axes), "box", "cylinder" (along its own y axis) or "sphere"
+    shape : "plane" (the half space z < 0 in its own axes), "box", "cylinder" (along its own y axis) or "sphere"
     size : m
         Size of a box along its own x, y, z.
     radius : m

@@ -17,7 +17,7 @@ __all__ = ["REMOVE", "Given", "apply_overrides", "check_path", "parse_value", "s
 
 @dataclass(frozen=True)
 class Given:
-    """Value from Python, which is set as it is; None removes the key."""
+    """Value that is given from Python and needs no parsing; None removes the key."""
 
     value: Any
 
@@ -27,7 +27,7 @@ REMOVE = "none"
 
 
 def split_override(text: str) -> tuple[str, str] | Fault:
-    """Path and value of an override ``"a.b=value"``, or its fault."""
+    """Path and value of an override ``"a.b=value"``, or the fault of the override."""
     path, sign, value = text.partition("=")
     if not sign or not path.strip() or not value.strip():
         return Fault(f"--set {text}", "write the override as path=value, for example strip.thickness=0.0003")

@@ -30,8 +30,8 @@ _ANGLE = 10.0
 class ActuatorGroup(Group):
     """Moments k (change of the rest angle) about the axes of linear creases, in space.
 
-    A spring with the moment k (psi - rest) and a rest angle that changes by d(t) has the additional moment k d(t). It counts
-    as a load: its power is input power, and the energy of the spring refers to the rest angle at the start.
+    A spring with the moment k (psi - rest) and a rest angle that changes by d(t) has the additional moment k d(t). The
+    moment counts as a load: its power is input power, and the energy of the spring refers to the rest angle at the start.
 
     Attributes
     ----------
@@ -40,16 +40,18 @@ class ActuatorGroup(Group):
     moment : (m,) array
         Moment at the factor 1, N m.
     time : function of time of all moments
+    names : names of the elements
     """
 
     bodies: np.ndarray
     axes: tuple[np.ndarray, ...]
     moment: np.ndarray
     time: TimeFunction
+    names: tuple[str, ...]
 
     @cached_property
     def _unit(self) -> CreaseLaws:
-        """Laws for the factor 1: the opening is minus the angle, whose moment is a constant."""
+        """Laws for the factor 1: the opening is the negative angle, and the moment is constant."""
         values, which = np.unique(self.moment, return_inverse=True)
         knots = np.array([-_ANGLE, _ANGLE])
         curves = [MomentCurve(knots, np.array([[0.0, 0.0, 0.0, m]] * 2), np.zeros(2)) for m in values]
@@ -61,13 +63,17 @@ class ActuatorGroup(Group):
         )  # fmt: skip
 
     def _arguments(self, t: float) -> tuple[Any, ...]:
-        """Arguments of the kernels after poses and rates, at a time (s), without dampers."""
+        """Arguments of the kernels that follow poses and rates, at a time (s); these elements have no dampers."""
         law = self._unit._replace(coefficients=factor(self.time, t) * self._unit.coefficients)
         return (self.bodies, *self.axes, law, self._still, 0.0)
 
     @cached_property
     def _still(self) -> np.ndarray:
         return np.zeros(len(self.moment))
+
+    def moments(self, t: float) -> np.ndarray:
+        """Moments along the twists of the elements at a time (s), (m,), N m."""
+        return factor(self.time, t) * self.moment
 
     def break_times(self) -> set[float]:
         """Times at which the function of time is not smooth, s."""

@@ -1,4 +1,4 @@
-"""Contacts of one state for a model of arrays: search, forces, and their sum on the bodies.
+"""Contacts of one state for a model of arrays: contact search, forces, and sums of the forces on each body.
 
 The results are in the first rows of arrays of the table `g`; see `fsm.segments.contact_arrays`.
 """
@@ -88,7 +88,7 @@ def _equal(a: np.ndarray, b: np.ndarray) -> bool:
 
 @kernel
 def values_at(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Values in some rows."""
+    """Selected rows of an array."""
     out = np.empty(rows.shape[0])
     for i in range(rows.shape[0]):
         out[i] = values[rows[i]]
@@ -117,7 +117,7 @@ def increments(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 @kernel
 def renew_search(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray) -> None:
-    """Renew the broad phase and weights of faces, if poses have changed."""
+    """Update the broad phase and the weights of faces, if poses have changed."""
     state = integers_1d(g, STATE)
     changed = state[CHANGES] == 1 and state[STARTED] == 1 and not _equal(poses, floats_2d(g, COMMITTED))
     renewed = geometry.renew(g, poses)
@@ -127,8 +127,8 @@ def renew_search(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray) ->
 
 @kernel
 def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, below: float) -> int:
-    """Find the slots with a gap below a bound, and return their number. A repeated call with the same poses does not
-    search again.
+    """Find the slots (possible contacts) with a gap below a bound, and return their number. A repeated call with the same
+    poses uses the stored result.
     """
     state, numbers, seen = integers_1d(g, STATE), floats_1d(g, NUMBERS), floats_2d(g, FOUND_POSES)
     if state[FOUND] >= 0 and numbers[BELOW] == below and _equal(poses, seen):
@@ -142,7 +142,9 @@ def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, belo
 
 @kernel
 def measure_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
-    """Measure the contacts that have been found. A repeated call with the same state does not measure again."""
+    """Compute rates and gradients of the contacts that were found. A repeated call with the same state uses the stored
+    result.
+    """
     state, seen = integers_1d(g, STATE), floats_2d(g, FOUND_RATES)
     if state[MEASURED] == 1 and _equal(rates, seen):
         return
@@ -156,7 +158,7 @@ def measure_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, r
 
 @kernel
 def _write_mean_slip(g: np.ndarray, poses: np.ndarray, count: int, duration: float, out: np.ndarray) -> None:
-    """Write the mean slip velocity since the last accepted state, which bends the bristles."""
+    """Write the mean slip velocity since the last accepted state, which increases the deflection of the bristles."""
     bodies, gradient, moved = integers_2d(g, BODIES), floats_3d(g, GRADIENT), increments(floats_2d(g, COMMITTED), poses)
     size = moved.shape[1]
     for i in range(count):
@@ -169,7 +171,7 @@ def _write_mean_slip(g: np.ndarray, poses: np.ndarray, count: int, duration: flo
 
 @kernel
 def _set_friction(g: np.ndarray, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
-    """Write friction and its slopes; return whether bristles have a stiffness."""
+    """Write friction and its derivatives; return whether bristles have a stiffness."""
     state, normal, slip = integers_1d(g, STATE), floats_1d(g, NORMAL_FORCE)[:count], floats_2d(g, SLIP)[:count]
     if state[FRICTION] == 0:
         return False
@@ -204,7 +206,7 @@ def _set_friction(g: np.ndarray, laws: LawKernels, t: float, poses: np.ndarray, 
 
 @kernel
 def _set_arguments(g: np.ndarray, count: int) -> None:
-    """Write depths, closing speeds, slip velocities, shares and onsets of the contacts."""
+    """Write penetrations, closing speeds, slip velocities, shares, and initial closing speeds of the contacts."""
     slot, gap, rate = integers_1d(g, SLOT), floats_1d(g, GAP), floats_2d(g, RATE)
     at, closing, slip = floats_1d(g, AT), floats_1d(g, CLOSING), floats_2d(g, SLIP)
     share, onset, of_slots, memory = floats_1d(g, SHARE_OF), floats_1d(g, ONSET_OF), floats_1d(g, SHARE), floats_1d(g, ONSET)
@@ -222,7 +224,7 @@ def evaluate(
 ) -> tuple[Weighed, bool]:  # fmt: skip
     """Compute the forces of the contacts that have been found; also return whether bristles have a stiffness.
 
-    With `mean_rates`, the rates are means over the step, and the same means bend the bristles.
+    With `mean_rates`, the rates are means over the step, and the deflection of the bristles follows from the same means.
     """
     integers_1d(g, STATE)[EVALUATIONS] += 1
     measure_slots(g, geometry, poses, rates, count)
@@ -262,7 +264,7 @@ def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, to
     for k in range(rows.shape[0]):
         depth[k], whole[k] = -gap[rows[k]], share[slot[rows[k]]]
     energy = laws.energy(depth, whole, floats_1d(g, NORMAL))
-    for k in range(rows.shape[0]):  # force from the change of the weight
+    for k in range(rows.shape[0]):  # force due to the change of the weight with the pose
         for b in range(bodies.shape[1]):
             for c in range(size):
                 total[bodies[rows[k], b], c] -= energy[k] * weighed.gradient[k, b * size + c]
@@ -270,7 +272,7 @@ def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, to
 
 @kernel
 def elastic_force(g: np.ndarray, laws: LawKernels, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Normal forces of contacts at rest."""
+    """Normal forces of contacts with zero rates."""
     force: np.ndarray
     force, _ = laws.normal(depth, np.zeros(depth.shape[0]), np.ones(depth.shape[0]), share, floats_1d(g, NORMAL))
     return force

@@ -74,7 +74,7 @@ __all__ = ["CONTACTS"]
 
 @kernel
 def _mark(g: np.ndarray, count: int) -> None:
-    """Mark the slots that have a force."""
+    """Mark the slots (possible contacts) that have a force."""
     loaded, slot, normal = integers_1d(g, LOADED), integers_1d(g, SLOT), floats_1d(g, NORMAL_FORCE)
     loaded[:] = 0
     for i in range(count):
@@ -98,7 +98,7 @@ def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float)
 
 @kernel
 def _tangent(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> None:
-    """Add the forces of all contacts, and their K and D."""
+    """Add the forces of all contacts, and their stiffness K and damping D."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for k in range(groups.shape[0]):
@@ -149,7 +149,7 @@ def _unit_energy(g: np.ndarray, laws: LawKernels, share: np.ndarray) -> np.ndarr
 
 @kernel
 def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float) -> float:
-    """1 to accept a step, else the factor on its size; see `ContactSet.rejection`."""
+    """Return 1 to accept a step, or the factor by which a rejected step is shortened; see `ContactSet.rejection`."""
     poses, rates, part = floats_2d(table, POSES), floats_2d(table, RATES), 1.0
     for k in range(groups.shape[0]):
         g = table_at(groups, k)

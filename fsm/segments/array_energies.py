@@ -154,7 +154,7 @@ def input_powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, 
 
 @kernel
 def _nearly_at_rest(model: Segments, t: float, record: np.ndarray) -> bool:
-    """Whether the present state, whose forces and drives are known, is near a stable equilibrium."""
+    """Whether the present state is near a stable equilibrium; its forces and drives are already computed."""
     table, driven = model.table, driven_of(model.table)
     force, inertia = floats_2d(table, FORCE), floats_2d(table, INERTIA)
     inertial = fill_reactions(driven, t, inertia, force, record[DRIVES:])

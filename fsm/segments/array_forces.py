@@ -40,7 +40,7 @@ __all__ = ["factors_of", "force", "place", "renewed_force", "retract", "sum_forc
 def place(table: np.ndarray, t: float, q: np.ndarray, u: np.ndarray) -> None:
     """Write poses and rates of all bodies."""
     free, poses, rates = integers_1d(table, FREE), floats_2d(table, POSES), floats_2d(table, RATES)
-    no = u.shape[0] < 0  # a variable, because a constant would compile the kernel again
+    no = u.shape[0] < 0  # this is a variable, because a constant would cause a new compilation of the kernel
     scatter_free(free, q, not no and poses.shape[1] == 7, poses)
     scatter_free(free, u, no, rates)
     place_driven(driven_of(table), t, poses, rates)
@@ -133,8 +133,8 @@ def sum_tangents(model: Segments, t: float, per_second: float, efforts: np.ndarr
     efforts : (m, 3 or 6) array, or (0, 3 or 6)
         Efforts of springs for their geometric stiffness; if empty, efforts at the poses are used.
     since : (nu,) array, or (0,)
-        Increments from the last state, if rates are these increments over the time. Rates of bodies then change with
-        further increments by their derivative, which multiplies D.
+        Increments from the last state, if rates are these increments divided by the elapsed time. The rates of bodies then
+        change with further increments; their derivative multiplies D.
     """
     table = model.table
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)

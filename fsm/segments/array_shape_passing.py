@@ -37,8 +37,8 @@ _TINY = 1e-12
 
 @kernel
 def _candidates(g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Slots that may have passed through a face: near slots if the last accepted state is near the last renewal, else
-    all slots.
+    """Slots that may have passed through a face: the near slots if the broad phase is still valid at the last accepted
+    state, else all slots.
     """
     bound = RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
     start, reference = floats_2d(g, COMMITTED), floats_2d(g, REFERENCE)
@@ -63,7 +63,7 @@ def _reachable(
     points: np.ndarray, local: np.ndarray, shape: np.ndarray, body: np.ndarray, kind: np.ndarray, size: np.ndarray,
     motion: float,
 ) -> np.ndarray:  # fmt: skip
-    """Points that may reach their shapes when both move by at most `motion`, m; half-spaces that turn have no such bound."""
+    """Points that may reach their shapes when both move by at most `motion`, m; rotating half-spaces have no such bound."""
     out, count = np.empty(points.shape[0], dtype=np.int64), 0
     for i in range(points.shape[0]):
         of = shape[points[i]]
@@ -76,7 +76,7 @@ def _reachable(
 
 @kernel
 def _point_data(g: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Kinds and sizes of the shapes of points, and their limits of depth."""
+    """Kinds and sizes of the shapes that the points may touch, and the depth limits of these shapes."""
     shape, kind, size = integers_1d(g, POINTS + 3), integers_1d(g, SHAPES + 1), floats_2d(g, SHAPES + 2)
     limit, count = floats_1d(g, LIMIT), points.shape[0]
     kinds, sizes, limits = np.empty(count, dtype=np.int64), np.empty((count, size.shape[1])), np.empty(count)

@@ -37,9 +37,9 @@ class ShapeArrays(NamedTuple):
     slots_open : (n_slots,) int array
         1 for slots that may have contact.
     met : (u,) int array
-        1 for units that have been near; their bodies have blocks in the pattern.
+        1 for units that have been near in this run; their bodies have blocks in the pattern.
     near, near_points, near_edges : int arrays
-        Units, points and pairs of edges that are near; `state` holds their numbers.
+        Units, points and pairs of edges that are near; `state` contains their counts.
     known, latest, in_force : see `Overlaps`
     whole, base : areas and weights for tilted faces, see `Units`
     solid_size, solid_offset, solid_axes, kit_start, kit_local, kit_weight, kit_on_axis : see `Kit`

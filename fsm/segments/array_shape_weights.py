@@ -50,12 +50,12 @@ def _sloped(in_force: np.ndarray, unit: int) -> bool:
 def tapered(
     g: np.ndarray, poses: np.ndarray, found: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Contacts whose weights change within a step; see `ShapeContacts`."""
+    """Contacts with weights that change within a step; see `ShapeContacts`."""
     in_force, unit, slot, bodies = floats_2d(g, IN_FORCE), integers_1d(g, UNIT), integers_1d(g, SLOT), integers_2d(g, BODIES)
     order, count = floats_3d(g, GRADIENT).shape[2], 0
     for i in range(found):
         count += 1 if _sloped(in_force, unit[slot[i]]) else 0
-    if count == 0:  # views of other arrays, because new arrays would take time
+    if count == 0:  # these are views of other arrays, because the allocation of new arrays takes time
         return slot[:0], floats_1d(g, SHARE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
     rows, count = np.empty(count, dtype=np.int64), 0
     for i in range(found):
@@ -126,7 +126,7 @@ def settle(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bool) -> No
             state[CHANGES] = 1
         return
     changed = False
-    if state[CHANGES] == 1 and state[STARTED] == 1:  # the last accepted state has other weights
+    if state[CHANGES] == 1 and state[STARTED] == 1:  # the weights of the last accepted state are different
         committed, same = floats_2d(g, COMMITTED), True
         for i in range(poses.shape[0]):
             for c in range(poses.shape[1]):

@@ -107,7 +107,7 @@ def _select(
     g: np.ndarray, poses: np.ndarray, low: np.ndarray, high: np.ndarray, body: np.ndarray, rounding: np.ndarray,
     grounded: np.ndarray, heights: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the near units and their slots: units whose boxes overlap, except shapes far above the ground."""
+    """Write the near units and their slots: units whose boxes overlap, without shapes far above the ground."""
     state, margin, units = integers_1d(g, STATE), floats_1d(g, NUMBERS)[MARGIN], integers_2d(g, UNITS)
     near, met, reach = integers_1d(g, NEAR), integers_1d(g, MET), floats_1d(g, REACH)
     dof, indptr, indices = index_of(g)
@@ -140,7 +140,7 @@ def _select(
 
 @kernel
 def _open_slots(g: np.ndarray, units: np.ndarray, start: np.ndarray, first: int, out: np.ndarray) -> int:
-    """Write the open slots of units as numbers from `first` on, and return their count."""
+    """Write the open slots of units as numbers, starting at `first`, and return the number of slots."""
     slots_open, count = integers_1d(g, OPEN), 0
     for k in range(units.shape[0]):
         for slot in range(start[units[k]], start[units[k] + 1]):

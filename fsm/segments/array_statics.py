@@ -41,7 +41,7 @@ def _per_second(table: np.ndarray) -> float:
 def _place(table: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Write poses and mean rates of the free bodies; returns the increments since the last state, empty at rest."""
     free, poses, duration = integers_1d(table, FREE), floats_2d(table, POSES), floats_1d(table, INTERVAL)[1]
-    no = q.shape[0] < 0  # a variable, because a constant would compile the kernel again
+    no = q.shape[0] < 0  # this is a variable, because a constant would cause a new compilation of the kernel
     scatter_free(free, q, not no and poses.shape[1] == 7, poses)
     if not duration > 0.0:
         return q[:0]

@@ -59,7 +59,8 @@ class SurfaceArrays(NamedTuple):
         Present sides.
     no_share, tips, reach : (n,), (n_pieces,), (n,) arrays, see `SurfaceContacts`
     nearest, nearest_of_all, window : (n,), (n,), (n, 2) int arrays
-    found_piece, found_side, found_at : pieces, sides and places on them of the contacts of the last search
+    found_piece, found_side, found_at : pieces and sides of the contacts of the last search, and positions of the contacts on
+    the pieces
     """
 
     body: np.ndarray
@@ -104,9 +105,10 @@ TAPERS = OWN_STATE
 
 @kernel
 def _set_windows(g: np.ndarray, poses: np.ndarray, points: np.ndarray, chords: np.ndarray, dimension: int) -> None:
-    """Write the pieces within reach of each probe, and mark whether the pattern lacks a pair of bodies of these."""
+    """Write the pieces within reach of each probe, and mark whether the pattern lacks one of the pairs of bodies."""
     tips, reach, bulge = floats_1d(g, _TIPS), floats_1d(g, _REACH), -np.inf
-    for j in range(chords.shape[0]):  # distance of pieces from their chords; tips extend beyond the ends
+    # sum of the distance of pieces from their chords and the length of the tips beyond the ends
+    for j in range(chords.shape[0]):
         bulge = max(bulge, chords[j, 2 * dimension + 1] - tips[j] / np.sqrt(chords[j, 2 * dimension]))
     low, high = chord_boxes(chords)
     window, body, owners = integers_2d(g, _WINDOW), integers_1d(g, _BODY), integers_2d(g, _OWNERS)
@@ -196,7 +198,8 @@ def _tapered_planar(
     g: np.ndarray, poses: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     slot = integers_1d(g, SLOT)
-    if integers_1d(g, STATE)[TAPERS] == 0:  # views of other arrays, because new ones cost time
+    # these are views of other arrays, because the allocation of new arrays takes time
+    if integers_1d(g, STATE)[TAPERS] == 0:
         return slot[:0], floats_1d(g, _SIDE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = tapered_planar(
         poses, integers_2d(g, BODIES), count, slot, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_AT),
@@ -210,7 +213,8 @@ def _tapered_spatial(
     g: np.ndarray, poses: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     slot = integers_1d(g, SLOT)
-    if integers_1d(g, STATE)[TAPERS] == 0:  # views of other arrays, because new ones cost time
+    # these are views of other arrays, because the allocation of new arrays takes time
+    if integers_1d(g, STATE)[TAPERS] == 0:
         return slot[:0], floats_1d(g, _SIDE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = tapered_spatial(
         poses, integers_2d(g, BODIES), count, slot, integers_1d(g, _FOUND_PIECE), floats_2d(g, _FOUND_AT),
@@ -248,7 +252,9 @@ def _tangent_spatial(
 
 @kernel
 def _pieces(g: np.ndarray, within: bool) -> tuple[np.ndarray, np.ndarray]:
-    """First and last pieces of all probes: pieces of their windows if `within`, else of their whole surfaces."""
+    """First and last pieces of all probes: the pieces of their windows if `within` is true, else the pieces of the whole
+    surfaces.
+    """
     if not within:
         return integers_1d(g, _FIRST), integers_1d(g, _LAST)
     window = integers_2d(g, _WINDOW)
@@ -284,7 +290,7 @@ def _heights_spatial(g: np.ndarray, poses: np.ndarray, farther: float) -> np.nda
 
 @kernel
 def _behind(g: np.ndarray, height: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Probes near the tip of a surface that are on the other side of the surface."""
+    """Probes near the tip of a surface that have moved to the other side of the surface."""
     side, straight = floats_1d(g, _SIDE), floats_1d(g, _STRAIGHT)
     out, count = np.empty(near.shape[0], dtype=np.int64), 0
     for k in range(near.shape[0]):
@@ -315,7 +321,7 @@ def _turn(g: np.ndarray, height: np.ndarray, near: np.ndarray, behind: np.ndarra
     corners = integers_1d(g, _TWIN), integers_2d(g, _ACROSS), floats_2d(g, _INSIDE), floats_2d(g, _INSIDE_ACROSS)
     turned = turned_sides(corners, own, side, height, limit, near, _ends(g, near))
     for k in range(own.shape[0]):
-        if own[k] != turned[k]:  # contacts with the old sides are no longer valid
+        if own[k] != turned[k]:  # the contacts that were found with the old sides are no longer valid
             integers_1d(g, STATE)[FOUND] = -1
         own[k] = turned[k]
 
@@ -372,20 +378,20 @@ def _settle_spatial(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bo
 
 @kernel
 def _motion(g: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
-    """Bound of the displacement since the last accepted state, m, and the depth that it explains."""
+    """Upper bound of the displacement since the last accepted state, m, and the depth that such a displacement can cause."""
     if integers_1d(g, STATE)[STARTED] == 0:
         return 0.0, np.inf
     margin = floats_1d(g, NUMBERS)[MARGIN]
     motion = furthest_motion(floats_2d(g, COMMITTED), poses, integers_1d(g, MOVING), floats_1d(g, RADII))
-    deepest = 2.0 * motion + 0.5 * margin  # heights are accurate to a part of a segment
-    return (0.0 if motion <= RENEWAL * margin else motion), deepest  # probes with a side are within reach
+    deepest = 2.0 * motion + 0.5 * margin  # heights have an error of a fraction of a segment
+    return (0.0 if motion <= RENEWAL * margin else motion), deepest  # only probes within reach have a side
 
 
 @kernel
 def _passed_planar(g: np.ndarray, poses: np.ndarray) -> bool:
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
-    if motion > 0.5 * floats_1d(g, NUMBERS)[MARGIN]:  # a probe that was too far away for a side may have passed through
+    if motion > 0.5 * floats_1d(g, NUMBERS)[MARGIN]:  # a probe outside the reach had no side, and may have passed through
         before = _heights_planar(g, floats_2d(g, COMMITTED), 2.0 * motion)
     height = _heights_planar(g, poses, 2.0 * motion)
     return passed_through(floats_1d(g, _SIDE), floats_1d(g, _LIMIT), height, before, deepest).shape[0] > 0

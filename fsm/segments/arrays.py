@@ -44,8 +44,8 @@ class SpringKernels(NamedTuple):
 class ElementKernels(NamedTuple):
     """Kernels of `fsm.segments.array_elements`: forces; forces and tangents; energies and power.
 
-    Their arguments are the table and the inverse of the time since the last state (1/s); with zero, dampers use the rates of
-    the bodies. `stored` returns the energy in panels and in creases (J), and the power of dampers (W).
+    Their arguments are the table and the inverse of the time since the last state (1/s); if the inverse is zero, dampers use
+    the rates of the bodies. `stored` returns the energy in panels and in creases (J), and the power of dampers (W).
     """
 
     force: Any
@@ -56,8 +56,8 @@ class ElementKernels(NamedTuple):
 class Springs(NamedTuple):
     """Arrays of a `BushingGroup`.
 
-    `category` and `in_panels` as in the group. `last` (m, 3 or 6) contains the deformations at the end of the last
-    step. `efforts` (m, 3 or 6) contains the efforts that Newton's method of statics advances.
+    `category` and `in_panels` have the same meaning as in the group. `last` (m, 3 or 6) contains the deformations at the end
+    of the last step. `efforts` (m, 3 or 6) contains the efforts that Newton's method of statics advances.
     """
 
     bodies: np.ndarray
@@ -93,7 +93,7 @@ class Ligaments(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Arrays of a `LoadGroup`, empty without loads; `programs` are the factors of all loads."""
+    """Arrays of a `LoadGroup`, which are empty without loads; `programs` contains the factors of all loads."""
 
     bodies: np.ndarray
     points: np.ndarray
@@ -128,7 +128,7 @@ class Arrays(NamedTuple):
     last_q : (nq,) array
         Configuration of the last state in statics.
     interval : (2,) array, s
-        Time in statics, and the time since the last state; zero if no force depends on rates.
+        Time in statics, and time since the last state; the second value is zero if no force depends on rates.
     dof : (n_bodies,) int array, see `BodyPattern`
     pattern, springs, creases, ligaments, loads, driven : arrays of each
     """
@@ -181,12 +181,12 @@ class Segments(NamedTuple):
     Attributes
     ----------
     table : table of `fsm.kernels.addresses`
-    at_rest : table with other rates, forces and matrices, for tangents at rest
+    at_rest : table with separate rates, forces and matrices, for tangents at zero rates
     flags : (3,) int array, see `fsm.kernels.block_equations`
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.segments.contact_arrays`.
     by_springs, by_creases, by_ligaments, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
-        These kernels depend on the dimension. Kernels that no element of the model needs are absent (`AbsentPointer`).
+        These kernels depend on the dimension. A kernel that no element of the model needs is absent (`AbsentPointer`).
     """
 
     table: np.ndarray

@@ -68,10 +68,10 @@ def has_arrays(system: SegmentSystem) -> bool:
 
 
 def has_static_arrays(system: SegmentSystem) -> bool:
-    """As `has_arrays`, for statics: drives may have any program, but bodies do not touch.
+    """Like `has_arrays`, for statics: drives may have any program, but contact is not possible.
 
-    With contact, steps in one kernel take 0.01 to 0.07 s less for a whole path of a strip of 4 to 40 segments per panel,
-    and their compilation takes 25 s more.
+    A test with contact: steps in one kernel save 0.01 to 0.07 s for the whole path of a strip with 4 to 40 segments per
+    panel, but their compilation takes 25 s more.
     """
     return not system.contacts and _elements_known(system)
 
@@ -79,14 +79,16 @@ def has_static_arrays(system: SegmentSystem) -> bool:
 def _elements_known(system: SegmentSystem) -> bool:
     """Whether all elements have arrays, a body can move, and kernels are compiled."""
     kinds = [type(group) for group in system.groups if not isinstance(group, ContactGroup)]
-    compiled = hasattr(KERNELS.force, "compile")  # false with NUMBA_DISABLE_JIT
+    compiled = hasattr(KERNELS.force, "compile")  # the flag is false if NUMBA_DISABLE_JIT is set
     return compiled and _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and system.nu > 0
 
 
 def arrays_of(
     system: SegmentSystem, pattern: BodyPattern, ready: Ready, contacts: ContactModel
 ) -> tuple[ArrayModel, tuple[Arrays, ...]]:
-    """Model of arrays of a system for which `has_arrays` is true, and the arrays, which the caller keeps with the model."""
+    """Model of arrays of a system for which `has_arrays` is true, and the arrays; the caller must keep the arrays as long as
+    the model.
+    """
     model, arrays = segments_of(system, pattern, *ready(pattern), contacts)
     return ArrayModel.of(KERNELS, model, *system.initial()), arrays
 
@@ -97,7 +99,7 @@ def segments_of(
 ) -> tuple[Segments, tuple[Arrays, ...]]:
     """Model of all bodies for time steps or for statics; see `arrays_of`.
 
-    `known` is the elimination of the pattern, and `factors` the data of its factors.
+    `known` is the symbolic factorisation of the pattern, and `factors` contains the data of the factors.
     """
     bodies, spatial = system.bodies, system.spatial
     weight = np.zeros((len(bodies.pose), 3 if spatial else 2))

@@ -78,7 +78,7 @@ def _obstacles(scene: Scene) -> Iterator[Fault]:
 
 
 def _solids(pair: ContactPair, shapes: Mapping[str, str], path: str) -> Iterator[Fault]:
-    """Faults of a pair of obstacles: one must be a sphere, or exactly one a plane."""
+    """Faults of a pair of obstacles: one of them must be a sphere, or exactly one of them must be a plane."""
     kinds = sorted((shapes[pair.first], shapes[pair.second]))
     if "sphere" not in kinds and kinds.count("plane") != 1:
         text = f"a {shapes[pair.first]} and a {shapes[pair.second]} do not touch each other; give one of them a plate"

@@ -1,4 +1,4 @@
-"""Compile a scene to a system: names become indices, models become arrays, and only the needed groups are created.
+"""Compile a scene to a system: names become indices, models become arrays, and only groups with elements are created.
 
 All faults of the scene are found first and raised together.
 """
@@ -81,14 +81,14 @@ class SceneCompiler:
         return self.switched(SegmentSystem(*self.parts()))
 
     def switched(self, system: SegmentSystem) -> SegmentSystem:
-        """System of the parts, with the steps of its groups."""
+        """System of the compiled parts; each group acts in its own steps."""
         system.steps_of = list(self._steps)
         return system
 
     def parts(
         self,
     ) -> tuple[Bodies, tuple[PrescribedMotion, ...], tuple[Group, ...], tuple[ContactGroup, ...], tuple[str, ...]]:
-        """Arguments of a system of these bodies."""
+        """Arguments of a system with these bodies."""
         motions = tuple(self._motion(drive) for drive in self.scene.drives)
         groups: list[Group] = []
         self._steps: list[tuple[Group, GroupSteps]] = []
@@ -153,7 +153,7 @@ class SceneCompiler:
         )
 
     def _motion(self, drive: Drive) -> PrescribedMotion:
-        assert drive.moved  # checked by check_scene
+        assert drive.moved  # `check_scene` has checked this
         bodies = np.array([self.index[name] for name in drive.moved])
         direction = np.array(self._vector(drive.direction), dtype=float)
         if drive.turn is None:
@@ -224,7 +224,8 @@ class SceneCompiler:
             assert time is not None
             chosen = [e for e in moving if e.rest_time == time]
             moment = np.array([e.rotation[1] * e.rest_turn for e in chosen])
-            found.append(ActuatorGroup(self._ends(chosen), self._joint_axes(chosen), moment, time))
+            names = tuple(e.name for e in chosen)
+            found.append(ActuatorGroup(self._ends(chosen), self._joint_axes(chosen), moment, time, names))
         return found
 
     def _with_laws(self, elements: list[ForceElement]) -> LawGroup | None:
@@ -249,7 +250,7 @@ class SceneCompiler:
         return PointGroup.of(given)
 
     def _pose_geometry(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
-        """Arguments of the kernels of the relative pose after the bodies."""
+        """Arguments that the kernels of the relative pose take after the bodies."""
         initial = initial_twists(elements, self.scene.bodies)
         return (
             np.array([self._vector(e.point_inner) for e in elements], dtype=float),
@@ -305,7 +306,7 @@ class SceneCompiler:
         )
 
     def _hysteresis(self, creases: CreaseGroup, elements: list[ForceElement]) -> HysteresisGroup | None:
-        """Friction sliders of the creases whose loading and unloading curves differ."""
+        """Friction sliders of the creases whose loading and unloading curves are different."""
         elements = [e for e in elements if e.crease is not None]
         found: dict[tuple[object, float], Hysteresis | None] = {}
         for element in elements:
@@ -339,7 +340,9 @@ class SceneCompiler:
         return np.array([[self.index[e.inner], self.index[e.outer]] for e in elements], dtype=np.int64)
 
     def _joint_axes(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
-        """Planar: angle of the outer axes and psi_0. Spatial: axes matrices, psi_0 and the sign of the quaternions."""
+        """In the plane, the constants are the angle of the outer axes and psi_0. In space, they are the matrices of the
+        axes, psi_0 and the sign of the quaternions.
+        """
         initial = initial_twists(elements, self.scene.bodies)
         if not self.spatial:
             angles = np.array([[2 * math.atan2(q[2], q[0]) for q in (e.axes_inner, e.axes_outer)] for e in elements])
@@ -349,7 +352,7 @@ class SceneCompiler:
             turns = 2 * np.pi * np.round((wanted - raw) / (2 * np.pi))
             return angles[:, 1], angles[:, 0] - angles[:, 1] + turns
         inner, outer, offset = [], [], []
-        # with half-way axes the whole twist counts from zero, not from the initial angle
+        # with half-way axes, the twist is measured from zero and not from the initial angle
         anchors = np.where(half_way_swings(elements, initial), 0.0, initial)
         for element, start, anchor in zip(elements, initial, anchors.tolist(), strict=True):
             half, left = 0.5 * anchor, 0.5 * (start - anchor)
@@ -367,7 +370,7 @@ class SceneCompiler:
 
 
 def drawn_plates(plate: Plate) -> list[Plate]:
-    """Plates of at most four corners that make up a plate."""
+    """Convex plates of at most four corners that together form a plate."""
     outline = plate.outline
     if outline is None or len(outline) <= 4:
         return [plate]
@@ -376,7 +379,7 @@ def drawn_plates(plate: Plate) -> list[Plate]:
 
 
 def _order(key: tuple[tuple[str, ...] | None, bool]) -> tuple[bool, tuple[str, ...], bool]:
-    """Order of groups of elements: groups that act in all steps come first."""
+    """Sort key for groups of elements: groups that act in all steps come first."""
     steps, latch = key
     return steps is not None, steps or (), latch
 

@@ -1,4 +1,4 @@
-"""Contact pairs of a scene become groups: geometries with the scene's laws."""
+"""Compilation of the contact pairs of a scene to contact groups: geometries with the laws of the scene."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def compile_contacts(
     Parameters
     ----------
     scene : Scene
-    bodies : all bodies in the system's order, the ground first
+    bodies : all bodies in the order of the system, starting with the ground
     poses : (n_bodies, 3 or 7) array
         Poses of the scene as given.
-    spatial : whether the system has six degrees of freedom a body
+    spatial : whether each body of the system has six degrees of freedom
     """
     contact = scene.contact
     if contact is None:
@@ -64,7 +64,7 @@ def _friction(friction: Friction | None) -> FrictionForce | None:
 
 
 def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:
-    """One over masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies.
+    """Inverse masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies.
 
     Points of a film have the mass of the film area that they represent.
     """

@@ -37,15 +37,15 @@ def compile_shapes(
     ----------
     scene : Scene
         Without faults.
-    bodies : all bodies in the system's order, the ground first
+    bodies : all bodies in the order of the system, starting with the ground
     poses : (n_bodies, 3 or 7) array
-        Poses of the given scene; joined bodies have no contact where they touch in these poses.
+        Poses of the given scene; joined bodies that touch in these poses have no contact there.
     spatial : bool
 
     Notes
     -----
-    The gap always includes the thickness of these plates. Without it plates have no rounding, and a point could not
-    penetrate.
+    The gap always includes the thickness of these plates. Without thickness, plates would have no rounding, and points could
+    not penetrate.
     """
     if scene.contact is None:
         return ()
@@ -71,13 +71,13 @@ class _ShapeCompiler:
         # contact sides and their numbers
         self.sides: list[Side] = []
         self.side_number: dict[str, int] = {}
-        # side and side, side and obstacle, each with the number of the pair
+        # pairs of two sides, and pairs of a side and an obstacle, each with the number of its contact pair
         self.plate_pairs: list[tuple[int, int, int]] = []
         self.obstacle_pairs: list[tuple[int, int, int]] = []
         self.solid_pairs: list[tuple[int, int, int]] = []
-        # film, and the name and kind of the other side
+        # films, each with the name and kind of the other side
         self.film_pairs: list[tuple[str, str, ContactSide, int]] = []
-        # number of the pair of flexible facets with each other
+        # number of the pair for contact of flexible facets with each other
         self.of_sheet: int | None = None
         known = contact_sides(scene)
         place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
@@ -115,7 +115,9 @@ class _ShapeCompiler:
         return self.number[name]
 
     def _side(self, name: str, party: ContactSide) -> int:
-        """Number of a side of a contact. Plates of a surface share its length; each plate of a group is a face."""
+        """Number of a side of a contact. The plates of a surface each represent a part of its length; each plate of a group
+        is a complete face.
+        """
         if name not in self.side_number:
             of_bodies = [self._plates(body) for body in party.bodies]
             plates = np.concatenate(of_bodies)

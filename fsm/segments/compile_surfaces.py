@@ -30,8 +30,8 @@ _EDGE = TIP / 4.0
 """Taper length at the ends of two panels of one chain, relative to the length of the other panel."""
 
 _TIPS = {"end-start": (0.0, STRAIGHT), "chain": (BARE, BARE), "none": (BARE, CAP)}
-"""Tips of a surface for the points of another surface and for its ends, for each kind of connection of the two. Ends touch
-a body in frontal contact. Points beyond the end of the surface are tapered there."""
+"""Tips of a surface for the points of another surface and for its ends; they depend on the connection of the two surfaces.
+Ends touch a body in frontal contact. Points beyond the end of the surface have a tapered weight there."""
 
 _PLANAR = SurfaceKernels(
     chords_planar,
@@ -62,18 +62,19 @@ def compile_surfaces(
 
 
 class _Face(NamedTuple):
-    """Panel whose points are tested against another panel.
+    """Panel whose probe points touch another panel.
 
     Attributes
     ----------
     panel : name
-    number, second : number of the contact pair; 1 for its second panel, else 0
-    side : +1 or -1, of the other surface
-    elsewhere, at_ends : tips of the other surface, for points within the panel and for its ends (`_TIPS`)
+    number, second : number of the contact pair; `second` is 1 for the second panel of the pair, else 0
+    side : +1 or -1, side of the other surface on which the panel is
+    elsewhere, at_ends : tips of the other surface, for points inside the panel and for points at its ends (`_TIPS`)
     thickness, deepest : half thickness of the other panel, m; depth limit of a point, m
-    smaller : length of the smaller face, m
+    smaller : length of the smaller face of both panels, m
     edge, narrow : taper length at ends over `end_taper.TAPER`, m; factor that reduces the other cells
-    crease : +1 if the end of the panel lies on a crease that both share, -1 if its start does, 0 for none
+    crease : +1 if the end of the panel lies on a crease that both panels share, -1 if the start does, 0 without such a
+    crease
     opening : sine of the angle between both panels
     first, last : pieces of the other surface
     """
@@ -96,7 +97,7 @@ class _Face(NamedTuple):
 
 
 class _SurfaceCompiler:
-    """Compiler of pairs of panels to probes on surfaces."""
+    """Compiler of pairs of panels: it makes one panel's points into probes on the surface of the other."""
 
     def __init__(self, scene: Scene, contact: Contact, bodies: tuple[Body, ...], spatial: bool) -> None:
         self.scene, self.contact, self.all_bodies, self.spatial = scene, contact, bodies, spatial
@@ -158,7 +159,7 @@ class _SurfaceCompiler:
         return plate
 
     def _faces(self, number: int, pair: ContactPair, first_piece: dict[str, tuple[int, int]]) -> Iterator[_Face]:
-        """Both panels of a pair as probes on each other, each with half the weight."""
+        """Both panels of a pair as probes on each other; each panel has half the weight."""
         elsewhere, at_ends = _TIPS[pair.shared]
         for second, (own, other) in enumerate(((pair.first, pair.second), (pair.second, pair.first))):
             panel, facing = self.panels[own], self.panels[other]
@@ -188,7 +189,7 @@ class _SurfaceCompiler:
         if not self.contact.thickness_in_gap:
             inset = thickness = np.zeros_like(inset)
         clearance = inset + thickness
-        # beside a common crease the thickness grows from zero with the distance from the crease
+        # the thickness grows from zero with the distance from a common crease
         from_crease = np.where(crease > 0.0, length - along, along)
         reduced = np.where(crease == 0.0, clearance, np.minimum(clearance, 0.5 * from_crease * opening))
         inset = inset * np.divide(reduced, clearance, out=np.ones_like(clearance), where=clearance > 0.0)
@@ -199,7 +200,7 @@ class _SurfaceCompiler:
             np.minimum(deepest, self._shallowest + reduced), 0.5 * weight / smaller, 0.5 * area, number,
             np.where(straight == BARE, cell, 0.0).T, first, last,
         )  # fmt: skip
-        # the crease itself has no probe: the layers are joined there, and the gap is round-off
+        # the crease itself has no probe, because the layers are joined there and the gap is round-off
         apart = (crease == 0.0) | (from_crease >= 1e-9 * length)
         probes = Probes._make(np.ascontiguousarray(column[apart]) for column in probes)
         point = np.concatenate([np.arange(points) for points in count])
@@ -209,7 +210,7 @@ class _SurfaceCompiler:
 
 
 def _sine(a: np.ndarray, b: np.ndarray) -> float:
-    """Sine of the angle between two directions; ten times faster than `numpy.cross`."""
+    """Sine of the angle between two directions; this function is ten times faster than `numpy.cross`."""
     return math.hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 

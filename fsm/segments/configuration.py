@@ -67,8 +67,8 @@ class Configuration(System):
     at_rest : (n, 3) or (n, 6) array
         Zero rates of all bodies; the array is shared and read-only.
     driven : (m,) int array
-        Bodies of all motions.
-    drives : driven bodies, the motion of each, and the directions of all motions
+        Bodies of all motions, in one array.
+    drives : driven bodies, the number of the motion of each body, and the directions of all motions
     turns : Turns or None
         Bodies that turn.
     """
@@ -142,7 +142,8 @@ class Configuration(System):
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Poses and rates of all bodies, driven bodies at time t; unit quaternions. Without u the rates are zero.
+        """Poses and rates of all bodies; driven bodies are at their poses of time t; quaternions are normalised. Without u
+        the rates are zero.
 
         With `before`, driven bodies have their mean speed since that time. Arrays of poses and rates are shared and
         read-only.

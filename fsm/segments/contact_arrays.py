@@ -31,14 +31,14 @@ __all__ = [
 
 
 class GeometryKernels(NamedTuple):
-    """Kernels of a geometry. The first argument of each is its table `g`.
+    """Kernels of a geometry. The first argument of each kernel is its table `g`.
 
     Attributes
     ----------
     renew : ``renew(g, poses)``
-        Renew the broad phase where bodies have moved too far since the last renewal; 1 if it has been renewed.
+        Update the broad phase if bodies have moved too far since its last update; return 1 if it was updated.
     find : ``find(g, poses, below)``
-        Find the contacts with a gap below `below`. Write the slot and the gap (m) of each, and return how many they are.
+        Find the contacts with a gap below `below`. Write the slot and the gap (m) of each contact, and return their number.
     measure : ``measure(g, poses, rates, count)``
         Write bodies, rates and gradients of `count` contacts.
     tapered : ``tapered(g, poses, count) -> rows, part, gradient, hessian``
@@ -47,8 +47,8 @@ class GeometryKernels(NamedTuple):
     passed : ``passed(g, poses)``
         Whether sides have passed through each other since the last accepted state.
     settle : ``settle(g, poses, young, new)``
-        Update the memory in an accepted state, with the slots of continuing impacts; or, with `new`, the memory of
-        contacts that the broad phase has found anew.
+        Update the memory in an accepted state, with the slots of continuing impacts; with `new`, update the memory of
+        contacts that the broad phase has just found.
     """
 
     renew: Any
@@ -107,8 +107,9 @@ class ContactArrays(NamedTuple):
     linearised, loaded : (n_slots,) int arrays
         1 for slots with a force in the last tangent, and in the last evaluated state.
     committed, rates_before : poses and rates of the last accepted state
-    reference : poses of the last renewal
-    moving, radii : bodies that renew the broad phase, and the distance of their farthest point, m
+    reference : poses at the last update of the broad phase
+    moving, radii : bodies whose motion requires an update of the broad phase, and the distance of the farthest point of each
+    body, m
     dof, indptr, indices : see `BodyPattern`
     slot, gap, bodies, rate, gradient : contacts of the last search
         Numbers of their slots, gaps (m), and the fields of `ContactKinematics`. Like the next arrays, they have rows for all
@@ -117,7 +118,7 @@ class ContactArrays(NamedTuple):
         Closing speed and slip velocity (m/s); share, with the change of weights; onset and depth (m) of these contacts.
     normal_force, by_depth, by_closing, effort, by_slip, by_normal, deflected, by_distance : forces
         Forces as in `ContactForces`. `deflected` is the new deflection of bristles (m), `by_distance` their stiffness (N/m).
-    found_poses, found_rates : state of the last search and of the last rates
+    found_poses, found_rates : poses of the last search, and rates of the last evaluation
     """
 
     state: np.ndarray
@@ -171,7 +172,7 @@ ONSET, BEGAN, DEPTH, DEFLECTION, LINEARISED, LOADED, COMMITTED, RATES_BEFORE, RE
 SLOT, GAP, BODIES, RATE, GRADIENT, CLOSING, SLIP, SHARE_OF, ONSET_OF, AT, NORMAL_FORCE, BY_DEPTH = range(24, 36)
 BY_CLOSING, EFFORT, BY_SLIP, BY_NORMAL, DEFLECTED, BY_DISTANCE, FOUND_POSES, FOUND_RATES = range(36, 44)
 OWN = len(ContactArrays._fields)
-"""Rows of the table of a geometry; its own arrays begin at `OWN`."""
+"""Rows of the table of a geometry; the arrays of the geometry itself start at `OWN`."""
 CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, SURFACES, LOSSY = range(9)
 FOUND, MEASURED, OWN_STATE = range(9, 12)
 STATES = 15
@@ -183,7 +184,7 @@ OWN_STATE on."""
 MARGIN, COMMITTED_AT, BELOW = range(3)
 """Indices of `ContactArrays.numbers`."""
 RENEWAL = 0.4
-"""Displacement, relative to the margin, after which the broad phase is renewed."""
+"""Displacement relative to the margin after which the broad phase is updated."""
 RESTITUTION, _FAST, _EXPONENT, _STEPS, _FLOOR, _RESOLVES = range(6)
 
 
@@ -226,7 +227,7 @@ def index_of(g: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @kernel
 def forces_of(g: np.ndarray, first: int, last: int) -> ContactForces:
-    """Forces of the contacts from `first` to before `last`."""
+    """Forces of the contacts from `first` up to, and without, `last`."""
     return ContactForces(
         floats_1d(g, NORMAL_FORCE)[first:last], floats_1d(g, BY_DEPTH)[first:last], floats_1d(g, BY_CLOSING)[first:last],
         floats_2d(g, EFFORT)[first:last], floats_3d(g, BY_SLIP)[first:last], floats_2d(g, BY_NORMAL)[first:last],
@@ -246,7 +247,7 @@ def keep_loaded(groups: np.ndarray) -> None:
 
 @kernel
 def have_opened(groups: np.ndarray) -> bool:
-    """Whether contacts with a force in the last tangent have none in the last evaluated state."""
+    """Whether contacts that had a force in the last tangent have no force in the last evaluated state."""
     for k in range(groups.shape[0]):
         g = table_at(groups, k)
         loaded, linearised = integers_1d(g, LOADED), integers_1d(g, LINEARISED)
@@ -258,7 +259,7 @@ def have_opened(groups: np.ndarray) -> bool:
 
 @kernel
 def lack_pairs(groups: np.ndarray) -> bool:
-    """Whether two bodies that have no block in the pattern have come near each other."""
+    """Whether two bodies without a block in the pattern have come near each other."""
     lacks = 0
     for k in range(groups.shape[0]):
         lacks += integers_1d(table_at(groups, k), STATE)[LACKS]

@@ -52,7 +52,7 @@ _AHEAD = 2
 """Number of further pieces, beyond the near ones, that the pattern couples with a probe. The pattern then remains valid
 while the probe slides."""
 _MOST_SLOTS = 50000
-"""Largest number of slots of all pairs of shapes; more are selected step by step."""
+"""Largest number of slots of all pairs of shapes; with more slots, the broad phase selects them in each step."""
 
 
 def has_contact_arrays(group: ContactGroup, spatial: bool) -> bool:
@@ -62,7 +62,7 @@ def has_contact_arrays(group: ContactGroup, spatial: bool) -> bool:
     shapes are small.
     """
     geometry, friction = group.geometry, group.friction
-    if group.normal.law not in NORMAL_LAWS.values():  # a law of a user may have other types
+    if group.normal.law not in NORMAL_LAWS.values():  # the laws of a user may have other types
         return False
     if friction is not None and ((spatial and friction.across != 1.0) or friction.law not in FRICTION_LAWS.values()):
         return False
@@ -79,9 +79,9 @@ class _GroupArrays(ABC):
     group : ContactGroup
     keys : keys of all slots
     slots : share, area and pair of all slots
-    moving : bodies that renew the broad phase, and their radii
+    moving : bodies whose motion requires an update of the broad phase, and their radii
     pattern : BodyPattern
-    bodies, width : shape of the rates of all bodies, and length of a pose
+    bodies, width : shape of the array of rates of all bodies, and length of a pose
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class _GroupArrays(ABC):
         return own
 
     def index(self, pattern: BodyPattern) -> None:
-        """Use another pattern."""
+        """Replace the pattern."""
         dof, indptr, indices = pattern.index
         self.common = self.common._replace(dof=dof, indptr=indptr, indices=indices)
         self.table[INDEX : INDEX + 3] = address_table(pattern.index)
@@ -123,7 +123,7 @@ class _GroupArrays(ABC):
 
     @abstractmethod
     def pairs(self) -> np.ndarray:
-        """Pairs (m, 2) of bodies that the pattern has to couple."""
+        """Pairs (m, 2) of bodies for which the pattern needs blocks."""
 
     @abstractmethod
     def load_own(self, memory: np.ndarray) -> None:
@@ -198,7 +198,7 @@ class _ShapeGroup(_GroupArrays):
         self.own: ShapeArrays = self._set_table(own)
 
     def index(self, pattern: BodyPattern) -> None:
-        """Use another pattern; pairs of bodies are looked up again in the next renewal of the broad phase."""
+        """Replace the pattern; the next update of the broad phase finds the blocks of the pairs of bodies again."""
         super().index(pattern)
         self.own.met[:] = 0
         self.common.state[REFERRED] = 0
@@ -208,7 +208,7 @@ class _ShapeGroup(_GroupArrays):
         return self.own.shapes.body[self.units.shapes[self.own.met == 1]]
 
     def load_own(self, memory: np.ndarray) -> None:
-        """See `_GroupArrays`: weights of faces; the committed poses before them come from the group."""
+        """See `_GroupArrays`: the memory consists of weights of faces; the committed poses come from the group."""
         overlaps = Overlaps.from_flat(memory[1 + int(memory[0]) :]) if len(memory) else Overlaps.nothing()
         weights, own, arrays = overlaps.of(self.units), self.own, self.common
         own.known[:], own.latest[:], own.in_force[:] = weights.known, weights.latest, weights.in_force
@@ -249,7 +249,9 @@ class _SurfaceGroup(_GroupArrays):
         )  # fmt: skip
 
     def pairs(self) -> np.ndarray:
-        """See `_GroupArrays`: pairs within the present windows and somewhat beyond, and pairs of the last pattern."""
+        """See `_GroupArrays`: the pairs are those of the present windows with some more pieces, and those of the last
+        pattern.
+        """
         own = self.own
         first, last = own.window.T
         near = last > first
@@ -261,7 +263,7 @@ class _SurfaceGroup(_GroupArrays):
         return found
 
     def load_own(self, memory: np.ndarray) -> None:
-        """See `_GroupArrays`: sides of all probes; the committed poses behind them come from the group."""
+        """See `_GroupArrays`: the memory consists of the sides of all probes; the committed poses come from the group."""
         self.own.side[:] = memory[: len(self.keys)]
         self.own.nearest[:] = self.own.nearest_of_all[:] = -1
 
@@ -300,7 +302,7 @@ class ContactModel:
         self.parts, self.kernels = _pointers(groups, self.groups, spatial)
 
     def index(self, pattern: BodyPattern) -> None:
-        """Use another pattern."""
+        """Replace the pattern."""
         self.grown = True
         for arrays in self.arrays:
             arrays.index(pattern)
@@ -331,7 +333,7 @@ class ContactModel:
 def _found(
     count: int, slips: int, bodies: int, size: int, poses: np.ndarray, rates: np.ndarray
 ) -> tuple[np.ndarray, ...]:
-    """Arrays of `ContactArrays` from `slot` on, with a row for each slot; most rows are never touched."""
+    """Arrays of `ContactArrays`, starting with `slot`, with a row for each slot; most rows are never used."""
     ways, square = (count, slips), (count, slips, slips)
     return (
         np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros((count, bodies), dtype=np.int64),

@@ -21,10 +21,11 @@ class ContactDepths(NamedTuple):
     Attributes
     ----------
     key : (k,) int array
-        Keys of the contacts with a depth, ascending. They stay closed until their force would be tensile.
+        Keys of the contacts with a depth, ascending. A depth is kept, and the contact stays closed, until the linearised
+        force would be tensile.
     depth : (k,) array, m
     most : N
-        Limit of the normal force, and thus of the depth of linearisation, for contacts without a stored depth.
+        Limit of the normal force; it limits the depth of linearisation of contacts without a stored depth.
     """
 
     key: np.ndarray

@@ -26,7 +26,7 @@ class ActiveContacts(NamedTuple):
     gap : (count,) array, m
         Negative when they touch.
     at : tuple of arrays
-        Positions on the faces, in a form private to the geometry.
+        Positions on the faces; their form depends on the geometry.
     """
 
     slot: np.ndarray
@@ -62,7 +62,7 @@ class ContactKinematics(NamedTuple):
     Attributes
     ----------
     bodies : (count, k) int array
-        Bodies of each contact, the one that carries the point first.
+        Bodies of each contact; the first body carries the point.
     rate : (count, 1 + c) array, m/s
         Rate of the gap; slip velocity, along the face in the plane (c = 1), in inertial axes in space (c = 3).
     gradient : (count, 1 + c, k size) array
@@ -93,7 +93,8 @@ class ContactGeometry(Protocol):
     def area(self) -> np.ndarray:
         """Area that each slot represents, (n_slots,), m^2.
 
-        If both faces of a pair probe each other, each has half its weight. The areas then sum to the contact area.
+        If both faces of a pair probe each other, each probe point has half its weight. The areas then sum to the contact
+        area.
         """
         ...
 
@@ -112,7 +113,9 @@ class ContactGeometry(Protocol):
         ...
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """Pairs of bodies that contacts may couple until the next renewal, and a version number that changes then."""
+        """Pairs of bodies that contacts may couple until the next renewal, and a version number that changes when the pairs
+        change.
+        """
         ...
 
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:

@@ -46,10 +46,10 @@ class ContactMemory(NamedTuple):
     def of(self, keys: np.ndarray) -> ContactMemory:
         """Memory of these slots, in their order; read-only."""
         place = find_keys(self.key, keys)
-        if (place >= 0).all():  # this is the usual case: contacts of the last step
+        if (place >= 0).all():  # usually the slots are the contacts of the last step
             return ContactMemory(keys, *(values[place] for values in self[1:]))
         beyond = (np.concatenate([values, np.zeros((1, *values.shape[1:]))]) for values in self[1:])
-        return ContactMemory(keys, *(values[place] for values in beyond))  # place -1 is the row of zeros
+        return ContactMemory(keys, *(values[place] for values in beyond))  # the index -1 selects the row of zeros
 
     def flat(self) -> np.ndarray:
         """Flat array that starts with the number of slots; keys are exact up to 2^53."""

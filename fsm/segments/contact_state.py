@@ -17,7 +17,8 @@ __all__ = ["ContactState"]
 class ContactState:
     """Contacts of one state with their forces; `sums` of every pair are computed on demand.
 
-    `at` holds the depths of linearisation. `acting` holds the normal forces of the linearised law.
+    `at` contains the depths at which the normal law is linearised. `acting` contains the normal forces of the linearised
+    law.
     """
 
     touching: ActiveContacts

@@ -177,7 +177,7 @@ class ContactGroup(Group):
         return pull, pull.by_mean / duration if duration > 0.0 else None
 
     def _touching(self, poses: np.ndarray, below: float) -> ActiveContacts:
-        """Slots with a gap below a bound (m); cached for the same poses with other rates."""
+        """Slots with a gap below a bound (m); the result is cached for the same poses with other rates."""
         _, version = self.geometry.pairs(poses)  # renews the broad phase first, so that slots keep their numbers
         known = self._searches.get(below)
         if known is None or known[1] != version or not (known[0] is poses or np.array_equal(known[0], poses)):
@@ -199,9 +199,9 @@ class ContactGroup(Group):
         return self._contact_memory.of(self.geometry.keys(touching.slot))
 
     def _mean_slip(self, poses: np.ndarray, measured: ContactKinematics, slip: np.ndarray, duration: float) -> np.ndarray:
-        """Mean slip velocity since the last accepted state, which bends the bristles; a sticking contact stays in place.
+        """Mean slip velocity since the last accepted state, which determines the deflection of the bristles.
 
-        If the present velocity bent the bristles, deflections and positions would drift apart by the integration error.
+        If the present velocity determined it, deflections and positions would drift apart by the integration error.
         """
         if duration == 0.0 or self._poses is None:
             return slip
@@ -256,7 +256,7 @@ class ContactGroup(Group):
                 pull = pull + found.forces.by_normal * (found.acting - found.forces.normal)[:, None]
             effort = np.concatenate([effort, pull], axis=1)
         scatter_efforts(measured.bodies, measured.gradient, effort, len(effort), force)
-        if tapered is not None:  # force from the change of the overlap
+        if tapered is not None:  # force due to the change of the overlap with the pose
             rows = tapered.rows
             whole = self.geometry.share[found.touching.slot[rows]]
             energy = self.normal.law.energy(found.depth[rows], whole, self.normal.params)

@@ -1,15 +1,16 @@
-"""Sides of contact points that slide over the end of a surface at which panels of a chain are joined.
+"""Sides of contact points that slide over the end of a surface at which the panels of a chain are joined.
 
-A joint near a touched panel is both the end of one panel and the start of the next. Both probes are one point with one side.
-If the other joint of one of the two panels lies on the touched panel, its probe determines the side, at any depth.
+A joint near a touched panel is both the end of one panel and the start of the next panel, and each panel has a probe there.
+Both probes are at one point and have the same side. If one of the two panels also has its other joint on the touched panel,
+the probe of this panel determines the side at any depth.
 
-Two joined surfaces form a corner. A point that presses on one surface near the corner may be slightly inside this
-surface when it comes over the end of the other surface. The point comes from outside, so it belongs outside both
-surfaces. With its present side of the other surface, contact would pull the point in and hold it there. The point
-therefore has contact with the surface in which it is less deep. The other surface takes over when both depths are
-equal. A point may also move round the corner so close to it that no step finds it beyond the end of the other surface.
-The other surface releases the point when the depth of the point on the wrong side exceeds the depth at which its share
-counts. `fsm.interactions.probe_sides.turned_sides` does this.
+Two joined surfaces form a corner. A point that presses on one surface near the corner may be slightly inside this surface
+when it passes over the end of the other surface. The point comes from outside the corner, so its correct sides are outside
+both surfaces. If the contact used its present side of the other surface, the contact force would pull the point in and hold
+it there. The point therefore has contact with the surface in which it is less deep. The contact changes to the other surface
+when both depths are equal. A point may also move round the corner so closely that no step finds it beyond the end of the
+other surface. The contact with the other surface then ends when the depth of the point on the wrong side exceeds the depth
+at which its share counts. The function `fsm.interactions.probe_sides.turned_sides` detects this.
 """
 
 from __future__ import annotations
@@ -24,14 +25,16 @@ __all__ = ["Corners", "find_corners"]
 
 
 class Corners(NamedTuple):
-    """Relations between the sides of probes. Ends of surfaces: 0 the start, 1 the end.
+    """Relations between the sides of probes at corners of joined panels. Ends of surfaces have the numbers 0 (start) and 1
+    (end).
 
     Attributes
     ----------
     twin : (n,) int array
-        Probe of the other panel at the same joint that determines the side of this one; else the probe itself.
+        Probe of the other panel at the same joint, which determines the side of this probe; without one, the number of the
+        probe itself.
     across : (n, 2) int array
-        The same point as a probe on the panel that is joined to the touched surface at that end; -1: none.
+        Probe of the same point on the panel that is joined to the touched surface at that end; -1 if there is no such probe.
     inside : (n, 2) array
         Side of the touched surface that is inside the corner.
     inside_across : (n, 2) array
@@ -56,7 +59,7 @@ def find_corners(
     pair, second : (n,) int arrays
         Number of the pair of each probe, and whether it is on the second panel; the probes are in the order of these two.
     point : (n,) int array
-        Number of the point in its panel, ascending within the panel.
+        Number of the point in its panel; numbers ascend along the panel.
     end : (n,) int array
         -1 at the start of the panel, 1 at its end, 0 between.
     side : (n,) array

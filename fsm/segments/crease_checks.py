@@ -32,7 +32,7 @@ _PCHIP = 'write interpolation = "pchip"'
 
 
 def crease_faults(scene: Scene, of_strip: bool) -> Iterator[Fault]:
-    """Faults of curves that soften too steeply for the half segments in series with them, 1 + M' f <= 0."""
+    """Faults of creases whose moment decreases too steeply for the half segments in series with them, 1 + M' f <= 0."""
     for path, element, branches in _tabulated(scene, of_strip):
         steepest = min((branch.steepest for branch in branches), key=lambda found: found[1])
         opening, slope = steepest

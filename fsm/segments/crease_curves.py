@@ -40,10 +40,10 @@ def curve_of(crease: Crease, flexibility: float = 0.0) -> MomentCurve:
 
 
 def hysteresis_of(crease: Crease, flexibility: float = 0.0) -> Hysteresis | None:
-    """Hysteresis between the branches of a tabulated crease; None with one branch or equal branches.
+    """Hysteresis between the two branches of a tabulated crease; None if there is one branch, or if both are equal.
 
-    With half segments in series (`add_flexibility`) both branches are exact. The transition from one to the other is longer
-    by the rotation of the half segments; `reversal` is the opening of the crease alone.
+    With half segments in series (`add_flexibility`) both branches are exact. The transition between the branches takes a
+    longer rotation, because the half segments rotate too; `reversal` is the opening of the crease alone.
     """
     branches = _branches(crease, flexibility)
     if len(branches) == 1:

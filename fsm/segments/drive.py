@@ -103,7 +103,7 @@ class RunUp:
         return np.unique([*np.linspace(0.0, self.end_time, _SAMPLES), *self.breaks()])
 
     def reversals(self) -> list[float]:
-        """See `Program`: none."""
+        """See `Program`; a pull has no reversals."""
         return []
 
     def gone(self, t: float) -> float:
@@ -180,7 +180,7 @@ class _Sampled(ABC):
 
     @property
     def forward(self) -> bool:
-        """See `Program`; false here, so time is the parameter of a path."""
+        """See `Program`; the result is false, so time is the parameter of a path."""
         return False
 
     def time_of(self, travel: float) -> float:
@@ -195,7 +195,7 @@ class _Sampled(ABC):
 
 @dataclass(frozen=True)
 class Timed(_Sampled):
-    """A function of time, which has an end, times a travel or turn."""
+    """Product of a function of time with an end, and a travel or turn."""
 
     function: TimeFunction
     amount: float
@@ -224,7 +224,7 @@ class Timed(_Sampled):
 
 @dataclass(frozen=True)
 class Parts(_Sampled):
-    """Sequence of programs with their start times; before, between and after them the motion rests.
+    """Sequence of programs with their start times; the drive rests before, between and after them.
 
     Attributes
     ----------
@@ -252,7 +252,7 @@ class Parts(_Sampled):
         return tuple(begin + t for begin, _, program in self.parts for t in (0.0, *program.breaks()))
 
     def sampled(self) -> np.ndarray:
-        """See `Program`: samples of each program until the next one begins."""
+        """See `Program`; each program is sampled until the next program begins."""
         found = [np.zeros(0 if self.parts else 1)]
         ends = [*(begin for begin, _, _ in self.parts[1:]), math.inf]
         for (begin, _, program), end in zip(self.parts, ends, strict=True):

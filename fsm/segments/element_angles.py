@@ -62,7 +62,7 @@ def angle_faults(scene: Scene) -> Iterator[Fault]:
             yield from _initial_faults(f"{path}.initial_angle", element.initial_angle, placed)
         if element.crease is None:
             continue
-        # measured data may begin far from zero moment
+        # measured data may begin at an angle far from zero moment
         limit = math.pi if isinstance(element.crease, LinearCrease) else 2 * math.pi
         if element.rest_angle is not None and abs(element.rest_angle) > limit * (1 + 1e-9):
             what = f"{_degrees(element.rest_angle)} of a crease; it must be between {_degrees(-limit)} and {_degrees(limit)}"
@@ -93,7 +93,7 @@ def _rest(element: ForceElement, start: float) -> float:
 
 
 def side_of(start: float, rest: float = 0.0) -> float:
-    """Side to which a crease is folded, 1 or -1; the sign of the rest angle if it starts flat."""
+    """Side to which a crease is folded, 1 or -1; for a crease that starts flat, the sign of the rest angle."""
     return math.copysign(1.0, start if abs(start) > _FLAT else rest)
 
 

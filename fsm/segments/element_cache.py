@@ -68,7 +68,7 @@ class TwoBodyGroup(Group):
         return cache.before, 1.0 / past.duration
 
     def deformations_before(self, rates: np.ndarray, past: PreviousPoses | None) -> np.ndarray:
-        """Deformations at a past state; deformations at rest without a past state."""
+        """Deformations at a past state; without a past state, deformations at rest."""
         return self._before(rates, past)[0]
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:

@@ -85,7 +85,8 @@ class BushingGroup(TwoBodyGroup):
     category : (m,) int array
         Index into `in_panels` for the energy of each element.
     in_panels : (n,) array
-        Part of the energy of each category that the panels store, from 0 to 1; the creases store the rest.
+        Fraction (0 to 1) of the energy of each category that counts as energy of panels; the rest counts as energy of
+        creases.
     names : names of the elements
     structural : (m,) bool array
         Joints of the structure, whose ends must stay together; other springs may have any length.
@@ -121,7 +122,7 @@ class BushingGroup(TwoBodyGroup):
 
     @cached_property
     def _no_efforts(self) -> np.ndarray:
-        """Empty efforts: the geometric stiffness uses the efforts at the poses."""
+        """The array of efforts is empty, so the geometric stiffness uses the efforts at the present poses."""
         return np.zeros((0, self.rest.shape[1]))
 
     def add_force(
@@ -149,7 +150,7 @@ class BushingGroup(TwoBodyGroup):
         )  # fmt: skip
 
     def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Bodies, constants and slots, for `fsm.segments.arrays`."""
+        """Bodies, constants and block positions, for `fsm.segments.arrays`."""
         return self.bodies, self._constants, self._slots(pattern)
 
     def efforts(self, poses: np.ndarray, change: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
@@ -224,7 +225,7 @@ class CreaseGroup(TwoBodyGroup):
         return self.bodies, *self.geometry, self.law
 
     def arrays(self, pattern: BodyPattern) -> tuple[Any, ...]:
-        """Arguments of the kernels and slots, for `fsm.segments.arrays`; without axes in the plane."""
+        """Arguments of the kernels and block positions, for `fsm.segments.arrays`; planar creases have no axes."""
         no_axes = np.zeros((len(self.bodies), 4))
         axes = self.geometry[:-1] or (no_axes, no_axes)
         return self.bodies, *axes, self.geometry[-1], self.law, self.flexibility, self._slots(pattern)

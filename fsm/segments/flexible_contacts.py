@@ -2,7 +2,7 @@
 
 Points of a film or a cable, rounded by half its thickness, are probes on the other shape. Each point represents an
 area. The contact stiffness refers to the smaller of both faces, as between plates. The stiffness per area therefore
-does not depend on the mesh. The other shape has no probes on the film: a corner or an edge passes between points that
+does not depend on the mesh. The other shape has no probes on the film, so a corner or an edge can pass between points that
 are too far apart.
 """
 

@@ -89,9 +89,9 @@ class SegmentForces(Configuration):
     def _scales(self) -> Scales:
         """Typical sizes.
 
-        The length is the median length of segments, else of solids, else the distance between bodies. The speed is the
-        largest initial speed, or ten times the speed of a drive. On the pulled strip a smaller speed needs more steps,
-        and a larger speed causes energy errors. The contact forces give the resolution of increments.
+        The scale of the length is the median length of segments, else of solids, else the distance between bodies. The scale
+        of the speed is the largest initial speed, or ten times the speed of a drive. On the pulled strip a smaller speed
+        needs more steps, and a larger speed causes energy errors. The contact forces give the resolution of increments.
         """
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
         lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
@@ -142,7 +142,7 @@ class SegmentForces(Configuration):
         return self._generalised(t, q, u, before, forces)
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: the columns of K of driven bodies times their speed."""
+        """See `System`; the result is the product of the columns of K of driven bodies and their speed."""
         poses, rates = self.place(t, q, None)
         pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
         speeds = np.zeros((pattern.order, self.size))
@@ -163,7 +163,7 @@ class SegmentForces(Configuration):
         past: PreviousPoses | None = None,
         turned: np.ndarray | None = None,
     ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
-        """Block data of K and D of groups, and their pattern; driven bodies count as free here and follow the free
+        """Block data of K and D of groups, and their pattern; here driven bodies count as free, and come after the free
         bodies.
         """
         pairs, versions = zip(*(group.pairs(poses) for group in groups), strict=True) if groups else ((), ())
@@ -269,7 +269,7 @@ class SegmentForces(Configuration):
         if self.spatial and u is not None:
             add_gyroscopic(rates, self.bodies.inertia, force)
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
-        # rates of these groups are increments over the time; other groups use deformations of the last state
+        # these groups use increments over the time as rates; the other groups use the deformations of the last state
         turned = self._turned(q, u, before)
         if turned is not None:
             multiply_block_diagonal(damping, turned, pattern.indices)
@@ -289,7 +289,9 @@ class SegmentForces(Configuration):
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
         whole: bool = True,
     ) -> np.ndarray:
-        """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; `whole`: with the forces on nodes."""
+        """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; if `whole` is true, they include the
+        forces on nodes.
+        """
         return np.asarray(gather_free(self.bodies.free, forces))
 
     def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -342,7 +344,7 @@ class SegmentForces(Configuration):
             return self._pattern
         pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
         if self._pattern is None or versions != self._pattern_version:
-            # keep the pairs of the last pattern, because they often return when a step is shortened
+            # the pairs of the last pattern are kept, because a shortened step often needs them again
             if self._pattern is None or not all(self._pattern.holds(of_group) for of_group in pairs):
                 self._pattern = body_pattern(self._dof, [*pairs, *self._pattern_pairs], self.size)
                 self._pattern_pairs = pairs

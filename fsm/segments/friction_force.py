@@ -34,7 +34,7 @@ class FrictionForces:
     deflection : (m, c) array, m
         Deflection of the bristles in the stretched coordinates of the law.
     by_turn : (m, c, 3) array or None, N
-        Derivative with respect to rotations about the axes of the body that carries the point; None for isotropic friction.
+        Derivative with respect to rotations of the body that carries the point, about its axes; None for isotropic friction.
     """
 
     effort: np.ndarray

@@ -1,4 +1,4 @@
-"""Force elements with a law of an extension: six deformations in, six efforts out."""
+"""Force elements with a law of an extension: the law computes six efforts from six deformations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fsm.segments.pattern import BodyPattern
 __all__ = ["ElementLaw", "LawGroup"]
 
 _IN_PLANE = [0, 2, 4]
-"""Indices of the three planar deformations among the six of an element in space."""
+"""Indices of the three planar components among the six deformations of an element in space."""
 
 
 class ElementLaw(NamedTuple):
@@ -30,8 +30,9 @@ class ElementLaw(NamedTuple):
     effort : function
         ``effort(deformation, rate, parameters) -> effort, stiffness, damping``, (6,) arrays. `deformation` is the
         translation (e1, e2, e3), m, and the rotation (swing, twist, swing), rad, of the inner body relative to the outer
-        one, see `ForceElement`. `effort` (N, N m) resists an increase of the deformation. `stiffness` and `damping` are its
-        derivatives with respect to deformation and rate of the same direction; directions do not depend on each other.
+        body, see `ForceElement`. `effort` (N, N m) resists an increase of the deformation. `stiffness` and `damping` are
+        the derivatives of an effort with respect to the deformation and the rate of the same direction; a direction
+        does not affect the others.
     energy : function
         ``energy(deformation, parameters)``: energy of the effort at rest, J.
     rate_dependent : whether the effort depends on rates
@@ -44,7 +45,7 @@ class ElementLaw(NamedTuple):
 
 @dataclass(frozen=True)
 class LawGroup(TwoBodyGroup):
-    """Elements with laws of extensions.
+    """Force elements with laws of extensions.
 
     Attributes
     ----------

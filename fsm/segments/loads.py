@@ -71,7 +71,7 @@ class AppliedLoad:
             return float(change @ turned @ self.force) / float(np.linalg.norm(self.force))
         if planar:
             return float(change[0] * np.sign(self.moment[0]))
-        turn = pose_difference(start, pose)[3:]  # in body axes; the length is the same as in inertial axes
+        turn = pose_difference(start, pose)[3:]  # the vector is in body axes; its length is the same in inertial axes
         return float(rotation_matrix(start[3:]) @ turn @ turned @ self.moment) / float(np.linalg.norm(self.moment))
 
 

@@ -2,8 +2,8 @@
 
 A sphere touches at one point. Its centre, rounded by its radius, is a probe on the plate's rectangle. This is exact, and the
 point has the whole stiffness. A cylinder in the plane is treated in the same way. All other obstacles are probed by the
-points of the plate's grid. A curved or pointed obstacle can touch the plate between these points. It therefore has probes on
-the rectangle too, and each side has half the weight:
+points of the plate's grid. A curved or pointed obstacle can touch the plate between these points. Such an obstacle therefore
+also has probes on the rectangle, and each side has half the weight:
 
 * a box has the points of a grid over its faces, and in space its edges are also paired with the edges of the plate;
 * a cylinder has points along its axis, rounded by its radius and at least that far from the caps, and points on its caps.
@@ -80,7 +80,7 @@ class ObstacleContacts(ShapeContacts):
         part = self._part[members[:, 0]]
         shapes = self.listed.shape[members]
         kind = self.kit.shapes.kind[shapes[:, 1]]
-        # a half-space has no points; a round obstacle touches at one point with the whole stiffness
+        # a half-space has no points; a round obstacle touches at one point, which has the whole stiffness
         round_ = is_round(kind, self.spatial)
         plate = np.where(round_, 0.0, np.where(kind == HALF_SPACE, part, 0.5 * part))
         other = np.where(round_, 1.0, 0.5 * part)

@@ -26,8 +26,8 @@ class Overlaps(NamedTuple):
     known : (u,) bool array
         Whether the next two fields are valid; if not, the weights are those of tilted faces.
     latest, in_force : (u, ROW) arrays
-        Relative poses, weights and slopes: of the last accepted state, and present ones. The former replace the latter
-        when a body moves.
+        Relative poses, weights and slopes: `latest` of the last accepted state, `in_force` at present. `latest` replaces
+        `in_force` when a body moves.
     """
 
     key: np.ndarray
@@ -65,7 +65,9 @@ class Overlaps(NamedTuple):
         return new
 
     def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray, held: np.ndarray) -> bool:
-        """Update the weights of units that have moved; return whether any has changed. `held` units do not jump."""
+        """Update the weights of units that have moved; return whether any has changed. The weights of `held` units do not
+        jump.
+        """
         solids = Shapes(kit.shapes.body, kit.shapes.kind, *kit.solids, kit.shapes.radius)
         points = ShapePoints(kit.point_start, kit.local, kit.weight, kit.on_axis)
         table = UnitTable(units.shapes, units.whole, units.share)

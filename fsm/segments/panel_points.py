@@ -39,7 +39,7 @@ class PanelPoints:
     half_cell : (n,) array
         Half the length of the cell around the point, m; a cell at a segment end extends into the next segment.
     at_end : (n,) bool array
-        Points at an end of the panel.
+        Whether a point is at an end of the panel.
     """
 
     bodies: np.ndarray
@@ -82,7 +82,7 @@ class PanelPoints:
         lengths = np.array([plate.length for plate in plates])
         starts = np.concatenate([[0.0], np.cumsum(lengths)])
         cells = [max(1, round(p.length / mean_length)) if b.held else 1 for p, b in zip(plates, bodies, strict=True)]
-        which = np.repeat(np.arange(len(plates)), cells)  # body of every cell
+        which = np.repeat(np.arange(len(plates)), cells)  # body of each cell
         number_in_body = np.concatenate([np.arange(count) for count in cells])
         nodes, weights = rule
         lanes = np.array([-1.0, 1.0]) / math.sqrt(3.0) if spatial else np.zeros(1)  # the two Gauss points

@@ -51,8 +51,8 @@ def _rest(begin: float, value: float, closed: bool = True) -> _Piece:
 
 
 def of_function(function: TimeFunction) -> list[_Piece]:
-    """Pieces of `fsm.segments.time_function.factor` with its derivatives; at every break both sides have the same
-    values.
+    """Pieces of `fsm.segments.time_function.factor` with its derivatives; the pieces have the same value on both sides of a
+    break.
     """
     if isinstance(function, Constant):
         return [_rest(-math.inf, 1.0)]

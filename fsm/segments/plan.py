@@ -31,11 +31,11 @@ from fsm.segments.time_function import factor
 __all__ = ["ALL", "Plan", "PlannedStep", "end_warnings", "plan_of"]
 
 ALL = "all"
-"""Name of everything in `hold` and `release`."""
+"""Name of all bodies, drives and loads in `hold` and `release`."""
 HOLD = 0.01
-"""Time of rest of the drives after a pull, relative to its duration; damper forces decay in this time."""
+"""Rest time of the drives after a pull, relative to the duration of the pull; damper forces decay in this time."""
 _SHORT = 1e-6
-"""Missing part of a travel, below which the travel counts as complete."""
+"""Fraction of a travel that may be missing when the travel counts as complete."""
 _ROUNDING = 1e-12
 """Relative difference of times below which they are equal."""
 _STATIC_DURATION = 1.0
@@ -55,10 +55,10 @@ class PlannedStep:
     acting : for every target of a drive, whether it is driven in this step
     loads : loads with functions of the time of the whole run
     held : names of the bodies that do not move
-    still : whether no body can move
+    still : whether all bodies are held or driven
     contact : whether contacts act
     modes : int
-    described : texts about changes at the start of this step, for `fsm check`
+    described : texts about changes at the start of this step, for the report of `fsm check`
     """
 
     name: str
@@ -338,7 +338,7 @@ class _Planner:
             self.held -= bodies
             for k in drives:
                 self.acting[k] = False
-                if self._is_line(k):  # without mass: its body stays, and its springs do not act from then on
+                if self._is_line(k):  # a massless body stays in place, and its springs do not act after this
                     self.held |= set(self.scene.drives[k].moved)
             let_go += loads
         return let_go
@@ -377,7 +377,7 @@ class _Planner:
         return max(ends, default=_STATIC_DURATION)
 
     def _at_break(self, t: float) -> float:
-        """The given time, or the time at which a drive begins, ends or reverses if both differ by round-off."""
+        """A given time; a time at which a drive begins, ends or reverses replaces it if both differ by round-off."""
         near = [at for program in self._programs() for at in program.breaks() if abs(at - t) <= _ROUNDING * t]
         return near[0] if near else t
 
@@ -416,11 +416,11 @@ class _Planner:
                 moved[name] = k
 
     def _load(self, step: Step, new: list[Load], let_go: list[_Acting], start: float, end: float) -> None:
-        """Loads of a step. In a static step loads begin and end with a ramp, in a dynamic step at once."""
+        """Loads of a step. They begin and end with a ramp in a static step, and suddenly in a dynamic step."""
         named = {load.called for load in new}
         kept: list[_Acting] = []
         for acting in self.loads:
-            if acting.ends:  # in the previous step
+            if acting.ends:  # the drive acted in the previous step
                 continue
             if acting not in let_go and acting.name not in named:
                 kept.append(acting)

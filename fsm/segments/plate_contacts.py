@@ -1,7 +1,7 @@
 """Contacts of pairs of rigid plates.
 
-A plate is a rectangle rounded by half its thickness; a facet consists of one or several convex polygons. Two plates
-touch where a point of one meets the face of the other, or where two edges cross. Therefore
+A plate is a rectangle rounded by half its thickness; a facet with an outline consists of one or several convex polygons. Two
+plates touch where a point of one meets the face of the other, or where two edges cross. Therefore
 
 * each plate has a grid of points over its face, corners and edges included, as probes on the other plate. The points of a
   small plate in the middle of a large one detect this contact. Rectangles that lie on each other share the load in
@@ -32,7 +32,8 @@ EDGE_SHARE = 0.25
 
 
 def plate_grid(shape: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) of a plate, m, and their fractions (n,) of its face; in the plane one line along x.
+    """Points (n, 3) of a plate, m, and the fraction (n,) of the face that each represents; in the plane, the points are on
+    one line along x.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ class Side(NamedTuple):
 
 
 def whole_plates(count: int) -> list[Side]:
-    """Create one side for each plate."""
+    """Create a separate side for each plate."""
     return [Side(np.array([number]), np.ones(1)) for number in range(count)]
 
 
@@ -135,7 +136,7 @@ class PlateContacts(ShapeContacts):
     numbers : (m,) int array
         Number of the scene's contact pair for each row; default: the row number.
     joined : (j, 2) int array
-        Joined bodies, usually joined along an edge. Points and edges that lie in the other plate in the poses `reference`
+        Joined bodies, usually joined along an edge. Points and edges that overlap the other plate in the poses `reference`
         have no contact.
     reference : (n_bodies, 3 or 7) array
         Required only for joined bodies.

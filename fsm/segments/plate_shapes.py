@@ -54,7 +54,7 @@ def corner_neighbours(bodies: Sequence[Body]) -> np.ndarray:
             owner.append(np.full(len(corners), number))
     if len(places) == 1:
         return np.zeros((0, 2), dtype=np.int64)
-    from scipy.spatial import cKDTree  # a strip has no such outlines and does not import SciPy
+    from scipy.spatial import cKDTree  # a strip has no outlines, so it does not need to import SciPy
 
     points, of = np.concatenate(places), np.concatenate(owner)
     size = float(np.median([np.ptp(group, axis=0).max() for group in places[1:]]))

@@ -5,7 +5,7 @@ With the gradient g and the Hessian H of the energy with respect to all position
 
     h = -J^T g,    K = J^T H J + sum [p] [A^T g]   (the second term on dphi)
 
-The points of frames have p = 0 or turn with their axes, as points of bodies do.
+The points of frames have p = 0, or rotate with the axes of the frame in the same way as points of bodies.
 """
 
 from __future__ import annotations

@@ -129,10 +129,14 @@ def _joints(view: CheckContext) -> Iterator[str]:
     kinds = Counter(element.kind for element in view.elements if element.kind != "crease")
     if kinds["panel"] and view.case.sheet is None:
         yield f"{count(kinds['panel'], 'joint')} between the segments of panels, linear springs"
-    if kinds["joint"] and view.case.sheet is not None:
-        yield f"{count(kinds['joint'], 'spring')} of supports and driven vertices"
-    elif kinds["joint"]:
-        yield f"{count(kinds['joint'], 'joint')}, linear springs"
+    joints, scene = kinds["joint"], view.case.scene
+    if view.case.sheet is not None:
+        in_scene = 0 if scene is None else sum(element.kind == "joint" for element in scene.elements)
+        if joints > in_scene:
+            yield f"{count(joints - in_scene, 'spring')} of supports, driven vertices and seams"
+        joints = in_scene
+    if joints:
+        yield f"{count(joints, 'joint')}, linear springs"
     if kinds["drive"]:
         yield f"{count(kinds['drive'], 'half joint')} between the driven crease line and its neighbouring segments"
     creases = [element for element in view.elements if element.kind == "crease" or element.crease is not None]
@@ -263,7 +267,7 @@ def _saved(view: CheckContext) -> Iterator[str]:
 
 
 def _records(view: CheckContext, step: PlannedStep) -> int:
-    """Number of records of a step; the record at the end of the previous step is not repeated."""
+    """Number of records of a step; a step does not repeat the record at the end of the previous step."""
     if step.end == step.start:
         return int(step.kind == "relax" and step is not view.plan.steps[0])
     acting = next((program for program, acts in zip(view.plan.programs, step.acting, strict=True) if acts), None)

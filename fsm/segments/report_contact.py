@@ -93,16 +93,16 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
 def _contact_points(view: CheckContext) -> int:
     assert view.scene.contact is not None
     per_segment = view.scene.contact.points_per_segment + 1
-    # as in the compiler: plates that are not held, including driven plates
+    # this corresponds to the compiler, which uses plates that are not held, including driven plates
     moving = [body.plate.length for body in view.scene.bodies if body.plate is not None and not body.held]
     mean = float(np.mean(moving)) if moving else 0.0
     total = rigid = 0
     balls = {obstacle.name for obstacle in view.scene.obstacles if obstacle.shape == "sphere"}
     for pair in view.pairs:
         if balls & {pair.first, pair.second}:
-            rigid += 1  # one contact of the sphere with each plate
+            rigid += 1  # the sphere has one contact with each plate
             continue
-        total -= 2 if pair.shared == "end-start" else 0  # no point on the crease itself
+        total -= 2 if pair.shared == "end-start" else 0  # the crease itself has no point
         sides = [view.sides[pair.first], view.sides[pair.second]]
         if any(side.kind == "film" for side in sides):
             touching = sides[:1] if pair.first == pair.second else sides
@@ -194,11 +194,11 @@ def approximations_of_friction(view: CheckContext) -> str:
         return "bristles are elastic up to 0.8 mu_static; an oscillating load above it causes some slip below mu_static"
     if law.law in ("step", "stribeck"):
         return (
-            "regularised friction creeps: on a slope a at most at v = v_static tan(a)/mu_static, "
+            "regularised friction creeps: the speed on a slope a is at most v = v_static tan(a)/mu_static, "
             f"{millimetres(law.v_static)}/s at the limit"
         )
     return (
-        "regularised friction creeps: on a slope a at v = v_static atanh(tan(a)/mu), "
+        "regularised friction creeps: the speed on a slope a is v = v_static atanh(tan(a)/mu), "
         f"about v_static tan(a)/mu; v_static is {millimetres(law.v_static)}/s"
     )
 

@@ -13,7 +13,7 @@ from fsm.segments.drive import Program
 __all__ = ["save_times"]
 
 _INTERVALS = 200
-"""Number of intervals of a step without a spacing of records."""
+"""Number of intervals between the records of a step whose spacing is not given."""
 
 
 def save_times(save: Save, program: Program | None, end: float, start: float = 0.0) -> list[float]:

@@ -33,7 +33,8 @@ def separate(system: SegmentSystem) -> np.ndarray:
     """Initial configuration after overlaps are removed by displacements; lighter bodies move farther.
 
     Each iteration computes the displacement of least kinetic energy that closes all linearised overlaps and opens no new
-    one. Gaps are nonlinear, so a few iterations are needed. Forces of springs are ignored; the displacement strains them.
+    one. Gaps are nonlinear, so a few iterations are needed. Forces of springs are not considered; the displacement deforms
+    the springs.
 
     Returns
     -------
@@ -68,7 +69,7 @@ def _constraints(
         measured = group.geometry.measure(poses, rates, near)
         rows = np.zeros((len(near.slot), *rates.shape))
         gradient = measured.gradient[:, 0].reshape(*measured.bodies.shape, rates.shape[1])
-        # a piece of surface may have the same body twice
+        # a surface piece may contain the same body twice
         np.add.at(rows, (np.arange(len(rows))[:, None], measured.bodies), gradient)
         slopes.append(rows.reshape(len(rows), -1))
         gaps.append(near.gap)
@@ -77,7 +78,7 @@ def _constraints(
 
 def _shortest(slopes: np.ndarray, least: np.ndarray) -> np.ndarray | None:
     """Shortest vector y with slopes y >= least; None if no solution exists (Lawson and Hanson 1974, chapter 23)."""
-    from scipy.optimize import nnls  # few cases need SciPy's solver, and its import takes long
+    from scipy.optimize import nnls  # SciPy's solver is imported here, because few cases need it and the import takes long
 
     norms = np.linalg.norm(slopes, axis=1)
     moves = norms > 1e-12 * norms.max(initial=0.0)

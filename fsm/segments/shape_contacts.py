@@ -76,8 +76,9 @@ class ShapeContacts:
     spatial : bool
     margin : float, m
     depth_limit : float, m
-        Depth of a point's centre above which it counts as passed into a solid shape. It is at most half the smallest half
-        size of the shape, because deeper inside another face may be nearer. A half-space has one face only.
+        Depth of a point's centre above which it counts as passed into a solid shape. The limit is at most half the smallest
+        half size of the shape, because a deeper point may be nearer to another face. A half-space has only one face, so it
+        has no limit.
     """
 
     def __init__(self, kit: Kit, listed: ListedPairs, spatial: bool, margin: float, depth_limit: float) -> None:
@@ -86,7 +87,7 @@ class ShapeContacts:
         self.slips = 3 if spatial else 1
         self._kernels = _SPATIAL if spatial else _PLANAR
         shapes = kit.shapes
-        # unlimited sizes do not count: half-spaces, and the direction y in the plane
+        # unlimited sizes are ignored: sizes of half-spaces, and the direction y in the plane
         size = np.where(np.isinf(shapes.size), 0.0, shapes.size)
         size[shapes.kind == HALF_SPACE] = 0.0
         flat = shapes.kind == POLYGON
@@ -133,7 +134,7 @@ class ShapeContacts:
         return self._units_of(*self.listed.everything())
 
     def whole(self) -> tuple[Units, Tables, np.ndarray, np.ndarray]:
-        """All listed pairs, their tables, the open slots, and for each pair 1 if it is near at present, else 0."""
+        """All listed pairs, their tables, the open slots, and a flag for each pair: 1 if it is near at present, else 0."""
         units = self._all_units
         tables = self.kit.tables(units)
         near = np.isin(units.key, self._units.key[self._near])
@@ -274,7 +275,7 @@ class ShapeContacts:
     def _find(
         self, poses: np.ndarray, points: np.ndarray, edges: np.ndarray, below: float, as_they_are: bool = False
     ) -> ActiveContacts:
-        """Find contacts among some points and pairs of edges; optionally without the scaling of nearly parallel edges."""
+        """Find contacts among some points and pairs of edges; the scaling of nearly parallel edges is optional."""
         tables, pairs = self.tables, self.tables.edge_pairs
         slot, gap = self._kernels.find(poses, points, tables.points, tables.shapes, below)
         if len(edges):
@@ -359,7 +360,9 @@ class ShapeContacts:
         self._changes = self._overlaps.look(poses, self.kit, self._units, self._near, held) or self._changes
 
     def memory(self) -> np.ndarray:
-        """Length of the committed poses, the poses, and the overlaps of faces; empty before the first commit."""
+        """The memory consists of the length of the committed poses, the poses, and the overlaps of faces; it is empty before
+        the first commit.
+        """
         if self._committed is None:
             return np.zeros(0)
         return np.concatenate([[float(self._committed.size)], self._committed.ravel(), self._overlaps.flat()])
@@ -407,7 +410,7 @@ class ShapeContacts:
         return tables, np.concatenate([points[point_passed], edges[edge_passed] + len(tables.points.body)])
 
     def _swept_candidates(self, start: np.ndarray, end: np.ndarray) -> tuple[Tables, np.ndarray, np.ndarray]:
-        """Points and pairs of edges of units that may meet between two poses, and their tables."""
+        """Points and pairs of edges of units that may touch between two poses, and their tables."""
         low, high = self._swept_boxes(start, end)
         bound = _RENEWAL * self.margin
         if self.reference is not None and not moved_beyond(start, self.reference, self.moving, self.radii, bound):

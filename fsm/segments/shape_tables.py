@@ -87,8 +87,8 @@ class Units(NamedTuple):
     ----------
     shapes : (u, 2) int array
     share : (u, 5) array
-        Factors of the weights for tilted faces. Columns: face points and axis points of the first shape, the same of the
-        second, and pairs of edges. A shape with factor zero has no probes on the other.
+        Factors of the weights for tilted faces. The columns are: face points and axis points of the first shape, face points
+        and axis points of the second shape, and pairs of edges. A shape with factor zero has no probes on the other.
     whole : (u, 2) array, m^2
         Areas of the complete faces to which the shapes belong, for plates.
     area : (u, 2) array

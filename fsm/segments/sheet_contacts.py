@@ -1,13 +1,14 @@
 """Contacts of flexible facets with each other: nodes with facets, and edges with edges of a mesh of triangles.
 
 A node is a probe on every facet to which it does not belong. The nodes of two facets that lie on each other represent the
-area of contact, each facet by half. A node keeps its side of a facet. After each accepted step it selects the nearest
-triangle; it touches the plane of this triangle in the next step. Beside the facet it selects a part of the rounded
-outline. The normal therefore does not jump within a step. Edges touch where they cross, at half of the clearance. They
-keep facets apart where the mesh is too coarse for the nodes, and carry no load where nodes touch.
+area of contact; each facet contributes half. A node keeps its side of a facet. After each accepted step a node selects the
+nearest triangle of the facet; in the next step it touches the plane of this triangle. A node beyond the outline of the facet
+selects a part of the rounded outline. The normal therefore does not jump within a step. Edges touch where they cross, at
+half of the distance at which faces touch. Contact of edges keeps facets apart where the mesh is too coarse for contact of
+nodes; edges carry no load where nodes touch.
 
-Facets with a common vertex have no contact where they touch at the start. Parts of one facet touch beyond a distance along
-the facet.
+Facets with a common vertex have no contact where they touch at the start. Parts of one facet can touch if their distance
+along the facet exceeds a bound.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ _MARGIN = 0.25
 _APART = 2.0
 """Distance along a facet over the longest edge, beyond which it may touch itself."""
 _TIP, _BEYOND = 0.1, 1e-3
-"""Lengths by which a facet reaches straight beyond its outline, over the clearance, and over the height of a triangle."""
+"""Lengths by which a facet extends straight beyond its outline: relative to the clearance, and relative to the height of a
+triangle."""
 _PARALLEL = 0.01
 """Squared sine of the angle between two edges below which they count as nearly parallel."""
 
@@ -373,10 +375,10 @@ class SheetContacts:
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
-        """See `ContactGeometry`: the places, and the sides of nodes near facets."""
+        """See `ContactGeometry`; the memory consists of positions, and the sides of nodes near facets."""
         self._refresh(poses)
         places = self._places(poses)
-        # a node deeper than the limit has passed round its facet, and is then on the present side
+        # a node deeper than the limit has passed round its facet, so its present side is the new side
         within = self._points(places, self.margin)[0]
         kept = np.isin(self._side_key, self._key[within])
         self._side_key, self._side = self._side_key[kept], self._side[kept]
@@ -386,7 +388,7 @@ class SheetContacts:
         self._side_key, self._side = self._key[known], self._side_now[known]
 
     def memory(self) -> np.ndarray:
-        """See `ContactGeometry`: places, then keys and values of the sides."""
+        """See `ContactGeometry`; the array contains positions, then keys and values of the sides."""
         if self._committed is None:
             return np.zeros(0)
         return np.concatenate([self._committed.ravel(), self._side_key, self._side])
@@ -403,7 +405,9 @@ class SheetContacts:
         self.reference = None
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
-        """See `ContactGeometry`. Without clearance, nodes with a side may be behind it, because the contact is soft."""
+        """See `ContactGeometry`. Without clearance, a node that has a side may be behind the facet, because the contact is
+        soft.
+        """
         start = self._committed
         if start is None:
             return ()

@@ -56,7 +56,7 @@ def system_in_step(
     moved = replace(bodies, pose=pose, free=np.array(free, dtype=np.int64))
     groups, latched = _groups(whole, scene, plan, number, states)
     system = whole.variant(moved, motions, groups, tuple(load for load in step.loads if load.pressure is not None))
-    system.latched, system.spread = latched, whole.spread  # all steps have the scales of the start of the run
+    system.latched, system.spread = latched, whole.spread  # all steps have the scales of the initial state of the run
     if states is not None:
         if _switched(whole, plan, number) == _switched(whole, plan, number - 1):
             system.restore(states["memory"])
@@ -72,7 +72,7 @@ def _switched(whole: SegmentSystem, plan: Plan, number: int) -> list[bool]:
 
 
 def _name(plan: Plan, number: int) -> str:
-    """Name of a step for its joints; joints of the first step also act in the search for the start."""
+    """Name of a step for its joints; joints of the first step also act while the initial equilibrium is computed."""
     names = [step.name for step in plan.steps]
     return names[1] if number == 0 and names[0] == "start" and len(names) > 1 else names[number]
 

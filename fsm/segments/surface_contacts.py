@@ -1,4 +1,4 @@
-"""Contact of panels cut into segments: probe points of one against the C1 surface of another (docs/theory.md)."""
+"""Contact of panels that consist of segments: probe points of one panel touch the C1 surface of another (docs/theory.md)."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class Probes(NamedTuple):
     side : (n,) array
         +1 or -1: initial side of the surface.
     straight : (n,) array
-        Part of a tip of the surface that is straight for the probe, or CAP or BARE (`fsm.interactions.surface`).
+        Fraction of a tip of the surface that is straight for this probe, or CAP or BARE (`fsm.interactions.surface`).
     inset : (n,) array, m
         Half thickness of the probe's own panel.
     clearance : (n,) array, m
         Distance of the middle surfaces at which the faces touch.
     depth_limit : (n,) array, m
-        Depth above which a probe has passed through the surface, or round its end.
+        Depth above which a probe counts as having passed through the surface, or round its end.
     share : (n,) array
         Fraction of the face that belongs to the point.
     area : (n,) array, m^2
@@ -108,8 +108,8 @@ class SurfaceContacts:
     The broad phase stores the window of pieces within reach of each probe. It is renewed when a body of a surface has moved
     by a part of the margin. The contacts do not depend on the time of the renewal.
 
-    A probe over a surface keeps its side at any depth, unless it slides round the tip. A probe that comes over the end of a
-    surface takes its present side; for corners of joined panels see `fsm.segments.corner_sides`.
+    A probe over a surface keeps its side at any depth, unless it slides round the tip. A probe that passes over the end of a
+    surface takes its present side; `fsm.segments.corner_sides` treats corners of joined panels.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ class SurfaceContacts:
         )
 
     def keys(self, slots: np.ndarray) -> np.ndarray:
-        """See `ContactGeometry`; numbers of probes do not change."""
+        """See `ContactGeometry`; the probes never change their numbers."""
         return slots
 
     # search ----------------------------------------------------------------------------------------------------------
@@ -170,7 +170,7 @@ class SurfaceContacts:
 
     def _refresh(self, poses: np.ndarray) -> None:
         probes, surfaces, kernels = self.probes, self.surfaces, self.kernels
-        if poses is self._within:  # the identical array
+        if poses is self._within:  # the array is the same object
             return
         self._within = poses
         if self.reference is not None and not moved_beyond(
@@ -181,7 +181,7 @@ class SurfaceContacts:
         chords = kernels.chords(poses, surfaces.owners, surfaces.stations, *surfaces.extra)
         dimension = 2 if self.slips == 1 else 3
         inverse, bound = chords[:, 2 * dimension], chords[:, 2 * dimension + 1]
-        # distance of pieces from their chords; tips extend beyond the ends
+        # sum of the distance of pieces from their chords and the length of the tips beyond the ends
         bulge = float((bound - self.tips / np.sqrt(inverse)).max())
         window_pieces(
             kernels.points(poses, probes.body, probes.place), probes.first_piece, probes.last_piece, chords,
@@ -192,7 +192,7 @@ class SurfaceContacts:
         self.refreshes += 1
 
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
-        """See `ContactGeometry`; `at` holds pieces, sides and places on them."""
+        """See `ContactGeometry`; `at` contains pieces, sides and positions on the pieces."""
         self._refresh(poses)
         probes, surfaces = self.probes, self.surfaces
         count: int = self.kernels.find(
@@ -264,7 +264,7 @@ class SurfaceContacts:
         self._committed = poses
 
     def memory(self) -> np.ndarray:
-        """See `ContactGeometry`: the sides, then the committed poses, if there are any."""
+        """See `ContactGeometry`; the memory consists of the sides, followed by the committed poses, if there are any."""
         return self.side.copy() if self._committed is None else np.concatenate([self.side, self._committed.ravel()])
 
     def restore(self, memory: np.ndarray) -> None:
@@ -289,10 +289,10 @@ class SurfaceContacts:
         motion, deepest, before = 0.0, np.inf, np.zeros(0)
         if self._committed is not None:
             motion = self._motion(self._committed, poses)
-            deepest = 2.0 * motion + 0.5 * self.margin  # heights are accurate to a part of a segment
+            deepest = 2.0 * motion + 0.5 * self.margin  # heights have an error of a fraction of a segment
             if motion <= _RENEWAL * self.margin:
-                motion = 0.0  # probes with a side are within reach
-            if motion > 0.5 * self.margin:  # a probe that was too far away for a side may have passed through
+                motion = 0.0  # only probes within reach have a side
+            if motion > 0.5 * self.margin:  # a probe outside the reach had no side, and may have passed through
                 before = self._heights(self._committed, 2.0 * motion)
         height = self._heights(poses, 2.0 * motion)
         through = passed_through(self.side, self.probes.depth_limit, height, before, deepest)

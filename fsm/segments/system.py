@@ -122,7 +122,7 @@ class SegmentSystem(SegmentForces):
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None,
         contacts: bool | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Force h (nu,) and the reactions of all drives (n_drives,) at a state.
+        """Force h (nu,) and the reactions of all drives (n_drives,) in a state.
 
         If `contacts` is true, only contacts count; if false, all forces except contacts. Other arguments as in
         `System.force`.
@@ -356,7 +356,7 @@ class SegmentSystem(SegmentForces):
             power += gained
             sliding += lost if group in self._sliding else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
-        if self._bristles:  # bristles also resist at rest
+        if self._bristles:  # bristles also resist at zero speed
             sliding += float(pair_power[0].sum())
         kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
         if self.turns is not None:

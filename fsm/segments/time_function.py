@@ -136,7 +136,7 @@ def rows_of(function: Table) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=256)
 def _curve(function: Table) -> PiecewiseCubic:
-    """Cubic pieces without overshoot (Fritsch and Carlson, 1980), at rest at both ends."""
+    """Cubic pieces without overshoot (Fritsch and Carlson, 1980); the slope is zero at both ends."""
     time, value = rows_of(function)
     rates = np.zeros(len(time))
     if len(time) > 2:

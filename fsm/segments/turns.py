@@ -25,7 +25,9 @@ __all__ = ["Turns", "turned_pose"]
 
 @dataclass(frozen=True)
 class _Turning:
-    """One body: number of its motion and of itself, axis and centre, arm from the centre at the start, axis in the body."""
+    """One turning body: number of its motion, number of the body, axis and centre, arm from the centre to the initial
+    position, axis in the body.
+    """
 
     motion: int
     body: int
@@ -35,7 +37,7 @@ class _Turning:
     own: np.ndarray
 
     def arm_at(self, angle: float) -> np.ndarray:
-        """Arm from the centre after a turn (Rodrigues)."""
+        """Arm from the centre after a rotation (formula of Rodrigues)."""
         a, r = self.axis, self.arm
         cosine = math.cos(angle)
         turned = cosine * r + math.sin(angle) * np.cross(a, r) + (1.0 - cosine) * (a @ r) * a
@@ -48,7 +50,7 @@ class Turns:
     Parameters
     ----------
     bodies : bodies that turn
-    start : poses of all bodies without turn
+    start : poses of all bodies before any rotation
     """
 
     def __init__(self, bodies: Sequence[_Turning], start: np.ndarray) -> None:
@@ -132,7 +134,7 @@ def _turning(motion: int, body: int, axis: Axis, pose: np.ndarray) -> _Turning:
 
 
 def turned_pose(pose: np.ndarray, axis: Axis, angle: float) -> np.ndarray:
-    """Pose (3 or 7,) of a body after a turn about an axis, rad."""
+    """Pose (3 or 7,) of a body after a rotation (rad) about an axis."""
     poses = pose[None].copy()
     Turns([_turning(0, 0, axis, pose)], pose[None]).set_poses(poses, np.array([angle]))
     return np.asarray(poses[0])

@@ -1,1 +1,1 @@
-"""Solvers, which depend on the System protocol only."""
+"""Solvers; they use only the System protocol."""

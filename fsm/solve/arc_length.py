@@ -48,7 +48,7 @@ class PathPoint:
     Attributes
     ----------
     length : -
-        Arc length from the start.
+        Arc length of the path from the start to this equilibrium.
     time : s
     q : configuration
     negative_pivots : int
@@ -115,7 +115,7 @@ def trace(
         Equilibrium at `start`.
     start, end : s
     first, longest : -
-        First and longest step along the path. Length 1: all parts move by the span, or the whole time passes.
+        First and longest step along the path. A step of length 1 moves all parts by the span, or covers the whole time.
     max_steps : int
     tolerance : -
         Bound of the last Newton step, relative to the span.
@@ -172,15 +172,15 @@ class _Tracer:
         self._depths: Depths | None = None if self.mixed is None else self.mixed.depths(0.0)
 
     def first(self, q: np.ndarray, t: float) -> tuple[PathPoint, _Tangent]:
-        """Start of the path, and its tangent towards later times."""
+        """Set the start of the path, and its tangent towards later times."""
         tangent, negative = self._tangent(t, q, None)
         return PathPoint(0.0, t, q, negative), tangent
 
     def step(
         self, point: PathPoint, tangent: _Tangent, length: float
     ) -> tuple[PathPoint, _Tangent, int] | None:
-        """Next point; None if it is not found, or if the tangent turns too far."""
-        # a step to a time at which loads or drives are not smooth prescribes this time instead of the length
+        """Next point of the path; None if it is not found, or if the tangent rotates too far."""
+        # a step towards a time at which loads or drives are not smooth prescribes this time instead of the length
         t = point.time + length * tangent.t * self.duration
         stop = self._break_between(point.time, t)
         hold = stop is not None

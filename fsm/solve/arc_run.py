@@ -34,7 +34,8 @@ class ArcRun:
     Attributes
     ----------
     saved : all points as states to be saved
-    loads : length, program time, negative modes, and size and displacement of every load at all points, as lists by name
+    loads : at each point the length, program time, number of negative modes, and size and displacement of every load, as
+    lists by name
     warnings : list of str
     """
 
@@ -53,7 +54,7 @@ class ArcRun:
         q = self._settled(start, q)
         points: list[PathPoint] = []
         memory = system.memory()
-        lowest = 2.0 * start - settings.end_time  # loads may reverse up to their full size
+        lowest = 2.0 * start - settings.end_time  # loads may change their sign and grow to their full size
         for point in trace(
             system, q, start, settings.end_time, settings.first, settings.longest, settings.max_steps, lowest=lowest,
             side=settings.side,
@@ -98,7 +99,7 @@ class ArcRun:
         whole = points[-1].length or 1.0
         before: tuple[PathPoint, Observation] | None = None
         ways: dict[str, list[list[float]]] = {}
-        system.restore(memory)  # memory of the start, because the path is evaluated again
+        system.restore(memory)  # the memory of the start is restored, because the path is evaluated again
         for point in points:
             system.commit(point.time, point.q, at_rest)
             observed = system.observe(point.time, point.q, None)

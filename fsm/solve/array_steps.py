@@ -1,4 +1,6 @@
-"""Methods of time integration: one kernel takes the steps of systems with arrays, Python the steps of all others."""
+"""Methods of time integration; one kernel computes the steps of systems with arrays, and Python computes the steps of all
+other systems.
+"""
 
 from __future__ import annotations
 
@@ -112,7 +114,7 @@ class StepMethod(ABC):
 
     @abstractmethod
     def _without_factors(self) -> None:
-        """Compute tangent and factors again in the next step."""
+        """Discard tangent and factors, so that the next step computes them again."""
 
     @abstractmethod
     def _failure(self, outcome: int) -> StepFailed:
@@ -169,13 +171,13 @@ class StepMethod(ABC):
 
     @cached_property
     def recorded(self) -> int:
-        """Count of the numbers of a record before the state."""
+        """Number of values in a record before the state."""
         observed = self.system.observe(self.t, self.q, self.u)
         return DRIVES + 2 * len(observed.drive.travel) + len(observed.pairs.force)
 
     @cached_property
     def _arrays(self) -> ArrayModel | None:
-        """Arrays of the system; made at the first use, because their kernels may have to be compiled."""
+        """Arrays of the system; they are created at the first use, because their kernels may have to be compiled."""
         if not _has_arrays(type(self.system)):
             return None
         model: ArrayModel | None = cast(ArraySystem, self.system).arrays(self.model.linear.ready)

@@ -27,8 +27,8 @@ _DEAD = 1e-8
 class DampedSystem:
     """System with the artificial damping force -c M u, c = 8/(t - began), 1/s.
 
-    At any time, vibrations faster than c have decayed, and slower vibrations are hardly damped. The periods need not be
-    known.
+    At any time, vibrations faster than c have decayed, and slower vibrations have little damping. The periods of the
+    vibrations are not needed.
 
     Parameters
     ----------

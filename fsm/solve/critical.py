@@ -60,7 +60,7 @@ def critical_point(system: System, t: float, q: np.ndarray, later: float) -> Cri
 
 
 def softest_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
-    """Mode without stiffness, (nu,): the softest mode of a singular stiffness with a small diagonal shift."""
+    """Mode without stiffness, (nu,): the softest mode of a singular stiffness to which a small diagonal shift is added."""
     span = system.scales().span
     stiffness = system.linearise(t, q, None).stiffness.symmetric()
     diagonal, size = stiffness.pattern.diagonal, range(stiffness.pattern.size)
@@ -106,5 +106,5 @@ def stable_branch(
             if trial.ending is Ending.CONVERGED:
                 found.append((step.system.energy(t, trial.q, None).stored, trial))
                 break
-    # at equal energies (a symmetric pair) select the positive side, which is tried first
+    # if both energies are equal (a symmetric pair), the positive side is selected, because it is tried first
     return min(found, key=lambda pair: pair[0] - 1e-9 * abs(pair[0]) * (pair is found[0]))[1] if found else None

@@ -65,7 +65,7 @@ class DenseRun(Run):
                     self._save_between(self.pending.pop(0), solver.t, dense, before)
                 q, u = self.equations.split(state.copy())
                 rejection = self.system.rejection(solver.t, q, u, solver.t - self.time)
-                if rejection is not None and rejection.reason:  # these methods cannot repeat a step
+                if rejection is not None and rejection.reason:  # these methods cannot repeat a step with another size
                     self._fail(Outcome.CROSSED, rejection.reason)
                 self.system.commit(solver.t, q, u)
                 if self._arrive(solver.t, q, u, partial(self._state, solver)):
@@ -143,4 +143,4 @@ def stretch(solver: Any) -> None:
     """Extend a step that ends within round-off before its bound, to avoid a tiny step after it."""
     left = solver.t_bound - solver.t
     if abs(solver.h_abs - left) < _NEXT_TO * left:
-        solver.h_abs = (1.0 + _NEXT_TO) * left  # the solver stops at its bound
+        solver.h_abs = (1.0 + _NEXT_TO) * left  # the solver stops exactly at its bound

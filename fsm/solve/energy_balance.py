@@ -25,11 +25,11 @@ _NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover"
 class EnergyBalance:
     """Energy balance of a solve, J.
 
-    `error` is the present residual, `worst` its largest magnitude, `gained` its largest positive value. `turnover` is the
-    reference energy: the largest energy stored, dissipated or put in so far. Relative errors refer to it. A reference
-    energy below `round_off_floor` is round-off, for example of a structure at rest or of a mechanism without
-    resistance. There is then no relative error. `pair_energy` (2, n_pairs) is the energy that friction and damping of
-    every contact pair have dissipated.
+    `error` is the present residual, `worst` its largest magnitude so far, `gained` its largest positive value so far.
+    `turnover` is the reference energy: the largest energy stored, dissipated or put in so far. Relative errors refer to it.
+    A reference energy below `round_off_floor` is round-off, for example of a structure at rest or of a mechanism without
+    resistance. There is then no relative error. `pair_energy` (2, n_pairs) is the energy that friction and damping of every
+    contact pair have dissipated.
     """
 
     start: float = 0.0

@@ -37,7 +37,7 @@ def _is(kind: type, protocol: type) -> bool:
 
 
 class Ending(Enum):
-    """Outcome of Newton's method."""
+    """Outcome of Newton's method in a step."""
 
     CONVERGED = "converged"
     UNSTABLE = "the equilibrium is unstable"
@@ -81,7 +81,7 @@ class Equilibrium:
 
 
 class EquilibriumStep:
-    """Newton's method with the exact tangent in a trust region; steps that overshoot are cut.
+    """Newton's method with the exact tangent in a trust region; steps that are too long are shortened.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class EquilibriumStep:
     reach : -
         Largest motion of any part in one iteration, over the structure's span or in rad.
     in_one_call : bool
-        Whether a kernel solves the step if the system has arrays; Python does otherwise, and where the kernel fails.
+        Whether a kernel solves the step if the system has arrays; if not, or if the kernel fails, Python solves it.
 
     Attributes
     ----------
@@ -132,9 +132,10 @@ class EquilibriumStep:
 
         Parameters
         ----------
-        t, guess : time (s) and configuration to begin with
+        t, guess : time (s) and initial guess of the configuration
         before : time and configuration of the last state; if the time equals t, the solution is at rest
-        efforts : efforts of the springs to begin with; if absent, the efforts at the guess
+        efforts : initial guess of the efforts of the springs; if absent, the efforts at the initial guess of the
+        configuration
         """
         if efforts is None:
             efforts = self.efforts(t, guess, before)
@@ -183,7 +184,7 @@ class EquilibriumStep:
         return settled, later, matrix
 
     def _rates(self, t: float, before: PreviousState | None) -> PreviousState | None:
-        """Last state, if forces depend on rates."""
+        """Last state, if forces depend on rates; else None."""
         return before if before is not None and self.system.rate_dependent and t > before[0] else None
 
     def _found(
@@ -205,7 +206,7 @@ class EquilibriumStep:
         """
         duration = t - before[0]
         u = self.system.difference(before[1], q) / duration if duration > 0.0 else np.zeros(self.system.nu)
-        if self.system.rate_dependent:  # friction and rotating dampers make it unsymmetric
+        if self.system.rate_dependent:  # friction and rotating dampers make the matrix unsymmetric
             self.solver.factorise(matrix.symmetric())
         negative = self.solver.negative_pivots()
         if negative and self.system.rate_dependent:
@@ -223,7 +224,7 @@ class _Model:
     system, mixed, solver : as in `EquilibriumStep`
     t, before : as in `EquilibriumStep.solve`
     rates : the last state if forces depend on rates, else None
-    efforts, depths : to begin with
+    efforts, depths : initial guesses
     """
 
     def __init__(
@@ -284,7 +285,7 @@ class _Model:
         return self.system.retract(q, dx)
 
     def advance(self, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
-        """Advance efforts and depths by an increment from q; with `cut`, start from the depths before the last
+        """Advance efforts and depths by an increment from q; if `cut` is true, start from the depths before the last
         increment.
         """
         if self.mixed is None:

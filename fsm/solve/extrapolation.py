@@ -44,7 +44,9 @@ class History:
         return len(self._states)
 
     def add(self, t: float, q: np.ndarray, efforts: np.ndarray | None = None) -> None:
-        """Add a state, with the efforts of its springs if these are predicted too (in all states or in none)."""
+        """Add a state, with the efforts of its springs if these are predicted too; either all states have efforts or none
+        has.
+        """
         self._states = [*self._states[-(_KEPT - 1) :], _State(self.system.progress(t), q, efforts)]
 
     def state(self) -> State:

@@ -92,7 +92,7 @@ class GeneralizedAlpha(StepMethod):
     rate, a : (nu,) arrays
         u' and the algorithmic acceleration.
     step_size : s
-        Size of the next step, unless a given end time comes first.
+        Size of the next step, unless a given end time is earlier.
     steps, rejected, failed : int
         Steps taken; steps repeated because of the error, and because Newton's method did not converge.
     iterations, force_evaluations, linearisations, factorisations : int
@@ -115,8 +115,8 @@ class GeneralizedAlpha(StepMethod):
     ) -> None:
         super().__init__(system, SystemModel(system, q), fixed_step is None)
         self.coefficients = c = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)
-        # in modes too stiff for the step, h u decreases by the factor rho_inf in a step; if h grew faster, their u
-        # would increase
+        # in modes that are too stiff for the step, h u decreases by the factor rho_inf in a step; if h grew faster, u of
+        # these modes would increase
         fastest = 1.0 / max(1.0 if rho_inf is None else rho_inf, 1.0 / _GROWTH)
         growth = max(stepping.GROWTH_OF_STEADY_STEPS, min(_GROWTH, fastest))
         newton = _NEWTON * min(1.0, _LOOSEST / rtol)
@@ -144,7 +144,7 @@ class GeneralizedAlpha(StepMethod):
         StepFailed
             Newton's method does not converge, or the error is too large, even with the smallest step.
         """
-        # callers may store the arrays of the previous state
+        # callers may store the arrays of the previous state, so new arrays are created
         motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
         with np.errstate(all="ignore"):  # iterates may overflow before the step is rejected
             outcome = take_step(self.model, motion, self.rules, until)
@@ -165,7 +165,7 @@ class GeneralizedAlpha(StepMethod):
 
     @property
     def step_size(self) -> float:
-        """Size of the next step, s, unless a given end time comes first."""
+        """Size of the next step, s, unless a given end time is earlier."""
         return float(self.motion.sizes[stepping.STEP_SIZE])
 
     @step_size.setter

@@ -97,7 +97,7 @@ def many_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
     count = pattern.order
     if count < 3:
         return np.arange(count)
-    # diagonally dominant, so that no row exchange disturbs the order
+    # the matrix is diagonally dominant, so no row exchange disturbs the order
     data = np.full(len(pattern.indices), -1.0 / (count + 1.0))
     data[pattern.diagonal] = 1.0
     graph = sparse.csc_matrix((data, pattern.indices, pattern.indptr), shape=(count, count))
@@ -172,7 +172,8 @@ class LinearSolver:
             self._factorise_blocks(base)
             found = LowRankSolution(matrix, terms, self._solve_blocks)
             self._places = found.places
-        except NotConverged:  # a mode without any stiffness: its component follows from a slightly stiffer matrix
+        # the matrix has a mode without any stiffness; the component along this mode follows from a slightly stiffer matrix
+        except NotConverged:
             data, diagonal, entries = base.data.copy(), matrix.pattern.diagonal, range(matrix.pattern.size)
             data[diagonal[:, None], entries, entries] += _SHIFT * np.abs(data).max(initial=0.0)
             self._factorise_blocks(base.with_data(data))
@@ -218,7 +219,9 @@ class LinearSolver:
         return known, self._factors
 
     def adopt(self, matrix: BlockMatrix, symmetric: bool, times: int) -> None:
-        """Use factors that the caller has computed in the data of `ready`, in the last of `times` factorisations."""
+        """Use factors that the caller has computed in the data of `ready`; the caller has made `times` factorisations, and
+        the last one is used.
+        """
         self.factorisations += times
         self._low_rank = None
         self._matrix, self._other, self._trusted, self._symmetric = matrix, None, False, symmetric
@@ -369,14 +372,16 @@ class LinearSolver:
 
 
 def _by_scalars(matrix: BlockMatrix, otherwise: int) -> int:
-    """Number of negative pivots of a symmetric factorisation without row exchanges; `otherwise` if there is none."""
+    """Number of negative pivots of a symmetric factorisation without row exchanges; `otherwise` if there is no such
+    factorisation.
+    """
     from scipy.sparse.linalg import splu
 
     try:
         factors = splu(
             matrix.bsr().tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
-    except RuntimeError:  # a pivot is zero
+    except RuntimeError:  # one of the pivots is zero
         return otherwise
     if not np.array_equal(factors.perm_r, factors.perm_c):
         return otherwise

@@ -110,7 +110,7 @@ class LowRankSolution:
         """Number of negative eigenvalues of the whole symmetric matrix minus the number of A (Haynsworth, 1968).
 
         The matrix [[A, V^T], [V, -W^-1]] has as many as -W^-1 and A + V^T W V together, and as many as A and
-        -W^-1 - V A^-1 V^T together. Directions without weight do not count.
+        -W^-1 - V A^-1 V^T together. Directions without weight are not counted.
         """
         values, turn = np.linalg.eigh(0.5 * (self._low_rank.weights + self._low_rank.weights.T))
         used = np.abs(values) > _NO_WEIGHT * np.abs(values).max(initial=0.0)

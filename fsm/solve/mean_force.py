@@ -93,7 +93,7 @@ class MeanForce(StepMethod):
             Newton's method does not converge, or the error is too large, even with the smallest step.
         """
         self._begin()
-        # callers may store the arrays of the previous state
+        # callers may store the arrays of the previous state, so new arrays are created
         motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
         with np.errstate(all="ignore"):  # iterates may overflow before the step is rejected
             outcome = take_step(self.model, motion, self.rules, until)
@@ -109,7 +109,7 @@ class MeanForce(StepMethod):
         return records
 
     def _begin(self) -> None:
-        """Store the energies of the start."""
+        """Store the energies of the initial state."""
         sizes = self.motion.sizes
         if sizes[stepping.LAST] == 0.0:
             energy = self.system.energy(self.t, self.q, self.u)

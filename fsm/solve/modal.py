@@ -131,7 +131,7 @@ class _Problem:
     ----------
     size : nu
     highest : rad^2/s^2
-        About the largest omega^2.
+        Estimate of the largest omega^2.
     resolution, asymmetry : see `Modes`
     """
 
@@ -214,7 +214,7 @@ def _lanczos(problem: _Problem, count: int, shift: float | None) -> tuple[np.nda
 
 
 def _below_all(problem: _Problem) -> float | None:
-    """Shift below all modes, as close to zero as possible; None if none is found."""
+    """Shift below all modes, as close to zero as possible; None if no such shift is found."""
     shift = -_BELOW_ZERO * problem.highest
     while shift > -1e3 * problem.highest:
         if problem.below(shift) == 0:
@@ -234,7 +234,7 @@ def _near(problem: _Problem, shift: float, count: int) -> tuple[np.ndarray, np.n
             problem.stiffness.bsr(), count, M=problem.inertia.bsr(), sigma=shift, OPinv=inverse, v0=first,
             ncv=min(size, max(2 * count + 1, 20)), maxiter=_RESTARTS, **_SEED,
         )  # fmt: skip
-    except ArpackError:  # without convergence, fewer modes than requested are not used
+    except ArpackError:  # if Lanczos does not converge, it returns fewer modes, which are not used
         return np.zeros(0), np.zeros((0, size))
     for _ in range(_POLISHED):
         squared, shapes = _polished(problem, shift, solver, shapes)
@@ -257,7 +257,7 @@ def _polished(problem: _Problem, shift: float, solver: LinearSolver, shapes: np.
 
 
 def _solve_all(solver: LinearSolver, right: np.ndarray) -> np.ndarray:
-    """Solutions of all columns."""
+    """Solutions for all columns of the right-hand side."""
     return np.column_stack([solver.solve(column) for column in np.ascontiguousarray(right.T)])
 
 

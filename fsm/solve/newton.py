@@ -154,7 +154,7 @@ def negative_pivots(
         if solver.negative_pivots() == 0:
             return 0
         solver.factorise(stiffness)
-    except NotConverged:  # the matrix is exactly singular: a mechanism, or a free body
+    except NotConverged:  # the matrix is exactly singular: the system has a mechanism or a free body
         values = np.linalg.eigvalsh(matrix.bsr().toarray())
         return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
     return solver.negative_real_pivots()

@@ -63,7 +63,8 @@ class PathRecorder:
         self._span = float(system.scales().span.max(initial=0.0))
         self._saved = -np.inf
         self._before: PreviousState | None = None
-        self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less count as equal
+        # the recorder treats times that differ by less than this as equal
+        self._nothing = 1e-12 * max(save_times, default=0.0)
         if after is not None:
             assert energy_balance is not None
             self.energy_balance = energy_balance
@@ -71,7 +72,7 @@ class PathRecorder:
             self.pending = [t for t in save_times if t > time + self._nothing]
             return
         system.commit(time, q, u)
-        # evaluated at rest, without the damper forces of drives that start without a run-up
+        # the state is evaluated at rest, because drives that start without a run-up would cause damper forces
         self.last = system.observe(time, q, u if u.any() else None)
         self.energy_balance = EnergyBalance.opened(self.last.energy) if energy_balance is None else energy_balance
         self.largest_reaction = self.last.reaction
@@ -158,7 +159,7 @@ class PathRecorder:
         ]
         (x0, f0), (x1, f1), (x2, f2) = points
         first, second = x1 - x0, x2 - x1
-        if first * second <= 0.0:  # the drive stopped or reversed
+        if first * second <= 0.0:  # the drive has stopped or reversed
             return 0.0
         bend = (f2 - f1) / second - (f1 - f0) / first
         return second**2 / (6.0 * (first + second)) * bend

@@ -104,7 +104,7 @@ class PathSteps:
             self.history.add(t, q, self.newton.efforts(t, q))
         self.recorder = PathRecorder(system, self.statistics, request, initial_state, t, q, u)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
-        # a single state gives only a tangent; in a solve that does not start at rest, the drive starts at full speed
+        # a single state gives only a tangent; if the solve does not start at rest, the drive has its full speed at the start
         self.step_size = self.first_step if start is None else SHORT * self.first_step
         self.aim = math.sqrt(settings.rtol)
         self.far = min(_FAR * self.aim, LARGEST_CORRECTION)
@@ -133,7 +133,7 @@ class PathSteps:
         return min(size, 0.5 * left)
 
     def _attempt(self, t: float, may_renew: bool = False) -> Reason | None:
-        """Try a step to time t; return None if it is accepted, else the reason."""
+        """Try a step to time t; return None if the step is accepted, else the reason for its rejection."""
         recorder = self.recorder
         before = (recorder.time, recorder.q)
         prediction = self.history.predict(t)
@@ -235,7 +235,7 @@ class PathSteps:
     def _coarse(self, duration: float, imbalance: float, iterations: int) -> bool:
         """Whether the energy balance of a step requires a shorter step.
 
-        If the residual does not decrease with the step size, the initial state was no equilibrium, and the step is
+        If the residual does not decrease with the step size, the initial state was not an equilibrium, and the step is
         accepted. A step with many iterations is not accepted, since it may have reached another branch. Contacts cause
         kinks that a step may miss. Without contacts and dampers, the bound is the round-off of the forces if this is
         larger than rtol.
@@ -293,7 +293,7 @@ class PathSteps:
         factor = 0.9 * (self.aim / max(correction, 1e-12)) ** (1.0 / 3.0)
         factor = min(factor, _GROWTH, _ITERATIONS / max(iterations, 1))
         wanted = duration * max(_SHRINK, factor)
-        # a step shortened to end at a given time gives no estimate for longer steps
+        # a step that is shortened to end at a given time gives no estimate for longer steps
         self.step_size = wanted if duration >= 0.5 * self.step_size else max(wanted, self.step_size)
 
     def _judge_energy(self) -> None:

@@ -146,7 +146,7 @@ def _diagonal_blocks(matrix: sparse.csr_matrix, count: int) -> np.ndarray:
 class _Multiple:
     """gamma times the identity, for `MU / h * I - J` in SciPy's source."""
 
-    __array_ufunc__ = None  # a NumPy scalar then calls __rmul__ of this class
+    __array_ufunc__ = None  # with this attribute, a NumPy scalar calls __rmul__ of this class
 
     def __init__(self, gamma: complex) -> None:
         self.gamma = gamma
@@ -342,5 +342,5 @@ class StructuredRadau(Radau):
 
     def _factorise(self, shifted: _Shifted) -> _Reduced:
         self.nlu += 1
-        # two solvers, since Radau uses a real and a complex factorisation
+        # there are two solvers, because Radau uses a real and a complex factorisation
         return _Reduced(shifted, self._complex if isinstance(shifted.gamma, complex) else self._real)

@@ -191,7 +191,7 @@ def relaxed(
 def _corrected(
     system: System, t: float, start: np.ndarray, trial: np.ndarray, mu: float, inertia: np.ndarray
 ) -> np.ndarray | None:
-    """Trial after more iterations at the same mu, if its energy is below that at the start; else None.
+    """Trial state after more iterations at the same mu, if its energy is below the initial energy; else None.
 
     A first step that rotates a long part also stretches this part by the square of the rotation, which raises the
     energy. The next iterations remove the stretch (watchdog technique: Chamberlain et al., Math. Program. Study 16,
@@ -201,7 +201,7 @@ def _corrected(
     for _ in range(_CORRECTIONS):
         linear = system.linearise(t, trial, None)
         pattern = linear.stiffness.pattern
-        if len(pattern.indices) != len(inertia):  # more bodies are near now
+        if len(pattern.indices) != len(inertia):  # more bodies have come near each other
             return None
         mass = BlockMatrix(pattern, inertia)
         solver.factorise(_shifted(linear.stiffness, mu * inertia))

@@ -1,8 +1,8 @@
 """Time integration of a system: common part of all methods.
 
 Dissipated and input power are integrated over every step. SciPy's methods use three Gauss points on their dense output;
-generalized-alpha uses the trapezoidal rule and mean rates. The reaction of the drives is evaluated there too, so a peak
-between steps is not missed.
+generalized-alpha uses the trapezoidal rule and mean rates. The reactions of the drives are evaluated at the same times, so a
+peak between steps is not missed.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ class Run(ABC):
 
     def _save(self, at: float, q: np.ndarray, u: np.ndarray, observed: Observation, balance: EnergyBalance) -> None:
         error = observed.energy.stored - balance.start + balance.dissipated - balance.work
-        q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods change the length of quaternions
+        q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods change the norm of quaternions
         balances = balance.dissipated, balance.work, error, balance.pair_energy
         self.request.on_save(SavedState(at, q, u.copy(), observed, *balances))
 
@@ -171,8 +171,8 @@ class Run(ABC):
 
 
 def just_after(system: System, t: float) -> float:
-    """Time at which a step of a run starts. Except at zero, it is just after t, so that drives that stop at t are at
-    rest.
+    """Time at which a step of a run starts. Unless it is zero, this time is slightly after t, so that drives that stop at t
+    are at rest.
     """
     return math.nextafter(t, math.inf) if t > 0.0 and t in system.break_times() else t
 

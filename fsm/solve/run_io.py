@@ -25,7 +25,8 @@ class SavedState(ShortRepr):
 
     `before` is the state at the start of a quasi-static step; rates are differences from it. In dynamics `before` is None.
     `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length. `at_rest`: all
-    velocities are zero, also those of drives. `negative_pivots` of the stiffness, if the solver has counted them.
+    velocities are zero, also those of drives. `negative_pivots` is the number of negative pivots of the stiffness, if the
+    solver has counted them.
     """
 
     time: float

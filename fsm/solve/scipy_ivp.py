@@ -194,7 +194,8 @@ def _lsoda(
     row, column = pattern.nonzero()
     reach = position[row] - position[column]
     lower, upper = int(max(reach.max(initial=0), 0)), int(max((-reach).max(initial=0), 0))
-    # from rest, the default first step of LSODA is far too long for stiff springs, and LSODA fails after ten cuts
+    # from a state at rest, the default first step of LSODA is far too long for stiff springs, and LSODA fails after ten
+    # reductions
     options: dict[str, Any] = {"rtol": rtol, "max_step": max_step, "first_step": min(_FIRST_STEP * (end - t), max_step)}
     banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and equations.system.fixed_pattern
     entries = len(y) * (2 * lower + upper + 1 if banded else len(y))

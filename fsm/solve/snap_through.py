@@ -171,7 +171,7 @@ def slide(system: System, recorder: PathRecorder, t: float) -> bool:
         linear = system.linearise(t, q, None)
         stiffness = linear.stiffness.symmetric()
         step, size = _downhill(system, solver, stiffness, linear.force)
-        if step is None:  # the state is not yet near a stable equilibrium, so the mass limits the step
+        if step is None:  # the state is not yet near a stable equilibrium, so the mass term limits the step
             inertia = system.inertia(q, stiffness.pattern)
             diagonal = stiffness.pattern.diagonal
             softness = _ratio(inertia[diagonal], stiffness.data[diagonal])

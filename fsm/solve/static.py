@@ -108,7 +108,7 @@ class _Follower(PathSteps):
             self._count(begun)
 
     def _is_far_from_equilibrium(self) -> bool:
-        """Whether the first Newton step from the start exceeds the largest admissible correction."""
+        """Whether the first Newton step from the initial state exceeds the largest admissible correction."""
         recorder, solver = self.recorder, self.newton.solver
         linear = self.system.linearise(recorder.time, recorder.q, None)
         try:
@@ -152,7 +152,7 @@ class _Follower(PathSteps):
         if reason is not Reason.INERTIA:
             critical = critical_point(self.system, recorder.time, recorder.q, later)
             kind = "snap"
-            # branches are searched at rest, without friction
+            # branches are searched at rest and without friction
             if critical.bifurcation and self._rests(recorder.time, recorder.q) and self._branch(critical):
                 kind = "bifurcation"
         if kind != "bifurcation":
@@ -222,7 +222,7 @@ class _Follower(PathSteps):
         self._fail(Outcome.NO_EQUILIBRIUM)
 
     def _slide(self) -> None:
-        """Slide from a time just after the equilibrium is lost; the time is found by trial.
+        """Slide from a time just after the loss of the equilibrium; the time is found by trials.
 
         A mechanism that locks has hardly any stiffness at this time; later the force of the drive makes it stable.
         """

@@ -115,7 +115,7 @@ class StepwiseRun(Run):
         """Add the points of a curve without drives; they have the forces (m, n_pairs) of contact pairs."""
         first, points = self.last.drive, self.statistics.points
         path = points[-1].path if points else 0
-        path += path % 2  # without drives, no drive force is dynamic
+        path += path % 2  # without drives, no drive force can be dynamic
         energies = records[:, [TIME, PANELS, CREASES]].tolist()
         points.extend(
             CurvePoint(first, force, t, path, panels, creases)

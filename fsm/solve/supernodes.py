@@ -65,7 +65,7 @@ class _Tree:
         small.
         """
         found, todo = [], list(reversed(self.roots))
-        while todo:  # parents before children; the result is reversed
+        while todo:  # parents come before children here; the result is reversed
             s = todo.pop()
             found.append(s)
             todo += sorted(self.children[s], key=lambda c: (-len(self.steps[c]) - len(self.rows[c]), c))
@@ -93,7 +93,7 @@ def supernodes(pattern: BlockPattern, known: Elimination) -> Supernodes:
         held.append(int(below))
         most = max(most, sum(held))
     panels = (own + width - 1) // width
-    # a panel stores its own and all later rows: w (f - begin) numbers
+    # a panel stores its own rows and all later rows: w (f - begin) numbers
     begun = [np.arange(p) * width for p in panels]
     stored = [int(np.sum(np.minimum(width, k - at) * (k + m - at))) for at, k, m in zip(begun, own, later, strict=True)]
     return Supernodes(

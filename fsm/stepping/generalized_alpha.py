@@ -114,7 +114,7 @@ class Rules(NamedTuple):
         `growth` is the largest ratio of successive step sizes.
     fixed_step : s; 0 with error control
     shortest : s
-        Error control does not reject steps of this size.
+        Error control accepts every step of this size.
     tolerance, resolved, velocity, increment, span : (nu,) arrays
         Tolerances of the increment x for the local error and for Newton's method, and scales of
         `fsm.system_records.Scales`.
@@ -163,7 +163,7 @@ class Motion(NamedTuple):
 
 
 class _Trial(NamedTuple):
-    """Result of Newton's method for a step. `solved`: converged; `renewed`: with a new tangent."""
+    """Result of Newton's method for a step. `solved`: the method has converged; `renewed`: it used a new tangent."""
 
     solved: bool
     renewed: bool
@@ -194,7 +194,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
         h, end = _next_size(motion, rules, target)
         if not end > t:
             return STEP_TOO_SMALL
-        # try the present tangent if it converged well, then a new one
+        # the present tangent is tried first if it converged well, then a new one
         trial = _newton(model, motion, rules, end, h, counts[SLOW] == 1)
         if not trial.solved and not trial.renewed:
             trial = _newton(model, motion, rules, end, h, True)
@@ -244,7 +244,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
 def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
     """Compute u' and a right after the present time; this is repeated wherever the forces jump."""
     sizes, counts, q, u = motion.sizes, motion.counts, motion.q, motion.u
-    # a drive that stops at this time does not move right after it
+    # a drive that stops at this time is at rest right after it
     t = np.nextafter(sizes[TIME], math.inf)
     counts[LINEARISATIONS] += 1
     present = renewed_force(model, t, q, u)
@@ -261,7 +261,7 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
     ahead = 1e-3 * h
     change = scaled(1.0 / ahead, subtracted(force(model, t + ahead, q, u), present))
     change = subtracted(subtracted(change, stiffness_times(model, u)), damping_times(model, motion.rate))
-    # u'' = M^-1 change; S in place of M differs by O(h), and keeps stiff modes bounded that are not in equilibrium
+    # u'' = M^-1 change; S in place of M differs by O(h), and bounds the contribution of stiff modes out of equilibrium
     copy_into(solve(model, scaled(inertial_factor(rules, h), change)), motion.slope)
     start_a(motion.rate, rules.shift * h, motion.slope, motion.a)
     sizes[PRESENT], sizes[BEFORE] = h, 0.0
@@ -318,7 +318,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
     sizes, counts = motion.sizes, motion.counts
     present_size, old_a = sizes[PRESENT], motion.a
     if h != present_size:
-        # a - u' is proportional to h; in modes that are too stiff for the step, rescaling it up would excite them
+        # a - u' is proportional to h; in modes that are too stiff for the step, scaling it up would excite these modes
         if not _factorise(model, motion, rules, h, motion.u, False):
             return _Trial(False, renew, motion.u, motion.q, motion.u, motion.a, motion.rate)
         growth = (1.0 - h / present_size) * inertial_factor(rules, h)
@@ -340,7 +340,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
                 break
         else:
             if h != sizes[FACTORISED] and not _factorise(model, motion, rules, h, x, True):
-                break  # the previous step was cut
+                break  # the previous step was shortened
             present = force(model, end, q, u)
             counts[FORCES] += 1
         counts[ITERATIONS] += 1
@@ -358,7 +358,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
             sizes[CONTRACTION] = contraction
             counts[SLOW] = 1 if contraction > _SLOW else 0
         elif renew or h != sizes[PRESENT]:
-            sizes[CONTRACTION] = 1.0  # convergence with this matrix is unknown
+            sizes[CONTRACTION] = 1.0  # the rate of convergence with this matrix is not known yet
         left = max(sizes[CONTRACTION], _SURE) / max(1.0 - sizes[CONTRACTION], 1e-3)
         converged = size * left <= rules.newton_tolerance or size <= 1e-3 * rules.newton_tolerance
         if converged and not renew and contacts_opened(model):
@@ -425,7 +425,7 @@ def _adapt(motion: Motion, rules: Rules, h: float, error: float, grow: bool) -> 
     factor = min(max(factor, _SHRINK), most)
     wanted = max(h * factor, min(h * most, rules.shortest))
     step_size = sizes[STEP_SIZE]
-    # a step shortened to end at a given time does not reduce the size of later steps
+    # a step that is shortened to end at a given time does not reduce the size of later steps
     if grow and h < step_size and error * (step_size / h) ** 3 <= 1.0:
         wanted = max(wanted, step_size)
     # without numerical damping the growth limit is that of a steady step; then only the error decides whether the step

@@ -80,13 +80,13 @@ def march(
     row.
     """
     sizes, last = motion.sizes, records.shape[0] - 1
-    energies(model, sizes[TIME], motion.q, motion.u, 0.0, records[0])  # dampers remember this state
+    energies(model, sizes[TIME], motion.q, motion.u, 0.0, records[0])  # dampers use this state as the previous state
     for number in range(most):
         begin, record = sizes[TIME], records[min(number, last)]
         if not begin < until:
             break
         for b in rules.breaks:
-            if b == begin:  # powers may jump here
+            if b == begin:  # powers may jump at this time
                 balance[POWER] = energies(model, np.nextafter(begin, math.inf), motion.q, motion.u, 0.0, record)[3]
         outcome = take_step(model, motion, rules, until)
         if outcome != STEPPED:

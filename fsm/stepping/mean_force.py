@@ -266,7 +266,7 @@ def _error(model: Any, motion: MeanMotion, rules: MeanRules, h: float, x: np.nda
         return h / rules.rtol ** (2.0 / 3.0) * mean_ratio(subtracted(mean, motion.mean), rules.size)
     rate = scaled(1.0 / (0.5 * (h + sizes[LAST])), subtracted(mean, motion.mean))
     jerk = scaled(1.0 / (0.5 * (0.5 * h + sizes[LAST] + 0.5 * sizes[LAST_BEFORE])), subtracted(rate, motion.rate))
-    filtered = scaled(h / 6.0, mass_times(model, jerk))  # h^3/12 times 2/h^2
+    filtered = scaled(h / 6.0, mass_times(model, jerk))  # factor h^3/12 times 2/h^2
     return mean_ratio(solve(model, filtered), rules.size) / rules.rtol
 
 

@@ -133,7 +133,7 @@ class StepEnergies(NamedTuple):
 
 @shared
 def same_size(motion: MeanMotion, h: float) -> float:
-    """Size of the previous step if h equals it except for round-off, so that its factorisation is reused; else h."""
+    """Size of the previous step if h equals this size except for round-off, so that its factorisation is reused; else h."""
     last = motion.sizes[LAST]
     return last if abs(h - last) <= 1e-9 * h else h
 
@@ -168,7 +168,7 @@ def _residual(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> np.nda
 @shared
 def _factorise(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> bool:
     rate, q = scaled(1.0 / h, x), motion.q
-    while True:  # contacts found at one of the points may add to the pattern
+    while True:  # contacts that are found at one of the points may add blocks to the pattern
         motion.counts[LINEARISATIONS] += 1
         renewed_force(model, _at(motion, h, _EARLY), retract(model, q, scaled(_EARLY, x)), rate)
         keep_tangent(model, 0.5 * _EARLY, 0.5, True)

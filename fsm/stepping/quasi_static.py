@@ -103,7 +103,7 @@ class StaticCalls(NamedTuple):
     force : ``force(model, q)``
         Force h (nu,).
     linearised_force : ``linearised_force(model, q, mixed)``
-        The same; K and D are evaluated there, with the efforts and depths that the model keeps if `mixed`.
+        The same as `force`; also evaluates K and D, with the efforts and depths that the model keeps if `mixed` is true.
     factorise : ``factorise(model)``
         Factorise K + D/dt; the result is false if it is singular.
     largest_entry : ``largest_entry(model)``

@@ -22,7 +22,7 @@ def test_cantilever_converges_at_fourth_order_with_either_strain() -> None:
         fine = cantilever(64, engineering)
         errors = [np.linalg.norm(cantilever(n, engineering) - fine) for n in (8, 16)]
         assert math.log2(errors[0] / errors[1]) == pytest.approx(5.6, abs=0.5)
-    # Green strain: the same but for eps^2/2 of the stretch
+    # Green strain: the values are the same except for eps^2/2 of the stretch
     np.testing.assert_allclose(cantilever(64, False), [-0.508537304, -1.207239855], atol=1e-6)
 
 

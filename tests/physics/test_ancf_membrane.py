@@ -25,7 +25,7 @@ SIDE, STRAIN = 0.3, 1e-3
 
 
 def stretched(n: int, material: FilmMaterial = FILM, air: float = 0.0) -> tuple[AncfSystem, FilmGrid]:
-    """A square film with all edges moved out by the same strain and held there, on n x n cells."""
+    """A square film on n x n cells; all edges are moved outwards by the same strain and held there."""
     builder = MeshBuilder()
     lines = np.linspace(0.0, SIDE, n + 1)
     grid = builder.film(lines, lines, (material,), air=air)
@@ -58,7 +58,7 @@ def test_six_lowest_frequencies_of_a_tensioned_square() -> None:
 
 
 def test_plate_under_tension() -> None:
-    thick = FilmMaterial(2.5e9, 0.34, 1420.0, 2e-3)  # bending makes up a twentieth
+    thick = FilmMaterial(2.5e9, 0.34, 1420.0, 2e-3)  # bending contributes a twentieth
     system, _ = stretched(12, thick)
     found = modes(system, 0.0, system.start, 6).frequencies
     without = FilmMaterial(2.5e9, 0.34, 1420.0, 1e-6)
@@ -72,7 +72,8 @@ CLAMPED = np.array([35.985191, 73.393845, 73.393846, 108.216502])
 
 @pytest.mark.parametrize(("clamped", "wanted"), [(False, SUPPORTED), (True, CLAMPED)])
 def test_square_plate(clamped: bool, wanted: np.ndarray) -> None:
-    """omega a^2 sqrt(rho h/D), nu = 0.3; the element does not conform and comes from below, at second order."""
+    """omega a^2 sqrt(rho h/D), nu = 0.3; the element is nonconforming, and the values converge from below at second
+    order."""
     material = FilmMaterial(7e10, 0.3, 2700.0, 1e-3)
     errors = []
     for n in (16, 32):
@@ -84,7 +85,7 @@ def test_square_plate(clamped: bool, wanted: np.ndarray) -> None:
             builder.hold(np.unique(grid.edge() // 9) * 9 + 3, (2, 5))
         system = AncfSystem(builder.build())
         found = 2 * math.pi * modes(system, 0.0, system.start, 4).frequencies
-        rigidity = 7e10 * 1e-3**3 / (12 * (1 - 0.3**2))  # not the program's own
+        rigidity = 7e10 * 1e-3**3 / (12 * (1 - 0.3**2))  # this value does not come from this program
         scaled = found * SIDE**2 * math.sqrt(2700.0 * 1e-3 / rigidity)
         errors.append(scaled / wanted - 1.0)
     assert np.all(errors[1] < 0.0)
@@ -105,7 +106,8 @@ def test_air_slows_the_normal_motion_only() -> None:
 
 
 def plucked(n: int, amplitude: float) -> tuple[AncfSystem, int, float]:
-    """A film that passes through rest with the speed of its first mode; the centre's height, the frequency."""
+    """A film that passes through its rest position with the velocity of its first mode; height of the centre, and
+    frequency."""
     system, grid = stretched(n)
     first = modes(system, 0.0, system.start, 1)
     height = int(grid.nearest(0.5 * SIDE, 0.5 * SIDE)) + 2
@@ -142,7 +144,7 @@ def test_energy_balance_of_an_undamped_free_vibration() -> None:
 
 
 def test_frequency_does_not_depend_on_the_method() -> None:
-    """At an amplitude of 20 thicknesses, where stretch raises it by 2e-3."""
+    """The amplitude is 20 thicknesses, where stretch raises the frequency by 2e-3."""
     system, height, linear = plucked(4, 5e-4)
     end, every = 0.05, 2.5e-4
     radau, _ = vibrate(system, height, Settings("Radau-blocks", 1e-5, end), every)
@@ -167,5 +169,5 @@ def test_reduced_model_keeps_its_energy_and_is_exact_when_linear() -> None:
     cubic = ReducedModel.of(system, 0.0, system.start, found.squared, found.shapes, cubic=True)
     energy = cubic.energy(cubic.respond(0.2, 2.5e-5, rate=rate))
     np.testing.assert_allclose(energy, energy[0], rtol=1e-4)
-    # the potential is that of the full system, relaxed in its plane
+    # the potential is that of the full system after relaxation in its plane
     assert np.linalg.norm(cubic.cubic - cubic.cubic.transpose(3, 1, 2, 0)) < 1e-6 * np.linalg.norm(cubic.cubic)

@@ -1,4 +1,4 @@
-"""A film under shear wrinkles; a corner-pulled film is unstable when plain and stable as a tension field."""
+"""A film under shear wrinkles; a film pulled at its corners is unstable as a plain film and stable as a tension field."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from validation.membrane.strip import FILM, HEIGHT, SHEAR, sheared_strip, wrinkl
 
 @pytest.mark.slow
 def test_sheared_strip_wrinkles_as_the_closed_form_says() -> None:
-    """A short strip on coarse cells; the long one is in validation/membrane."""
+    """A short strip on coarse cells; validation/membrane has the long strip."""
     closed = strip_wrinkles(HEIGHT, FILM.thickness, FILM.poisson, SHEAR / HEIGHT)
     found = wrinkled_strip(0.128, 0.004, seed=0.8)
     assert found.half_wavelength == pytest.approx(closed.half_wavelength, rel=0.15)
@@ -34,7 +34,7 @@ def test_tension_field_of_a_sheared_strip() -> None:
     assert state.wrinkled > 0.9
     assert abs(state.smallest) < 1e-2 * state.largest
     assert negative_pivots(system, 1.0, found.q) == 0
-    # the principal stress of pure shear, E gamma/2, and what the pull adds
+    # the principal stress is that of pure shear, E gamma/2, plus the contribution of the pull
     group = system.mesh.groups[0]
     stress = group.stress(system.place(1.0, found.q, None)[0])
     middle = np.abs(stress.position[..., 0] - 0.128) < 0.03
@@ -72,7 +72,7 @@ def test_corner_pulled_film() -> None:
     assert tension_state(plain, 0.0, plain.start).smallest < -1e6
     assert negative_pivots(field, 0.0, field.start) == 0
     assert tension_state(field, 0.0, field.start).smallest > -1e5
-    # every cable pulls with the tension, held or not
+    # every cable has the same tension, whether its end is held or not
     for system in (plain, field):
         cable = system.mesh.groups[-1]
         np.testing.assert_allclose(cable.tension(system.start), 15.0, rtol=1e-3)

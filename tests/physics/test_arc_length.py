@@ -1,4 +1,5 @@
-"""Paths by force through limit points, from the case file: the shallow truss of von Mises against its closed form."""
+"""Paths under force control through limit points, from the case file: the shallow truss of von Mises compared with its
+closed form."""
 
 from __future__ import annotations
 
@@ -45,13 +46,13 @@ rotation = [0, 1, 0]
 
 
 def force(way: np.ndarray) -> np.ndarray:
-    """Closed form: force (N) on the apex that has gone down (m)."""
+    """Closed form: force (N) on the apex as a function of its downward displacement (m)."""
     height = RISE - way
     return 2.0 * BAR * (LENGTH / np.hypot(BASE, height) - 1.0) * height
 
 
 def limits() -> tuple[np.ndarray, np.ndarray]:
-    """Ways (m) and forces (N) at both limit points."""
+    """Displacements (m) and forces (N) at both limit points."""
     length = np.cbrt(LENGTH * BASE**2)
     ways = RISE - np.array([1.0, -1.0]) * np.sqrt(length**2 - BASE**2)
     return ways, force(ways)
@@ -87,7 +88,7 @@ def test_the_truss_of_von_mises_by_force(tmp_path: Path, text: Any) -> None:
     size, way = path.size[:, 0], path.way[:, 0]
     np.testing.assert_allclose(size, force(way), atol=1e-7 * most)
     assert size[-1] == pytest.approx(most, rel=1e-12)
-    assert way[-1] > 2 * RISE  # hangs below its supports
+    assert way[-1] > 2 * RISE  # the apex hangs below its supports
     unstable = (way > ways[0]) & (way < ways[1])
     np.testing.assert_array_equal(path.stable == 0.0, unstable)
     found = summary["step"][-1]["limit_points"]
@@ -119,7 +120,7 @@ def test_shorter_steps_along_the_path_reduce_the_error_of_the_work(tmp_path: Pat
 
 
 def test_past_the_snap_by_arc_length_and_then_a_motion(tmp_path: Path) -> None:
-    """Past the snap by force, let go below: the truss swings about its mirror image, from rest."""
+    """The truss is loaded past its snap and released below: it swings about its mirror image, from rest."""
     _, peaks = limits()
     text = by_step(1.2 * float(peaks[0]))
     text += '[[step]]\nname = "swing"\nkind = "dynamic"\nduration = 0.1\nrelease = ["weight"]\n'

@@ -1,4 +1,5 @@
-"""Balloons of flat sheets without compression: square airbag and Mylar balloon, each one half between planes of symmetry."""
+"""Balloons of flat sheets without compression: a square airbag and a Mylar balloon, each as one half between planes of
+symmetry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sheets of bars and hinges against numbers of independent programs for models of Liu and Paulino (2017)."""
+"""Sheets of bars and hinges compared with results of independent programs for models of Liu and Paulino (2017)."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_kresling_tube(tmp_path: Path) -> None:
     summary = run_case(load_case(KRESLING), tmp_path, progress=False, figures=False)
     high, low = summary["step"][0]["limit_points"][:2]
     top = "load on edge top"
-    assert high["loads"][top]["size"] == pytest.approx(8 * 0.43230, rel=1e-3)  # of eight vertices together
+    assert high["loads"][top]["size"] == pytest.approx(8 * 0.43230, rel=1e-3)  # force of eight vertices together
     assert high["loads"][top]["displacement"] == pytest.approx(0.12376, rel=1e-3)
     assert low["loads"][top]["size"] == pytest.approx(-8 * 0.10213, rel=1e-3)
     assert low["loads"][top]["displacement"] == pytest.approx(0.6406, rel=1e-3)
@@ -122,7 +122,8 @@ def test_kresling_tube(tmp_path: Path) -> None:
 
 
 def test_negative_modes_are_the_negative_eigenvalues(tmp_path: Path) -> None:
-    """Count of the factorisation against eigenvalues of the dense stiffness, at states of the Kresling tube."""
+    """Count of negative pivots in the factorisation, compared with eigenvalues of the dense stiffness, at states of the
+    Kresling tube."""
     loaded = load_case(KRESLING)
     run_case(loaded, tmp_path, progress=False, figures=False)
     solution = read_solution(tmp_path / "result.h5")
@@ -176,7 +177,7 @@ def test_masses_stiffness_and_presets() -> None:
 
 
 def test_driven_edge_has_the_force_of_the_held_edge(tmp_path: Path) -> None:
-    """A drive of vertices, with the force of the closed form of two rigid panels on one crease."""
+    """A drive of vertices, compared with the closed form of two rigid panels on one crease."""
     text = """
     [sheet]
     kind = "zigzag"

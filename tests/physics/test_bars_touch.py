@@ -101,7 +101,7 @@ def fold_energy(fold: float, rest: Pattern) -> float:
 
 
 def test_a_tube_that_is_filled_with_gas(tmp_path: Path) -> None:
-    """Work of the gas on stiff facets is the energy of the creases: (p - p0) V' = U' along the fold angle."""
+    """The work of the gas on stiff facets is the energy of the creases: (p - p0) V' = U' along the fold angle."""
     start, lids = 1.5, [{"cap": "edge left"}, {"cap": "edge right"}]
     rest = miura_tube(COLUMNS, A, B, SECTOR, start)
     size = COLUMNS * A * A * B * math.sin(SECTOR) ** 2
@@ -123,7 +123,8 @@ def test_a_tube_that_is_filled_with_gas(tmp_path: Path) -> None:
 
 
 def test_both_flat_states_of_a_tapered_kresling_tube() -> None:
-    """With twists whose sum is 180 - 360/sides degrees, both heights have the same edges, so no strain."""
+    """If the sum of the twists is 180 - 360/sides degrees, both heights have edges of equal lengths, and therefore no
+    strain."""
     sides, taper, low, twist = 12, 0.85, 0.005, math.radians(90.0)
     other = math.pi - 2.0 * math.pi / sides - twist
     high = math.sqrt(low**2 + 2.0 * taper * 0.1**2 * (math.cos(other) - math.cos(twist)))
@@ -148,7 +149,7 @@ def test_a_shorter_tube_is_packed_and_pulled(tmp_path: Path) -> None:
 
 
 def test_a_shorter_tube_is_inflated(tmp_path: Path) -> None:
-    """Two columns of the shipped tube, without packing, open nearly to the largest volume."""
+    """Two columns of the shipped tube open nearly to the largest volume without packing."""
     case = fsm.load(CASES / "z_tube" / "gas.toml").set({"sheet.columns": 2, "save.interval": "40 s", "load": None})
     result = case.set("save.channels", ["gas.*", "body.vertex 9.position"]).run(tmp_path, figures=False)
     longest = 2.0 * miura_tube(1, A, B, SECTOR, math.pi / 4.0).vertices[-1, 0]

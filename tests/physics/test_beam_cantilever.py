@@ -9,7 +9,7 @@ from validation.closed_forms.ancf import deep_cantilever as cantilever
 
 
 def test_large_bending_with_shear():
-    """Within 1e-4 of the exact beam with four elements, and fourth order or better."""
+    """The error is within 1e-4 of the exact beam with four elements, and the order is four or more."""
     errors = [np.linalg.norm(cantilever("section", n, 2.0, 0.5, 62.5e6, TIMOSHENKO) - TIP) for n in (1, 2, 4, 8)]
     assert errors[2] < 1e-4 * np.linalg.norm(TIP)
     assert errors[3] < 2e-6
@@ -31,7 +31,8 @@ def test_no_locking(element, slenderness):
 
 @pytest.mark.parametrize("element", ["section", "green", "cable"])
 def test_thin_beam_bends_far(element):
-    """L/h = 200, the tip goes by half the length: 1e-4 of the elastica (a = 2) with 16 elements, fourth order or better."""
+    """The tip moves by half the length at L/h = 200: the error is 1e-4 of the elastica (a = 2) with 16 elements, and the
+    order is four or more."""
     force = 2.0 * 2.07e11 * 0.1 * 0.01**3 / 12.0 / 4.0
     elastica = -2.0 * np.array([0.1606417208, 0.4934574804])
     errors = [np.linalg.norm(cantilever(element, n, 2.0, 0.01, force) - elastica) for n in (4, 8, 16)]
@@ -40,7 +41,8 @@ def test_thin_beam_bends_far(element):
 
 
 def test_green_strain_is_another_law():
-    """In the deep cantilever strains reach 14 %: St Venant and Kirchhoff's law is softer; in small strain it is not."""
+    """In the deep cantilever strains reach 14 %: the law of St Venant and Kirchhoff is softer there, but not at small
+    strains."""
     deep = cantilever("green", 8, 2.0, 0.5, 62.5e6, TIMOSHENKO)
     assert 1.002 < deep[1] / TIP[1] < 1.02
     small, exact = (cantilever(element, 8, 2.0, 0.5, 62.5e4, TIMOSHENKO)[1] for element in ("green", "section"))

@@ -1,4 +1,4 @@
-"""What begins, ends or is far from equilibrium where a step begins: latches, loads, contacts, releases."""
+"""Changes at the beginning of a step: latches, loads, contacts, releases, and states far from equilibrium."""
 
 from __future__ import annotations
 
@@ -92,7 +92,8 @@ def place(solution: Solution, body: str) -> np.ndarray:
 
 @pytest.mark.parametrize("first", [True, False])
 def test_a_latch_closes_without_force_also_in_the_first_step(tmp_path: Path, first: bool) -> None:
-    """Two springs in parallel from where the latch closes: statics, and natural frequencies in the next step."""
+    """Two springs act in parallel from the position at which the latch closes: statics, and natural frequencies in the next
+    step."""
     steps = ['[[step]]\nname = "before"\nkind = "static"\n' + PUSH.format(force=6)]
     steps += ['[[step]]\nname = "latched"\nkind = "static"\n' + PUSH.format(force=12)]
     steps += ['[[step]]\nname = "modes"\nkind = "modes"\nmodes = 3\n']
@@ -227,7 +228,7 @@ hold = ["tip"]
 
 
 def test_statics_begin_beside_the_equilibrium_without_an_energy_error(tmp_path: Path) -> None:
-    """A rod on a torsional spring sags at once: k phi = m g l cos(phi); its energy is dissipated."""
+    """A rod on a torsional spring takes its equilibrium k phi = m g l cos(phi) immediately; its energy is dissipated."""
     solution, summary = run(tmp_path, ROD)
     phi = place(solution, "rod")[-1, 2]
     assert phi == pytest.approx(0.1 * 9.81 * 0.1 * math.cos(phi), rel=1e-9)
@@ -237,7 +238,7 @@ def test_statics_begin_beside_the_equilibrium_without_an_energy_error(tmp_path: 
 
 
 def test_a_path_by_arc_length_begins_in_equilibrium_and_returns(tmp_path: Path) -> None:
-    """Released where it is not in equilibrium, loaded and unloaded: the block hangs on its spring."""
+    """A block is released where it is not in equilibrium, loaded and unloaded: it hangs on its spring."""
     steps = '[[step]]\nname = "up"\nkind = "static"\nrelease = ["block"]\nsolve = { method = "arc-length" }\n'
     steps += '[[step.load]]\nname = "f"\nbody = "rod"\npoint = ["100 mm", 0, 0]\nforce = [0, 0, 2]\n'
     steps += '[[step]]\nname = "down"\nkind = "static"\nrelease = ["f"]\nsolve = { method = "arc-length" }\n'
@@ -247,7 +248,7 @@ def test_a_path_by_arc_length_begins_in_equilibrium_and_returns(tmp_path: Path) 
     hanging = -1.1 * 9.81 / 1000.0
     assert z[second[-1]] == pytest.approx(hanging + 2e-3, rel=1e-9)
     assert z[third[-1]] == pytest.approx(hanging, rel=1e-9)
-    # already near the first point the block hangs
+    # near the first point the block already hangs on its spring
     assert z[second[0]] == pytest.approx(hanging, abs=1e-5)
     assert summary["energy_error"] < 1e-4
     assert summary["events"] == []
@@ -286,7 +287,8 @@ def test_a_run_of_modes_alone(tmp_path: Path) -> None:
 
 
 def test_a_static_step_that_ends_in_a_motion_has_no_energy_error_in_the_next(tmp_path: Path) -> None:
-    """The first step is too short for the motion to decay; its kinetic energy is dissipated where the second begins."""
+    """The first step is too short for the motion to decay; the kinetic energy is dissipated at the beginning of the second
+    step."""
     text = ROD.replace("rotation = [10, 1, 10]", "rotation = [10, 0.01, 10]\nrotation_damping = [0, 1e-4, 0]")
     text = text.replace('hold = ["block"]', 'hold = ["block"]\nduration = "0.1 s"')
     text += '[[step]]\nname = "next"\nkind = "static"\nduration = "1 s"\n'
@@ -344,5 +346,5 @@ def test_the_first_increment_of_a_static_step_is_that_of_its_settings(tmp_path: 
     (tmp_path / "case.toml").write_text(BLOCK + steps, encoding="utf-8")
     settings = Deployment(load_case(tmp_path / "case.toml").case, "", None).steps()[1].settings
     assert isinstance(settings, PathSettings)
-    # the run-up over 1 % of the travel takes twice the time
+    # the run-up over 1 % of the travel takes twice the time of this travel at full speed
     assert settings.first_step == pytest.approx(0.2 + 0.02, rel=1e-3)

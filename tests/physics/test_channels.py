@@ -72,7 +72,7 @@ def test_the_moment_of_a_crease_is_its_stiffness_times_its_angle(strip: Solution
 
 
 def test_the_moment_vector_is_the_moment_about_the_crease(strip: Solution) -> None:
-    """Both have their own way: the law, and the wrench on the inner body."""
+    """Two independent computations: the law, and the wrench on the inner body."""
     vector, moment = value(strip, "crease.2.moment_vector"), value(strip, "crease.2.moment")
     np.testing.assert_allclose(np.abs(vector[:, 1]), np.abs(moment), atol=1e-9 * np.abs(moment).max())
 
@@ -92,7 +92,7 @@ def test_energies_are_balanced_and_the_work_is_that_of_the_drive(strip: Solution
     np.testing.assert_allclose(stored + energy["dissipated"] - energy["work"], energy["error"], atol=1e-15)
     np.testing.assert_allclose(value(strip, "energy.panels") + value(strip, "energy.creases"), energy["potential"])
     work = np.trapezoid(value(strip, "drive.1.force"), value(strip, "drive.1.travel"))
-    assert energy["work"][-1] == pytest.approx(work, rel=2e-3)  # trapezia over 0.5 mm; half as much over 0.35 mm
+    assert energy["work"][-1] == pytest.approx(work, rel=2e-3)  # trapezoidal rule over 0.5 mm; half of this over 0.35 mm
 
 
 def test_panels_bend_by_their_moments(strip: Solution) -> None:
@@ -101,7 +101,8 @@ def test_panels_bend_by_their_moments(strip: Solution) -> None:
     moment, curvature = value(strip, "panel.3.moment"), value(strip, "panel.3.curvature")
     ratio = moment[-1] / curvature[-1]
     assert ratio == pytest.approx(np.full(5, bending))
-    slope = np.diff(moment[-1])  # no load acts along the panel: the moment is linear in the undeformed arc to first order
+    # no load acts along the panel, so the moment is linear in the undeformed arc length to first order
+    slope = np.diff(moment[-1])
     expected = moment[-1, 0] - slope[0]
     at_crease = -value(strip, "crease.2.moment")[-1]
     assert min(abs(expected - at_crease), abs(expected + at_crease)) < 0.1 * abs(moment[-1]).max()
@@ -142,7 +143,8 @@ rotation = [1.0, 1.0, 1.0]
 
 @pytest.mark.parametrize("spatial", ["false", "true"])
 def test_reactions_of_a_hanging_chain(spatial: str, tmp_path: Path) -> None:
-    """The support carries the weight of all links, and each joint that of the links below it; y of the chain is zero."""
+    """The support carries the weight of all links, and each joint carries the weight of the links below it; y of the chain
+    is zero."""
     masses = {"top": 0.3, "middle": 0.2, "bob": 0.1}
     text, outer, place, point = CHAIN.format(spatial=spatial), "ground", -0.05, (0.2, 0.0)
     for name, mass in masses.items():
@@ -159,7 +161,8 @@ def test_reactions_of_a_hanging_chain(spatial: str, tmp_path: Path) -> None:
 
 
 def test_reactions_of_a_held_cable_with_a_weight(tmp_path: Path) -> None:
-    """A held cable end carries the weight of cable and body; the top element of the cable all but half of itself."""
+    """The held end of a cable carries the weight of cable and body; the top element carries all except half of its own
+    weight."""
     text = """
 start = "equilibrium"
 gravity = [0, 0, -9.81]
@@ -203,7 +206,8 @@ rotation = [1, 1, 1]
 
 @pytest.mark.parametrize("spatial", ["false", "true"])
 def test_points_of_a_body_that_turns_freely(spatial: str, tmp_path: Path) -> None:
-    """A rotation of w t about y turns x towards -z; the point moves on a circle about the centre, which flies straight."""
+    """A rotation of w t about y turns x towards -z; the point moves on a circle about the centre, which moves along a
+    straight line."""
     text = f"""
 [[scene.bodies]]
 name = "rotor"
@@ -239,7 +243,7 @@ tip = {{ body = "rotor", at = ["200 mm", 0, 0] }}
 
 
 def test_a_crease_with_hysteresis_knows_its_memory_at_each_record(tmp_path: Path) -> None:
-    """Its moment by the law is the moment on the inner body; both need the sliders of that record, not of the end."""
+    """The moment by the law equals the moment on the inner body; both need the sliders of that record, not of the end."""
     curve = """
 [crease]
 law = "spline"
@@ -256,7 +260,7 @@ unloading = [0.0, 1e-3, 2e-3, 4e-3]
     angle = value(found, "crease.2.angle")
     way = found.time <= 8.0
     there = np.interp(angle[-1], angle[way][::-1], moment[way][::-1])
-    assert abs(moment[-1] - there) > 0.05 * np.abs(moment).max()  # the way back is another branch
+    assert abs(moment[-1] - there) > 0.05 * np.abs(moment).max()  # the curve of the return is another branch
     np.testing.assert_allclose(np.abs(vector[:, 1]), np.abs(moment), atol=1e-9 * np.abs(moment).max())
     np.testing.assert_allclose(
         sum(c.values for name, c in found.channels.items() if name.startswith("support.")), 0.0, atol=1e-5

@@ -1,4 +1,5 @@
-"""Films pulled at their corners as tension fields: thin and thick, with cables and patches, all at a stable equilibrium."""
+"""Films pulled at their corners as tension fields: thin and thick, with cables and patches; each has a stable
+equilibrium."""
 
 from __future__ import annotations
 
@@ -68,7 +69,7 @@ def analysis(tmp_path: Path, *overrides: str) -> VibrationAnalysis:
     ],
 )  # fmt: skip
 def test_any_film_is_stable(tmp_path: Path, overrides: tuple[str, ...]) -> None:
-    """Nothing carries compression, so no mode grows; slack corners and edges included."""
+    """No part carries compression, so no mode grows, even with slack corners and edges."""
     made = analysis(tmp_path, *overrides)
     made.initialise([])
     assert np.all(made.modes.frequencies > 0.0)
@@ -82,7 +83,7 @@ def test_any_film_is_stable(tmp_path: Path, overrides: tuple[str, ...]) -> None:
 
 
 def test_thin_patches_are_tension_fields_too(tmp_path: Path) -> None:
-    """A stiff one carries compression; one that buckles under less than the film's tension does not."""
+    """A stiff patch carries compression; a patch that buckles under less than the tension of the film does not."""
     for thickness, limp in (("60 um", True), ("2 mm", False)):
         made = analysis(tmp_path, "membrane.mesh=[9, 8]", PATCH.replace("60 um", thickness))
         groups = {group.name: group for group in made.film.mesh.groups if isinstance(group, MembraneGroup)}
@@ -90,9 +91,9 @@ def test_thin_patches_are_tension_fields_too(tmp_path: Path) -> None:
 
 
 def test_an_unstable_film_says_what_it_lacks(tmp_path: Path) -> None:
-    """A flat film under compression is at an equilibrium, which is unstable: the message says both, and it buckles.
+    """A flat film under compression is in an unstable equilibrium: the message states both, and the film buckles.
 
-    2026-11-23: 3 iterations in place of 30, in which it now leaves the flat state.
+    2026-11-23: the bound is 3 iterations instead of 30, within which the film now leaves the flat state.
     """
     made = analysis(tmp_path, "cable=none", "tension.film=plain", "tension.pull=none", "tension.strain=1e-3")
     made.initialise([])
@@ -110,7 +111,7 @@ def test_an_unstable_film_says_what_it_lacks(tmp_path: Path) -> None:
 def test_a_mode_without_stiffness_needs_the_full_model(
     tmp_path: Path, model: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Negative by round-off, as of a slack part that nothing holds: it ended in an internal error."""
+    """An eigenvalue was negative by round-off, as for a slack part without support; the run ended in an internal error."""
 
     def loose(*arguments: Any) -> Modes:
         found = natural_modes(*arguments)
@@ -126,7 +127,7 @@ def test_a_mode_without_stiffness_needs_the_full_model(
 
 
 def test_edge_cables_that_become_slack_keep_the_energy(tmp_path: Path) -> None:
-    """Generalized-alpha, the method before, lost 0.2 % of the energy in this motion, and more than 5 % in longer ones."""
+    """The earlier method, generalized-alpha, lost 0.2 % of the energy in this motion, and more than 5 % in longer ones."""
     case = tmp_path / "case.toml"
     case.write_text(SAIL, encoding="utf-8")
     moved = ["membrane.mesh=[4, 4]", "vibration.model=full", "vibration.duration=0.3 s", f"cable.1={EDGES}"]
@@ -137,7 +138,7 @@ def test_edge_cables_that_become_slack_keep_the_energy(tmp_path: Path) -> None:
 
 
 def test_steps_over_kinks_keep_the_energy(tmp_path: Path) -> None:
-    """Slack parts that become taut within a step: the quadrature lost 1.2 % of the energy before steps were halved."""
+    """Slack parts become taut within a step; the quadrature lost 1.2 % of the energy before such steps were halved."""
     case = tmp_path / "case.toml"
     case.write_text(SAIL, encoding="utf-8")
     moved = ["membrane.mesh=[4, 4]", "vibration.model=full", "vibration.duration=0.4 s", "cable=none", "tension.pull=1 N"]
@@ -147,7 +148,7 @@ def test_steps_over_kinks_keep_the_energy(tmp_path: Path) -> None:
 
 
 def test_supports_that_release_the_pull_are_refused(tmp_path: Path) -> None:
-    """Edges alone do not hold cables at corners: three cables began with forces that nothing balanced."""
+    """Supports of the edges alone do not hold cables at corners: three cables started with unbalanced forces."""
     made = analysis(tmp_path, "membrane.mesh=[4, 4]", 'support=[{ at = "edges" }]')
     with pytest.raises(CaseError, match=r"leave pulled points free: .* of the pull of 5 N is not held"):
         made.initialise([])

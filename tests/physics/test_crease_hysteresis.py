@@ -1,4 +1,4 @@
-"""Creases that keep something back: the measured loop comes out, its area is dissipated, and the energy balance closes."""
+"""Creases with hysteresis: the measured loop is reproduced, its area is dissipated, and the energy balance closes."""
 
 from __future__ import annotations
 
@@ -90,9 +90,10 @@ CYCLE = [0.0, 2.5e-3, -4e-4, 3e-3, 0.0]
 def test_the_balance_closes_over_a_cycle(method: str, spatial: bool, closes: float) -> None:
     """Work = stored + dissipated.
 
-    Static path: 4.2e-5 (5.2e-4 to 1.5e-5 with steps of a 50th to an 800th: the trapezoidal rule of the work). Dynamics at
-    rtol 1e-6: .8e-6 to 3.2e-6 with the OpenBLAS kernels Prescott, Haswell, Zen and SkylakeX; the bound is ten times rtol.
-    2026-11-23: dynamics was held at rtol 1e-4, where round-off chooses the steps at a reversal and with them 7e-6 to 3.6e-5.
+    The error of the static path is 4.2e-5 (5.2e-4 to 1.5e-5 with steps of a 50th to an 800th), from the trapezoidal rule of
+    the work. The error of dynamics at rtol 1e-6 is 0.8e-6 to 3.2e-6 with the OpenBLAS kernels Prescott, Haswell, Zen and
+    SkylakeX; the bound is ten times rtol. 2026-11-23: an earlier version tested dynamics at rtol 1e-4, where round-off
+    determines the steps at a reversal, and the error was 7e-6 to 3.6e-5.
     """
     _, saved, energy_balance = solve(flap(CYCLE, crease()), method, spatial, rtol=1e-6)
     assert saved[-1].time == pytest.approx(8.0)
@@ -103,7 +104,7 @@ def test_the_balance_closes_over_a_cycle(method: str, spatial: bool, closes: flo
 @pytest.mark.parametrize("unloading", [tuple(UNLOADING), None])
 def test_half_segments_store_the_energy_of_their_moment(unloading: tuple[float, ...] | None) -> None:
     """The half segments in series with a crease carry the couple of the load M: f M^2/2 is energy of the panels."""
-    flexibility, period = 60.0, 2e4  # so slow that dampers carry nothing
+    flexibility, period = 60.0, 2e4  # so slow that dampers carry no load
     _, saved, _ = solve(flap(CYCLE, crease(unloading=unloading), flexibility, period), "static")
     moment = np.interp([state.time for state in saved], period * np.arange(len(CYCLE)), CYCLE)
     stored = [state.observation.energy.potential["panels"] for state in saved]
@@ -111,7 +112,8 @@ def test_half_segments_store_the_energy_of_their_moment(unloading: tuple[float, 
 
 
 def test_a_cycle_follows_the_measured_branches_and_dissipates_the_area() -> None:
-    """Opened steadily on L, closed steadily on U; over a closed cycle the area of the loop is lost."""
+    """The crease follows L in steady opening and U in steady closing; in a closed cycle the area of the loop is
+    dissipated."""
     law = crease(reversal=math.radians(1.0))
     system, saved, _ = solve(flap([0.0, 3.5e-3, -3e-4], law), "static")
     turned = [opening(system, state) for state in saved]
@@ -127,7 +129,8 @@ def test_a_cycle_follows_the_measured_branches_and_dissipates_the_area() -> None
 
 
 def test_what_a_closed_cycle_loses_is_its_area_however_long_the_steps() -> None:
-    """From the loading curve to the top and back again: int h do twice, less what the turns round leave out."""
+    """From the loading curve to the largest opening and back: twice int h do, minus the part that the transitions at the
+    reversals omit."""
     system = compile_scene(flap([0.0, 1.0], crease(reversal=math.radians(0.2))))
     group = next(group for group in system.groups if isinstance(group, HysteresisGroup))
     q, u = system.initial()
@@ -152,7 +155,7 @@ def test_what_a_closed_cycle_loses_is_its_area_however_long_the_steps() -> None:
 
 
 def test_tangent_is_the_derivative_of_the_force() -> None:
-    """In all three branches of the law, in the plane and in space."""
+    """The test covers all three branches of the law, in the plane and in space."""
     for spatial in (False, True):
         system = compile_scene(flap([0.0, 1.0], crease(), flexibility=30.0), spatial)
         q, u = system.initial()
@@ -183,7 +186,7 @@ def test_memory_and_restore_give_the_same_way_again() -> None:
 
 
 def test_branches_in_series_with_half_segments_stay_the_branches() -> None:
-    """o_total = o + M f holds on both."""
+    """o_total = o + M f holds on both curves."""
     flexibility = 40.0
     law = crease(reversal=math.radians(1.0))
     system, saved, _ = solve(flap([0.0, 3e-3, 5e-4], law, flexibility), "static")
@@ -194,7 +197,7 @@ def test_branches_in_series_with_half_segments_stay_the_branches() -> None:
 
 
 def test_a_solve_that_goes_on_remembers_the_way() -> None:
-    """Cut off on the way back, taken up by another system: the same end, the same losses."""
+    """The run is stopped on the return and continued by another system: end state and losses are the same."""
     _, whole, energy_balance = solve(flap(CYCLE, crease()), "static")
     scene = flap(CYCLE, crease())
     first, second = compile_scene(scene), compile_scene(scene)

@@ -55,7 +55,8 @@ def test_a_turn_on_two_torsion_springs_in_series(tmp_path: Path, spatial: bool) 
 
 
 def test_a_cycle_of_a_linear_spring_returns_to_zero_energy(tmp_path: Path) -> None:
-    """There, back beyond the start, and home by a table: force k x, and no energy is left."""
+    """A drive goes to a position, back beyond the start, and to the start, by a table: the force is k x, and no energy is
+    left."""
     text = BLOCK + """
 [[drive]]
 body = "hand"

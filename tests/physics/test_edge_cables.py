@@ -1,4 +1,4 @@
-"""Cables along the edges of a film beside a Ritz solution: strings with bending stiffness, in tension and slack."""
+"""Cables along the edges of a film compared with a Ritz solution: strings with bending stiffness, in tension and slack."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def ritz(strain: tuple[float, float]) -> np.ndarray:
 @pytest.mark.parametrize("film", ["plain", "tension-field"])
 @pytest.mark.parametrize("strain", [(1e-3, 1e-3), (0.0, 1e-3)])
 def test_edge_cables_vibrate_as_ritz_says(tmp_path: Path, strain: tuple[float, float], film: str) -> None:
-    """In tension, and slack: there only their bending stiffness is left."""
+    """The cables are in tension, or slack; slack cables have only their bending stiffness."""
     case = tmp_path / "case.toml"
     case.write_text(CASE.replace("STRAIN", str(list(strain))).replace("FILM", film), encoding="utf-8")
     analysis = analysis_of(load_case(case).case, str(case), [])

@@ -1,4 +1,4 @@
-"""Energy balance: kinetic + potential + dissipated - work of loads and drives stays what it was."""
+"""Energy balance: kinetic + potential + dissipated energy - work of loads and drives is constant."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PENDULUM = {
 
 @cache
 def rubbing_strip(rtol: float) -> tuple[list[SavedState], EnergyBalance]:
-    """A damped strip pulled until its panels touch and rub."""
+    """A damped strip that is pulled until its panels touch and slide."""
     case = Case(
         strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4),
         material=Material(young=3e9, density=800, damping=1e-2),
@@ -67,7 +67,8 @@ def flexible_pendulum(count: int) -> SegmentSystem:
             outer=f"{i}",
             point_inner=(length / 2 if i else 0.0, 0.0, 0.0),
             point_outer=(-length / 2, 0.0, 0.0),
-            # half a segment stretches at the hinge, which carries no moment; shear as stiff as stretching
+            # half a segment can stretch at the hinge, which carries no moment; the shear stiffness equals the stiffness in
+            # stretch
             translation=(stretch * (1 if i else 2),) * 3,
             rotation=(bend if i else 0.0,) * 3,
         )
@@ -100,7 +101,7 @@ def test_records_add_up() -> None:
 
 def test_friction_and_damping_take_part() -> None:
     _, energy_balance = rubbing_strip(1e-8)
-    # without them the energy balance would be far off
+    # without these terms the energy balance would have a large error
     assert energy_balance.dissipated > 1e-3 * energy_balance.turnover
 
 
@@ -112,7 +113,7 @@ def test_undamped_flexible_pendulum() -> None:
     saved, energy_balance = swing(24, 1e-8)
     assert energy_balance.dissipated == 0.0
     assert energy_balance.relative_error < 1e-6
-    # it did swing: by a quarter turn, turning its weight's work into motion
+    # the pendulum has moved by a quarter turn, so the work of its weight has become kinetic energy
     assert saved[-1].observation.energy.kinetic > 0.9 * energy_balance.turnover
 
 

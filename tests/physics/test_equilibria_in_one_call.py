@@ -1,4 +1,4 @@
-"""Equilibria of ANCF cables in one kernel, against the same iterations in Python over the same system."""
+"""Equilibria of ANCF cables in one kernel compared with the same iterations in Python for the same system."""
 
 from __future__ import annotations
 
@@ -56,7 +56,8 @@ def test_same_equilibria(moved: bool) -> None:
 
 
 def test_kernels_and_python_fail_alike() -> None:
-    """A load too large for the iterations: the states before it are reported, and the message names time and place."""
+    """A load is too large for the number of iterations: the states before it are reported, and the message states time and
+    place."""
     for system in (cantilever(load=4e6, weight=0.0), in_python(cantilever(load=4e6, weight=0.0))):
         q, times, seen = system.initial()[0], np.array([0.0, 1.0]), []
         with pytest.raises(NotConverged, match=r"no equilibrium found at t = 1 s in 15 iterations"):

@@ -1,4 +1,5 @@
-"""Faces pressed on each other push with K times their overlap over the smaller one, in the plane and in space."""
+"""Faces that are pressed on each other have the force K times their overlap over the smaller face, in the plane and in
+space."""
 
 from __future__ import annotations
 
@@ -74,7 +75,7 @@ def test_a_plate_on_a_larger_one(seed: int, spatial: bool) -> None:
         upper = upper_plate(length, width, thickness, x, y, turn)
         share, force = pressed(upper, {"bodies": (lower,)}, "lower", spatial)
         assert share == pytest.approx(1.0, rel=0.01)
-        # it is pressed evenly: no moment
+        # the pressure is uniform, so there is no moment
         assert np.abs(force[[3, 4]] if spatial else force[2]).max() < 1e-3 * length * np.abs(force).max()
 
 
@@ -97,7 +98,7 @@ def test_plates_that_overlap_in_part(seed: int, spatial: bool) -> None:
 
 @pytest.mark.parametrize("turn", [0.1, 0.4, math.pi / 4, 1.2])
 def test_turned_square_plates(turn: float) -> None:
-    """Of two squares of side a the overlap is an octagon, a^2 2/(1 + sin t + cos t)."""
+    """The overlap of two squares of side a is an octagon, a^2 2/(1 + sin t + cos t)."""
     side, thickness = 0.1, 1e-3
     lower = held("lower", side, side, thickness)
     share, _ = pressed(upper_plate(side, side, thickness, 0.0, 0.0, turn), {"bodies": (lower,)}, "lower", True)
@@ -131,7 +132,7 @@ def test_a_box_under_a_plate_and_in_the_middle_of_one(seed: int, spatial: bool) 
 
 @SEEDS
 def test_a_cylinder_under_a_plate(seed: int) -> None:
-    """On its side by its line, upright by its cap."""
+    """A cylinder on its side has contact along its line, and an upright cylinder at its cap."""
     rng, length, _, thickness = sizes(seed)
     radius = length * rng.uniform(0.02, 0.2)
     roll = Obstacle(
@@ -178,7 +179,7 @@ def mean_arm(length: float, width: float) -> float:
 @pytest.mark.parametrize("target", ["plane", "plate", "equal plate", "box"])
 @pytest.mark.parametrize("seed", range(3))
 def test_friction_torque_of_a_spinning_square_plate(target: str, seed: int) -> None:
-    """mu N times the mean arm, 0.3826 sides, with the points that are given by default, to 2 %."""
+    """The friction torque is mu N times the mean arm, 0.3826 sides, within 2 % with the default points."""
     rng, side, _, thickness = sizes(seed)
     mu, factor = 0.3, rng.uniform(1.5, 4.0)
     assert mean_arm(1.0, 1.0) == pytest.approx(0.382598, abs=1e-6)

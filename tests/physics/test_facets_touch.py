@@ -58,7 +58,7 @@ def crossings(solution: Solution) -> int:
     """Number of pairs of facets without a common crease whose middle lines cross in the x-z plane, over all records."""
     found = 0
     for quads in solution.shape[..., [0, 2]]:
-        lines = np.stack([quads.min(axis=1), quads.max(axis=1)])  # boxes, for a quick look first
+        lines = np.stack([quads.min(axis=1), quads.max(axis=1)])  # boxes are compared first, because this is fast
         for i, j in combinations(range(len(quads)), 2):
             if j == i + 1 or (lines[0, i] > lines[1, j]).any() or (lines[0, j] > lines[1, i]).any():
                 continue

@@ -32,7 +32,7 @@ modes = 4
     ("overrides", "chosen"),
     [
         ((), "plain"),
-        (("tension.strain=[1e-3, -2e-4]",), "plain"),  # less than the contraction across
+        (("tension.strain=[1e-3, -2e-4]",), "plain"),  # the strain is less than the contraction across
         (("tension.strain=[1e-3, -6e-4]",), "tension-field"),
         (("tension.strain=none", "tension.pull=2 N"), "tension-field"),
     ],

@@ -1,4 +1,4 @@
-"""The error of a film's mesh that its summary states, against a much finer mesh: films that are taut, and that wrinkle."""
+"""The stated error of a film's mesh compared with a much finer mesh, for taut and for wrinkled films."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_the_stated_error_is_that_against_a_fine_mesh(tmp_path: Path, overrides:
     stated = np.array(own["mesh_error_modes"])
     off = np.abs(np.array(fine["modes_hz"]) / own["modes_hz"] - 1.0)
     assert np.all(off <= 1.5 * stated + 1e-3)
-    assert off.max() > 0.01  # else there is nothing to state
+    assert off.max() > 0.01  # otherwise there is no error to state
     assert np.all(stated[:2] <= 10.0 * off[:2] + 0.02)
     for name in ("frequency", "amplitude"):
         key = f"{name}_hz" if name == "frequency" else f"{name}_center"
@@ -86,7 +86,7 @@ def test_a_coarse_mesh_is_warned_of(tmp_path: Path) -> None:
 
 
 def test_the_other_mesh(tmp_path: Path) -> None:
-    """Finer where that is cheap, else coarser; none where only patches make the mesh."""
+    """The comparison mesh is finer where that is cheap, else coarser; there is none if only patches determine the mesh."""
     case = tmp_path / "case.toml"
     case.write_text(FILM, encoding="utf-8")
 

@@ -54,9 +54,10 @@ def run(tmp_path: Path, *overrides: str, text: str = FILM, name: str = "out", **
 
 
 def test_the_lowest_frequency_and_the_decay(tmp_path: Path) -> None:
-    """The reduced model at small amplitude: the known frequency, decay half of what is asked for the mass."""
+    """The reduced model at small amplitude has the known frequency, and a decay rate of half the damping by mass."""
     summary = run(tmp_path, "vibration.model=reduced", "vibration.duration=1 s")
-    stretched = LOWEST / (1.0 + 1e-3)  # the film is longer by its strain, and as much thinner per area
+    # the film is longer by its strain, and its mass per area is smaller by the same factor
+    stretched = LOWEST / (1.0 + 1e-3)
     assert summary["modes_hz"][0] == pytest.approx(stretched, rel=5e-3)
     assert summary["frequency_hz"] == pytest.approx(summary["modes_hz"][0], rel=1e-3)
     assert abs(summary["frequency_fft_hz"] - summary["frequency_hz"]) <= summary["frequency_resolution_hz"]
@@ -75,20 +76,20 @@ SIDES = 'support=[{at="left"}, {at="right"}]'
 
 
 def test_a_film_that_is_drawn_along_one_axis_is_taut(tmp_path: Path) -> None:
-    """Free sides carry nothing; what round-off made of that was 60 % of wrinkles."""
+    """Free edges carry no stress; round-off of zero stress counted as 60 % of wrinkles."""
     summary = run(tmp_path, "impact=none", "material.poisson=0", "tension.strain=[1e-3, 0]", SIDES, "vibration.modes=1")
     assert summary["tension_state"]["largest_stress"] == pytest.approx(1e-3 * E, rel=2e-3)
     assert summary["tension_state"]["taut_fraction"] == pytest.approx(1.0, abs=1e-12)
 
 
 def test_supports_that_let_the_tension_go_are_refused(tmp_path: Path) -> None:
-    """Held in z only, the film gives way in its plane: it had modes of 0.0001 Hz."""
+    """A film that is held in z only can move in its plane; its modes had frequencies of 0.0001 Hz."""
     with pytest.raises(CaseError, match=r"support: the film becomes slack on its supports.*\(fixed\)"):
         run(tmp_path, "impact=none", 'support=[{at="edges", fixed="z"}]', "vibration.modes=1")
 
 
 def test_a_history_that_is_too_short_is_said_to_be(tmp_path: Path) -> None:
-    """A fit of a third of a period had said its frequency and a negative damping without a word."""
+    """A fit over a third of a period gave a frequency and a negative damping without a warning."""
     few = run(tmp_path, "vibration.model=reduced", "vibration.duration=18 ms")
     assert few["frequency_hz"] < 3 * few["frequency_resolution_hz"]
     (line,) = (line for line in few["warnings"] if line.startswith("frequency and decay are doubtful: "))
@@ -107,7 +108,7 @@ def test_air_slows_the_film_by_its_mass(tmp_path: Path) -> None:
 
 
 def test_both_models_agree(tmp_path: Path) -> None:
-    """Away from where it is struck; there a point load moves more modes than are taken."""
+    """The comparison is away from the point of impact, where a point load excites more modes than the model has."""
     soft = ["impact.point=[0.08, 0.05]", "vibration.modes=70", "vibration.duration=60 ms", "vibration.sampling=0.5 ms"]
     exact = ["vibration.model=full", "solve.step=0.1 ms", "solve.rho_inf=1", "solve.energy_abort=10"]
     full = run(tmp_path, *soft, *exact, name="full")
@@ -123,7 +124,8 @@ def test_both_models_agree(tmp_path: Path) -> None:
 
 
 def test_the_full_model_keeps_its_energy_and_its_decay(tmp_path: Path) -> None:
-    """Struck to 100 times its thickness; steps that damp of themselves lost 5 % of the energy and decayed too fast."""
+    """The impact displaces the film by 100 times its thickness; steps with numerical damping lost 5 % of the energy and
+    decayed too fast."""
     hard = ["membrane.mesh=[4,4]", "vibration.model=full", "impact.force=60 mN", "vibration.duration=0.15 s"]
     summary = run(tmp_path, *hard, "vibration.sampling=1 ms")
     assert summary["method"] == "mean-force"
@@ -135,7 +137,7 @@ def test_the_full_model_keeps_its_energy_and_its_decay(tmp_path: Path) -> None:
 
 
 def test_the_error_of_a_fixed_step_is_stated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Films said nothing of steps that were 3 % off; a step that the case does not give is halved where it is too long."""
+    """Films gave no warning for steps with an error of 3 %; a default step that is too long is now halved."""
     full = ["membrane.mesh=[4,4]", "vibration.model=full", "vibration.duration=30 ms", "vibration.sampling=1 ms"]
     found = [run(tmp_path, *full, f"solve.step={step} ms", name=step) for step in ("1", "0.1")]
     off = abs(found[0]["amplitude_center"] / found[1]["amplitude_center"] - 1.0)
@@ -150,7 +152,8 @@ def test_the_error_of_a_fixed_step_is_stated(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_force_on_an_area_has_a_displacement_that_converges(tmp_path: Path) -> None:
-    """At a point it grows with the logarithm of the number of elements: 10x6 and 15x9 elements differed by 5 %."""
+    """The displacement at a point force grows with the logarithm of the number of elements: 10x6 and 15x9 elements differed
+    by 5 %."""
     full = ["vibration.model=full", "vibration.duration=20 ms", "vibration.sampling=0.5 ms", "impact.duration=4 ms"]
     amplitude: dict[str, list[float]] = {}
     stated: dict[str, list[float]] = {}
@@ -169,7 +172,7 @@ def test_a_force_on_an_area_has_a_displacement_that_converges(tmp_path: Path) ->
 
 
 def test_a_loose_tolerance_keeps_the_energy(tmp_path: Path) -> None:
-    """What Newton's method left over at rtol 1e-4 worked along 960 steps: 1 % of the energy."""
+    """The residual of Newton's method at rtol 1e-4 did work over 960 steps, 1 % of the energy."""
     strip = [
         "membrane.mesh=[16,3]", "membrane.length=0.48", "membrane.width=0.04", "membrane.thickness=3e-4",
         "material.poisson=0", "tension.strain=[2e-4,0]", SIDES, "impact.force=0.2", "impact.duration=5 ms",
@@ -179,7 +182,8 @@ def test_a_loose_tolerance_keeps_the_energy(tmp_path: Path) -> None:
 
 
 def test_a_stiff_film_that_is_struck_softly_keeps_its_energy(tmp_path: Path) -> None:
-    """The residual of Newton's method must do no work: increments across the film are large, and forces in it stiff."""
+    """The residual of Newton's method must do no work: increments normal to the film are large, and forces in its plane are
+    stiff."""
     sizes = {"length": "3", "width": "2.2", "thickness": "17e-6", "young": "69.6e9", "strain": "3e-6", "force": "'9 mN'"}
     where = dict.fromkeys(("length", "width", "thickness"), "membrane") | {"young": "material", "strain": "tension"}
     soft = [f"{where.get(name, 'impact')}.{name}={value}" for name, value in sizes.items()]
@@ -197,7 +201,8 @@ def test_auto_takes_the_modes_only_if_they_are_good(tmp_path: Path) -> None:
 
 
 def test_auto_sees_a_stretch_that_comes_after_the_pulse(tmp_path: Path) -> None:
-    """In a pulse of .2 ms nothing has moved yet: the modes agreed to .3 %, and were then off by half of the amplitude."""
+    """During a pulse of 0.2 ms the displacements are still small: the models agreed to 0.3 %, and later differed by half of
+    the amplitude."""
     short = ["membrane.mesh=[4,4]", "vibration.modes=60", "vibration.duration=4 ms", "solve.energy_abort=10"]
     short.append("impact.duration=0.2 ms")
     soft = run(tmp_path, *short, "impact.force=1 mN", name="soft")
@@ -213,7 +218,7 @@ def test_auto_sees_a_stretch_that_comes_after_the_pulse(tmp_path: Path) -> None:
 
 
 def test_auto_compares_no_motion_where_the_force_is_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Forty full steps of a film that slackens took minutes, of a comparison that was decided before."""
+    """Forty full steps of a film that becomes slack took minutes, although the comparison was already decided."""
     monkeypatch.setattr("fsm.analyses.reduced.simulate", lambda *given: pytest.fail("a motion was solved for"))
     case = tmp_path / "case.toml"
     case.write_text(FILM, encoding="utf-8")
@@ -225,7 +230,8 @@ def test_auto_compares_no_motion_where_the_force_is_off(tmp_path: Path, monkeypa
 
 
 def test_the_force_of_the_cubic_model_is_the_film_s(tmp_path: Path) -> None:
-    """A slow pulse in a few modes, millimetres: what the linear model leaves out the cubic one has."""
+    """A slow pulse in a few modes, with displacements of millimetres: the cubic model contains the terms that the linear
+    model omits."""
     slow = ["vibration.modes=6", "vibration.model=reduced", "impact.force=0.5 N", "vibration.duration=30 ms"]
     linear = run(tmp_path, *slow, name="linear")
     cubic = run(tmp_path, *slow, "vibration.stretch=true", name="cubic")
@@ -286,7 +292,7 @@ def test_a_plain_film_that_would_wrinkle_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_pull_is_borne_by_all_corners(tmp_path: Path) -> None:
-    """The ends are held where the pull had them: the reactions are the pull, and the film is symmetric."""
+    """The ends are held where the pull moved them: the reactions equal the pull, and the film is symmetric."""
     from fsm.analyses.vibrate import VibrationAnalysis
 
     case = Path(__file__).parents[2] / "folding_cases" / "membrane_impact" / "case.toml"
@@ -301,11 +307,12 @@ def test_the_pull_is_borne_by_all_corners(tmp_path: Path) -> None:
 
 
 def test_a_struck_tension_field_gets_past_its_kinks(tmp_path: Path) -> None:
-    """Where parts of the film slacken Newton's corrections grow before they fall; after ten it was given up at 13 ms."""
+    """Where parts of the film become slack, corrections of Newton's method first grow and then decrease; an earlier limit of
+    ten iterations stopped the run at 13 ms."""
     case = Path(__file__).parents[2] / "folding_cases" / "membrane_impact" / "case.toml"
     coarse = ["membrane.mesh=[8,8]", "vibration.model=full", "solve.step=0.2 ms", "vibration.duration=14 ms"]
     summary = run_case(load_case(case, coarse), tmp_path / "out", progress=False)
-    assert summary["method"] == "mean-force" and summary["energy_error"] < 2e-4  # generalized-alpha lost 1 % so early
+    assert summary["method"] == "mean-force" and summary["energy_error"] < 2e-4  # generalized-alpha lost 1 % by this time
     assert summary["steps"] == 70
     assert summary["newton_iterations"] < 8 * 70
     assert summary["amplitude_center"] == pytest.approx(1.024e-3, rel=0.01)

@@ -41,7 +41,7 @@ def weight_on_a_cable(mass: float, elements: int = 8, gravity: float = 0.0) -> S
 
 
 def bending_frequency(mass: float) -> float:
-    """First frequency (Hz) of a cantilever with a point mass at its tip, Euler and Bernoulli's beam."""
+    """First frequency (Hz) of a cantilever with a point mass at its tip, by the beam theory of Euler and Bernoulli."""
     ratio = mass / LINE
 
     def characteristic(x: float) -> float:
@@ -60,7 +60,7 @@ def axial_frequency(mass: float) -> float:
 
 @pytest.mark.parametrize("mass", [0.001, 0.02])
 def test_frequencies_of_a_weight_on_a_cable(mass: float) -> None:
-    """Clamps hold slopes through frames: bending and stretching are those of a cantilever."""
+    """Clamps hold slopes by frames: bending and stretching are those of a cantilever."""
     system = compile_model(weight_on_a_cable(mass))
     found = modes(system, 0.0, system.initial()[0], 20).frequencies
     bending, axial = bending_frequency(mass), axial_frequency(mass)
@@ -70,7 +70,7 @@ def test_frequencies_of_a_weight_on_a_cable(mass: float) -> None:
 
 
 def test_deflection_of_a_heavy_cantilever() -> None:
-    """Small deflection: m g L^3/(3 E I) of the weight and w L^4/(8 E I) of the rod itself."""
+    """Small deflection: m g L^3/(3 E I) from the weight of the body, and w L^4/(8 E I) from the weight of the rod."""
     mass, gravity = 0.001, -0.05
     system = compile_model(weight_on_a_cable(mass, gravity=gravity))
     q = equilibrium(system, system.initial()[0], np.array([0.0]))
@@ -102,7 +102,7 @@ def hung_on_a_film(strain: float = 2e-3) -> Scene:
 
 
 def test_energy_of_a_weight_that_swings_under_a_film() -> None:
-    """Constant mean acceleration without dampers: the sum of all energies stays."""
+    """Constant mean acceleration without dampers: the sum of all energies is constant."""
     scene = hung_on_a_film()
     body = scene.bodies[0].model_copy(update={"velocity": (0.2, 0.0, 0.3)})
     system = compile_model(scene.model_copy(update={"bodies": (body,), "gravity": (0.0, 0.0, -9.81)}))
@@ -118,7 +118,7 @@ def test_energy_of_a_weight_that_swings_under_a_film() -> None:
 
 
 def test_forces_of_a_seam_balance_the_pull() -> None:
-    """A film between held nodes and a plate: all that pulls at the plate comes through the seam."""
+    """A film between held nodes and a plate: the whole force on the plate comes from the seam."""
     film = SceneFilm(
         name="sail", length=0.2, width=0.1, thickness=5e-5, young=3e9, poisson=0.0, density=1400.0, mesh=(4, 3),
         strain=(1e-3, 0.0), held=("left",),
@@ -135,7 +135,7 @@ def test_forces_of_a_seam_balance_the_pull() -> None:
     system = compile_model(Scene(bodies=(body,), films=(film,), seams=(seam,), elements=(guide,), loads=(load,)))
     q = equilibrium(system, system.initial()[0], np.array([0.0]))
     moved = q[0] - edge
-    # Green's strain e + e^2/2 gives the force E A (e + 3 e^2/2); the guide bears 1e3 N/m of the way
+    # Green's strain e + e^2/2 gives the force E A (e + 3 e^2/2); the guide carries 1e3 N/m times the displacement
     stretch = 1e-3 + moved / 0.2
     force = 3e9 * 5e-5 * 0.1 * (stretch + 1.5 * stretch**2)
     assert force == pytest.approx(pull - 1e3 * moved, rel=1e-3)

@@ -46,7 +46,7 @@ def test_measured_creases_are_those_of_rigid_facets(law: str, tmp_path: Path) ->
 
 
 def test_folding_from_flat(tmp_path: Path) -> None:
-    """Bars fold as rigid facets with bend lines of the same stiffness; flexible facets reach their rest angles nearly."""
+    """Bars fold like rigid facets with bend lines of the same stiffness; flexible facets nearly reach their rest angles."""
     folded = {}
     for facets in ("bend-lines", "bars", "flexible"):
         mesh = ["sheet.mesh_size=20 mm"] if facets == "flexible" else []
@@ -72,7 +72,7 @@ def test_channels_of_creases(tmp_path: Path) -> None:
 
 
 def turned(moment: float) -> dict[str, Any]:
-    """Two stiff plates with a crease of 1 N m/rad, of which one is held and the other is turned by a moment and back."""
+    """Two stiff plates with a crease of 1 N m/rad; one is held, and a moment rotates the other and back."""
     sheet = {
         "kind": "zigzag", "columns": 2, "a": 1.0, "b": 1.0, "fold_angle": 0.0, "thickness": 0.02, "facets": "flexible",
         "mesh_size": 1.0, "support": [{"at": "facet 1"}], "crease": [{"of": "flat", "stiffness_per_length": 1.0}],
@@ -98,7 +98,8 @@ def test_a_crease_folds_to_300_degrees_and_back(sign: float, tmp_path: Path) -> 
 
 
 def test_springs_of_bars_turn_beyond_half_a_turn(tmp_path: Path) -> None:
-    """A spring at rest at 300 degrees turns a triangle from flat to there, with dampers; its energy is dissipated."""
+    """A spring with the rest angle 300 degrees rotates a triangle from flat to this angle, with dampers; its energy is
+    dissipated."""
     rest = math.radians(300.0)
     truss = {
         "name": "flap", "points": [[1, 0, 0], [0, 0, 0], [0, 1, 0], [-1, 0.5, 0]], "mass": [0.1] * 4,
@@ -116,7 +117,7 @@ def test_springs_of_bars_turn_beyond_half_a_turn(tmp_path: Path) -> None:
 
 
 def released(case: dict[str, Any], force: float, method: str, folder: Path) -> tuple[fsm.Result, float, float]:
-    """Free motion of 0.2 s from a loaded state; its result, and elastic plus kinetic energy at its begin and end."""
+    """Free motion of 0.2 s from a loaded state: its result, and elastic plus kinetic energy at the start and at the end."""
     steps = [
         {"kind": "static", "duration": 1.0},
         {"kind": "dynamic", "release": ["f"], "duration": 0.2, "solve": {"method": method, "step": 1e-3}},

@@ -89,7 +89,7 @@ def test_roll_up(tmp_path: Path) -> None:
 
 
 def test_load_along_an_edge_is_its_force() -> None:
-    """A force per length has the sum of a force; both meet the same points."""
+    """A force per length has the same sum as a force; both act on the same points."""
     given = plate()
     given["load"] = [{"at": "edge right", "force_per_length": [0.0, 0.0, 4.0]}]
     one, two = (build_scene(Case.model_validate(data)).loads for data in (plate(), given))
@@ -153,7 +153,7 @@ def test_hinged_roof(tmp_path: Path) -> None:
     limit = int(np.argmax(np.diff(force) < 0.0))
     assert force[limit] == pytest.approx(0.7421, rel=2e-2)
     assert force[limit:].min() < 0.4 and force[-1] == pytest.approx(1.0)
-    assert len(force) < 175  # 151; with displacements as the only unknowns 193
+    assert len(force) < 175  # 151 iterations; with displacements as the only unknowns there are 193
 
 
 def test_modes_of_a_free_plate(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ SLIDING = Friction.model_validate(Friction.completed({"law": "tanh", "mu_dynamic
 
 
 def square(cells: int, inner: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes (n, 2) and triangles of a square facet; `inner`: displacement of inner nodes over the size of a cell."""
+    """Nodes (n, 2) and triangles of a square facet; `inner`: displacement of inner nodes relative to the size of a cell."""
     lines = np.linspace(0.0, SIDE, cells + 1)
     x, y = (part.ravel() for part in np.meshgrid(lines, lines, indexing="ij"))
     places = np.stack([x, y], axis=1)
@@ -98,13 +98,13 @@ def test_a_step_through_a_facet_is_rejected() -> None:
     assert contacts.crossed(down) == (0,)
     assert contacts.crossed(up) == ()
     far = poses.copy()
-    far[16:, 2] -= 0.5  # farther than the last search
+    far[16:, 2] -= 0.5  # the nodes moved farther than the last search allows
     assert contacts.crossed(far) == (0,)
     aside = down.copy()
     aside[16:, 0] += 0.5 * SIDE
     contacts.commit(up)
     assert contacts.crossed(aside) == (0,)
-    aside[16:, 0] += 4.0 * SIDE  # passes the plane of the facet beside it
+    aside[16:, 0] += 4.0 * SIDE  # the node passes the plane of the neighbouring facet
     assert contacts.crossed(aside) == ()
 
 
@@ -121,7 +121,7 @@ def zigzag(**more: Any) -> dict[str, Any]:
 
 
 def closed(friction: bool, damping: float = 5.0, time: str = "10 ms") -> tuple[JoinedSystem, np.ndarray, np.ndarray]:
-    """Zigzag whose panels are pressed into each other, not the same everywhere."""
+    """Zigzag whose panels are pressed into each other, by different depths."""
     more = {"friction": {"law": "tanh", "mu_dynamic": 0.4, "v_static": "10 mm/s"}} if friction else {}
     data = zigzag(contact={"law": "linear", "stiffness": "1e6 N/m", "ramp": "1 nm", "damping": damping}, **more)
     data["material"] |= {"damping": time}
@@ -194,7 +194,7 @@ def test_the_force_is_that_of_the_energy() -> None:
 
 
 def test_panels_are_pressed_together(tmp_path: Path) -> None:
-    """Two panels close. Between them and their crease the thickness stops them, and the force rises."""
+    """Two panels close. Between them and their crease, the thickness stops the panels, and the force rises."""
     data = zigzag(
         drive=[{"edge": "right", "direction": [-1, 0, 0], "speed": "1 mm/s", "travel": "13.3 mm", "guide": False}],
         solve={"method": "static", "rtol": 1e-9}, save={"every": "0.1 mm"},
@@ -218,7 +218,7 @@ def test_panels_are_pressed_together(tmp_path: Path) -> None:
 
 
 def test_a_plate_rests_on_a_floor(tmp_path: Path) -> None:
-    """The floor carries the weight, and the plate sinks in as the stiffness of an area says."""
+    """The floor carries the weight, and the penetration of the plate follows from the stiffness of an area."""
     data = {
         "sheet": {
             "kind": "plate", "length": "40 mm", "width": "30 mm", "thickness": "0.5 mm", "facets": "flexible",
@@ -245,13 +245,13 @@ def test_a_plate_rests_on_a_floor(tmp_path: Path) -> None:
     ("method", "step"), [("mean-force", "30 us"), pytest.param("generalized-alpha", "10 us", marks=pytest.mark.slow)]
 )
 def test_a_panel_shuts_and_bounces(method: str, step: str, tmp_path: Path) -> None:
-    """A crease shuts a panel onto the held one. They do not pass through each other, and no energy comes from contact."""
+    """A crease closes a panel onto the held panel. The panels do not pass through each other, and contact adds no energy."""
     data = zigzag(
         crease={"stiffness_per_length": 0.5, "rest_angle": "175 deg"},
         solve={"method": method, "end_time": "18 ms", "step": step}, save={"interval": "0.2 ms"},
     )  # fmt: skip
     data["sheet"] |= {"columns": 2}
-    data["material"] |= {"damping": "20 us"}  # of the waves that an impact starts
+    data["material"] |= {"damping": "20 us"}  # these are the waves that an impact starts
     data["contact"] |= {"stiffness": "1e5 N/m"}
     summary = load(data, folder=tmp_path).run(tmp_path / "out", figures=False).summary
     solution = read_solution(tmp_path / "out" / "result.h5")

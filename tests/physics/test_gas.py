@@ -64,7 +64,8 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_force_and_tangent_are_derivatives(name: str, tmp_path: Path) -> None:
-    """The force of the gas is the gradient of its energy, and the tangent that of the force, with the part of low rank."""
+    """The force of the gas is the gradient of its energy, and the tangent, including the part of low rank, is the derivative
+    of the force."""
     sheet, gas = CASES[name]
     data = case(sheet, [gas], solve={"method": "generalized-alpha", "end_time": 1.0})
     _, system = compile_case(fsm.load(data, folder=tmp_path).model)
@@ -153,7 +154,8 @@ def test_piston(law: str, exponent: float, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("law", "exponent"), [("isothermal", 1.0), ("adiabatic", 1.4)])
 def test_work_of_an_ideal_gas(law: str, exponent: float, tmp_path: Path) -> None:
-    """A lid that the gas throws up has the kinetic energy of the work of the gas, m R T ln(V1/V0) or m c_v (T0 - T1)."""
+    """A lid that the gas accelerates has a kinetic energy equal to the work of the gas, m R T ln(V1/V0) or m c_v (T0 -
+    T1)."""
     gas = {"name": "air", "law": law, "closed_by": LIDS, "pressure": 2e5, "outside_pressure": 1e5}
     more = {
         "solve": {"method": "mean-force", "step": 2e-5, "end_time": 2e-3},
@@ -197,7 +199,7 @@ def test_flow_between_two_storeys(tmp_path: Path) -> None:
 
 
 def test_limit_points(tmp_path: Path) -> None:
-    """A Kresling tube collapses as gas is taken out. Its equilibria do not depend on the supply, but their stability does.
+    """A Kresling tube collapses when gas is removed. Its equilibria do not depend on the supply, but their stability does.
 
     With a given pressure the tube is unstable from the extremum of the pressure on, and with a given mass from that of the
     mass on, which comes later.
@@ -264,7 +266,7 @@ def test_frequency_of_a_lid_on_gas(tmp_path: Path) -> None:
     data = case(SQUARE, [gas], solve={"method": "generalized-alpha", "end_time": 1.0})
     _, system = compile_case(fsm.load(data, folder=tmp_path).model)
     q = system.initial()[0]
-    mass = 0.5 * 4.0 * np.sqrt(AREA) * HEIGHT * 1e-3 * 1000.0  # half of the walls: thickness 1 mm, 1000 kg/m^3
+    mass = 0.5 * 4.0 * np.sqrt(AREA) * HEIGHT * 1e-3 * 1000.0  # half of the walls' mass: thickness 1 mm, 1000 kg/m^3
     stiffness = 1.4 * 1e5 * AREA / HEIGHT + (elastic(HEIGHT + 1e-7)[0] - elastic(HEIGHT - 1e-7)[0]) / 2e-7
     squared = modes(system, 0.0, q, system.nu).squared
     assert np.abs(squared / (stiffness / mass) - 1.0).min() < 1e-7

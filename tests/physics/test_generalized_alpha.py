@@ -1,4 +1,4 @@
-"""Generalized-alpha: order, damping at infinity, invariants, error control, friends and failures."""
+"""Generalized-alpha: order, damping at infinite frequency, invariants, error control, related methods and failures."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def heavy_top() -> SegmentSystem:
 
 
 def chain(count: int, spatial: bool, held: bool, damping: float = 0.0) -> SegmentSystem:
-    """A chain of rods that bends easily, hung up at its first end or free; in space turning and bending all ways."""
+    """A flexible chain of rods, hung at its first end or free; in space it rotates and bends about all axes."""
     length, keep = 1.0 / count, np.array([1.0, 1.0 if spatial else 0.0, 1.0])
     rng = np.random.default_rng(3)
     bodies, elements = [], []
@@ -82,18 +82,18 @@ def chain(count: int, spatial: bool, held: bool, damping: float = 0.0) -> Segmen
 
 @cache
 def pendulum(spatial: bool) -> SegmentSystem:
-    """A chain of four that swings by its first end."""
+    """A chain of four rods that swings about its first end."""
     return chain(4, spatial, held=True)
 
 
 @cache
 def free_chain() -> SegmentSystem:
-    """A chain of five in space, undamped, that spins and bends."""
+    """An undamped chain of five rods in space that rotates and bends."""
     return chain(5, spatial=True, held=False)
 
 
 def oscillator(stiffness: float) -> SegmentSystem:
-    """1 kg between springs, at rest at the origin but for its velocity."""
+    """1 kg between springs, at rest at the origin except for its initial velocity."""
     body = Body(name="mass", mass=1.0, inertia=(1.0,) * 3, velocity=(1.0, 0.0, 0.0))
     spring = ForceElement(name="spring", inner=GROUND, outer="mass", translation=(stiffness,) * 3, rotation=(1.0,) * 3)
     return compile_scene(Scene(bodies=(body,), elements=(spring,)))
@@ -101,7 +101,7 @@ def oscillator(stiffness: float) -> SegmentSystem:
 
 @cache
 def strip() -> SegmentSystem:
-    """A small damped strip with contact and friction, pulled until its panels rub."""
+    """A small damped strip with contact and friction, pulled until its panels slide."""
     case = Case(
         strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4),
         material=Material(young=3e9, density=800, damping=1e-2),
@@ -114,7 +114,7 @@ def strip() -> SegmentSystem:
 
 
 def run(solver: GeneralizedAlpha, end: float) -> list[float]:
-    """Step to the end; the times of all steps."""
+    """Step to the end; returns the times of all steps."""
     times = []
     while solver.t < end:
         solver.step(end)
@@ -132,13 +132,13 @@ def uniform(h: float, end: float) -> Iterator[float]:
 
 
 def alternating(h: float, end: float) -> Iterator[float]:
-    """Ends of steps of 2/3 h and 4/3 h by turns."""
+    """Ends of alternating steps of 2/3 h and 4/3 h."""
     count = round(end / h)
     yield from (end * (i + 1 - (1 / 3 if i % 2 == 0 else 0.0)) / count for i in range(count))
 
 
 def integrate(system: SegmentSystem, rho_inf: float, ends: Iterator[float], h: float) -> State:
-    """State at the last of the ends, one step to each."""
+    """State at the last of the end times, with one step to each."""
     solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-9, rho_inf, fixed_step=2.0 * h)
     for count, end in enumerate(ends, 1):
         solver.step(end)
@@ -149,7 +149,7 @@ def integrate(system: SegmentSystem, rho_inf: float, ends: Iterator[float], h: f
 
 @cache
 def reference(name: str) -> State:
-    """State at the end by Radau at a tight tolerance: another method, of another family."""
+    """State at the end by Radau at a small tolerance, which is a method of another family."""
     system, end, _ = CASES[name]
     saved: list[SavedState] = []
     simulate(system(), Settings("Radau", 1e-11, end), [end], saved.append)
@@ -164,7 +164,7 @@ CASES: dict[str, tuple[Callable[[], SegmentSystem], float, float]] = {
 
 
 def errors(name: str, rho_inf: float, ends: Callable[[float, float], Iterator[float]]) -> np.ndarray:
-    """Errors of q and u, (2, 2), with a step and half of it."""
+    """Errors of q and u, (2, 2), with a step and with half of it."""
     system, end, step = CASES[name]
     q, u = reference(name)
     found = []
@@ -185,15 +185,15 @@ def test_order_two(name: str, rho_inf: float, ends: Callable[[float, float], Ite
 
 @pytest.mark.parametrize("rho_inf", RADII[:-1])
 def test_first_step_is_as_good_as_the_others(rho_inf: float) -> None:
-    """With a = u' to begin with, the first step's error of u is of order 2; with the right a, 3.
+    """If a starts as u', the error of u in the first step is of order 2; with the correct a it is of order 3.
 
-    With rho_inf = 1 the two are the same.
+    With rho_inf = 1 both are equal.
     """
     system, off = pendulum(True), []
     for h in (4e-4, 2e-4):
         u = integrate(system, rho_inf, uniform(h, h), h)[1]
         off.append(np.linalg.norm(u - integrate(system, 1.0, uniform(h / 40, h), h / 40)[1]))
-    # more than 3 where the error's leading term happens to be small
+    # the order is above 3 where the leading error term happens to be small
     assert math.log2(off[0] / off[1]) > 2.85
 
 
@@ -208,8 +208,8 @@ def test_spectral_radius_at_infinity(rho_inf: float) -> None:
     for i in range(2 * count):
         solver.step((i + 1) * h)
         speed.append(abs(solver.u[0]))
-    # all three roots are the same at infinity, so the amplitude is rho^n times a quadratic in n; twice as far, at most 2^2
-    # more of it, which is 0.5 % of a step's factor here
+    # all three roots are equal at infinite frequency, so the amplitude is rho^n times a quadratic function of n; at twice
+    # the number of steps this adds at most a factor of 2^2, which is 0.5 % of the factor of a step here
     assert (speed[-1] / speed[count - 1]) ** (1.0 / count) == pytest.approx(rho_inf, rel=0.01)
 
 
@@ -222,7 +222,7 @@ def test_stiff_motion_vanishes_at_once_without_radius() -> None:
 
 
 def test_growing_steps_do_not_excite_stiff_motion() -> None:
-    # with the whole of a - u' rescaled, its velocity grows by 1.07 a step here
+    # if the whole of a - u' were rescaled, the velocity of this mode would grow by 1.07 per step
     solver = GeneralizedAlpha(oscillator(1e16), 0.0, *oscillator(1.0).initial(), 1e-6, 0.8, fixed_step=1.0)
     t, h = 0.0, 1e-2
     for _ in range(20):
@@ -246,7 +246,7 @@ def momentum(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.nd
 
 
 def drift(h: float) -> tuple[float, float]:
-    """Largest change of linear and angular momentum of the free chain over 0.2 s, over what they are at the start."""
+    """Largest change of linear and angular momentum of the free chain over 0.2 s, relative to their initial magnitudes."""
     system = free_chain()
     solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-9, 0.8, fixed_step=h)
     linear, angular = momentum(system, solver.q, solver.u)
@@ -272,7 +272,8 @@ def test_energy_of_a_free_chain_does_not_grow(rho_inf: float) -> None:
     while solver.t < 1.0:
         solver.step(1.0)
         energy.append(system.energy(solver.t, solver.q, solver.u).stored)
-    # the method's own energy differs from this one by a part of (omega h)^2, which swings but does not add up
+    # the energy of the method differs from this energy by a relative amount of (omega h)^2, which oscillates but does not
+    # accumulate
     assert max(energy) < (1.0 + 5e-4) * energy[0]
     quarters = [np.mean(part) for part in np.array_split(energy, 4)]
     assert quarters[0] > quarters[1] > quarters[2] > quarters[3]
@@ -282,7 +283,7 @@ def test_energy_of_a_free_chain_does_not_grow(rho_inf: float) -> None:
 
 
 def controlled(name: str, rtol: float) -> tuple[float, int]:
-    """Error over the scales and number of steps with error control."""
+    """Error relative to the scales, and number of steps, with error control."""
     system, end, _ = CASES[name]
     q, u = reference(name)
     solver = GeneralizedAlpha(system(), 0.0, *system().initial(), rtol)
@@ -296,7 +297,7 @@ def controlled(name: str, rtol: float) -> tuple[float, int]:
 def test_error_follows_the_tolerance(name: str) -> None:
     tolerances = np.array([1e-4, 1e-5, 1e-6, 1e-7])
     found = np.array([controlled(name, rtol) for rtol in tolerances])
-    # local errors of h^3 held at rtol: steps as rtol^(-1/3), errors as rtol^(2/3)
+    # local errors of h^3 are kept at rtol, so steps are proportional to rtol^(-1/3) and errors to rtol^(2/3)
     of_error, of_steps = (np.polyfit(np.log(tolerances), np.log(column), 1)[0] for column in found.T)
     assert of_error == pytest.approx(2.0 / 3.0, abs=0.15)
     assert of_steps == pytest.approx(-1.0 / 3.0, abs=0.1)
@@ -314,7 +315,7 @@ def pulled(method: str, rtol: float) -> tuple[Statistics, EnergyBalance, list[Sa
 
 
 def test_strip_agrees_with_radau() -> None:
-    """Contact, friction and a drive that runs up; forces are what is hardest to get right."""
+    """Contact, friction and a drive with a run-up; forces are the most difficult results."""
     _, _, exact = pulled("Radau", 1e-5)
     _, _, found = pulled(ALPHA, 1e-6)
     force = np.array([[record.observation.drive.force[0] for record in run] for run in (exact, found)])
@@ -337,7 +338,7 @@ def test_energy_balance_is_of_second_order() -> None:
         _, energy_balance = simulate(system, Settings(ALPHA, 1e-9, 0.2, step=h), [], lambda saved: None)
         assert energy_balance.dissipated > 1e-2 * energy_balance.turnover
         worst.append(energy_balance.worst)
-    # the method's own dissipation is of order 3, and takes part
+    # the dissipation of the method itself is of order 3 and contributes
     assert 1.85 < math.log2(worst[0] / worst[1]) < 3.1
 
 
@@ -352,7 +353,7 @@ def test_wanted_times_are_hit_exactly() -> None:
 
 
 def towed(steps: int) -> np.ndarray:
-    """Velocity of a mass on a damper 0.1 s after the hand that tows it has stopped."""
+    """Velocity of a mass on a damper, 0.1 s after the end of its drive."""
     bodies = (
         Body(name="mass", mass=1.0, inertia=(1.0,) * 3),
         Body(name="hand", mass=0.0, inertia=(0.0,) * 3, position=(1.0, 0.0, 0.0)),
@@ -371,7 +372,8 @@ def towed(steps: int) -> np.ndarray:
 
 
 def test_order_two_past_the_stop_of_a_drive() -> None:
-    """The damper's force jumps there, and u' with it; carried across the jump, it would cost an order."""
+    """The force of the damper jumps at this time, and u' with it; if u' were carried across the jump, an order would be
+    lost."""
     exact = towed(1280)
     coarse, fine = (float(np.linalg.norm(towed(steps) - exact)) for steps in (20, 40))
     assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
@@ -408,14 +410,14 @@ def test_equilibrium_stays(spatial: bool) -> None:
 
 
 class Broken(SegmentSystem):
-    """A system whose forces are not numbers beyond a time."""
+    """A system whose forces are NaN beyond a time."""
 
     def __init__(self, system: SegmentSystem, until: float) -> None:
         self.__dict__.update(system.__dict__)
         self.until = until
 
     def force(self, t: float, *rest: Any, **more: Any) -> np.ndarray:
-        """Force, or nothing that is a number."""
+        """Force, or NaN beyond the time."""
         return super().force(t, *rest, **more) if t <= self.until else np.full(self.nu, np.nan)
 
     def linearise(self, t: float, *rest: Any, **more: Any) -> Linearised:
@@ -443,7 +445,7 @@ def test_steps_are_cut_before_failure() -> None:
     with pytest.raises(NotConverged):
         run(solver, 0.1)
     assert solver.failed > 5
-    # as near as steps of round-off
+    # as near as steps of round-off size
     assert solver.t == pytest.approx(0.0505, abs=1e-9)
 
 
@@ -457,7 +459,7 @@ def test_counters() -> None:
 
 @pytest.mark.slow
 def test_demo_strip_has_radaus_peak() -> None:
-    """strip_pull's peak of 1.98545 N by Radau at rtol 1e-6."""
+    """The peak of strip_pull is 1.98545 N by Radau at rtol 1e-6."""
     demo = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "case.toml"
     case = load_case(demo, ['drive.0.travel="28 mm"', "expect=none"]).case
     _, system = compile_case(case)
@@ -471,7 +473,7 @@ def test_demo_strip_has_radaus_peak() -> None:
 
 
 def test_newmark_is_the_method_without_its_two_shifts() -> None:
-    """Constant mean acceleration: one step of a linear oscillator by hand, and no loss of energy at all."""
+    """Constant mean acceleration: one step of a linear oscillator computed by hand, and no loss of energy."""
     coefficients = Coefficients.newmark()
     assert (coefficients.alpha_m, coefficients.alpha_f) == (0.0, 0.0)
     assert (coefficients.beta, coefficients.gamma) == (0.25, 0.5)

@@ -13,7 +13,8 @@ import fsm
 
 
 def test_a_hinged_zigzag_turns_until_its_ends_are_in_line_and_then_stretches(tmp_path: Path) -> None:
-    """The free turn about the hinged edge has no stiffness and locks at once; three panels have a closed form beyond it."""
+    """The free rotation about the hinged edge has no stiffness and ends suddenly; beyond it, three panels have a closed
+    form."""
     a, fold, stiffness, travel = 0.02, math.radians(30.0), 0.5 * 0.01, 4e-3
     data = {
         "sheet": {

@@ -1,4 +1,4 @@
-"""Parameters from force-displacement curves: what was put in comes out, as often as the intervals say."""
+"""Parameters from force-displacement curves: the known values are found, as often as the intervals state."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_bands_agree_where_the_case_is_nearly_linear() -> None:
     linear = linear_band(response, estimate)
     drawn = sampled_band(case, response, estimate, samples=300, seed=1, workers=2)
     again = sampled_band(case, response, estimate, samples=300, seed=1, workers=1)
-    np.testing.assert_array_equal(drawn.low, again.low)  # whatever the number of processes
+    np.testing.assert_array_equal(drawn.low, again.low)  # the result must not depend on the number of processes
     # quantiles of 300 draws scatter by some 8 % of the half band
     half = linear.high - linear.force
     np.testing.assert_allclose(drawn.high - drawn.low, 2.0 * half, rtol=0.25)
@@ -133,7 +133,7 @@ def test_bands_agree_where_the_case_is_nearly_linear() -> None:
 
 
 def coverage(trials: int, seed: int = 2026) -> np.ndarray:
-    """Part of trials in which each parameter lies within its 95 % interval; noise of 2 %, five repeats."""
+    """Fraction of trials in which each parameter lies within its 95 % interval; noise of 2 %, five repeats."""
     inside = np.zeros(3)
     truth = np.array(list(TRUTH.values()))
     for child in np.random.SeedSequence(seed).spawn(trials):
@@ -146,8 +146,8 @@ def coverage(trials: int, seed: int = 2026) -> np.ndarray:
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    # 2026-11-23: intervals come from five whole repeats, with Student's law for the least degrees of freedom of all;
-    # they were Laplace's, which takes points for independent, and 93 to 97 % held the truth
+    # 2026-11-23: intervals come from five complete repeats, with Student's factor for the smallest degrees of freedom of
+    # all; the earlier Laplace intervals treated points as independent, and 93 to 97 % contained the true value
     parts = coverage(200)
     assert 0.94 <= parts.mean() <= 0.99, parts
     assert np.all(parts >= 0.92), parts

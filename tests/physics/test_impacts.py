@@ -1,4 +1,4 @@
-"""Impacts through the whole program: what comes back, how long it takes, and that energy and order are kept."""
+"""Impacts computed by the complete program: restitution, duration, energy and order of convergence."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from fsm.solve.simulate import simulate
 
 LENGTH, THICK, MASS, G = 0.02, 1e-4, 4e-5, 9.81
 TARGETS = ("surface", "plate", "plane")
-# of 1 m/s: a plate that is struck at an edge turns during the impact, and its arm changes
+# of 1 m/s: a plate that is hit at an edge rotates during the impact, and its arm changes
 OF_SPEED = 1e-3
 DIMENSIONS = pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
-ACROSS = MASS * LENGTH**2 / 12  # of a thin square plate, about an axis in it
+ACROSS = MASS * LENGTH**2 / 12  # moment of inertia of a thin square plate about an axis in its plane
 
 
 def falling(
@@ -38,9 +38,10 @@ def falling(
     floor_length: float = 0.08,
     **plate: Any,
 ) -> Scene:
-    """A square plate whose middle is so high over the top of a floor, which is a surface, a plate or a half-space.
+    """A square plate whose middle is at a given height above the top of a floor, which is a surface, a plate or a
+    half-space.
 
-    It is too hard to turn unless its inertia is given.
+    The plate practically cannot rotate unless its inertia is given.
     """
     outline = Plate(length=LENGTH, width=LENGTH, thickness=thick)
     keys = {"mass": MASS, "inertia": (1.0, 1.0, 1.0), "velocity": (0.0, 0.0, -speed)} | plate
@@ -123,7 +124,7 @@ def test_restitution_at_any_speed(speed: float) -> None:
 @pytest.mark.parametrize("c", [0.1, 0.5, 0.9])
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_plate_that_lands_on_an_edge(target: str, c: float) -> None:
-    """Its end comes back as asked; the impulse is that of the mass there, 1/(1/m + arm^2/J)."""
+    """The end of the plate rebounds with the given restitution; the impulse is that of the mass there, 1/(1/m + arm^2/J)."""
     tilt = 0.5
     contact = Contact(stiffness=1e10, restitution=c, speed_floor=1e-6)
     turned = (math.cos(tilt / 2), 0.0, math.sin(tilt / 2), 0.0)
@@ -139,7 +140,7 @@ def test_a_plate_that_lands_on_an_edge(target: str, c: float) -> None:
 @pytest.mark.parametrize("c", [0.1, 0.5, 0.9])
 @pytest.mark.parametrize("target", ["plate", "plane"])
 def test_a_plate_that_lands_on_a_corner(target: str, c: float) -> None:
-    """The same about an axis across the diagonal, which is one of inertia of a square plate too."""
+    """The same about a diagonal axis, which is also a principal axis of a square plate."""
     tilt = 0.5
     axis = math.sin(tilt / 2) / math.sqrt(2)
     contact = Contact(stiffness=1e10, restitution=c, speed_floor=1e-6)
@@ -168,7 +169,7 @@ def test_impact_has_no_restitution_of_its_own(mass: float, speed: float, e: floa
 
 @DIMENSIONS
 def test_an_impact_in_the_very_first_step(spatial: bool) -> None:
-    """However long the run is, its first step does not jump over an impact."""
+    """However long the run is, its first step does not skip an impact."""
     contact = Contact(stiffness=1e8, restitution=0.1, speed_floor=1e-6)
     for target in TARGETS:
         system = compile_scene(falling(target, contact, THICK, 1.0), spatial)
@@ -179,7 +180,7 @@ def test_an_impact_in_the_very_first_step(spatial: bool) -> None:
 
 
 def cubic(before: np.ndarray, after: np.ndarray) -> Polynomial:
-    """Height over a step from 0 to 1, by heights and speeds at its ends; rows of time, height, speed."""
+    """Height over a step from 0 to 1, from heights and speeds at its ends; rows of time, height, speed."""
     step = after[0] - before[0]
     rise, slopes = after[1] - before[1], step * np.array([before[2], after[2]])
     return Polynomial([before[1], slopes[0], 3 * rise - 2 * slopes[0] - slopes[1], slopes.sum() - 2 * rise])
@@ -194,7 +195,7 @@ def zero_of(curve: Polynomial) -> float:
 @pytest.mark.parametrize("target", ["plane", "surface"])
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.2])
 def test_depth_and_duration_of_an_elastic_impact(exponent: float, target: str, spatial: bool) -> None:
-    """K is that of the whole face; two surfaces of one size probe each other with half of it."""
+    """K belongs to the whole face; two surfaces of one size probe each other with half of it each."""
     stiffness, speed, up = 1e8, 1.0, upwards(spatial)
     contact = Contact(law="hertz", stiffness=stiffness, exponent=exponent)
     thick = 2e-2 if exponent > 2.0 else 2e-3
@@ -229,7 +230,8 @@ def test_depth_and_duration_of_an_elastic_impact(exponent: float, target: str, s
 @pytest.mark.parametrize("target", ["plane", "surface"])
 @pytest.mark.parametrize("e", [0.5, pytest.param(0.8, marks=pytest.mark.slow)])
 def test_fifteen_bounces(e: float, target: str, spatial: bool) -> None:
-    """sqrt(2 H/g) (1 + 2 (e + e^2 + ...)), and the speed they leave with: hard enough that gravity does not count."""
+    """Duration sqrt(2 H/g) (1 + 2 (e + e^2 + ...)), and the speed at separation; the contact is so stiff that gravity has no
+    effect."""
     height, up = 10.0, upwards(spatial)
     contact = Contact(stiffness=1e12, restitution=e, speed_floor=1e-6)
     scene = falling(target, contact, height + THICK / 2).model_copy(update={"gravity": (0.0, 0.0, -G)})
@@ -246,7 +248,7 @@ def test_fifteen_bounces(e: float, target: str, spatial: bool) -> None:
 
 @pytest.mark.parametrize(("law", "least", "most"), [({}, 20, 40), ({"restitution": 0.9}, 60, 120)])
 def test_steps_of_an_impact_at_a_loose_tolerance(law: dict[str, float], least: int, most: int) -> None:
-    """A law that promises a restitution wants more of them than the error control of a loose tolerance."""
+    """A law with a coefficient of restitution needs more steps than the error control of a large tolerance gives."""
     solver = flight(compile_scene(falling("plane", Contact(stiffness=1e8, **law), 1e-3, speed=1.0), False), 1e-2)
     touching = 0
     while solver.u[1] < 0.0 or solver.q[1] < THICK / 2:
@@ -259,7 +261,7 @@ def test_steps_of_an_impact_at_a_loose_tolerance(law: dict[str, float], least: i
 
 
 def on_a_spring(spatial: bool) -> SegmentSystem:
-    """A plate that a spring pulls down to the floor, where it bounces several times."""
+    """A plate that a spring pulls down onto the floor, where it bounces several times."""
     scene = falling("plane", Contact(law="hertz", stiffness=1e5), 0.012, thick=2e-3)
     stretched = ForceElement(
         name="spring", inner="ground", outer="plate", point_inner=(0.0, 0.0, 0.005), translation=(1.0, 1.0, 1.0)
@@ -268,7 +270,7 @@ def on_a_spring(spatial: bool) -> SegmentSystem:
 
 
 def spinning() -> SegmentSystem:
-    """A plate that turns about all its axes as it falls, and strikes the floor with a corner."""
+    """A plate that rotates about all its axes as it falls, and hits the floor with a corner."""
     turned = (math.cos(0.2), 0.0, math.sin(0.2), 0.0)
     scene = falling(
         "plane", Contact(law="hertz", stiffness=1e6), 0.015, 1.0, 2e-3,
@@ -304,7 +306,7 @@ def test_order_two_across_elastic_impacts(build: Any) -> None:
     error = np.abs(states[:-1] - states[-1]).max(axis=1)
     order = math.log(error[0] / error[2]) / math.log(steps[2] / steps[0])
     assert order > 1.8
-    # against steps, not tolerances: impacts have theirs however loose these are
+    # errors are compared with steps, not with tolerances, because impacts have their own steps at any tolerance
     assert (np.log(error[:-1] / error[1:]) / np.log(steps[1:-1] / steps[:-2]) > 1.5).all()
     assert energy[2] < 1e-4
 
@@ -317,7 +319,7 @@ def test_order_two_across_elastic_impacts(build: Any) -> None:
     ids=["c = .3", "c = .9", "elastic"],
 )
 def test_energy_through_an_impact(keys: dict[str, float], target: str, spatial: bool) -> None:
-    """What the damping of the contact takes is what the plate has lost."""
+    """The energy that the contact damping dissipates is the energy that the plate has lost."""
     contact = Contact(stiffness=1e8, **keys)
     system = compile_scene(falling(target, contact, THICK, 1.0), spatial)
     seen: list[SavedState] = []

@@ -36,7 +36,7 @@ def test_peak_of_another_shape_lies_within_the_tubes(tmp_path: Path) -> None:
     thickness = wall_thickness(0.85)
     found = force(tmp_path, 0.85, YOUNG, thickness, FOLDS * preset(0.85, YOUNG, thickness), travel)
     assert PEAKS[0] < found.max() < PEAKS[1]
-    assert travel[found.argmax()] == pytest.approx(4e-3, abs=1.1e-3)  # as the mean of the four tubes
+    assert travel[found.argmax()] == pytest.approx(4e-3, abs=1.1e-3)  # mean of the four tubes
 
 
 def test_first_compression_ends_at_the_first_turn(tmp_path: Path) -> None:

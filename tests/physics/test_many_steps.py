@@ -1,4 +1,4 @@
-"""Steps of generalized-alpha in one kernel, against the same steps in Python over the same system."""
+"""Steps of generalized-alpha in one kernel compared with the same steps in Python for the same system."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def strip(spatial: bool) -> SegmentSystem:
 
 
 def lattice(driven: bool = False) -> SegmentSystem:
-    """Rotating squares on ligaments, drawn slowly or held."""
+    """Rotating squares on ligaments, pulled slowly or held."""
     data: dict[str, Any] = {
         "lattice": {
             "columns": 1, "rows": 4, "spacing": 0.015, "hinge_length": 2e-3, "angle": 0.3, "axial": 1e3, "shear": 1e2,
@@ -104,7 +104,7 @@ CYCLE = Drive(body="0", travel=0.01, time=Cycle(kind="cycle", period=0.01, cycle
 
 
 def rods(spatial: bool, loads: tuple[Load, ...] = (), drives: tuple[Drive, ...] = ()) -> SegmentSystem:
-    """Three rods in a row on springs, the first one on the ground or driven."""
+    """Three rods in a row on springs; the first rod is joined to the ground or driven."""
     bodies, elements = [], []
     for i in range(3):
         bodies.append(Body(name=f"{i}", mass=0.1, inertia=(1e-4, 2e-4, 3e-4), position=(0.1 * i + 0.05, 0.0, 0.0)))
@@ -232,7 +232,7 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
 def test_a_kernel_that_cannot_solve_leaves_the_step_to_python(spatial: bool) -> None:
-    """A step that the kernel gives up is taken in Python, from the state before it."""
+    """If the kernel gives up a step, Python takes it from the state before it."""
     whole, helped = (solver_of(strip(spatial), None) for _ in range(2))
     whole.march(opened(whole), 1.0, 20)
     balance = opened(helped)
@@ -249,7 +249,7 @@ def test_a_kernel_that_cannot_solve_leaves_the_step_to_python(spatial: bool) -> 
 
 
 def test_saved_states_and_energy_balance_of_a_run() -> None:
-    """A run hands over the states that are wanted, at their times, with the energies of the system there."""
+    """A run reports the requested states at their times, with the energies of the system there."""
     system = ball_joints()
     times = [0.0, 0.013, 0.05]
     saved: list[Any] = []
@@ -294,7 +294,8 @@ def test_curve_of_a_run_with_a_drive(name: str) -> None:
 
 
 def test_steps_near_equilibria() -> None:
-    """States of a slow drive that a kernel calls steady have little inertia and no negative pivots, and there are many."""
+    """States of a slow drive that a kernel calls steady have little inertia and no negative pivots, and there are many such
+    states."""
     system = lattice(driven=True)
     q, u = system.initial()
     solver = GeneralizedAlpha(system, 0.0, q, u, 1e-4)

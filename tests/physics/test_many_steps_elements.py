@@ -151,7 +151,7 @@ def test_same_steps(name: str, method: str, fixed: bool) -> None:
     compiled.march(balance, 1.0, COUNT)
     assert in_python(python.model, python.motion, python.rules, others, 1.0, COUNT, python.records(1)) == stepping.STEPPED
     assert compiled.steps == python.steps == COUNT
-    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off decides on some of them
+    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
     assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
     assert compiled.t == pytest.approx(python.t, rel=1e-6)
     scales = python.system.scales()
@@ -160,7 +160,8 @@ def test_same_steps(name: str, method: str, fixed: bool) -> None:
     turnover = others[balances.TURNOVER]
     for number in (balances.START, balances.WORK, balances.TURNOVER, balances.KINETIC_WORST):
         assert balance[number] == pytest.approx(others[number], abs=1e-6 * turnover)
-    # dampers: rates in the middle of the step; in Python, mean rates of its first half, of lower order
+    # in the kernel, dampers use the rates in the middle of the step; in Python, they use mean rates of its first half, of
+    # lower order
     close = 1e-2 if ("truss" in name or "damped" in name) and method == "generalized-alpha" else 1e-4
     assert balance[balances.DISSIPATED] == pytest.approx(others[balances.DISSIPATED], rel=close)
     apart = abs(balance[balances.DISSIPATED] - others[balances.DISSIPATED])

@@ -74,7 +74,7 @@ def test_same_steps(name: str) -> None:
     records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
     assert march(python.model, python.motion, python.rules, others, 1.0, count, expected) == stepping.STEPPED
     assert compiled.steps == python.steps == count
-    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off decides on some of them
+    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
     assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
     assert compiled.t == pytest.approx(python.t, rel=1e-6)
     assert np.abs((compiled.q - python.q) / systems[0].scales().configuration).max() < 1e-6
@@ -82,7 +82,8 @@ def test_same_steps(name: str) -> None:
     turnover = others[balances.TURNOVER]
     for number in (balances.START, balances.WORK, balances.TURNOVER, balances.KINETIC_WORST):
         assert balance[number] == pytest.approx(others[number], abs=1e-6 * turnover)
-    # deformations of springs over the whole step, and contacts at both ends; in Python, all in the middle of the step
+    # the kernel uses deformations of springs over the whole step, and contacts at both ends; Python uses the middle of the
+    # step for all
     close = 2e-2 if name == "plate_on_film" else 2e-3
     assert balance[balances.DISSIPATED] == pytest.approx(others[balances.DISSIPATED], rel=close)
     assert balance[balances.DISSIPATED] > 1e-3 * turnover
@@ -109,7 +110,7 @@ def test_same_fixed_steps_of_the_mean_force_method(name: str) -> None:
     records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
     assert march_mean_force(python.model, python.motion, python.rules, others, 1.0, count, expected) == stepping.STEPPED
     assert compiled.steps == python.steps == count
-    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off decides on some of them
+    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
     assert compiled.failed == python.failed
     assert compiled.t == pytest.approx(python.t, rel=1e-12)
     assert np.abs((compiled.q - python.q) / compiled.system.scales().configuration).max() < 1e-6
@@ -127,7 +128,7 @@ def test_same_fixed_steps_of_the_mean_force_method(name: str) -> None:
 
 @pytest.mark.parametrize("name", SMALL)
 def test_a_run_with_error_control_ends_as_a_run_in_python(name: str) -> None:
-    """Motion, drive, dissipated energy and energy balance; round-off of the energy decides on the size of steps."""
+    """Motion, drive, dissipated energy and energy balance; round-off of the energy determines the step sizes."""
     end, found = 1e-3 if name == "plate_on_film" else 4e-4, []
     for arrays in (True, False):
         system = joined(name)

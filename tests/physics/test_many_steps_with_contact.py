@@ -93,7 +93,7 @@ def strip(spatial: bool) -> SegmentSystem:
 
 
 def made(name: str, spatial: bool, **more: Any) -> SegmentSystem:
-    """A system at its start."""
+    """A system in its initial state."""
     kind, count, *laws = HEAPS[name]
     return heap(kind, count, spatial, *laws, **more)
 
@@ -119,7 +119,7 @@ def test_same_steps(name: str, spatial: bool, fixed_step: float | None) -> None:
     records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
     assert march(python.model, python.motion, python.rules, others, 1.0, count, expected) == stepping.STEPPED
     assert compiled.steps == python.steps == count
-    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off decides on some of them
+    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
     assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
     assert compiled.t == pytest.approx(python.t, rel=1e-6)
     scales = python.system.scales()
@@ -156,7 +156,7 @@ def test_a_run_saves_the_same_states(name: str) -> None:
 
 
 def test_bodies_that_meet_later() -> None:
-    """A pair of bodies that comes near in a step gets its block in the tangent, and the kernel goes on."""
+    """Two bodies that come near each other in a step get a block in the tangent, and the kernel continues."""
     system = made("balls with friction", False, apart=0.1)
     solver, balance = started(system, None)
     assert solver.marches
@@ -200,7 +200,7 @@ def test_panels_in_segments_touch(spatial: bool) -> None:
 
 
 def test_a_drive_presses_a_ball_on_the_floor() -> None:
-    """Forces of the drive contain those of the contact."""
+    """Forces of the drive include those of the contact."""
     drive = Drive(body="body 0", direction=(0.0, 0.0, -1.0), travel=1.1e-3, speed=0.05)
     (compiled, balance), (python, others) = (
         started(made("balls with friction", False, drives=(drive,)), None) for _ in range(2)

@@ -1,4 +1,4 @@
-"""Statics of what nothing holds, or nothing resists."""
+"""Statics of structures without supports or without stiffness."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from validation.strip_trial.check import CASE
 
 
 def test_free_hinges_pull_with_no_force() -> None:
-    """All energies are those of forces that are round-off: their balance says nothing, and no step is cut for it."""
+    """All energies are those of round-off forces, so their balance has no meaning, and no step is shortened for it."""
     free = ["crease.stiffness=0", "contact=none", "material.damping=0", "strip.segments_per_panel=4", "expect=none"]
     _, system = compile_case(load_case(CASE, free).case)
     motion = system.motions[0]
@@ -57,7 +57,7 @@ def test_a_body_that_nothing_holds_is_named() -> None:
 
 
 def test_a_body_that_may_turn_freely_is_named() -> None:
-    """Its place is held, its angle about the hinge is not: another row of the same block."""
+    """Its position is held, but its angle about the hinge is not; both are rows of the same block."""
     hinge = ForceElement(name="hinge", inner="bar", outer="vane", translation=(1e3,) * 3, rotation=(10.0, 0.0, 10.0))
     vane = Body(name="vane", mass=0.1, inertia=(0.01,) * 3)
     with pytest.raises(NotConverged, match="Not held: vane"):

@@ -1,4 +1,4 @@
-"""Radau, BDF and LSODA are different codes of different families: what they agree on is the equations', not the method's."""
+"""Radau, BDF and LSODA are programs of different families, so a common result does not depend on the method."""
 
 from __future__ import annotations
 
@@ -52,6 +52,6 @@ def test_peak_force_does_not_depend_on_the_method(method: str) -> None:
 @pytest.mark.parametrize("method", METHODS[1:])
 def test_force_curve_does_not_depend_on_the_method(method: str) -> None:
     reference, curve = force_curve("Radau"), force_curve(method)
-    # but for the one or two records in which panels 3 and 4 hit each other
+    # except for the one or two records in which panels 3 and 4 collide
     off = np.abs(curve - reference) > 1e-3 * reference.max()
     assert np.count_nonzero(off) <= 2

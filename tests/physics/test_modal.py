@@ -131,7 +131,7 @@ def test_cantilever_converges_with_second_order() -> None:
 
 @pytest.mark.parametrize(("ends", "rigid"), [("pinned", 0), ("free", 3)])
 def test_without_a_clamp_better_than_second_order(ends: str, rigid: int) -> None:
-    # the errors of O(l^2) come from the half cell of the clamp; what is left here is O(l^4) and the shear
+    # the errors of O(l^2) come from the half cell of the clamp; the remaining errors are O(l^4) and the shear
     exact = np.array(BETA[ends]) ** 2
     for count in COUNTS:
         omega = np.sqrt(found(beam(count, ends), False, rigid + 3)[1].squared[rigid:])
@@ -144,7 +144,7 @@ def test_free_beam_has_its_rigid_motions() -> None:
         assert np.abs(result.squared[:rigid]).max() < 50 * result.resolution
         assert result.squared[rigid] > 200.0
         assert not result.unstable.any()
-        # 620 in the plane with one inverse iteration instead of three
+        # the error was 620 times as large in the plane with one inverse iteration instead of three
         assert result.residuals.max() < 50 * result.resolution
 
 
@@ -154,7 +154,7 @@ def test_spatial_cantilever_bends_both_ways_and_twists() -> None:
     exact = np.sort(np.concatenate([bends, 2 * bends, 5 * math.pi * np.array([1, 3, 5])]))[:8]
     omega = [np.sqrt(found(beam(n, "cantilever", (2e-6, 1.0, 4.0)), True, 8)[1].squared) for n in COUNTS]
     errors = np.abs(omega / exact - 1)
-    # the third of the stronger plane is four times closer to its shear and rotary inertia
+    # the third frequency of the stiffer plane is four times closer to that of shear and rotary inertia
     assert np.log2(errors[1:-1] / errors[2:]) == pytest.approx(2.0, abs=0.1)
     planar = np.sqrt(found(beam(32, "cantilever"), False, 3)[1].squared)
     assert omega[2][[0, 3, 6]] == pytest.approx(planar, rel=1e-7)
@@ -243,7 +243,7 @@ def test_heavy_tip(spatial: bool) -> None:
     system, result = found(beam(32, "cantilever", (2e-6, 1.0, 1.0), tip_mass=1e4), spatial, 8)
     assert result.method == "lanczos"
     assert result.squared == pytest.approx(dense(system, system.initial()[0])[:8], abs=20 * result.resolution)
-    # 3 EI/(m L^3), half a segment off the end; the mass of the beam is 1e-4 of it
+    # 3 EI/(m L^3), half a segment from the end; the mass of the beam is 1e-4 of the tip mass
     assert result.squared[0] == pytest.approx(3 / (1e4 * (1 - 1 / 64) ** 3), rel=2e-3)
 
 

@@ -1,4 +1,4 @@
-"""Momentum of free chains: two chains of plates, joined inside by springs and dampers, that touch and rub.
+"""Momentum of free chains: two chains of plates, joined by internal springs and dampers, that touch and slide.
 
 Inner forces come in pairs that act at one point, so their sum and the sum of their moments vanish to round-off in any state.
 Over a run, linear momentum is a linear invariant, which Radau and BDF keep to round-off, and so do their Newton iterations,
@@ -59,7 +59,7 @@ def chain(name: str, x: float, z: float, rng: np.random.Generator, spatial: bool
 
 
 def two_chains(spatial: bool) -> SegmentSystem:
-    """One chain above the other, shifted by a third of a plate, pressed in by 0.1 mm."""
+    """One chain above the other, shifted by a third of a plate, with a penetration of 0.1 mm."""
     rng = np.random.default_rng(7)
     lower = chain("a", 0.0, 0.0, rng, spatial)
     upper = chain("b", LENGTH / 3, THICKNESS - 1e-4, rng, spatial)
@@ -111,7 +111,7 @@ def imbalance(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[floa
     forces, moments = 0.0, 0.0
     terms = zip(parts(system, q), split(system, system.force(0.0, q, u)), split(system, u), strict=True)
     for (place, turn, _, inertia), (push, couple), (_, rate) in terms:
-        # h holds -w x J w, which is the rate of the body axes and no force
+        # h contains -w x J w, which is the rate of the body axes and not a force
         arm, own = np.cross(place, push), turn @ (couple + np.cross(rate, inertia * rate))
         force, moment = force + push, moment + arm + own
         forces, moments = forces + np.linalg.norm(push), moments + np.linalg.norm(arm) + np.linalg.norm(own)
@@ -119,7 +119,7 @@ def imbalance(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[floa
 
 
 def disturbed(system: SegmentSystem, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """A random state near the first in which the chains touch, all springs work and everything slips."""
+    """A random state near the first one, in which the chains touch, all springs are loaded and all contacts slip."""
     rng = np.random.default_rng(seed)
     q, u = system.initial()
     step = rng.standard_normal((system.n_free, system.size)) * 1e-4
@@ -142,7 +142,7 @@ def test_inner_forces_and_moments_cancel(seed: int, spatial: bool) -> None:
 
 @cache
 def run(spatial: bool, method: str, rtol: float) -> tuple[SegmentSystem, SavedState]:
-    """The state after 20 ms; the chains have been thrown apart by then."""
+    """State after 20 ms, at which the chains have separated."""
     system = two_chains(spatial)
     saved: list[SavedState] = []
     simulate(system, Settings(method, rtol, 0.02), [0.0, 0.02], saved.append)

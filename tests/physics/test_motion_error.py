@@ -1,4 +1,4 @@
-"""The error of a motion with impacts that the summary states, against the same motion at a small tolerance."""
+"""The error of a motion with impacts that the summary states, compared with the same motion at a small tolerance."""
 
 from __future__ import annotations
 

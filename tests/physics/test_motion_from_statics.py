@@ -1,4 +1,5 @@
-"""Statics that inertia takes over from: what had been given to motion is work, not an error of the energy balance."""
+"""Transition from statics to motion with inertia: energy that was given to the motion is work, not an error of the energy
+balance."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ CASE = {
 
 
 def test_a_limp_strip_that_a_force_sets_going() -> None:
-    """Its kinetic energy is forty times what was turned over; the balance was off by it, and motions ended at once."""
+    """The kinetic energy is forty times the energy turned over before; the earlier balance had this error, and motions ended
+    immediately."""
     case, faults = read_case(CASE, Path())
     assert case is not None, faults
     deployment = Deployment(case, "", None)
@@ -63,9 +65,9 @@ DEPLOYED = {
 
 
 def test_a_motion_that_goes_on_keeps_its_velocities() -> None:
-    """A strip snaps straight as it is drawn taut, and statics tries in vain to go on before it has come to rest.
+    """A strip snaps straight as it is pulled taut, and statics fails to continue before the strip has come to rest.
 
-    At each new beginning the velocities were put in balance with the dampers once more, which gave energy.
+    At each restart the velocities were again balanced with the dampers, which added energy.
     """
     case, faults = read_case(DEPLOYED, Path())
     assert case is not None, faults

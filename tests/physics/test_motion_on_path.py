@@ -1,4 +1,4 @@
-"""A motion after a snap has come to rest once it goes as its path of equilibria does, however fast that is."""
+"""A motion after a snap counts as at rest when it follows its path of equilibria, however fast this path is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Thin plates at any speed and with any step: what cannot pass through does not, or the run says that it did."""
+"""Thin plates at any speed and with any step: no plate passes through another, or the run reports that it did."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ LOOSE = 1e-2
 
 
 def bouncing(speed: float, part: float = 1.0, **keys: float) -> Contact:
-    """Stiff enough to stop a plate in a quarter of its thickness, or a part of it that much."""
+    """Contact stiff enough to stop a plate within a quarter of its thickness, or a part of the plate within as much."""
     return Contact(stiffness=1.25 * part * MASS * speed**2 / (THICK / 4) ** 2.5, **keys)
 
 
 def shot(target: str, speed: float, tilt: float, contact: Contact) -> Scene:
-    """A thin plate that flies at a held panel, a held plate or a half-space, whose middle surfaces are at z = 0."""
+    """A thin plate that moves towards a held panel, a held plate or a half-space, whose middle surfaces are at z = 0."""
     outline = Plate(length=LENGTH, width=LENGTH, thickness=THICK)
     high = Body(
         name="high", mass=MASS, inertia=INERTIA, plate=outline, position=(0.0, 0.0, HEIGHT), velocity=(0.0, 0.0, -speed),
@@ -53,7 +53,7 @@ def shot(target: str, speed: float, tilt: float, contact: Contact) -> Scene:
 
 
 def crossing(speed: float, contact: Contact) -> Scene:
-    """Two plates on edge, like an X seen from above: only their edges can meet, far from any corner."""
+    """Two plates on edge, like an X seen from above: only their edges can touch, far from any corner."""
     outline = Plate(length=0.04, width=0.005, thickness=THICK)
     half = math.sqrt(0.5)
     inertia = (MASS * 0.005**2 / 12, MASS * 0.04**2 / 12, MASS * (0.04**2 + 0.005**2) / 12)
@@ -76,7 +76,7 @@ def fly(system: SegmentSystem, speed: float, method: str) -> list[SavedState]:
 
 
 def lowest(system: SegmentSystem, seen: list[SavedState]) -> float:
-    """How far down the plate that flies has come with any corner, m."""
+    """Largest downward displacement of any corner of the moving plate, m."""
     return min(float(system.shape(saved.time, saved.q)[-1, :, 2].min()) for saved in seen)
 
 
@@ -90,7 +90,7 @@ def parting(system: SegmentSystem, seen: list[SavedState]) -> float:
 @pytest.mark.parametrize("keys", [{}, {"restitution": 0.7}], ids=["elastic", "c = .7"])
 @pytest.mark.parametrize("speed", [pytest.param(50.0, marks=pytest.mark.slow), 500.0])
 def test_a_thin_fast_plate_comes_back(speed: float, keys: dict[str, float], tilt: float, target: str, spatial: bool) -> None:
-    # an end that lands throws the other one down at twice the speed: that would go half a thickness deep
+    # an end that lands throws the other end down at twice the speed, which would cause a penetration of half a thickness
     contact = bouncing(speed, 4.0 if tilt else 1.0, **keys)
     system = compile_scene(shot(target, speed, tilt, contact), spatial)
     seen = fly(system, speed, "generalized-alpha")
@@ -116,7 +116,8 @@ def test_edge_on_edge(speed: float, keys: dict[str, float]) -> None:
     ids=["flat", "on an edge", "upright", "upright on a box"],
 )
 def test_a_soft_floor_throws_a_thin_plate_back(target: str, tilt: float, spatial: bool) -> None:
-    """A floor has one side only, whatever the thickness of what lands on it: soft, it lets in more than half of that."""
+    """A floor has one side only, whatever the thickness of the landing plate is; a soft floor allows a penetration of more
+    than half of it."""
     speed, part = 50.0, 0.125**2.5
     scene = shot("plane", speed, tilt, bouncing(speed, part))
     high = scene.bodies[0].model_copy(update={"position": (0.0013, 0.0, HEIGHT + 0.5 * LENGTH * math.sin(tilt))})
@@ -137,7 +138,7 @@ def test_a_soft_floor_throws_a_thin_plate_back(target: str, tilt: float, spatial
 @TARGETS
 @pytest.mark.parametrize("tilt", [0.0, 0.3], ids=["flat", "on an edge"])
 def test_radau_gets_it_right_or_says_so(tilt: float, target: str, spatial: bool) -> None:
-    """SciPy's method cannot take a step back."""
+    """SciPy's method cannot repeat a step."""
     for speed in (50.0, 500.0):
         system = compile_scene(shot(target, speed, tilt, bouncing(speed)), spatial)
         said = ""
@@ -153,7 +154,7 @@ def test_radau_gets_it_right_or_says_so(tilt: float, target: str, spatial: bool)
 
 
 def test_radau_says_when_something_passed() -> None:
-    """A contact too soft to stop the plate at all."""
+    """A contact that is too soft to stop the plate."""
     for target in ("surface", "plate", "plane"):
         system = compile_scene(shot(target, 50.0, 0.0, Contact(stiffness=1.0)), False)
         with pytest.raises(NotConverged, match=r"a body passed through a face; .*raise contact\.stiffness"):
@@ -166,7 +167,7 @@ def test_radau_says_when_something_passed() -> None:
 
 
 def pushed(yielding: bool, target: str, **keys: Any) -> Scene:
-    """A plate driven 10 mm down, where after 5 mm another lies, on springs or held."""
+    """A plate that is driven down by 10 mm, with another plate after 5 mm, which is on springs or held."""
     scene = shot(target, 0.0, 0.0, Contact(stiffness=1e8, **keys))
     bodies = {body.name: body for body in scene.bodies}
     low = bodies["low"].model_copy(update={"held": not yielding})
@@ -193,7 +194,7 @@ def test_a_plate_on_springs_is_pushed_along(first: float, target: str, spatial: 
     seen: list[SavedState] = []
     follow(system, PathSettings(end, first * end), [end], seen.append)
     at = seen[-1].q[2 if spatial else 1]
-    # 100 N/m over what the driven plate goes on after it has touched
+    # 100 N/m times the displacement of the driven plate after first contact
     assert at == pytest.approx(HEIGHT - 2 * HEIGHT - THICK, abs=2e-5)
     assert abs(seen[-1].observation.drive.force[0]) == pytest.approx(-100.0 * at, rel=1e-3)
 
@@ -203,7 +204,7 @@ def test_a_plate_on_springs_is_pushed_along(first: float, target: str, spatial: 
 @pytest.mark.parametrize("first", [1.0, 0.3], ids=["one increment", "few"])
 @pytest.mark.parametrize("damping", [0.0, 10.0], ids=["elastic", "damped"])
 def test_a_plate_is_not_driven_through_another(damping: float, first: float, target: str, spatial: bool) -> None:
-    """Both are held where they are: there is no solution."""
+    """Both plates are held in their places, so there is no solution."""
     system = compile_scene(pushed(False, target, damping=damping), spatial)
     end = float(system.end_time() or 0.0)
     with pytest.raises(NotConverged, match="pass through each other"):

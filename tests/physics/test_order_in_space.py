@@ -25,7 +25,8 @@ def test_lateral_buckling_of_a_straight_strip() -> None:
 
 
 def test_joints_may_be_turned_round() -> None:
-    """Inner and outer body of every other joint swapped: the same, but for the shear strain of the joints."""
+    """Inner and outer body of every second joint are swapped: the result is the same, except for the shear strain of the
+    joints."""
     assert lateral_buckling(10, True) == pytest.approx(lateral_buckling(10), rel=1e-7)
     section = Section(stretch=1e6, shear=1e6, torsion=0.3, about_y=1.0, about_z=2.0)
     ends = [space_tip(10, 1.0, 0.8, section, (0.0, 0.5, 1.0), 20, swapped)[0] for swapped in (False, True)]
@@ -34,7 +35,7 @@ def test_joints_may_be_turned_round() -> None:
 
 @pytest.mark.parametrize("load", [300.0, 600.0])
 def test_45_degree_bend(load: float) -> None:
-    """The bend of the literature."""
+    """The 45 degree bend of the literature."""
     section = Section.rectangle(1.0, 1.0, 1e7, 5e6, 1.0 / 6.0)
     found = np.array([space_tip(n, 100.0 * math.pi / 4, math.pi / 4, section, (0.0, 0.0, load))[0] for n in (10, 20, 40)])
     np.testing.assert_allclose(order(np.linalg.norm(found - ARC[load], axis=1)), 2.0, atol=0.1)
@@ -42,7 +43,7 @@ def test_45_degree_bend(load: float) -> None:
 
 @pytest.mark.parametrize("ratio", [0.5, 2.0])
 def test_45_degree_bend_whose_stiffnesses_differ(ratio: float) -> None:
-    """Torsion softer or stiffer, and bending about z the other way round: against its own limit."""
+    """Softer or stiffer torsion, and bending about z in the opposite sense, compared with their own limits."""
     section = Section.rectangle(1.0, 1.0, 1e7, 5e6, 1.0 / 6.0)
     section = replace(section, torsion=section.torsion * ratio, about_z=section.about_z / ratio)
     arc = 100.0 * math.pi / 4, math.pi / 4

@@ -1,4 +1,4 @@
-"""A drive that pushes on a panel along its length: the panel carries its Euler load and no more, and the snap ends."""
+"""A drive that pushes a panel along its length: the panel carries at most its Euler load, and the snap ends."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ travel = "20 mm"
 
 
 def test_no_more_than_the_critical_load_is_quasi_static(tmp_path: Path) -> None:
-    """On its way out of the straight, a column carries far more, slowly; the second panel is one between 2 creases."""
+    """While it leaves its straight state, a column slowly carries far more; the second panel is a column between two
+    creases."""
     (tmp_path / "case.toml").write_text(CASE)
     system = compile_case(load_case(tmp_path / "case.toml").case)[1]
     motion = system.motions[0]
@@ -46,17 +47,18 @@ def test_no_more_than_the_critical_load_is_quasi_static(tmp_path: Path) -> None:
     assert energy_balance.relative_error < 1e-3
     (event,) = statistics.events
     assert event.kind == "snap"
-    assert event.end_travel < 4e-3  # 3 mm, and not all of the 20: what has died is followed by equilibria again
+    # 3 mm, and not the whole 20 mm: after the motion has decayed, equilibria are followed again
+    assert event.end_travel < 4e-3
     stiffness, length = 5.2e9 * 0.055 * 0.42e-3**3 / 12.0, 0.63 / 5.0
     euler = stiffness * (np.pi / length) ** 2 * np.sin(np.radians(71.0))
-    assert euler < event.force < 4.0 * euler  # between hinged and clamped
+    assert euler < event.force < 4.0 * euler  # the supports are between hinged and clamped
     curve = ForceCurve.from_points(statistics.points)
     assert peaks(curve).largest.force == pytest.approx(event.force, rel=1e-2)
     assert curve.force.max() > 1.5 * event.force
 
 
 def test_nor_is_it_of_a_run_by_dynamics(tmp_path: Path) -> None:
-    """Twice the critical load was its quasi-static peak; what is left is the motion as it dies."""
+    """Twice the critical load counted as the quasi-static peak; the remaining force is that of the decaying motion."""
     (tmp_path / "case.toml").write_text(CASE)
     system = compile_case(load_case(tmp_path / "case.toml").case)[1]
     statistics, _ = simulate(system, Settings("generalized-alpha", 1e-6, 2.0), [], lambda state: None)

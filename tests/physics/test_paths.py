@@ -1,4 +1,4 @@
-"""Equilibrium paths with critical points: Euler's column past buckling, a truss that snaps through and back."""
+"""Equilibrium paths with critical points: the buckled column of Euler, and a truss that snaps through and back."""
 
 from __future__ import annotations
 
@@ -45,11 +45,12 @@ def test_column_past_buckling(spatial: bool) -> None:
     tolerance = 1e-4 if not spatial else 4e-4  # errors fall as 1/N^2
     for state, (load, _, sideways) in zip(saved, ELASTICA.values(), strict=True):
         assert state.observation.drive.force[0] / np.pi**2 == pytest.approx(load, rel=tolerance)
-        # the middle of the column is the end of the segment that holds it
+        # the middle of the column is the end of the segment that contains it
         assert abs(deflection(system, state)) == pytest.approx(sideways, rel=tolerance)
     (event,) = statistics.events
     assert event.kind == "bifurcation"
-    # the smallest step, 1e-6 of the travel, is half the critical load of so stiff a column; the search hits it closer
+    # the smallest step, 1e-6 of the travel, is half the critical load of such a stiff column; the search finds the load more
+    # accurately
     assert event.force / np.pi**2 == pytest.approx(1.0, rel=2e-2)
 
 
@@ -61,7 +62,7 @@ def test_dampers_do_not_keep_a_column_straight() -> None:
         assert force == pytest.approx(undamped, rel=1e-3)
         assert negative_pivots(system, state.time, state.q) == 0
     assert [event.kind for event in statistics.events] == ["bifurcation"]
-    # no spike of the pulled pin's damper, 10 N at the drive's speed, where the branch is taken
+    # the damper of the pulled pin, 10 N at the speed of the drive, causes no spike where the branch is taken
     assert max(drive.force[0] for drive, *_ in statistics.points) < 1.01 * max(s.observation.drive.force[0] for s in saved)
 
 
@@ -78,7 +79,7 @@ BAR, BASE, RISE, SOFT = 1000.0, 1.0, 0.3, 20.0
 
 
 def resistance(sunk: np.ndarray) -> np.ndarray:
-    """Closed form: force of the truss (N) when its apex has sunk (m)."""
+    """Closed form: force of the truss (N) as a function of the downward displacement of its apex (m)."""
     height = RISE - sunk
     length = np.hypot(BASE, height)
     return BAR * (np.hypot(BASE, RISE) - length) * height / length
@@ -107,7 +108,7 @@ def truss(damping: float = 0.0) -> SegmentSystem:
 
 
 def sunk(q: np.ndarray) -> float:
-    """How far the apex is below its start, m."""
+    """Downward displacement of the apex from its start, m."""
     return RISE - float(q[4])
 
 
@@ -123,7 +124,7 @@ def test_truss_snaps_through(damping: float) -> None:
     # the limit point of D = w + F(w)/k
     depth = np.linspace(0.0, RISE, 100_001)
     limit = float(np.max(depth + resistance(depth) / SOFT))
-    if damping:  # the dampers hold it back while it creeps past
+    if damping:  # the dampers slow it down while it creeps past
         assert limit < event.travel < 1.02 * limit
     else:
         assert event.travel == pytest.approx(limit, rel=1e-4)
@@ -132,18 +133,18 @@ def test_truss_snaps_through(damping: float) -> None:
         w = sunk(state.q)
         force, travel = state.observation.drive.force[0], state.observation.drive.travel[0]
         if limit <= travel <= event.end_travel:
-            continue  # no equilibrium: on the way
-        tolerance = 2e-3 if damping else 1e-5  # the drag of the dampers, and that of the rest of the motion
+            continue  # this state is not an equilibrium, because the motion is under way
+        tolerance = 2e-3 if damping else 1e-5  # the force of the dampers, and that of the rest of the motion
         assert force == pytest.approx(resistance(np.array(w)), abs=tolerance * 10.0)
         assert travel == pytest.approx(w + force / SOFT, abs=tolerance)
         if not event.travel <= travel <= event.end_travel:
-            assert (w > RISE) == (travel > event.travel)  # never on the unstable branch in between
+            assert (w > RISE) == (travel > event.travel)  # no state is on the unstable branch in between
     assert energy_balance.relative_error < 1e-2
 
 
 def test_what_hardly_anything_damps_does_not_ring_on() -> None:
-    """A damper of 1e-5 s leaves a snap ringing to the end: 14533 steps, the rest of the travel in motion, 16 % of its energy
-    lost by numerical damping. Air takes over once the snap has been seen."""
+    """With a damper of 1e-5 s the vibration after a snap lasts to the end: 14533 steps, the rest of the travel as a motion,
+    and 16 % of its energy lost by numerical damping. Artificial damping is added after the first phase of the snap."""
     system = truss(1e-5)
     motion = system.motions[0]
     saved: list[SavedState] = []
@@ -159,7 +160,7 @@ def test_what_hardly_anything_damps_does_not_ring_on() -> None:
 
 @pytest.mark.parametrize("rtol", [1e-3, 3e-4, 3e-5])
 def test_no_energy_is_lost_in_a_snap(rtol: float) -> None:
-    """A step of the motion that is too long for its end gained 5 J of 2.4 J, at these tolerances or others."""
+    """A step of the motion that was too long gained 5 J of 2.4 J, at these tolerances or others."""
     system = truss(0.05)
     motion = system.motions[0]
     statistics, energy_balance = follow(
@@ -181,7 +182,7 @@ def test_arc_length_passes_a_snap_back() -> None:
     back = np.diff(travel) < 0.0
     assert back.any() and travel[-1] == pytest.approx(0.98)
     assert np.all(np.diff(w) > 0.0)
-    # unstable exactly where the path goes back
+    # states are unstable exactly where the path goes back
     slope = np.gradient(w + resistance(w) / SOFT, w)
     clear = np.abs(slope) > 0.2
     unstable = np.array([point.negative_pivots for point in points]) > 0

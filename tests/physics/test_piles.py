@@ -1,4 +1,5 @@
-"""Contact among many: a stack pressed flat, plates in a box, the pulled strip with all kinds of contact, rigid bodies."""
+"""Contact of many bodies: a stack that is pressed flat, plates in a box, the pulled strip with all kinds of contact, rigid
+bodies."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ def squeezed(panels: int, rtol: float = stack.RTOL) -> stack.ContactDepths:
     assert [stack.crossings(pressed.system, state) for state in pressed.saved] == [[]] * len(pressed.saved)
     assert pressed.system.rejection(stack.END, pressed.saved[-1].q, None, 1.0) is None
     assert (pressed.deepest <= 1.001 * pressed.allowed).all()
-    # all layers are pressed, by the force that is put on
+    # all layers are pressed with the applied force
     force = np.max([state.observation.pairs.force for state in pressed.saved], axis=0)
     assert (force > 0.1).sum() >= panels - 1
     assert min(state.q[-3] for state in pressed.saved) < 1.3 * panels * stack.THICKNESS
@@ -61,7 +62,7 @@ def test_contact_in_space_is_that_in_the_plane() -> None:
 
 
 def test_friction_moves_the_peak_smoothly() -> None:
-    """By little: the faces slide a tenth of a millimetre on each other."""
+    """The peak increases only slightly, because the faces slide by a tenth of a millimetre on each other."""
     peaks, energies = [], []
     for mu in (0.15, 0.3, 0.45, 0.6):
         found = pulled_strip.pull('friction.law="tanh"', f"friction.mu_dynamic={mu}", 'friction.v_static="1 um/s"')
@@ -71,7 +72,8 @@ def test_friction_moves_the_peak_smoothly() -> None:
         assert found.friction_energy < 1e-3 * found.turnover
     assert (np.diff(peaks) > 0.0).all()
     assert (np.diff(energies) > 0.0).all()
-    # on a parabola: a point that came or went would show in the third difference (1e-3 of the first)
+    # the values lie on a parabola; a contact point that appears or disappears would show in the third difference (1e-3 of
+    # the first)
     assert np.abs(np.diff(peaks, 3)).max() < 0.01 * np.mean(np.diff(peaks))
     assert peaks[-1] / peaks[0] - 1.0 < 1e-4
 
@@ -93,7 +95,7 @@ def test_contact_of_any_thickness(thickness: float) -> None:
 
 @pytest.mark.parametrize("restitution", [1.0, 0.5, 0.1])
 def test_free_plates_that_collide(restitution: float) -> None:
-    """Against closed forms; the second lasts for a while, in which the plate turns."""
+    """Comparison with closed forms; the second impact has a finite duration, in which the plate rotates."""
     one = rigid_peer.collision(restitution)
     np.testing.assert_allclose(one.fsm, one.exact, rtol=2e-4)
     np.testing.assert_allclose(one.pymunk, one.exact, rtol=1e-9)

@@ -70,7 +70,7 @@ def test_force_and_tangent_are_derivatives() -> None:
 
 
 def test_swept_volume() -> None:
-    """A sheet that moves along its normal sweeps its area times the way."""
+    """A sheet that moves along its normal sweeps its area times the displacement."""
     vectors = (9 * TRIANGLES[:, :, None] + np.array([0, 3, 6])).reshape(-1, 9)
     faces = PressedFaces(vectors, np.arange(4), POINTS[TRIANGLES], ANGLES[TRIANGLES]).of(np.array([1, 2]))
     start = np.zeros((5, 3, 3))
@@ -116,7 +116,7 @@ def test_disc_on_a_hinged_edge(tmp_path: Path) -> None:
 
 
 def test_clamped_membrane_disc(tmp_path: Path) -> None:
-    """Hencky (1915): w = 0.65344 a (p a/(E t))^(1/3) for nu = 0.3; the volume is the work over the pressure's mean."""
+    """Hencky (1915): w = 0.65344 a (p a/(E t))^(1/3) for nu = 0.3; the volume is the work divided by the mean pressure."""
     thick, radius, pressure = 5e-5, 0.1, 1e3
     sheet = {
         "outer_radius": radius, "mesh_size": radius / 5, "thickness": thick, "support": [{"at": "edge outer"}],

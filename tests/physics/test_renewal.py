@@ -1,4 +1,5 @@
-"""A solve that goes on from a renewal point gives the bits of the one that never stopped, whatever happens on the way."""
+"""A solve that continues from a restart point gives the same bits as an uninterrupted solve, whatever happens during the
+solve."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ from tests.physics.test_paths import truss
 
 @dataclass
 class Way:
-    """What a solve hands over, and where another can go on."""
+    """Reported results of a solve, and its restart points."""
 
     saved: list[SavedState] = field(default_factory=list)
     points: list[CurvePoint] = field(default_factory=list)
@@ -77,7 +78,7 @@ def same(one: Way, other: Way, first: int) -> None:
 def check(
     make: Callable[[], System], settings: Settings | PathSettings, monkeypatch: pytest.MonkeyPatch, every: int = 5
 ) -> Way:
-    """Go on from the first, a middle and the last renewal point."""
+    """Continue from the first, a middle and the last restart point."""
     for module in (fsm.solve.run, fsm.solve.path_steps):
         monkeypatch.setattr(module, "steps_between", lambda nu: every)
     monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", every)

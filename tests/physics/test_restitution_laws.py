@@ -1,4 +1,4 @@
-"""Impacts and sliding of one mass under the laws themselves: what they deliver against closed forms and tables."""
+"""Impacts and sliding of one mass under the laws alone: results compared with closed forms and tables."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ FACTORS = {"hunt-crossley": hunt_crossley, "lankarani-nikravesh": lankarani_nikr
 
 @pytest.mark.parametrize("c", [0.1, 0.3, 0.5, 0.7, 0.9])
 def test_delivered_restitution(c: float) -> None:
-    """What is asked for from the exact law; from the others what their h gives. Any exponent, mass and speed."""
+    """The exact law gives the requested restitution; the other laws give the restitution that follows from their h. Any
+    exponent, mass and speed."""
     for mass, speed, exponent in ((0.1, 1.0, 1.5), (2.0, 0.3, 1.0), (0.05, 5.0, 2.2)):
         contact = Contact(stiffness=1e6, restitution=c, exponent=exponent, speed_floor=1e-6)
         assert contact.law == "restitution"
@@ -41,7 +42,7 @@ def test_delivered_restitution_of_a_half() -> None:
 
 @pytest.mark.parametrize("speed", [1e-4, 1e-3, 1e-2, 1e-1])
 def test_restitution_rises_below_the_floor(speed: float) -> None:
-    """An impact slower than the floor (1 mm/s here) has the smaller h v0/sqrt(v0^2 + floor^2), and bounces more."""
+    """An impact slower than the floor (1 mm/s here) has the smaller h v0/sqrt(v0^2 + floor^2), and rebounds faster."""
     contact = Contact(stiffness=1e6, restitution=0.5)
     h = NORMAL_LAWS["restitution"].params(contact)[2] * speed / math.hypot(speed, 1e-3)
     assert impact(contact, 0.1, speed)[0] == pytest.approx(delivered(h), rel=1e-6)
@@ -58,7 +59,8 @@ def test_impact_has_no_restitution_of_its_own(mass: float, speed: float, e: floa
 
 
 def test_kelvin_voigt() -> None:
-    """Damping ratio 0.1, let go where the force is zero; a damper that pulls until d = 0 would leave exp(-pi z/wd)."""
+    """Damping ratio 0.1, with separation where the force is zero; a damper with tension until d = 0 would leave exp(-pi
+    z/wd)."""
     stiffness, mass = 1e6, 1.0
     contact = Contact(law="linear", stiffness=stiffness, damping=0.2 * math.sqrt(stiffness * mass), ramp=1e-9)
     z = 0.1
@@ -99,7 +101,7 @@ def creep(slope: float) -> float:
 def slide(slope: float, end: float, step: float, tilting: float = 0.6) -> tuple[np.ndarray, np.ndarray]:
     """Travel and speed of the block with bristles: trapezoidal rule, Newton with the law's own derivative.
 
-    Its weight along the slope grows from nothing while the plane is tilted.
+    The component of the weight along the slope grows from zero while the plane is tilted.
     """
     law = FRICTION_LAWS["lugre"]
     params, normal = law.params(LUGRE), np.array([MASS * G * math.cos(math.atan(slope))])
@@ -133,17 +135,18 @@ def test_tanh_creeps_as_it_says(slope: float) -> None:
 
 @pytest.mark.parametrize("slope", [0.05, 0.15, 0.195, 0.29])
 def test_bristles_hold_the_block(slope: float) -> None:
-    """Once loaded they do not move a millionth of what tanh creeps (at 0.29 tanh does not hold at all)."""
+    """After loading, the block with bristles moves less than a millionth of the creep with tanh (at 0.29, tanh does not hold
+    it at all)."""
     travel, _ = slide(slope, 2.0, 5e-4)
-    crept = abs(travel[-1] - travel[2000])  # in the last second
+    crept = abs(travel[-1] - travel[2000])  # displacement in the last second
     assert crept < 1e-6 * creep(min(slope, 0.195))
-    # springs, up to 0.8 of what they hold
+    # bristles are springs up to 0.8 of their limit
     if slope < 0.24:
         assert travel[-1] == pytest.approx(1e-5 * slope / 0.3, rel=1e-6)
 
 
 def test_bristles_give_way_beyond_the_static_coefficient() -> None:
-    """The block ends on the dynamic one: the acceleration of sliding."""
+    """The block ends with the dynamic coefficient: the acceleration is that of sliding."""
     travel, speed = slide(0.31, 1.5, 5e-4)
     angle = math.atan(0.31)
     assert travel[-1] > 0.1
@@ -151,7 +154,7 @@ def test_bristles_give_way_beyond_the_static_coefficient() -> None:
 
 
 def test_bristles_follow_their_rate_equation() -> None:
-    """The steps above against SciPy with the deflection as a state."""
+    """The steps above compared with SciPy, with the deflection as a state."""
     slope, end, tilting = 0.25, 0.02, 0.02
     normal = MASS * G * math.cos(math.atan(slope))
 

@@ -1,4 +1,4 @@
-"""Resumed runs whose steps end where a drive ends but for round-off, and which are judged by their energy."""
+"""Resumed runs whose steps end where a drive ends except for round-off, and whose energy is checked."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHAKE = 'body = "hand"\ndirection = [1, 0, 0]\ntravel = "3 mm"\ntime = { kind = 
 
 
 def test_the_last_record_is_written_after_a_restart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """0.3 + 0.3 + 0.1 + 0.1 is less than 0.8 by round-off, where the drive ends."""
+    """The drive ends at 0.8, and 0.3 + 0.3 + 0.1 + 0.1 is less than 0.8 by round-off."""
     text = CASE + '[[step]]\nkind = "dynamic"\nduration = "0.3 s"\n[[step.drive]]\n' + SHAKE
     text += "".join(f'[[step]]\nkind = "dynamic"\nduration = "{duration} s"\n' for duration in (0.3, 0.1, 0.1))
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
@@ -73,7 +73,7 @@ def test_a_resumed_solve_judges_its_energy_as_the_whole_one(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("method", ["newmark", "generalized-alpha"])
 def test_steps_grow_without_numerical_damping(tmp_path: Path, method: str) -> None:
-    """A block falls on a spring; steps that stayed as short as the first one would be 17,000."""
+    """A block falls on a spring; if all steps were as short as the first, there would be 17,000."""
     text = CASE.replace("[save]", "[x]").split("[x]")[0].replace('"hand"\nouter', '"ground"\nouter')
     text += f'[solve]\nmethod = "{method}"\nend_time = "0.6 s"\n' + ("rho_inf = 1.0\n" if method != "newmark" else "")
     (tmp_path / "case.toml").write_text("gravity = [0, 0, -9.81]\n" + text, encoding="utf-8")

@@ -36,6 +36,6 @@ def test_heavy_top_keeps_energy_and_norm() -> None:
 @pytest.mark.parametrize("spatial", [False, True])
 def test_rotational_spring_pendulum(spatial: bool) -> None:
     height = bodies.pendulum(spatial, list(ADAMS))
-    # ADAMS' output differs from the exact solution by up to 7.6e-6, at 0.8 s
+    # the output of ADAMS differs from the exact solution by up to 7.6e-6, at 0.8 s
     assert height == pytest.approx(list(ADAMS.values()), rel=2e-5)
     assert height == pytest.approx(bodies.exact_pendulum(list(ADAMS)), rel=1e-5)

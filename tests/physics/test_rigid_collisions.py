@@ -1,4 +1,5 @@
-"""Free rigid plates thrown at each other and at obstacles: what elastic impacts keep, and that nothing passes through."""
+"""Free rigid plates that collide with each other and with obstacles: elastic impacts conserve energy and momentum, and no
+plate passes through another."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ STIFFNESS, THICK = 2e8, 4e-3
 SIZES = np.array([[0.2, 0.1], [0.16, 0.12]])
 MASS = 0.1
 INERTIA = MASS / 12 * np.column_stack([SIZES[:, 1] ** 2, SIZES[:, 0] ** 2, np.sum(SIZES**2, axis=1)])
-# the Hessian of a gap jumps where what is closest changes; with steps of 5e-6 s the energy is off by 2e-6
+# the Hessian of a gap jumps where the closest features change; with steps of 5e-6 s the energy error is 2e-6
 ENERGY = 5e-4
 STEP, FREE_STEP, DURATION = 2e-5, 4e-4, 0.2
 
@@ -60,7 +61,7 @@ def conserved(contacts: ShapeContacts, poses: np.ndarray, rates: np.ndarray) -> 
 
 
 def thrown(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Two plates that fly at each other, turned and turning anyhow."""
+    """Two plates that move towards each other, with random orientations and angular velocities."""
     rng = np.random.default_rng(seed)
     turn = rng.normal(size=(2, 4))
     poses = np.hstack([rng.uniform(-0.03, 0.03, (2, 3)), turn / np.linalg.norm(turn, axis=1, keepdims=True)])
@@ -71,7 +72,8 @@ def thrown(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def fly(contacts: ShapeContacts, poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, int]:
-    """Classical Runge-Kutta, in short steps near contact: end state, smallest gap, states in contact; nothing is crossed."""
+    """Classical Runge-Kutta method with short steps near contact: end state, smallest gap, states in contact; no plate
+    passes through another."""
     deepest, touched, time = 0.0, 0, 0.0
     while time < DURATION:
         contacts.commit(poses)

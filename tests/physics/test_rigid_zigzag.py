@@ -1,8 +1,8 @@
 """Strip of rigid panels against the closed form of the zig-zag (validation/references.md; exact).
 
-With the panels rigid, crease 2 is the tip of a dyad of two bars of length a between crease 1 (fixed) and crease 3 (pulled,
-h above crease 1, D beside it). In the closed form's own angles the strip as folded, h = 0, has gamma = 0, beta = theta and
-chi = pi - 2 theta, so creases at rest as folded have
+With rigid panels, crease 2 is the joint of two bars of length a between crease 1 (fixed) and crease 3 (pulled, at the height
+h above crease 1 and the distance D beside it). In the closed form's own angles the strip as folded, h = 0, has gamma = 0,
+beta = theta and chi = pi - 2 theta, so creases at rest as folded have
 
     phi1 = gamma - beta = -theta,   phi2 = chi = pi - 2 theta,   phi3 = 2 (gamma + beta) = 2 theta.
 """
@@ -53,8 +53,8 @@ def test_closed_form_is_the_derivative_of_the_creases_energy() -> None:
 def test_static_pull_with_the_strips_own_springs(crease: float, bound: float) -> None:
     """Creases as stiff as those of the check value, and those of the trial strip, four times stiffer.
 
-    What is left is the strip's own shear and stretch, which rigid panels have not, in proportion to the force: 1.10e-4 of
-    the peak for the trial strip's creases (8.6e-5 N), 1.2e-5 and 2.4e-5 for the others.
+    The remaining error is the shear and stretch of the strip, which rigid panels do not have; it is proportional to the
+    force: 1.10e-4 of the peak for the creases of the trial strip (8.6e-5 N), 1.2e-5 and 2.4e-5 for the others.
     """
     assert static_error(1.0, crease) < bound
     assert static_error(1.0, crease) == pytest.approx(1.10e-4 * crease / CREASE, rel=0.05)
@@ -64,11 +64,11 @@ def test_error_is_that_of_the_springs() -> None:
     errors = [static_error(factor) for factor in (1.0, 10.0, 100.0, 1000.0)]
     orders = np.log10(np.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx(1.0, abs=0.1)
-    assert static_error(2000.0) < 1e-7  # much stiffer, round-off in the springs takes over
+    assert static_error(2000.0) < 1e-7  # with much stiffer springs, round-off in the springs dominates
 
 
 def test_saved_forces_are_those_of_step_ends() -> None:
-    # interpolated between steps, stiff springs were off by 2.7e-4 here
+    # with interpolation between steps, forces of stiff springs had an error of 2.7e-4 here
     system = rigid_strip()
     forces: list[float] = []
     times = [system.motions[0].time_of(x) for x in TRAVELS]
@@ -78,11 +78,11 @@ def test_saved_forces_are_those_of_step_ends() -> None:
 
 
 def test_slow_pull_through_time() -> None:
-    # 2 mm/s: inertia and damping stay below the error of the strip's own springs
+    # 2 mm/s: inertia and damping remain below the error of the springs of the strip
     system = rigid_strip(speed=2e-3, damping=1e-3)
     forces: list[float] = []
     times = [system.motions[0].time_of(x) for x in TRAVELS]
-    # the reaction is that of stiff springs, so its error is their stiffness times that of the positions
+    # the reaction is the force of stiff springs, so its error is their stiffness times the error of the positions
     settings = Settings("Radau", 1e-9, times[-1])
     simulate(system, settings, times, lambda saved: forces.append(saved.observation.drive.force[0]))
     assert relative_error(np.array(forces), strip_force(TRAVELS)) < 1.2e-4

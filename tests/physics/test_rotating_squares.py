@@ -32,7 +32,7 @@ def test_shear_to_either_side_is_the_same() -> None:
     for x in (1, -1):
         case = load_case(FOLDER / "case.toml", [f"drive.0.direction=[{x}, 0, 0]", "drive.0.travel=3.75"]).case
         ends.append(force_response(with_values(case, STIFFNESS), np.array([3.75e-3])).force[0])
-    # four columns are their own mirror image only together with a turn of all squares: not quite the same
+    # the mirror image of four columns requires a rotation of all squares, so both are not quite equal
     assert ends[0] == pytest.approx(ends[1], rel=2e-3)
 
 
@@ -42,7 +42,7 @@ def test_the_fit_lies_in_the_band_of_both_tests_and_the_prediction_kept_is_that_
     tests, parameters, priors = read_tests(study, path)
     found = identify(tests, parameters, priors)
     for test, response, added in zip(tests, found.responses, found.added, strict=True):
-        half_band = test.deviation  # the band is one standard deviation each way in this study
+        half_band = test.deviation  # the band is plus and minus one standard deviation in this study
         assert np.all(np.abs(response.force + added - test.force) < half_band), test.name
     assert study.predict is not None
     values = dict(zip(found.estimate.names[:3], found.estimate.values[:3].tolist(), strict=True))

@@ -70,7 +70,7 @@ def impact(scene: Scene, spatial: bool) -> tuple[float, float, float]:
 @pytest.mark.parametrize("target", ["plate", "grid point", "plane", "ball"])
 @pytest.mark.parametrize("seed", range(3))
 def test_hertz_impact_of_a_sphere_wherever_it_lands(target: str, seed: int, spatial: bool) -> None:
-    """K = 4/3 E* sqrt(R) is delivered once: depth, force and duration 2.943275 d/v, to 0.5 %."""
+    """K = 4/3 E* sqrt(R) acts once: depth, force and duration 2.943275 d/v agree within 0.5 %."""
     rng = np.random.default_rng([seed, 7])
     radius, speed = rng.uniform(3e-3, 0.1), rng.uniform(0.1, 2.0)
     other = radius * rng.uniform(0.5, 3.0)
@@ -125,7 +125,7 @@ def motion(scene: Scene, spatial: bool, end: float, records: int = 3) -> tuple[l
 
 @DIMENSIONS
 def test_a_chain_of_beads_hands_the_motion_on(spatial: bool) -> None:
-    """Newton's cradle of balls with room between them: equal masses exchange speeds, one after the other."""
+    """Newton's cradle of balls with gaps between them: equal masses exchange their speeds one after the other."""
     radius, speed, room = 0.01, 0.7, 1e-4
     balls = [ball(f"bead {k}", radius, (k * (2 * radius + room), 0.0, 0.0)) for k in range(5)]
     first = balls[0][0].model_copy(update={"velocity": (speed, 0.0, 0.0)})
@@ -139,7 +139,7 @@ def test_a_chain_of_beads_hands_the_motion_on(spatial: bool) -> None:
 
 
 def test_a_break_of_billiards_keeps_momentum_and_energy() -> None:
-    """Six balls in a triangle, hit off its axis, on no table; without friction all spins stay zero."""
+    """Six balls in a triangle without a table, hit off the axis; without friction no ball rotates."""
     radius = 0.0286
     pitch = 1.01 * radius
     places = [(row * math.sqrt(3) * pitch, (2 * k - row) * pitch) for row in (0, 1, 2) for k in range(row + 1)]
@@ -159,7 +159,7 @@ def test_a_break_of_billiards_keeps_momentum_and_energy() -> None:
 
 
 def test_a_cut_shot_with_friction_keeps_both_momenta() -> None:
-    """Two balls that graze: the friction of the impact turns both, and what it dissipates is what is lost."""
+    """Two balls in a grazing impact: friction rotates both, and its dissipation equals the loss of energy."""
     radius, mu = 0.03, 0.1
     contact = steel(radius)
     offset = 1.2 * radius
@@ -169,12 +169,13 @@ def test_a_cut_shot_with_friction_keeps_both_momenta() -> None:
     saved, rates, error = motion(scene_of([cue, target], contact, friction=friction), True, 0.08)
     start, end = rates[0], rates[-1]
     np.testing.assert_allclose(end[:, :3].sum(axis=0), start[:, :3].sum(axis=0), atol=1e-9)
-    # the line of centres at the touch; the impulse along it is that of an elastic impact, across it mu of that
+    # line of centres at first contact; the impulse along it is that of an elastic impact, and the impulse across it is mu
+    # times that
     sine = offset / (2 * radius)
     along = np.array([math.sqrt(1 - sine**2), -sine, 0.0])
     across = np.array([sine, math.sqrt(1 - sine**2), 0.0])
     np.testing.assert_allclose(end[1, :3], along[0] * along + mu * along[0] * across, atol=2e-3)
-    # both get the same turn: r mu J/(2/5 m r^2)
+    # both balls get the same rotation: r mu J/(2/5 m r^2)
     turn = -2.5 * mu * along[0] / radius
     np.testing.assert_allclose(end[:, 5], [turn, turn], rtol=3e-3)
     angular = [
@@ -187,7 +188,7 @@ def test_a_cut_shot_with_friction_keeps_both_momenta() -> None:
 
 @DIMENSIONS
 def test_a_ball_that_slides_begins_to_roll(spatial: bool) -> None:
-    """Whatever the friction, it rolls with 5/7 of its speed in the end, after 2 v/(7 mu g)."""
+    """For any friction, the ball finally rolls with 5/7 of its speed, after 2 v/(7 mu g)."""
     radius, speed, mu = 0.02, 0.5, 0.3
     contact = Contact.model_validate({"young": 2e9, "poisson": 0.3, "radius": radius, "damping": 20.0})
     mover = ball("mover", radius, (0.0, 0.0, radius), (speed, 0.0, 0.0))

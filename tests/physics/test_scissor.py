@@ -106,12 +106,12 @@ def test_rigid_array_is_one_degree_of_freedom(units, end):
     q, _, _, _ = histories(system, Settings("Radau-blocks", 1e-6, end), times)
     exact = one_degree_of_freedom(units, times)
     turned = q.reshape(len(times), -1, 3)[:, :, 2] - q[0].reshape(-1, 3)[:, 2]
-    signs = np.tile([-1.0, 1.0], units)  # rising bars turn the other way about y
+    signs = np.tile([-1.0, 1.0], units)  # rising bars rotate in the opposite sense about y
     assert turned * signs == pytest.approx(np.broadcast_to((exact - START)[:, None], turned.shape), abs=1e-6)
 
 
 def test_rigid_springs_and_gravity():
-    """A rigid array in gravity against the same equation; with a spring that holds it, nothing moves."""
+    """A rigid array under gravity against the same equation; if a spring holds the array, it does not move."""
     scissor, times = linear(1), np.linspace(0.0, 0.4, 5)
     system = compile_scene(build_bodies(scissor, BAR, STEEL, default_holds(scissor), (), gravity=(0.0, -9.81)))
     q, _, _, _ = histories(system, Settings("Radau-blocks", 1e-6, 0.4), times)
@@ -134,12 +134,14 @@ def test_rigid_limit_at_first_order():
 
 
 def test_energy_hinges_and_synchronism():
-    """Whole deployment: energy balance 1e-5, bars meet at their hinges, neighbours part late."""
+    """Complete deployment: the energy balance closes to 1e-5, bars stay joined at their hinges, and neighbours differ
+    late."""
     system = flexible(linear(3), push(0.02))
     times = np.linspace(0.0, 1.5, 31)
     q, _, energy_balance, _ = histories(system, Settings("generalized-alpha", 1e-6, 1.5, step=1e-3), times)
     assert energy_balance.relative_error < 1e-5
-    for bar in system.bars:  # all bars use one position at a point: what they draw there is the same to the bit
+    # all bars use one position at a point, so the positions that they draw there are equal to the last bit
+    for bar in system.bars:
         for name, first in system.points.items():
             for i in np.flatnonzero(bar.positions == first):
                 drawn = q[-1][bar.positions[i] : bar.positions[i] + 2]
@@ -154,7 +156,7 @@ def test_energy_hinges_and_synchronism():
 def test_high_frequencies_die_with_rho_inf():
     """Under a suddenly applied force the acceleration of a1 gets smoother as rho_inf falls; the displacement hardly changes.
 
-    rho_inf = 1 is left out: without damping of its own the method is not stable for motions that are not linear.
+    rho_inf = 1 is omitted: without numerical damping the method is unstable for nonlinear motions.
     """
     times = np.linspace(0.0, 1.2, 1201)
     rough, moved = [], []
@@ -173,7 +175,8 @@ def test_high_frequencies_die_with_rho_inf():
 
 
 def test_numbered_end_to_end():
-    """B is a permutation, its inverse its transpose, and the array's pattern is a band as wide at 12 units as at 6."""
+    """B is a permutation whose inverse is its transpose, and the pattern of the array is a band that is as wide with 12
+    units as with 6."""
     widths = []
     for units in (6, 12):
         pattern = flexible(linear(units), push()).pattern
@@ -187,7 +190,7 @@ def test_numbered_end_to_end():
 
 
 def test_a_ring_opens_evenly():
-    """Pulled outwards at all its points, a ring of six stays as symmetric as it is, whatever its bars bend."""
+    """A ring of six units that is pulled outwards at all points stays symmetric, however its bars bend."""
     ring = Scissor(shape="ring", units=6, bar_length=0.5, initial_angle=0.9, elements_per_bar=2)
     forces = tuple(PointForce(point=f"a{k}", radial=5.0, time=Ramp(kind="ramp", end=0.05)) for k in range(1, 7))
     system = flexible(ring, forces)
@@ -203,7 +206,8 @@ def test_a_ring_opens_evenly():
 
 
 def test_end_stop():
-    """A stop at 50 deg: hinges turn no further than the stop gives way, and what it takes is in the balance."""
+    """A stop at 50 deg: hinges rotate no further than the deflection of the stop, and the energy balance includes its
+    energy."""
     stop = Stop(angle=math.radians(50.0), stiffness=2e4, damping=1.0)
     system = flexible(linear(1), push(0.02), stop=stop)
     times = np.linspace(0.0, 0.5, 101)
@@ -212,13 +216,14 @@ def test_end_stop():
     turns = np.array([system.hinges.turns(state)[0] for state in q])
     assert limit < turns.max() < limit + 0.05
     assert turns[times > 0.3].min() > 0.5 * limit
-    # 2026-11-23: steps of .1 ms, were .2 ms: dissipation is taken half-way, where that of the stop is off by 2e-4 (order 2)
+    # 2026-11-23: steps of 0.1 ms instead of 0.2 ms, because the dissipation is evaluated in the middle of a step, where that
+    # of the stop has an error of 2e-4 (order 2)
     assert energy_balance.relative_error < 1e-4
     assert energy_balance.dissipated > 0.1
 
 
 def test_latch():
-    """Thrown against its stop and left alone, a unit bounces back; with a latch it stays. Both balance to 1e-5."""
+    """A unit that hits its stop freely bounces back; with a latch it stays there. Both balance to 1e-5."""
     thrust = Table(kind="table", time=(0.0, 0.05, 0.1, 0.15), value=(0.0, 1.0, 1.0, 0.0))
     force = (PointForce(point="a1", force=(0.0, -50.0), time=thrust),)
     limit, times = 2.0 * math.radians(10.0), np.linspace(0.0, 0.6, 121)
@@ -233,7 +238,7 @@ def test_latch():
     assert name == "h1"
     before = times <= closed
     assert 0.2 < closed < 0.3 and turns[True][before][-1] < limit < turns[True][~before][0]
-    inwards = turns[False].argmax() + 1  # where the stop does not pull, the latch does not either: nothing jumps
+    inwards = turns[False].argmax() + 1  # where the stop does not pull, the latch does not pull either, so no force jumps
     assert times[inwards] > closed and np.array_equal(turns[True][:inwards], turns[False][:inwards])
     assert turns[False][-1] < limit - 0.2
     assert np.abs(turns[True][times > 0.3] - limit).max() < 0.03
@@ -241,7 +246,7 @@ def test_latch():
 
 
 def test_friction_and_springs_at_hinges():
-    """Dry friction takes M_f times the turn of all hinges; a spring stores k/2 of its square."""
+    """Dry friction dissipates M_f times the rotation of all hinges; a spring stores k/2 times its square."""
     hinge = HingeJoint(friction_moment=0.5, friction_speed=0.02, at="middle")
     system = flexible(linear(2), push(0.02), hinge=hinge)
     q, _, energy_balance, _ = histories(system, Settings("generalized-alpha", 1e-5, 0.5, step=5e-4), [0.0, 0.5])
@@ -254,7 +259,7 @@ def test_friction_and_springs_at_hinges():
 
 
 def test_balance_of_damped_bars_that_turn():
-    """Dissipation is that of strain rates; the chord of a slope that turns in a long step is none."""
+    """Dissipation follows from strain rates; the chord of a rotating slope in a long step causes none."""
     soft = Material(young=7e10, poisson=0.3, density=2700.0, damping=1e-4)
     scissor = Scissor(units=3, bar_length=0.16, initial_angle=math.radians(70.0), elements_per_bar=2)
     force = (PointForce(point="a1", force=(0.0, -31.4), time=Ramp(kind="ramp", end=0.05)),)
@@ -265,14 +270,16 @@ def test_balance_of_damped_bars_that_turn():
 
 
 def test_waves_that_the_mesh_does_not_resolve_are_not_followed():
-    """Undamped bars that springs throw open at once: few steps do, and the motion is that of short ones."""
+    """Undamped bars that springs open suddenly: a few steps are sufficient, and the motion agrees with that of short
+    steps."""
     ring = Scissor(shape="ring", units=5, bar_length=0.26, initial_angle=math.radians(60.0), elements_per_bar=2)
     hinge = HingeJoint(stiffness=36.7, rest_turn=1.5, at="middle")
     stiff = Material(young=1.1e11, poisson=0.3, density=1600.0, damping=0.0)
     section, times = BarSection(width=0.022, height=0.018), np.linspace(0.0, 4e-3, 9)
     ways = []
     for settings in (
-        Settings("generalized-alpha", 1e-6, 4e-3, max_steps=2000),  # 1e-6 took 30,000 steps with every wave followed
+        # rtol 1e-6 took 30,000 steps, because every wave was resolved
+        Settings("generalized-alpha", 1e-6, 4e-3, max_steps=2000),
         Settings("generalized-alpha", 1e-6, 4e-3, step=1e-6),
     ):
         system = compile_array(ring, section, stiff, default_holds(ring), (), hinge=hinge)
@@ -283,7 +290,7 @@ def test_waves_that_the_mesh_does_not_resolve_are_not_followed():
 
 
 def test_a_hinge_turns_past_half_a_turn():
-    """Springs of an array that passes all out do not jump by a whole turn: 2 x 95 deg are 190, not -170."""
+    """Springs of an array that passes its fully open state do not jump by a full turn: 2 x 95 deg are 190, not -170."""
     system = flexible(linear(1, elements_per_bar=2), push(), hinge=HingeJoint(stiffness=1.0, rest_turn=1.0, at="middle"))
     q, group = system.start.copy(), system.hinges
     for turn in (-1.0, 0.5, 3.0, 3.3, 4.0):
@@ -304,7 +311,8 @@ def test_a_hinge_turns_past_half_a_turn():
     ],
 )
 def test_stress_at_hinges(scissor, force):
-    """Largest stress with 4 and 16 elements a bar. Stresses of Gauss points were 5 % low, and of rings 20 % high with 16."""
+    """Largest stress with 4 and 16 elements a bar. Stresses at the Gauss points were 5 % too low, and those of rings 20 %
+    too high with 16 elements."""
     section = BarSection(width=0.0038, height=0.0068)
     wood = Material(young=1e10, poisson=0.3, density=600.0, damping=1e-4)
     found = []
@@ -318,7 +326,7 @@ def test_stress_at_hinges(scissor, force):
 
 
 def test_the_largest_stress_is_that_of_all_steps():
-    """It does not depend on the records, and is remembered."""
+    """The largest stress does not depend on the records, and a restart preserves it."""
     system = flexible(linear(1), push(0.02))
     times = np.linspace(0.0, 0.1, 101)
     q, _, _, _ = histories(system, Settings("generalized-alpha", 1e-6, 0.1, step=1e-3), times)
@@ -333,7 +341,7 @@ def test_the_largest_stress_is_that_of_all_steps():
 
 
 def test_a_ring_of_beams_without_shear():
-    """Slender bars with a bend at the hinge move, and are stressed, the same with and without shear."""
+    """Slender bars with a kink at the hinge have the same motion and stress with and without shear."""
     section = BarSection(width=0.0038, height=0.002)
     material = Material(young=1e10, poisson=0.3, density=600.0, damping=1e-4)
     forces = (PointForce(point="a1", radial=0.05, time=Ramp(kind="ramp", end=0.05)),)
@@ -352,7 +360,8 @@ def test_a_ring_of_beams_without_shear():
 
 
 def test_the_error_of_the_largest_stress_is_stated():
-    """A slow deployment, and undamped bars that springs throw open: the error covers what a fourfold mesh gives."""
+    """A slow deployment, and undamped bars that springs open suddenly: the stated error covers the difference from a mesh
+    with four times the elements."""
     slow = {
         "scissor": {"units": 1, "bar_length": 0.19, "initial_angle": 1.344},
         "bar": {"width": 0.0038, "height": 0.0068}, "material": {"young": 1e10, "poisson": 0.3, "density": 600.0},
@@ -381,7 +390,8 @@ def test_the_error_of_the_largest_stress_is_stated():
 
 
 def test_further_solves_of_an_array_show_their_progress(tmp_path):
-    """The run, then another mesh for the error of the stress, then rigid bars: each from zero to one."""
+    """The run, then another mesh for the error of the stress, then rigid bars: the progress of each goes from zero to
+    one."""
     tables = {
         "scissor": {"units": 1, "bar_length": 1.0, "initial_angle": START}, "bar": {"width": 0.02, "height": 0.012},
         "material": {"young": 2.07e11, "poisson": 0.0, "density": 7850.0, "damping": 1e-4},
@@ -395,7 +405,8 @@ def test_further_solves_of_an_array_show_their_progress(tmp_path):
 
 
 def test_balance_of_damped_bars_that_springs_release():
-    """The first step is short: u' of stiff dampers, 8 times what was dissipated, does not get into the energy balance."""
+    """The first step is short, so that u' of stiff dampers, 8 times the dissipated energy, does not enter the energy
+    balance."""
     section = BarSection(width=0.0094, height=0.0033)
     glass = Material(young=2.5e10, poisson=0.25, density=1900.0)
     scissor = Scissor(units=5, bar_length=0.28, initial_angle=math.radians(80.0), elements_per_bar=4)

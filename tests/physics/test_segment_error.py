@@ -1,4 +1,4 @@
-"""The error of a strip that its segments cause is stated, and true to a small factor."""
+"""The error of a strip that its segments cause is stated, and it is correct within a small factor."""
 
 from __future__ import annotations
 
@@ -54,7 +54,8 @@ travel = "116.2 mm"
 
 
 def test_stated_errors_of_a_strip_that_is_drawn_nearly_taut(tmp_path: Path) -> None:
-    """The force of many segments lies within what fewer segments state, which is no more than five times the difference."""
+    """The force with many segments lies within the error that fewer segments state, and this error is at most five times the
+    difference."""
     (tmp_path / "case.toml").write_text(TAUT)
     found = {}
     for count in (10, 20, 60):
@@ -69,7 +70,8 @@ def test_stated_errors_of_a_strip_that_is_drawn_nearly_taut(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("spatial", [False, True])
 def test_unresolved_energy_of_a_linear_curvature(spatial: bool) -> None:
-    """Curvature c x along a panel of n segments, without normal force: every change of it counts, those at both ends too."""
+    """Curvature c x along a panel of n segments, without normal force: every change of the curvature counts, including those
+    at both ends."""
     count, rate = 10, 0.1
     more = ["strip.panels=2", f"strip.segments_per_panel={count}", "strip.held=[1]", f"solve.spatial={str(spatial).lower()}"]
     case = load_case(TRIAL, [*more, "drive=none", "save=none", "solve.end_time=1 s", "expect=none", "contact=none"]).case

@@ -55,7 +55,8 @@ def test_curve_of_a_lattice(damping: float) -> None:
     assert found.jacobian is not None
     for column, path in zip(found.jacobian.T, paths, strict=True):
         _, wanted = differences(case, travel, path, 1e-3)
-        # with dampers the force knows the steps: at first they follow the parameter, later they are the longest allowed
+        # with dampers the force depends on the steps; first they follow the parameter, and later they are the longest
+        # allowed
         late = slice(6 if damping else 0, None)
         found_there, bound = column[late] * value_at(case, path), 1e-5 * np.abs(wanted).max()
         np.testing.assert_allclose(found_there, wanted[late], atol=bound, err_msg=path)
@@ -74,8 +75,8 @@ def test_gradient_of_the_peak_of_a_strip_with_contact() -> None:
     peak = peak_response(strip(), TRAVEL, PATHS)
     assert peak.gradient is not None
     for slope, path in zip(peak.gradient, PATHS, strict=True):
-        # a step of a length or an angle must not lift contacts: 1e-5 of it; nearly no force hangs on the stiffness of the
-        # contact, and of small steps of that one the differences are half round-off
+        # a change of a length or an angle must not open contacts, so it is 1e-5; the contact stiffness hardly affects the
+        # force, and with small changes of it half of the differences is round-off
         part = 1e-5 if path.endswith("angle") else 1e-2 if path == "contact.stiffness" else 1e-3
         wanted, _ = differences(strip(), TRAVEL, path, part)
         tolerance = 1e-5 if path != "contact.stiffness" else 1e-3
@@ -87,9 +88,10 @@ def test_rates_are_carried_along() -> None:
     peak = peak_response(case, TRAVEL, ["material.young", "material.damping"])
     whole = peak_of(force_response(case, TRAVEL, ["material.young", "material.damping"]))
     assert peak.gradient is not None and whole.gradient is not None
-    # begun a few states before the peak: what is forgotten is 1e-10 of the largest derivative, which is not that by damping
+    # the derivatives start a few states before the peak: the omitted part is 1e-10 of the largest derivative, which is not
+    # that of the damping
     np.testing.assert_allclose(peak.gradient, whole.gradient, rtol=1e-6)
-    assert peak.gradient[1] * 0.1 > 1e-3  # N: the damping does count
+    assert peak.gradient[1] * 0.1 > 1e-3  # N: the damping has an effect
 
 
 def test_gradient_of_a_parabola_is_that_of_its_top() -> None:

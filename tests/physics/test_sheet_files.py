@@ -126,7 +126,7 @@ def stiffness_of(changes: list[str]) -> dict[str, tuple[float, float]]:
 
 
 def test_creases_by_assignment_and_by_name() -> None:
-    """Later items replace earlier ones; creases without an item keep the law of all."""
+    """Later items replace earlier ones; creases without an item have the common law."""
     plain = stiffness_of([])
     text = (
         'sheet.crease=[{of="mountain", stiffness_per_length=0.3}, {of="creases 1, 2", rest_angle="60 deg"}, '

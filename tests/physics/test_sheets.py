@@ -91,7 +91,7 @@ def zigzag_case(**changes: object) -> Case:
 
 
 def test_measured_crease_scales_with_its_length() -> None:
-    """A measured line of a crease of 20 mm has the moment of a linear law with the same stiffness per length."""
+    """A measured linear curve of a crease of 20 mm has the moment of a linear law with the same stiffness per length."""
     linear = analysis_of(zigzag_case()).system
     data = zigzag_case().model_copy(update={"crease": None}).model_dump(exclude_none=True)
     data["crease"] = {"law": "spline", "angle": [-2.0, -1.0, 1.0, 2.0], "moment": [-8e-3, -4e-3, 4e-3, 8e-3], "width": 0.02}
@@ -243,7 +243,7 @@ def test_folded_start_of_a_flat_pattern(facets: str) -> None:
 
 
 def test_a_pattern_that_cannot_fold_is_refused() -> None:
-    """Three creases from one inner vertex are rigid."""
+    """Three creases at one inner vertex cannot fold with rigid facets."""
     star = Case.model_validate({
         "sheet": {
             "vertices": [[0, 0, 0], [0.1, 0, 0], [-0.05, 0.09, 0], [-0.05, -0.09, 0]], "edges": [[0, 1], [0, 2], [0, 3]],
@@ -258,7 +258,7 @@ def test_a_pattern_that_cannot_fold_is_refused() -> None:
 
 
 def test_folded_parts_are_in_the_summary(tmp_path: Path) -> None:
-    """All creases of a flat-foldable sheet reach their rest angles, but for the lag of the dampers."""
+    """All creases of a flat-foldable sheet reach their rest angles, except for the lag due to the dampers."""
     summary = run_case(load_case(FOLD_CASE, ["save.interval=50"]), tmp_path, progress=False, figures=False)
     assert 0.95 < summary["folded"]["least"] <= summary["folded"]["median"] < 1.05
     assert summary["folded"]["creases"] == {} and not any("rest angle" in text for text in summary["warnings"])
@@ -388,7 +388,8 @@ def test_a_vertex_that_does_not_move_cannot_be_driven(tmp_path: Path) -> None:
 
 
 def test_a_long_chain_of_facets(tmp_path: Path) -> None:
-    """Ten panels, the first held and the end pulled: round-off of joints must not exceed the small forces at the start."""
+    """Ten panels, the first held and the end pulled: round-off of the joints must not exceed the small forces at the
+    start."""
     count, length, width, fold, stiffness, travel = 10, 0.042, 0.044, math.radians(41.0), 0.565, 0.0249
     data = {
         "sheet": {

@@ -1,4 +1,5 @@
-"""Friction through the whole program: blocks that stop, creep, stick and slide, and layers dragged past each other."""
+"""Friction computed by the complete program: blocks that stop, creep, stick and slide, and layers that are dragged past each
+other."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ def plate(name: str, length: float = LENGTH, **keys: Any) -> Body:
 
 
 def block(friction: Friction, slope: float = 0.0, speed: float = 0.0, start: float = 0.0, row: int = 1) -> Scene:
-    """A plate at rest on a row of held ones, as deep as its weight presses it; gravity is turned, not the floor."""
+    """A plate at rest on a row of held plates, with the penetration due to its weight; the gravity is rotated, not the
+    floor."""
     each = 0.08 / row
     floor = [plate(f"floor {k}", each, held=True, position=((k + 0.5) * each - 0.04, 0.0, 0.0)) for k in range(row)]
     angle = math.atan(slope)
@@ -59,7 +61,7 @@ def block(friction: Friction, slope: float = 0.0, speed: float = 0.0, start: flo
 def run(
     system: SegmentSystem, end: float, times: np.ndarray, **keys: Any
 ) -> tuple[list[SavedState], np.ndarray, np.ndarray]:
-    """States, and travel and speed of the one body that moves."""
+    """States, and travel and speed of the moving body."""
     seen: list[SavedState] = []
     simulate(system, Settings("generalized-alpha", keys.pop("rtol", 1e-5), end, **keys), list(times), seen.append)
     return seen, np.array([s.q[0] for s in seen]), np.array([s.u[0] for s in seen])
@@ -68,14 +70,14 @@ def run(
 @DIMENSIONS
 @pytest.mark.parametrize("law", LAWS)
 def test_a_sliding_block_stops(law: str, spatial: bool) -> None:
-    """After v^2/(2 mu g) and v/(mu g)."""
+    """The block stops after the displacement v^2/(2 mu g) and the time v/(mu g)."""
     speed = 0.3
     stop, way = speed / (MU * G), speed**2 / (2 * MU * G)
     system = compile_scene(block(LAWS[law], speed=speed, start=-0.02), spatial)
     _, x, u = run(system, 1.5 * stop, np.linspace(0.0, 1.5 * stop, 61))
     assert x[-1] - x[0] == pytest.approx(way, rel=0.01)
     assert abs(u[-1]) < 1e-4 * speed
-    # it slows down evenly: the time to stop by the speed half way
+    # the deceleration is uniform: the time to stop follows from the speed half way
     half = int(np.argmax(u < 0.5 * speed))
     assert 1.5 * stop * half / 60 + u[half] / (MU * G) == pytest.approx(stop, rel=0.01)
 
@@ -93,7 +95,8 @@ def test_tanh_creeps_on_an_incline(spatial: bool) -> None:
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5])
 @pytest.mark.parametrize("presliding", [1e-5, 1e-6, 1e-7, 1e-8])
 def test_bristles_hold_on_an_incline(presliding: float, rtol: float, spatial: bool) -> None:
-    """Once settled, not a millionth of what tanh creeps, at any tolerance and with steps as long as they like."""
+    """After settling, the block moves less than a millionth of the creep with tanh, at any tolerance and with steps of any
+    length."""
     bristles = Friction(law="lugre", mu_static=MU, mu_dynamic=MU, v_stribeck=1e-2, presliding=presliding)
     system = compile_scene(block(bristles, 0.2), spatial)
     _, x, _ = run(system, 3.0, np.array([2.0, 3.0]), rtol=rtol)
@@ -109,7 +112,8 @@ def test_a_block_slides_above_the_coefficient(law: str, spatial: bool) -> None:
 
 
 def test_friction_across_a_plate() -> None:
-    """Along it mu N, across it twice as much; between, as the ellipse of the slip has it: against A^2 v."""
+    """Friction is mu N along the plate and twice as much across it; in between it follows the ellipse of the slip:
+    comparison with A^2 v."""
     friction = TANH.model_copy(update={"across": 2.0})
     system = compile_scene(block(friction), spatial=True)
     q, u = system.initial()
@@ -124,7 +128,7 @@ def test_friction_across_a_plate() -> None:
 @pytest.mark.parametrize("law", ["tanh", "lugre"])
 @pytest.mark.parametrize(("turned", "part"), [(0.0, 1.0), (0.5 * math.pi, 1.5)], ids=["along", "across"])
 def test_a_plate_stops_sooner_across(law: str, turned: float, part: float) -> None:
-    """After v^2/(2 a mu g): both plates are turned, and the way is the same."""
+    """The plate stops after v^2/(2 a mu g); with both plates rotated, the displacement is the same."""
     speed = 0.2
     scene = block(LAWS[law].model_copy(update={"across": 1.5}))
     axes = {"orientation": (math.cos(turned / 2), 0.0, 0.0, math.sin(turned / 2))}
@@ -152,7 +156,8 @@ def test_a_coefficient_across_means_nothing_in_the_plane() -> None:
 @DIMENSIONS
 @pytest.mark.parametrize("length", [0.02, 0.021, 0.0232])
 def test_joints_of_a_row_are_not_felt(length: float, spatial: bool) -> None:
-    """Pressed 10 um in wherever it stands: joints pass under it, points of the row come in and go out at its ends."""
+    """The penetration is 10 um at every position: joints pass under the plate, and points of the row enter and leave at its
+    ends."""
     scene = block(LAWS["tanh"], row=20)
     bodies = (*scene.bodies[:-1], plate("block", length, position=(0.0, 0.0, THICK)))
     system = compile_scene(scene.model_copy(update={"bodies": bodies}), spatial)
@@ -168,11 +173,11 @@ def test_joints_of_a_row_are_not_felt(length: float, spatial: bool) -> None:
     np.testing.assert_allclose(normal, STIFFNESS * 1e-5**1.5, rtol=1e-9)
     np.testing.assert_allclose(area, length * WIDTH, rtol=1e-9)
     np.testing.assert_allclose(friction, MU * normal, rtol=1e-9)
-    np.testing.assert_allclose(drag, friction, rtol=1e-9)  # what pushes at one end pushes back at the other
+    np.testing.assert_allclose(drag, friction, rtol=1e-9)  # the forces at both ends are opposite
 
 
 def on_a_row(spatial: bool, speed: float) -> SegmentSystem:
-    """A plate that a spring pulls over 20 coplanar held segments, kept from turning."""
+    """A plate that a spring pulls over 20 coplanar held segments; it cannot rotate."""
     scene = block(TANH, row=20, start=-0.01)
     dragged = ForceElement(
         name="spring", inner="pull", outer="block", translation=(2.0, 2.0, 0.0), rotation=(1.0, 1.0, 1.0),
@@ -195,7 +200,7 @@ def on_a_row(spatial: bool, speed: float) -> SegmentSystem:
 @DIMENSIONS
 @pytest.mark.parametrize("speed", [0.01, 0.5])
 def test_a_plate_slides_evenly_over_a_row(speed: float, spatial: bool) -> None:
-    """At a given load the forces ripple by less than 1 % as points come and go at its ends, fast or slow."""
+    """At a given load the forces vary by less than 1 % as points appear and disappear at the ends, at any speed."""
     system = on_a_row(spatial, speed)
     seen, x, _ = run(system, 0.018 / speed, np.linspace(0.006, 0.018, 301) / speed)
     assert x[-1] - x[0] > 0.008  # two segments
@@ -209,9 +214,9 @@ def test_a_plate_slides_evenly_over_a_row(speed: float, spatial: bool) -> None:
 
 
 def layers(load: float, surfaces: bool, spatial: bool) -> SegmentSystem:
-    """A plate dragged between a held one and one that a load presses on it and springs hold back."""
+    """A plate is dragged between a held plate and a plate that a load presses on it and springs hold back."""
     speed, travel = 0.01, 0.005
-    # the overlap itself pushes by the energy of the contact over the length, which goes down with the depth
+    # the overlap itself causes a force, the energy of the contact over the length, which decreases with the depth
     stiffness = 100.0 * STIFFNESS
     depth = (load / stiffness) ** (2 / 3)
     low = plate("low", held=True)

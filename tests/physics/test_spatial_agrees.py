@@ -45,10 +45,10 @@ def test_spatial_force_curve_is_the_planar_one() -> None:
     plane, space = (np.array([s.observation.drive.force[0] for s in run]) for run in (planar, spatial))
     assert space == pytest.approx(plane, abs=1e-6 * plane.max())
     pairs, pairs_in_space = (np.array([s.observation.pairs.force for s in run]) for run in (planar, spatial))
-    # it touches within the travel, not from the start
+    # first contact is within the travel, not at the start
     assert pairs[0].max() < 1e-12
     assert pairs[-1].max() > 0.1
     assert pairs_in_space == pytest.approx(pairs, abs=1e-5 * pairs.max())
-    # and nothing has left the plane
+    # no body has left the plane
     out_of_plane = spatial[-1].q.reshape(-1, 7)[:, [1, 4, 6]]
     assert np.abs(out_of_plane).max() < 1e-10

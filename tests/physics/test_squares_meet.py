@@ -39,13 +39,13 @@ def solved(folder: Path, **values: Any) -> dict[str, Any]:
 
 
 def test_a_lattice_pressed_too_far_says_so_where_it_fails(tmp_path: Path) -> None:
-    """Stiff hinges hardly let the squares turn: their ligaments are squeezed to nothing at 1.53 mm."""
+    """Stiff hinges hardly allow the squares to rotate: their ligaments are compressed to zero length at 1.53 mm."""
     with pytest.raises((EnergyAbort, NotConverged), match=r"Squares block \d.\d and block \d.\d meet at 1\.\d+ mm"):
         solved(tmp_path, shear=60000, rotational=0.6, travel=0.008)
 
 
 def test_squares_that_meet_are_warned_of(tmp_path: Path) -> None:
-    """Just before the end above; one that is pressed less is not warned of."""
+    """The travel ends just before the end above; a lattice that is compressed less gives no warning."""
     stiff = {"shear": 60000, "rotational": 0.6}
     late, early = (solved(tmp_path, **stiff, travel=travel)["warnings"] for travel in (0.00152, 0.0005))
     assert any("meet at 1." in line and "reduce the travel" in line for line in late)

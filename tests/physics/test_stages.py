@@ -1,4 +1,4 @@
-"""Stages of random strips against first touches and energies computed out of the saved shapes."""
+"""Stages of random strips compared with first touches and energies computed from the saved shapes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def share_of_panels(segments: int, law: str) -> float:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_half_segments_beside_a_crease_store_energy_of_the_panels(law: str) -> None:
-    """The share then converges with the order of the force, two; it had order one, and 5 segments were 0.1 off."""
+    """The fraction then converges with the order of the force, two; an earlier version had order one, and an error of 0.1
+    with 5 segments."""
     coarse, middle, fine = (share_of_panels(segments, LAWS[law]) for segments in (5, 10, 20))
     assert np.log2((coarse - middle) / (middle - fine)) == pytest.approx(2.0, abs=0.3)
     assert coarse == pytest.approx(fine, abs=0.02)

@@ -1,4 +1,4 @@
-"""What a strip starts from: as folded, where it is released, or in equilibrium; and a hold before it."""
+"""Initial state of a strip: as folded, when it is released, or in equilibrium; and a hold before the motion."""
 
 from __future__ import annotations
 
@@ -77,10 +77,10 @@ def test_a_released_rigid_panel_swings_about_the_rest_angle(hold: float, tmp_pat
     stiffness = CREASE / (1 + CREASE * LENGTH / 2 / bending)
     omega = math.sqrt(stiffness / (DENSITY * WIDTH * THICKNESS * LENGTH * (LENGTH**2 / 3 + THICKNESS**2 / 12)))
     tip = solution.shape[:, -1, 1] - solution.shape[:, -1, 0]
-    angle = np.pi - (np.radians(80) - np.arctan2(tip[:, 2], tip[:, 0])) % (2 * np.pi)  # of the fold, 0 flat
+    angle = np.pi - (np.radians(80) - np.arctan2(tip[:, 2], tip[:, 0])) % (2 * np.pi)  # angle of the fold, 0 flat
     angle = np.degrees(np.pi - np.abs(angle))
     swung = np.where(solution.time < hold, 1.0, np.cos(omega * (solution.time - hold)))
-    assert np.ptp(swung) > 1.9  # half a period at least
+    assert np.ptp(swung) > 1.9  # at least half a period
     np.testing.assert_allclose(angle, 130 + 30 * swung, atol=0.5)
     if hold:
         still = solution.time < hold
@@ -89,13 +89,14 @@ def test_a_released_rigid_panel_swings_about_the_rest_angle(hold: float, tmp_pat
 
 
 def test_an_equilibrium_that_is_asked_for_is_one(tmp_path: Path) -> None:
-    """The strip is free of stress there and stays; its energies are round-off, and no loss of energy is made of that."""
+    """The strip is free of stress in this state and stays there; its energies are round-off, so no loss of energy is
+    reported."""
     summary, solution = solved(tmp_path, *MORE, 'start="equilibrium"', "crease.rest_angle=140 deg")
     assert summary["start"] == "equilibrium"
     assert summary["energy_error"] == 0.0
     assert np.abs(solution.shape - solution.shape[0]).max() < 1e-9
     stored = solution.energy["creases"] + solution.energy["panels"]
-    assert stored.max() < 1e-9 * CREASE  # as folded it would be 3/2 k (20 deg)^2
+    assert stored.max() < 1e-9 * CREASE  # in the folded state the energy would be 3/2 k (20 deg)^2
 
 
 @pytest.mark.parametrize("rest", ["0 deg", "60 deg", "110 deg", "159.9 deg"])
@@ -142,7 +143,8 @@ def test_faults(changes: list[str], said: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", ["static", "generalized-alpha", "Radau-blocks", "auto"])
 def test_beyond_the_taut_length_all_methods_end_alike(method: str, tmp_path: Path) -> None:
-    """The last segment is drawn 30 mm farther than the strip reaches: exit code 3, and why; 4 mm less, and all is well."""
+    """The last segment is pulled 30 mm farther than the strip reaches: exit code 3 with the reason; with 4 mm less, the run
+    succeeds."""
     (tmp_path / "case.toml").write_text(CASE)
     slope = math.radians(80)
     rise = 2 / 3 * LENGTH * math.sin(slope)  # from the joint before the last segment to crease 1
@@ -159,13 +161,13 @@ def test_beyond_the_taut_length_all_methods_end_alike(method: str, tmp_path: Pat
     assert far.exit_code == 3, far.output
     assert "the drive pulls beyond the full length of the structure; shorten the travel of the drive" in far.stderr
     torn_at = float(far.stderr.split("(travel ")[1].split(" mm)")[0])
-    assert 1e3 * taut < torn_at < 1e3 * taut + 20  # eight joints, each strained by less than a tenth of a segment
+    assert 1e3 * taut < torn_at < 1e3 * taut + 20  # eight joints, each with an opening of less than a tenth of a segment
     assert not (tmp_path / "out" / "summary.json").exists()
     near = run(taut - 0.004)
     assert near.exit_code == 0, near.output
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["final_travel"] == pytest.approx(taut - 0.004, rel=1e-9)
-    assert 0.0 < summary["peak_force"] < 1e-3 * YOUNG * WIDTH * THICKNESS  # drawn by a thousandth it would be as much
+    assert 0.0 < summary["peak_force"] < 1e-3 * YOUNG * WIDTH * THICKNESS  # a stretch of a thousandth would give as much
 
 
 def test_summary_is_that_of_the_file(tmp_path: Path) -> None:
@@ -175,7 +177,8 @@ def test_summary_is_that_of_the_file(tmp_path: Path) -> None:
 
 
 def test_a_limp_strip_sags_through_no_face_on_the_way_to_its_equilibrium() -> None:
-    """Ten panels of 34 um that weigh on each other; they passed through each other on the way, and the run was given up."""
+    """Ten panels of 34 um that lie on each other under their weight; in an earlier version they passed through each other
+    during the search, and the run stopped."""
     described: dict[str, Any] = {
         "gravity": [-1.62, 0, 0],
         "strip": {
@@ -199,7 +202,7 @@ def test_a_limp_strip_sags_through_no_face_on_the_way_to_its_equilibrium() -> No
 
 
 def test_heavy_panels_swing_far_to_their_equilibrium() -> None:
-    """Steel panels of 250 mm that hang from a held one: going down the energy alone took more than 1000 iterations."""
+    """Steel panels of 250 mm that hang from a held panel: energy descent alone took more than 1000 iterations."""
     described: dict[str, Any] = {
         "gravity": [0, 0, -9.81],
         "strip": {

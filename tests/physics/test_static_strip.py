@@ -1,4 +1,5 @@
-"""The pulled strip followed by equilibria: one curve whatever the increments, in agreement with the dynamics, and honest."""
+"""The pulled strip computed by equilibria: the curve does not depend on the increments and agrees with the dynamics, and its
+errors are reported."""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ def pulled(
     abort: float = 0.05,
     look: Callable[[SavedState], None] = lambda state: None,
 ) -> tuple[list[SavedState], Statistics, EnergyBalance]:
-    """First increment and save interval in m of travel; `look` sees every saved state as it comes."""
+    """First increment and save interval in m of travel; `look` is called with every saved state."""
     motion = system.motions[0]
     times = [] if every is None else [motion.time_of(x) for x in np.arange(every, motion.travel, every)]
     saved: list[SavedState] = []
@@ -74,7 +75,7 @@ def test_increments_do_not_choose_the_branch(first: float) -> None:
     reference, end_reference = of_increment(5e-4, 10)
     assert top == pytest.approx(reference, rel=2e-3)
     assert end == pytest.approx(end_reference, rel=2e-3)
-    assert top == pytest.approx(1.9365, rel=2e-3)  # of the dynamics, 10 segments a panel
+    assert top == pytest.approx(1.9365, rel=2e-3)  # peak of the dynamics, 10 segments per panel
 
 
 @pytest.mark.slow
@@ -98,7 +99,8 @@ def test_all_fold_angles(angle: int) -> None:
 
 
 def test_a_small_snap_ends() -> None:
-    """Its motion has never more energy than that of the drive, and was taken for one that goes on to 116 mm."""
+    """Its motion never has more energy than the motion of the drive, and was therefore treated as a motion that continues to
+    116 mm."""
     system = trial("strip.segments_per_panel=10", 'strip.fold_angle="84 deg"', 'drive.0.travel="40 mm"')
     _, statistics, energy_balance = pulled(system)
     assert energy_balance.relative_error < 5e-3
@@ -108,7 +110,7 @@ def test_a_small_snap_ends() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("angle", "segments"), [(84, 5), (84, 20), (86, 5), (86, 20)])
 def test_steep_strips_go_all_the_way(angle: int, segments: int) -> None:
-    """Creases hook into each other, slip off and lie on the ends of panels."""
+    """Creases hook into each other, slip off, and lie on the ends of panels."""
     system = trial(
         f"strip.segments_per_panel={segments}", f'strip.fold_angle="{angle} deg"', 'drive.0.travel="120 mm"'
     )
@@ -123,7 +125,7 @@ def test_steep_strips_go_all_the_way(angle: int, segments: int) -> None:
 @pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 @pytest.mark.parametrize("segments", [4, 20])
 def test_few_steps_and_iterations_without_contact(segments: int, spatial: bool) -> None:
-    """20 steps and 120 iterations without springs' efforts as unknowns. Forces are those of small increments."""
+    """20 steps and 120 iterations without springs' efforts as unknowns. Forces agree with those of small increments."""
     system = trial(
         f"strip.segments_per_panel={segments}", "contact=none", "material.damping=0", "strip.thickness=1e-4",
         "crease.stiffness=0.02", 'drive.0.travel="40 mm"', f"solve.spatial={str(spatial).lower()}",
@@ -158,7 +160,8 @@ def test_curve_is_that_of_the_dynamics() -> None:
 
 
 def test_whole_path() -> None:
-    """Down to where the strip pulls by itself and on to nearly taut; all panels touch each other on the way."""
+    """The drive moves down to where the strip pulls by itself, and then until it is nearly taut; all panels touch each other
+    in between."""
     system = trial("strip.segments_per_panel=10", 'drive.0.travel="150 mm"')
     _, statistics, energy_balance = pulled(system, every=1e-3)
     assert energy_balance.relative_error < 1e-2
@@ -170,7 +173,7 @@ def test_whole_path() -> None:
 
 
 def test_path_in_space_is_that_in_the_plane() -> None:
-    """Past the peak four ends meet in one line: what they push each other apart with must not twist the strip."""
+    """Beyond the peak four ends meet in one line; the forces that separate them must not twist the strip."""
     curves = []
     for spatial in ("false", "true"):
         system = trial("strip.segments_per_panel=20", 'drive.0.travel="46 mm"', f"solve.spatial={spatial}")
@@ -183,17 +186,18 @@ def test_path_in_space_is_that_in_the_plane() -> None:
 
 
 def test_iterations_of_the_whole_path() -> None:
-    """416 and 18 when this was written; 562 and 21 with contacts linearised as deep as each iteration leaves them."""
+    """The numbers were 416 and 18 when this test was written, and 562 and 21 with contacts linearised at the depth of each
+    iterate."""
     system = trial("strip.segments_per_panel=20", 'drive.0.travel="120 mm"')
     _, statistics, _ = pulled(system, first=6e-4, rtol=1e-3)
-    # 2026-11-23: the snap near 110 mm, held back by the dampers, is an event since then; nothing else is
+    # 2026-11-23: since then the snap near 110 mm, slowed by the dampers, is the only event
     assert all(event.kind == "damped snap" for event in statistics.events)
     assert statistics.newton_iterations < 470
     assert statistics.rejected < 25
 
 
 def test_a_first_step_through_a_face_that_was_out_of_sight_is_refused() -> None:
-    """The step of 5 mm ends 4 mm behind a face that was 20 mm away, and a third of the force below the curve."""
+    """The step of 5 mm ends 4 mm behind a face that was 20 mm away, and its force is a third below the curve."""
     thin = ["strip.thickness=1e-4", "strip.half_cell=false", "crease.stiffness=0.02", "material.damping=0"]
     system = trial("strip.segments_per_panel=20", "contact.pairs=[[3,4]]", *thin)
     at, curves = np.linspace(6e-3, 4e-2, 18), []
@@ -204,7 +208,7 @@ def test_a_first_step_through_a_face_that_was_out_of_sight_is_refused() -> None:
 
 
 def test_a_second_solve_knows_nothing_of_the_first() -> None:
-    """Whatever sides the points are left on, a solve begins with those of the start, to the bit."""
+    """For any sides of the points, a solve starts with the sides of the initial state, to the last bit."""
     system = trial("strip.segments_per_panel=4", 'drive.0.travel="40 mm"')
     first = curve(pulled(system)[1])
     geometry = system.contacts[0].geometry
@@ -213,7 +217,7 @@ def test_a_second_solve_knows_nothing_of_the_first() -> None:
 
 
 def test_panels_that_are_not_listed_pass_and_the_strip_snaps() -> None:
-    """With the pairs of the paper only, panels 2 and 5 cross, and their tips slip past each other."""
+    """With the contact pairs of the paper only, panels 2 and 5 cross, and their tips slip past each other."""
     pairs = "contact.pairs=[[1,2],[2,3],[3,4],[4,5],[5,6]]"
     system = trial("strip.segments_per_panel=10", 'drive.0.travel="120 mm"', pairs)
     _, statistics, energy_balance = pulled(system)
@@ -230,11 +234,11 @@ def test_pulled_beyond_taut() -> None:
     motion = system.motions[0]
     with pytest.raises(NotConverged, match=r"has opened by more.*shorten the travel of the drive.*Joint strained most: "):
         follow(system, PathSettings(motion.end_time, motion.time_of(1e-3)), [0.0], saved.append)
-    assert 0.157 < saved[-1].observation.drive.travel[0] < 0.18  # the last state, though no one asked for it then
+    assert 0.157 < saved[-1].observation.drive.travel[0] < 0.18  # the last state is reported, although it was not requested
 
 
 def test_a_drive_without_a_run_up_does_not_press_on_dampers_at_rest() -> None:
-    """The state at rest had the force of dampers at full speed, 3000 times that of the pull, and its work was lost."""
+    """The state at rest had the force of dampers at full speed, 3000 times the pull force, and its work was lost."""
     short = ("strip.segments_per_panel=2", "contact=none", 'drive.0.travel="2 mm"')
     _, statistics, energy_balance = pulled(trial(*short, "drive.0.run_up=0"), first=1e-4)
     force = curve(statistics)[1]
@@ -244,7 +248,7 @@ def test_a_drive_without_a_run_up_does_not_press_on_dampers_at_rest() -> None:
 
 
 def test_friction_and_damping_keep_their_rates() -> None:
-    """Halving the speed halves what dampers add to the force, and leaves friction's part alone."""
+    """Half the speed halves the damper force and leaves the friction unchanged."""
     forces = {}
     for law, changes in {
         "none": ["material.damping=0"],
@@ -260,7 +264,7 @@ def test_friction_and_damping_keep_their_rates() -> None:
 
 
 def test_a_prediction_through_a_face_is_no_work_for_newton(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Refused at once, it costs less than iterations that end nowhere, and the curve is the same."""
+    """An immediate rejection costs less than iterations without a result, and the curve is the same."""
     system = trial(
         "strip.segments_per_panel=10", "strip.thickness=1e-4", "strip.half_cell=false", "crease.stiffness=0.02",
         "contact.pairs=[[3,4]]", "material.damping=0",

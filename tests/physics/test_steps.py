@@ -1,4 +1,5 @@
-"""Steps of a run: each begins where the last one ended, against closed forms; and what a stopped run goes on with."""
+"""Steps of a run: each begins with the end of the previous step; comparison with closed forms, and continuation of a stopped
+run."""
 
 from __future__ import annotations
 
@@ -70,7 +71,7 @@ def test_pull_then_let_go_gives_the_free_vibration_of_two_masses(tmp_path: Path,
 
 
 def test_load_latch_unload_and_reverse(tmp_path: Path) -> None:
-    """A load that ramps, a body that is held there, the load that goes, and a drive that comes back."""
+    """A load that ramps, a body that is held, the end of the load, and a drive that returns."""
     text = BLOCK + PULL + """
 [[step]]
 name = "press"
@@ -113,12 +114,12 @@ speed = "10 mm/s"
     assert z[last[2]] == pytest.approx(-9.0 / 900.0, rel=1e-6)
     assert z[last[3]] == z[last[4]] == pytest.approx(-18.0 / 900.0, rel=1e-6)
     middle = last[2] + (last[3] - last[2]) // 2
-    assert z[middle] == pytest.approx(-13.5 / 900.0, rel=1e-2)  # the load ramps from one value to the next
+    assert z[middle] == pytest.approx(-13.5 / 900.0, rel=1e-2)  # the load changes linearly from one value to the next
     assert abs(z[last[6]]) < 1e-9 and x[last[6]] == pytest.approx(0.02, rel=1e-6)
-    assert np.abs(place(solution, "block")[-1]).max() < 1e-9  # back where it was
+    assert np.abs(place(solution, "block")[-1]).max() < 1e-9  # the body is back at its start
     assert solution.travel[-1, 0] == pytest.approx(0.0, abs=1e-12)
     assert solution.travel[:, 0].max() == pytest.approx(0.03)
-    # the energy of 18 N on 900 N/m is lost where the latch lets go; all other steps keep it
+    # the energy of 18 N on 900 N/m is dissipated where the latch is released; all other steps conserve it
     assert solution.energy["dissipated"][-1] == pytest.approx(0.5 * 18.0**2 / 900.0, rel=1e-5)
     stored = solution.energy["panels"]
     np.testing.assert_allclose(stored[last[1]], 0.5 * 200.0 * 0.03**2, rtol=1e-6)
@@ -209,7 +210,7 @@ release = ["clamp"]
 
 
 def test_a_wire_is_tensioned_heard_and_let_go(tmp_path: Path) -> None:
-    """Taut string sqrt(T/m)/(2 L), twice; let go, the wire draws its clamp back with the force that it had."""
+    """Taut string sqrt(T/m)/(2 L), in two steps; after the release, the wire pulls its clamp back with its tension."""
     solution, summary = run(tmp_path, CABLE)
     area = math.pi * 1e-6 / 4
     tension = summary["step"][0]["final_force"]
@@ -219,7 +220,7 @@ def test_a_wire_is_tensioned_heard_and_let_go(tmp_path: Path) -> None:
     moving = solution.step == 3
     t = solution.time[moving] - summary["step"][1]["end_time"]
     x = solution.q[moving, 7 * solution.layout.body_names.index("clamp")]
-    early = t < 2e-4  # before the wave comes back from the far end, the clamp is drawn by the tension of the wire
+    early = t < 2e-4  # until the wave returns from the far end, the tension of the wire pulls the clamp
     # m v' = -T + (impedance) v, with the impedance of the wire sqrt(E rho) A
     impedance = math.sqrt(70e9 * 2700) * area
     decay = impedance / 0.1
@@ -253,7 +254,8 @@ travel = "20 mm"
 
 
 def test_a_released_strip_comes_back(tmp_path: Path) -> None:
-    """A pulled crease line that is let go swings back; relaxed, the strip is as folded, and pulled again as before."""
+    """A pulled crease line that is released swings back; after "relax" the strip is as folded, and a second pull gives the
+    same force."""
     text = STRIP + """
 [[step]]
 name = "pull"
@@ -277,7 +279,7 @@ kind = "relax"
 
 
 def test_a_run_that_was_cut_goes_on_in_its_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Stopped in the second dynamic step, resumed, and the same to the last bit."""
+    """A run is stopped in the second dynamic step and resumed; the results agree to the last bit."""
     text = BLOCK + PULL + """
 [[step]]
 name = "go"
@@ -312,7 +314,8 @@ hold = ["block"]
 
 
 def test_a_latch_closes_where_it_is(tmp_path: Path) -> None:
-    """Pulled by 30 mm, latched to the ground with 700 N/m, let go: both springs share what is left."""
+    """A body is pulled by 30 mm, latched to the ground with 700 N/m, and released: both springs share the remaining
+    displacement."""
     text = BLOCK + """
 [[scene.elements]]
 name = "latch"
@@ -337,7 +340,7 @@ kind = "relax"
 
 
 def test_contact_begins_and_ends_with_a_step(tmp_path: Path) -> None:
-    """A ball on a soft spring rests on the floor, sinks through it without contact, and is drawn up and dropped on it."""
+    """A ball on a soft spring rests on the floor, moves through it without contact, and is raised and dropped on it."""
     text = """
 [scene.contact]
 law = "linear"
@@ -397,10 +400,10 @@ force = [0, 0, -2]
     last = {number: np.flatnonzero(solution.step == number)[-1] for number in range(1, 5)}
     assert z[last[1]] == pytest.approx(-1e-4, rel=0.3)
     assert z[last[2]] == pytest.approx(-2.0 / 200.0, rel=1e-6)
-    assert abs(z[last[3]]) < 1.01 * 0.2 * 0.01 / 200.0  # what the damper holds back at 10 mm/s
+    assert abs(z[last[3]]) < 1.01 * 0.2 * 0.01 / 200.0  # displacement that the damper holds back at 10 mm/s
     assert solution.pair_force[last[1], 0] == pytest.approx(2.0 + 200.0 * z[last[1]], rel=1e-3)
     assert solution.pair_force[last[2], 0] == 0.0
-    again = solution.step == 4  # the floor stops it, a tenth of a millimetre below
+    again = solution.step == 4  # the floor stops the ball, a tenth of a millimetre below
     assert z[again].min() > -2e-4
     assert solution.pair_force[again].max() > 2.0
     assert summary["energy_error"] < 1e-3

@@ -127,7 +127,7 @@ DRIVE = 'body = "hand"\ndirection = [1, 0, 0]\ntravel = "60 mm"\nspeed = "1 m/s"
 
 @pytest.mark.parametrize("wait", [None, "1 s", "1 h"])
 def test_a_free_body_is_pushed_to_a_wall(tmp_path: Path, wait: str | None) -> None:
-    """Nothing is turned over before the touch, and steps that begin late are as fine as those at the start."""
+    """No energy is turned over before the first touch, and steps that begin late are as fine as those at the start."""
     if wait is None:
         text = WALL + "[[drive]]\n" + DRIVE + '[solve]\nmethod = "static"\n'
     else:
@@ -143,7 +143,7 @@ def test_a_free_body_is_pushed_to_a_wall(tmp_path: Path, wait: str | None) -> No
 
 
 def test_a_late_motion_is_judged_after_a_tenth_of_its_step(tmp_path: Path) -> None:
-    """At the release nothing has been turned over, and relative errors are large."""
+    """At the release no energy has been turned over, so relative errors are large."""
     hold = '[[step]]\nname = "hold"\nkind = "dynamic"\nduration = "0.1 s"\nhold = ["all"]\n'
     go = GO.replace("block", "all") + 'solve = { method = "BDF" }\n'
     solution, summary = run(tmp_path, BLOCK + hold + go)

@@ -74,7 +74,8 @@ def strip(folder: Path, young: float, method: str = "static") -> dict[str, Any]:
 
 
 def test_error_of_the_force_is_in_the_stated_one(tmp_path: Path) -> None:
-    """The panels are as good as rigid from 1e13 Pa on; the force of stiffer ones is off by less than is said."""
+    """The panels are practically rigid from 1e13 Pa on; for stiffer panels, the error of the force is less than the stated
+    error."""
     exact = strip(tmp_path, 1e13)
     assert exact["energy_error"] < 1e-4
     assert not [line for line in exact["warnings"] if "known to" in line]
@@ -108,7 +109,7 @@ def test_ordinary_strips_are_not_warned_of(tmp_path: Path, young: float, thickne
 
 
 def test_a_linkage_at_rest_ends_well(tmp_path: Path) -> None:
-    """It closes to the digits that it is written with, and what that stores is nothing."""
+    """The loop closes to the digits with which it is written, and the energy of the remaining gap is negligible."""
     summary = solved(tmp_path, LINKAGE.format(stiffness=1e7, spring=0.0, gap="1e-8"))
     assert summary["energy_error"] < 1e-3
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"] == []
@@ -136,7 +137,7 @@ end_time = "0.1 s"
 
 @pytest.mark.parametrize(("stiffness", "warned"), [(1e5, False), (1e9, False), (1e14, True)])
 def test_stiff_hinges_of_a_falling_rod(tmp_path: Path, stiffness: float, warned: bool) -> None:
-    """The same in motion, without a drive: 1 N of weight against 1e14 N/m times 2e-16 m."""
+    """The same in a motion without a drive: 1 N of weight compared with 1e14 N/m times 2e-16 m."""
     summary = solved(tmp_path, PENDULUM.format(stiffness=stiffness, damping=1e-3 * stiffness))
     assert any("round-off is about 2" in line for line in summary["warnings"]) == warned
     assert (summary["energy_error"] > 1e-2) == warned

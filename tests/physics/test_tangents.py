@@ -49,7 +49,7 @@ def strip_system(
     contact: dict[str, Any] | None = None,
     **sections: Any,
 ) -> SegmentSystem:
-    """Six soft panels: bending, shear and contact are of like size, none hides in the rounding of another."""
+    """Six soft panels: bending, shear and contact have similar sizes, so no term is hidden in the round-off of another."""
     data: dict[str, Any] = {
         "strip": {
             "length": 0.48, "width": 0.04, "thickness": thickness, "panels": 6, "fold_angle": "80 deg",
@@ -66,7 +66,7 @@ def strip_system(
 
 
 def only(system: SegmentSystem, kind: type) -> SegmentSystem:
-    """The same bodies with the groups of one kind, so that others do not hide them."""
+    """The same bodies with groups of one kind only, so that other groups do not hide their terms."""
     groups = tuple(group for group in system.groups if isinstance(group, kind))
     assert groups
     contacts = system.contacts if kind is ContactGroup else ()
@@ -80,7 +80,7 @@ def surfaces_of(system: SegmentSystem) -> SurfaceContacts:
 
 
 def steps(system: SegmentSystem, size: float) -> np.ndarray:
-    """A step in every direction: `size` rad, and as much of a segment's length."""
+    """A step in every direction: `size` rad, and the corresponding fraction of a segment's length."""
     turns = 1 if system.size == 3 else 3
     length = system.scales().length
     return size * np.tile([length] * (system.size - turns) + [1.0] * turns, system.n_free)
@@ -94,7 +94,7 @@ def random_state(system: SegmentSystem, size: float, seed: int) -> tuple[np.ndar
 
 
 def pressed_state(system: SegmentSystem, size: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Panels 3 and 4 turned upright and 1.5 mm into each other, all a little out of place."""
+    """Panels 3 and 4 upright with a penetration of 1.5 mm, all slightly displaced."""
     pose, middle = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80))
     move = np.zeros((system.n_free, system.size))
     for row, body in enumerate(system.bodies.free):
@@ -112,15 +112,16 @@ def pressed_state(system: SegmentSystem, size: float, seed: int) -> tuple[np.nda
 def tip_state(
     system: SegmentSystem, angle: float, straight: float, past: float, size: float, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Panels 3 and 4 upright, one slid along the other until a probe is on the disc of a tip.
+    """Panels 3 and 4 are upright, and one is moved along the other until a contact point lies on the disc of a tip.
 
     Parameters
     ----------
-    angle : where on the disc, rad from the face's normal
-    straight : part of the tip straight for the probe: `STRAIGHT` for a panel's end, 0 for the middle of its last segment
+    angle : position on the disc, rad from the normal of the face
+    straight : fraction of the tip that is straight for the probe: `STRAIGHT` for the end of a panel, 0 for the middle of its
+    last segment
     past : +1 or -1
-        Over the beginning of panel 3 or the end of panel 4.
-    size : of what everything is out of place by, as in `random_state`
+        panel : probe over the beginning of panel 3 or the end of panel 4
+    size : size of the random displacements, as in `random_state`
     """
     pose, crease, radius = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80)), 0.5 * TIP * 0.08
     probe = 0.0 if straight else 0.04 / 3
@@ -143,19 +144,20 @@ def tip_state(
 
 
 def on_tips(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far (m) the contacts found are past the straight parts of tips, and the parts that are straight for them."""
+    """Distances (m) of the found contacts beyond the straight parts of tips, and the fractions of the tips that are straight
+    for them."""
     contacts = surfaces_of(system)
     found = contacts.find(system.place(1.0, q, u)[0], 0.0)
     piece, _, at = found.at
     stations, straight = contacts.surfaces.stations[piece], contacts.probes.straight[found.slot]
     s = at.reshape(len(piece), -1)[:, 0]
-    # a piece at an end is straight, and three times as long as its first two control points are apart
+    # an end piece is straight, and its length is three times the distance of its first two control points
     length = 3 * (stations[:, 1] - stations[:, 0])
     return np.array([overshoot(*row, 0.0)[0] for row in zip(s, stations, length, straight, strict=True)]), straight
 
 
 def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Fourth-order central differences of f(at + dx), a column each."""
+    """Fourth-order central differences of f(at + dx), one column for each direction."""
     columns = []
     for j, h in enumerate(step):
         move = np.zeros(len(step))
@@ -195,7 +197,7 @@ def check(
 @pytest.mark.parametrize("guide", [True, False], ids=["guided", "unguided"])
 def test_springs_and_creases(spatial: bool, crease: dict[str, Any], guide: bool) -> None:
     drive = [{"crease": 3, "speed": "2 mm/s", "travel": "150 mm", "guide": guide}]
-    # segments as thick as long: bending is as stiff as stretching
+    # segments are as thick as long, so bending is as stiff as stretching
     system = strip_system(spatial, crease, thickness=0.02, drive=drive)
     check(system, *random_state(system, 0.2, seed=3), size=1e-3)
 
@@ -221,7 +223,7 @@ def test_contact_alone(spatial: bool, friction: str, thick: bool, seed: int) -> 
     assert len(found.slot) >= 5
     assert np.unique(surfaces_of(system).measure(poses, rates, found).bodies).size >= 6
     stiffness, damping = check(system, q, u, size=1e-6)
-    # friction makes the tangent unsymmetric; without it what damping leaves is the only part that does
+    # friction makes the tangent unsymmetric; without friction, only damping does
     assert (np.abs(damping - damping.T).max() > 1e-3 * np.abs(damping).max()) == (friction != "none")
     assert np.abs(stiffness).max() > 0
 
@@ -242,7 +244,7 @@ def test_contact_on_a_rounded_tip(
     system = only(strip_system(spatial, contact=contact, friction=FRICTION[friction]), ContactGroup)
     q, u = tip_state(system, angle, straight, past, 2e-3, seed=12)
     over, part = on_tips(system, q, u)
-    # at an end the piece runs from its station 4, at the beginning to its station 5
+    # at an end the piece starts at its station 4, and at the beginning it ends at its station 5
     assert np.any((over * past < 0.0) & (part == straight))
     stiffness, damping = check(system, q, u, size=1e-6)
     assert np.abs(stiffness).max() > 0
@@ -253,7 +255,8 @@ def test_contact_on_a_rounded_tip(
 @TIPS
 @PROBES
 def test_stiffness_at_rest_on_a_rounded_tip_is_symmetric(spatial: bool, past: float, straight: float) -> None:
-    """It is the second derivative of an energy; in space at rotations that do not commute the force adds its moments."""
+    """The matrix is the second derivative of an energy; in space, rotations do not commute, and the force adds its
+    moments."""
     contact = {"stiffness": 1e4, "damping": 0.0, "ramp": 1e-3}
     system = only(strip_system(spatial, contact=contact), ContactGroup)
     q, u = tip_state(system, 0.9, straight, past, 2e-3, seed=13)
@@ -295,7 +298,7 @@ def test_everything_together(spatial: bool, thick: bool) -> None:
 @SPATIAL
 @pytest.mark.parametrize("friction", ["none", "step", "across", "bristles across"])
 def test_whole_tangent_of_a_quasi_static_step(spatial: bool, friction: str) -> None:
-    """K + D/dt, with velocities the increment since the last state over dt, and everything turned by much since then."""
+    """K + D/dt, where velocities are increments since the last state over dt, after large rotations since then."""
     contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3}
     system = strip_system(spatial, SPLINE, contact=contact, friction=FRICTION[friction], thickness=5e-3)
     q, _ = pressed_state(system, 0.02, seed=8)
@@ -331,7 +334,7 @@ def test_first_order_jacobian(spatial: bool, off: float) -> None:
     contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3, "thickness_in_gap": False}
     system = strip_system(spatial, SPLINE, contact=contact, friction=FRICTION["tanh"])
     q, u = pressed_state(system, 0.02, seed=9)
-    if spatial:  # as in a run, where the solver holds the norm only to its tolerance
+    if spatial:  # as in a run, in which the solver keeps the norm only to its tolerance
         q = q.copy()
         q.reshape(-1, 7)[:, 3:] *= 1.0 + off
     equations = FirstOrder(system)

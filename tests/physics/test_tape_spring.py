@@ -74,7 +74,8 @@ def test_plies_of_an_isotropic_material_are_the_isotropic_boom(tmp_path: Path) -
 def test_rigid_ends_turn(tmp_path: Path) -> None:
     """Small turns of both ends bend the tape spring as a beam: M = E I turn/L, whichever end turns and about any axis.
 
-    I of the arc about the axis through its centroid is R^3 t (a/2 + sin(a)/2 - 4 sin^2(a/2)/a). Rigid ends keep the section.
+    I of the arc about the axis through its centroid is R^3 t (a/2 + sin(a)/2 - 4 sin^2(a/2)/a). Rigid ends keep the shape of
+    the section.
     """
     whole = 1e-3
     a = STEEL.angle

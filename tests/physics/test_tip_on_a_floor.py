@@ -1,4 +1,4 @@
-"""A free tip that slides along a stiff floor is in equilibrium, though the symmetric part of its tangent is indefinite."""
+"""A free tip that slides along a stiff floor is in equilibrium, although the symmetric part of its tangent is indefinite."""
 
 from __future__ import annotations
 
@@ -53,9 +53,10 @@ LAWS = {
 
 @pytest.mark.parametrize(("law", "spatial"), [("tanh", False), ("tanh", True), ("lugre", False)])
 def test_a_sliding_tip_is_followed_without_a_snap(tmp_path: Path, law: str, spatial: bool) -> None:
-    """mu^2 k/4 of its contact is far more than the strip resists sliding with; each step was taken for a critical point.
+    """mu^2 k/4 of its contact exceeds by far the stiffness of the strip against sliding; an earlier version treated each
+    step as a critical point.
 
-    The work of bristles, which hold at rest, too, was missing in the energy balance.
+    The work of bristles, which also act at rest, was missing in the energy balance.
     """
     (tmp_path / "case.toml").write_text(CASE.replace("FRICTION", LAWS[law]))
     system = compile_case(load_case(tmp_path / "case.toml", [f"solve.spatial={str(spatial).lower()}"]).case)[1]

@@ -38,9 +38,10 @@ def test_a_case_that_gives_nothing_is_within_half_a_percent(angle: float) -> Non
 
 @pytest.mark.parametrize("segments", [5, 40])
 def test_a_thick_strip_runs_through(segments: int) -> None:
-    """Twice as thick, at 84 degrees: bottoms press on each other with 25 N.
+    """The strip is twice as thick, at 84 degrees: the bottoms press on each other with 25 N.
 
-    Soft contact (1e9 N/m^1.5) let them in by half a thickness, and through corners; that of the material does not.
+    Soft contact (1e9 N/m^1.5) allowed a penetration of half a thickness, and passage through corners; contact from the
+    material does not.
     """
     changes = [
         'strip.fold_angle="84 deg"', 'strip.thickness="0.6 mm"', "crease.stiffness=0.072", 'drive.0.travel="45 mm"',

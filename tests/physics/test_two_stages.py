@@ -1,4 +1,4 @@
-"""From a folded strip to the spectrum of the taut one: one case, one run."""
+"""From a folded strip to the spectrum of the taut strip, in one case and one run."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_one_run_leaves_both_stages(results: Path) -> None:
 
 
 def test_the_film_begins_where_the_strip_ended(results: Path) -> None:
-    """Creases are sharp in both; only what bends panels a little differs."""
+    """Creases are sharp in both models; only parts that bend panels slightly differ."""
     strip, film = (read_solution(results / stage / "result.h5") for stage in ("deploy", "vibrate"))
     there, here = strip.shape[-1].reshape(-1, 3), film.shape[0].reshape(-1, 3)
     assert here.min(axis=0) == pytest.approx(there.min(axis=0), abs=2e-4)
@@ -84,7 +84,7 @@ def test_the_film_begins_where_the_strip_ended(results: Path) -> None:
 
 
 def test_the_taut_strip_is_a_string(results: Path) -> None:
-    """Two panels under the force that holds them at the end; sqrt(F/m)/(2 l), and the spectrum's line is there."""
+    """Two panels under the tension that the strip has at the end; the line of the spectrum is at sqrt(F/m)/(2 l)."""
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     pull = summary["deploy"]["final_force"]
     string = math.sqrt(pull / (DENSITY * WIDTH * THICKNESS)) / (4.0 * PANEL)
@@ -95,7 +95,8 @@ def test_the_taut_strip_is_a_string(results: Path) -> None:
 
 
 def test_the_stated_error_of_the_mesh_is_that_against_a_fine_one(results: Path, tmp_path: Path) -> None:
-    """Two elements across against eight, for the frequencies and the largest displacement; an estimate of leading order."""
+    """Two elements across compared with eight, for the frequencies and the largest displacement; the error is an estimate of
+    leading order."""
     finer = ["--set", "deployed.elements_per_panel=8", "--set", "deployed.elements_across=8"]
     case = results.parent / "case.toml"
     done = CliRunner().invoke(cli, ["run", str(case), "--out", str(tmp_path), *finer])

@@ -37,7 +37,7 @@ SPLINE = CASE.replace('law = "linear"\nstiffness = 9.0e-3', 'law = "spline"\ndat
 
 
 def run(folder: Path, text: str = CASE, *options: str, command: str = "run") -> Result:
-    """Run a case file; whatever is wrong with it, nothing may be written."""
+    """Run a case file with a mistake; the program must not write anything."""
     case = folder / "case.toml"
     case.write_text(text, encoding="utf-8")
     out = [] if command == "check" else ["--out", str(folder / "out")]
@@ -48,7 +48,7 @@ def run(folder: Path, text: str = CASE, *options: str, command: str = "run") -> 
 
 
 def faults(result: Result, source: Path) -> list[str]:
-    """The lines of a refusal, without the name of the file that stands in front of each."""
+    """The lines of a refusal, without the file name at the start of each line."""
     assert result.exit_code == 2, result.output
     assert result.stdout == ""
     assert "Traceback" not in result.stderr
@@ -246,7 +246,7 @@ def test_one_mistake_is_one_line(tmp_path, mistake):
 
 @pytest.mark.parametrize("command", ["run", "check", "preview"])
 def test_all_mistakes_at_once(tmp_path, command):
-    """A broken section hides neither the faults of others nor contradictions among the sound ones."""
+    """A broken section does not hide mistakes of other sections or contradictions between correct sections."""
     text = CASE.replace("young = 3e9", "young = -3\ncolour = 1").replace("crease = 3", "crease = 9")
     text = text.replace("stiffness = 9.0e-3", 'stiffness = "9 N"').replace("[crease]", "[solv]\n[crease]")
     lines = faults(run(tmp_path, text, command=command), tmp_path / "case.toml")
@@ -328,7 +328,7 @@ def test_bad_usage(tmp_path):
 @pytest.mark.parametrize("out", ["", " "])
 @pytest.mark.parametrize("command", ["run", "table", "calibrate", "plot"])
 def test_an_empty_folder_is_refused(tmp_path, monkeypatch, command, out):
-    """It would be the present one, which nobody named."""
+    """An empty name would mean the present folder, which the command does not name."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     (tmp_path / "table.csv").write_text("case, strip.thickness\none, 3e-4\n", encoding="utf-8")
@@ -399,7 +399,7 @@ VALUES = st.sampled_from(
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_random_damage_is_refused_in_words_or_read(tmp_path, data):
-    """Whatever happens to the lines of a case: a checked case, or faults in words; no other exception."""
+    """A case with changed lines is either accepted or refused by a message; it raises no other exception."""
     lines = list(LINES)
     for _ in range(data.draw(st.integers(1, 4))):
         index = data.draw(st.integers(1, len(lines) - 1))

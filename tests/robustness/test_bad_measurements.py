@@ -1,4 +1,5 @@
-"""Measurements as they come from a bench: one clear line for every mistake, exit code 2, and nothing written."""
+"""Measured data with mistakes: the program prints one clear line for every mistake, ends with exit code 2, and writes
+nothing."""
 
 from __future__ import annotations
 
@@ -118,7 +119,7 @@ def test_an_unknown_kind_names_those_there_are(tmp_path: Path) -> None:
 
 
 def test_an_error_while_writing_leaves_the_old_results_alone(tmp_path: Path) -> None:
-    """Everything is made beside the folder first."""
+    """All files are first written beside the folder."""
 
     def fails(path: Path) -> None:
         path.write_text("half")
@@ -135,7 +136,7 @@ def test_an_error_while_writing_leaves_the_old_results_alone(tmp_path: Path) -> 
 
 
 def test_what_a_kill_left_goes_with_the_next_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process that is killed while it writes leaves the folder that it was writing in."""
+    """A process that is killed while it writes leaves its temporary folder."""
 
     def killed(path: Path) -> None:
         path.write_text("half")
@@ -144,7 +145,8 @@ def test_what_a_kill_left_goes_with_the_next_calibration(tmp_path: Path, monkeyp
     folder = tmp_path / "out"
     half_done = Calibration("crease", (), plots=[("curves.png", killed)])
     with monkeypatch.context() as patch:
-        patch.setattr("fsm.calibrate.report.shutil.rmtree", lambda *_, **__: None)  # as nothing tidies up after a kill
+        # because nothing removes temporary files after a kill
+        patch.setattr("fsm.calibrate.report.shutil.rmtree", lambda *_, **__: None)
         with pytest.raises(KeyboardInterrupt):
             write_calibration(half_done, folder, Options())
     assert not folder.exists() and len(list(tmp_path.iterdir())) == 1

@@ -1,4 +1,4 @@
-"""Input without an end, or of absurd size and shape: a few lines, exit code 2, at once."""
+"""Input without an end, or of absurd size and shape: the program refuses it at once with a few lines and exit code 2."""
 
 import os
 import subprocess
@@ -65,7 +65,7 @@ def test_an_override_may_not_be_deep_either(tmp_path: Path) -> None:
 @pytest.mark.parametrize("what", ["pipe", "device", "folder"])
 @pytest.mark.parametrize("read", ["case", "crease", "table", "calibrate", "beside"])
 def test_pipes_devices_and_folders_are_refused(read: str, what: str, tmp_path: Path) -> None:
-    """In a process of its own, which a pipe would hold for ever."""
+    """The test runs in a separate process, because reading a pipe would block for ever."""
     names = {"case": "case.toml", "crease": "crease.csv", "table": "rows.csv", "calibrate": "rows.csv"}
     (tmp_path / "case.toml").write_text(SPLINE)
     (tmp_path / "crease.csv").write_text("angle (deg), moment (N mm)\n0, 0\n10, 1\n20, 2\n30, 3\n")

@@ -1,4 +1,4 @@
-"""A disk that is full and a folder that may not be written to, as `python -m validation.faults` has them."""
+"""Full disks and folders without write permission, as `python -m validation.faults` simulates them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Broken files are read or refused in words: a few of those of `python -m validation.fuzz`, and what it found."""
+"""Broken files are read or refused by a message: some files of `python -m validation.fuzz`, and the failures that it
+found."""
 
 from __future__ import annotations
 
@@ -75,7 +76,7 @@ def test_a_dataset_larger_than_the_file_is_not_read(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("length", [9, 11, 12, 13, 43, 44, 47, 48, 100])
 def test_a_file_that_ends_in_its_first_block_is_refused(length: int, tmp_path: Path) -> None:
-    """It says that a program has it open; 44 bytes, then their checksum."""
+    """The beginning of the file is marked as open in another program; from byte 44 on a checksum follows."""
     whole = tmp_path / "whole.h5"
     write_checkpoint(whole, {"q": np.zeros(3)}, {"case": "x"})
     data = bytearray(whole.read_bytes()[:length])

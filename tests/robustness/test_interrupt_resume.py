@@ -1,4 +1,4 @@
-"""Runs that are cut off: what they leave behind, and that `--resume` gives what an uncut run gives, to the bit."""
+"""Interrupted runs: the files that they leave, and that `--resume` gives bitwise the results of an uninterrupted run."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def sticking(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same with bristles that remember."""
+    """The same test with a friction law that has bristles."""
     path = tmp_path_factory.mktemp("sticking") / "case.toml"
     speeds = 'v_static = "1 mm/s"\nv_dynamic = "10 mm/s"'
     assert speeds in CASE
@@ -99,7 +99,7 @@ def start(case: Path, out: Path, *options: str, program: tuple[str, ...] = ("-m"
 
 
 def wait_for(process: subprocess.Popen[str], there: Callable[[], bool]) -> bool:
-    """Wait until something is there; False if the process ended before."""
+    """Wait until the file exists; return False if the process ended before."""
     end = time.monotonic() + PATIENCE
     while not there():
         if process.poll() is not None:
@@ -126,7 +126,7 @@ def interrupt(case: Path, out: Path, fraction: float, resume: bool = False, *ove
 
 
 def check_unfinished(out: Path) -> Solution:
-    """A readable part file with the records of the checkpoint, and nothing that looks finished."""
+    """The part file can be read and holds the records of the checkpoint, and no file looks finished."""
     assert not (out / "summary.json").exists()
     assert not (out / "result.h5").exists()
     part = read_solution(part_path(out / "result.h5"))
@@ -148,13 +148,13 @@ def numbers(solution: Solution) -> dict[str, np.ndarray]:
 
 
 def untimed(named: dict[str, Any]) -> dict[str, Any]:
-    """A summary or counters as a file has them, without the times that they took."""
+    """A summary or counters as read from a file, without the computing times."""
     kept: dict[str, Any] = json.loads(json.dumps(named))
     return {name: value for name, value in kept.items() if not name.endswith("time_s")}
 
 
 def check_same(out: Path, expected: Solution, summary: dict[str, Any]) -> None:
-    """The very numbers of the uncut run."""
+    """The numbers are bitwise those of the uninterrupted run."""
     found = read_solution(out / "result.h5")
     again, once = numbers(found), numbers(expected)
     assert again.keys() == once.keys()
@@ -164,7 +164,7 @@ def check_same(out: Path, expected: Solution, summary: dict[str, Any]) -> None:
 
 
 def check_finished(out: Path, whole: tuple[Solution, dict[str, Any]]) -> None:
-    """The very numbers of the uncut run, and all the files that it writes."""
+    """The numbers are bitwise those of the uninterrupted run, and so are all files that it writes."""
     check_same(out, *whole)
     assert sorted(path.name for path in out.iterdir()) == [
         "contact.csv", "contact.png", "dynamic_force.csv", "energy.png", "force.csv", "force.png", "motion.png", "result.h5",
@@ -249,7 +249,7 @@ def test_a_fresh_start_takes_the_old_checkpoint_and_summary_away(
 
 
 def test_interrupted_again_and_again(case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path) -> None:
-    """Also in the middle of contact, and after the last step."""
+    """Also interrupted in the middle of contact, and after the last step."""
     for fraction in (0.0, 0.3, 0.62, 0.64, 1.0):
         interrupt(case, tmp_path, fraction, True)
         check_unfinished(tmp_path)
@@ -304,7 +304,7 @@ def test_a_lock_ends_with_its_owner_however_it_ends(case: Path, tmp_path: Path) 
 
 
 def test_a_flipped_bit_of_a_checkpoint_is_refused(case: Path, tmp_path: Path) -> None:
-    """Each bit that is flipped, one at a time, in the arrays and elsewhere."""
+    """Bits are flipped one at a time, in the arrays and elsewhere."""
     interrupt(case, tmp_path, 0.62)
     checkpoint = tmp_path / "checkpoint.h5"
     content = checkpoint.read_bytes()
@@ -319,7 +319,7 @@ def test_a_flipped_bit_of_a_checkpoint_is_refused(case: Path, tmp_path: Path) ->
             arrays, attributes = read_checkpoint(checkpoint)
         except CaseError:
             refused += 1
-        else:  # a byte that holds nothing
+        else:  # a byte that no data use
             assert attributes == expected[1]
             assert all(np.array_equal(arrays[name], values) for name, values in expected[0].items())
     assert refused > 10
@@ -333,7 +333,7 @@ def test_a_flipped_bit_of_a_checkpoint_is_refused(case: Path, tmp_path: Path) ->
 def test_a_checkpoint_of_other_code_is_not_resumed(
     case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What it remembers may mean something else now."""
+    """The stored values may have another meaning in the present code."""
     with monkeypatch.context() as older:
         older.setattr(fsm.recorder, "made_by", lambda: {"fsm": "0.0.1"})
         interrupt(case, tmp_path, 0.62)
@@ -344,7 +344,7 @@ def test_a_checkpoint_of_other_code_is_not_resumed(
 
 
 def check_cuts(case: Path, out: Path, *overrides: str) -> None:
-    """Cut off before the first renewal point, on the way, again and again, and after the last step."""
+    """Interrupted before the first restart point, several times on the way, and after the last step."""
     summary = run_case(load_case(case, overrides), out / "whole", progress=False)
     whole = read_solution(out / "whole" / "result.h5")
     for fractions in [(0.3,), (1.0,), (0.0, 0.3, 0.62, 0.64, 1.0)]:
@@ -352,7 +352,7 @@ def check_cuts(case: Path, out: Path, *overrides: str) -> None:
         for fraction in fractions:
             interrupt(case, cut, fraction, True, *overrides)
             check_unfinished(cut)
-        # LSODA renews itself every few hundred steps only: what is shorter starts afresh
+        # LSODA has restart points only every few hundred steps; a shorter run starts again from the beginning
         assert (cut / "checkpoint.h5").exists() or "solve.method=LSODA" in overrides
         run_case(load_case(case, overrides), cut, progress=False, resume=True)
         check_same(cut, whole, summary)
@@ -402,7 +402,7 @@ def test_another_case_starts_afresh(case: Path, whole: tuple[Solution, dict[str,
 
 
 def test_a_run_of_another_case_is_said_to_begin_anew(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """In one line, where there is progress to be seen; a run of the same case that goes on says nothing."""
+    """Progress is reported in one line; a run that continues with the same case prints no such line."""
     told = "belongs to another case: the run starts from the beginning"
     short = ["drive.0.travel=2 mm"]
     interrupt(case, tmp_path, 0.5)
@@ -421,7 +421,7 @@ def test_a_run_of_another_case_is_said_to_begin_anew(case: Path, tmp_path: Path,
 
 
 def test_interrupted_within_a_kernel(case: Path, tmp_path: Path) -> None:
-    """Python tells of Ctrl-C in a compiled kernel as a SystemError."""
+    """Python reports Ctrl-C in a compiled kernel as a SystemError."""
 
     def tell(done: float) -> None:
         if done > 0.3:
@@ -433,8 +433,8 @@ def test_interrupted_within_a_kernel(case: Path, tmp_path: Path) -> None:
 
 
 def _spoilt(arrays: dict[str, np.ndarray], attributes: dict[str, Any], number: int) -> bool:
-    """Damage one thing of a checkpoint; False if there are no more."""
-    names = [name for name in (*arrays, *attributes) if not name.startswith("state")]  # those are the solver's
+    """Damage one entry of a checkpoint; return False if there are no more entries."""
+    names = [name for name in (*arrays, *attributes) if not name.startswith("state")]  # the solver writes these entries
     name = names[number // 4] if number // 4 < len(names) else ""
     how = number % 4
     if name in arrays:
@@ -455,7 +455,7 @@ def _spoilt(arrays: dict[str, np.ndarray], attributes: dict[str, Any], number: i
 def test_a_damaged_checkpoint_is_no_internal_error(
     case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever it lacks or has instead: the run goes on, or ends with a line."""
+    """With any missing or changed entry the run continues, or it ends with a message."""
     monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", 64)
     overrides = ("solve.method=generalized-alpha", "drive.0.travel=2 mm", "solve.max_steps=400")
     interrupt(case, tmp_path / "out", 0.3, False, *overrides)

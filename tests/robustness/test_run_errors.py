@@ -1,4 +1,4 @@
-"""Runs that cannot end well: exit code, what is said, what is left."""
+"""Runs that cannot be completed: exit code, messages, and files that remain."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def run(folder: Path, *overrides: str, options: tuple[str, ...] = ("--quiet",)) 
 
 
 def check_stopped(result: Result, out: Path, code: int) -> str:
-    """One line that says when, where and what to try; what was solved until then can be read, nothing looks finished."""
+    """One line says when, where and what to try; the records solved until then can be read, and no file looks finished."""
     assert result.exit_code == code, result.output
     (line,) = result.stderr.splitlines()
     assert not (out / "summary.json").exists()
@@ -65,7 +65,7 @@ def check_stopped(result: Result, out: Path, code: int) -> str:
 
 
 def test_overlap_at_the_start(tmp_path: Path) -> None:
-    """A strip too thick to be folded like that is refused before anything is written, a line a pair."""
+    """A strip that is too thick for its folding angle is refused before anything is written, with one line for each pair."""
     result, out = run(tmp_path, "strip.thickness=20 mm")
     assert result.exit_code == 2
     assert result.stdout == ""
@@ -97,7 +97,7 @@ def test_not_converged(method: str, blamed: str, tmp_path: Path) -> None:
 
 
 def test_a_run_that_fails_says_what_was_doubtful_before(tmp_path: Path) -> None:
-    """A curve through the scatter of a bench test is the likely cause, and only `fsm check` said so."""
+    """The likely cause is a curve through the scatter of a bench test; only `fsm check` mentioned it."""
     angles = ", ".join(f'"{5 * k} deg"' for k in range(33))
     moments = ", ".join(f'"{k + 1.2 * (-1) ** k} N mm"' for k in range(33))
     curve = f'crease={{law="spline", interpolation="pchip", angle=[{angles}], moment=[{moments}]}}'
@@ -119,7 +119,7 @@ def test_energy_lost(method: str, tmp_path: Path) -> None:
 
 
 def test_energy_lost_in_steps_that_were_asked_for(tmp_path: Path) -> None:
-    """No tolerance changes fixed steps, so none is advised."""
+    """A tolerance does not change fixed steps, so the message does not advise one."""
     result, out = run(tmp_path, "solve.energy_abort=1e-30", "solve.method=generalized-alpha", "solve.step=0.1 ms")
     line = check_stopped(result, out, 5)
     assert "energy_abort; reduce solve.step. " in line
@@ -128,7 +128,8 @@ def test_energy_lost_in_steps_that_were_asked_for(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", ["generalized-alpha", "Radau"])
 def test_rest_is_no_loss_of_energy(method: str, tmp_path: Path) -> None:
-    """A strip starts in equilibrium with its load and stays there: what moves is round-off, which has no balance."""
+    """A strip starts in equilibrium with its load and remains there: only round-off moves it, so its energy balance has no
+    meaning."""
     load = 'load=[{body="panel 6 segment 1",force=[0,0,0.001]}]'
     changes = "drive=none", load, "strip.held=[1]", "solve.end_time=0.2 s", f"solve.method={method}", "save=none"
     result, out = run(tmp_path, *changes)
@@ -139,7 +140,7 @@ def test_rest_is_no_loss_of_energy(method: str, tmp_path: Path) -> None:
 
 
 def test_expectation_missed(tmp_path: Path) -> None:
-    """Everything is written; every number that was missed has a line, those that were met have none."""
+    """All files are written; every violated limit has a line, and limits that were kept have none."""
     result, out = run(
         tmp_path,
         'expect={peak_force={value=1000.0,rtol=0.01}, final_travel={value=1e-3,atol=1e-9}, peak_travel={value=5,rtol=0.1}}',
@@ -168,7 +169,7 @@ def test_expectation_met(tmp_path: Path) -> None:
 
 
 def test_unknown_expectation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Refused before anything is solved or written."""
+    """The case is refused before anything is solved or written."""
 
     def solve(*_: object, **__: object) -> None:
         raise AssertionError("it solves")

@@ -1,4 +1,4 @@
-"""The campaign of cases that an engineer would type: that it is deterministic, resumable, and judges what it sees."""
+"""The campaign of randomly generated cases is deterministic, can be resumed, and judges the results."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_case_is_the_same_every_time(kind: str) -> None:
 
 
 def test_strips_are_not_drawn_taut() -> None:
-    """The chord over the panels on each side of a driven crease is never longer than they are."""
+    """The chord over the panels on each side of a driven crease is never longer than the panels."""
     driven = 0
     for index in range(120):
         tables = draw("strips", index, 1).tables
@@ -63,7 +63,7 @@ def test_deployed_strips_end_taut_and_hardly_stretched() -> None:
 
 
 def test_falling_plates_are_drawn_above_each_other() -> None:
-    """The lowest point of each plate is above the highest point of what is drawn below it, the roll in space included."""
+    """The lowest point of each plate is above the highest point drawn below the plate, including the roll in space."""
     falling = 0
     for index in range(120):
         tables = draw("scenes", index, 1).tables
@@ -150,11 +150,11 @@ def test_a_campaign_goes_on_and_runs_again_only_what_changed(tmp_path: Path, mon
     path, wanted = tmp_path / "rows.jsonl", [Row("films", index, False) for index in range(3)]
     run_campaign(path, wanted[:2], 1)
     assert ran == ["films:0", "films:1"]
-    path.write_text(path.read_text() + '{"kind": "films", "ind')  # cut off in the middle of a line
+    path.write_text(path.read_text() + '{"kind": "films", "ind')  # the file ends in the middle of a line
     assert [line["index"] for line in run_campaign(path, wanted, 1)] == [0, 1, 2]
     assert ran[2:] == ["films:2"]
     monkeypatch.setattr(campaign, "made_by", lambda: {"source": "another"})
-    run_campaign(path, wanted, 1, earlier=True)  # of other sources, only the solved ones count
+    run_campaign(path, wanted, 1, earlier=True)  # of other sources only the solved cases count
     assert ran[3:] == ["films:1"]
     run_campaign(path, wanted, 1)
     assert ran[4:] == ["films:0", "films:2"]
@@ -195,7 +195,8 @@ def test_the_command_returns_its_exit_code(tmp_path: Path) -> None:
 
 
 def test_an_error_is_compared_over_what_it_is_stated_over(tmp_path: Path) -> None:
-    """A reduced model's error is a part of the full model's displacement: .5 of 1.5 m is 33 %, and not 50 % of 1 m."""
+    """The error of a reduced model is relative to the displacement of the full model: 0.5 of 1.5 m is 33 %, not 50 % of 1
+    m."""
     told = {"method": "modal", "amplitude_center": 1.0, "reduced_error": 0.35}, {"amplitude_center": 1.5}
     for name, summary in zip(("first", "second"), told, strict=True):
         (tmp_path / name).mkdir()
@@ -205,7 +206,7 @@ def test_an_error_is_compared_over_what_it_is_stated_over(tmp_path: Path) -> Non
 
 
 def test_a_frequency_of_less_than_three_periods_is_not_compared(tmp_path: Path) -> None:
-    """The summary warns of it; with more periods it is."""
+    """The summary warns of such a frequency; with more periods it gives no warning."""
     for resolution, of in ((0.9, ["amplitude_center"]), (0.2, ["frequency_hz", "amplitude_center"])):
         told = [{"frequency_hz": f, "frequency_resolution_hz": resolution, "amplitude_center": 1.0} for f in (0.88, 0.48)]
         for name, summary in zip(("first", "second"), told, strict=True):

@@ -1,4 +1,4 @@
-"""What the stress campaign found, each as small as it could be made."""
+"""Failures that the stress campaign found, each reduced to a small scene."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def solved(tables: dict[str, Any]) -> Solution:
 
 
 def test_static_forces_do_not_depend_on_the_speed() -> None:
-    """A fast drive of heavy squares: in statics nothing has inertia, the squares that are driven neither.
+    """A fast drive of heavy squares: in statics no square has inertia, not even the driven ones.
 
-    Their reaction had it while the drive gathered speed, and the work with it: the balance was off by all that was put in.
+    The reaction and the work contained the inertia of the run-up, so the energy balance was off by all supplied work.
     """
     fast = copy.deepcopy(LATTICE)
     fast["drive"][0]["speed"] = 1.0
@@ -78,9 +78,9 @@ def _side(tables: dict[str, Any]) -> float:
 
 
 def test_a_slide_takes_no_energy_from_nowhere() -> None:
-    """The drive goes a little way on in a slide; the work on it was left out, and dissipated energy fell by as much.
+    """The drive advances a little during a slide; its work was omitted, and the dissipated energy decreased by as much.
 
-    A slide from one equilibrium to the next of a smooth path: all that is put in is stored.
+    A slide between equilibria of a smooth path: all supplied work is stored.
     """
     result = solved(LATTICE)
     system = analysis_of(loaded(LATTICE, "scene").case).system
@@ -97,7 +97,7 @@ def test_a_slide_takes_no_energy_from_nowhere() -> None:
 
 @pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA"])
 def test_saved_quaternions_are_unit(method: str) -> None:
-    """A spinning body in space; SciPy's methods let its quaternion grow by 1e-3, which is not what is kept."""
+    """A spinning body in space; SciPy's methods let the norm of its quaternion grow by 1e-3, but the saved norm is one."""
     body = {
         "name": "top", "mass": 1.0, "inertia": [1.0, 0.7, 0.5], "angular_velocity": [3.0, 20.0, 1.0],
         "plate": {"length": 0.1, "width": 0.1, "thickness": 0.01},
@@ -110,7 +110,7 @@ def test_saved_quaternions_are_unit(method: str) -> None:
 
 
 def test_a_scene_in_which_nothing_is_free_is_refused() -> None:
-    """Two rows, one held and one driven: there was nothing to solve for, and a traceback when the balance was off."""
+    """Two rows, one held and one driven: no coordinate was free, and an inaccurate energy balance ended in a traceback."""
     rows = copy.deepcopy(LATTICE)
     rows["lattice"]["rows"] = 2
     with pytest.raises(CaseError, match="lattice: all bodies are held or driven, so the system has no degree of freedom"):
@@ -119,10 +119,10 @@ def test_a_scene_in_which_nothing_is_free_is_refused() -> None:
 
 @pytest.mark.parametrize("method", ["generalized-alpha", "Radau-blocks"])
 def test_what_drives_heavy_bodies_is_balanced(method: str) -> None:
-    """A fast drive of heavy squares: nearly all that is put in moves those that are driven, within few steps.
+    """A fast drive of heavy squares: in few steps, nearly all supplied work becomes kinetic energy of the driven squares.
 
-    Their kinetic energy was integrated with all other work, at steps that the free squares chose, and the balance was off by
-    a third of it. Where the drive stops it is taken out again.
+    Their kinetic energy was integrated with the other work, at steps chosen for the free squares, so the balance was off by
+    a third. When the drive stops, this energy is removed again.
     """
     fast = copy.deepcopy(LATTICE)
     fast["drive"][0]["speed"] = 100.0
@@ -137,7 +137,8 @@ def test_what_drives_heavy_bodies_is_balanced(method: str) -> None:
 
 
 def test_lsoda_is_refused_a_matrix_of_gigabytes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A strip of thousands of segments in contact has no band; 24 GB were asked for, with a traceback."""
+    """A strip of thousands of segments in contact has no band structure; the solver requested 24 GB and ended with a
+    traceback."""
     system = analysis_of(loaded(LATTICE, "scene").case).system
     equations = scipy_ivp.FirstOrder(system)
     y = equations.initial()
@@ -149,7 +150,8 @@ def test_lsoda_is_refused_a_matrix_of_gigabytes(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize("number", [2489, 3793])
 def test_a_reduced_model_of_too_few_modes_tells_its_error(number: int) -> None:
-    """Films struck near a corner or hard, asked for in a few modes: off by about the whole amplitude, and they say so."""
+    """Films struck hard or near a corner, solved with few modes: the error is about the whole amplitude, and a warning says
+    so."""
     drawn = draw(5, number)
     summary = solved(drawn.tables).summary
     (said,) = [line for line in summary["warnings"] if line.startswith("reduced model: ")]
@@ -160,9 +162,11 @@ def test_a_reduced_model_of_too_few_modes_tells_its_error(number: int) -> None:
 
 
 def test_overdamped_modes_creep_back() -> None:
-    """Film 3793 has air of 128 1/s and slow modes: they went back at the rate of critical damping, a hundred times too far.
+    """Film 3793 has air damping of 128 1/s and slow modes: they returned at the rate of critical damping, a hundred times
+    too fast.
 
-    With nearly all of its modes it is the full model, and says nothing of it. (Its 49 ms hold half a period: that is said.)
+    With nearly all modes the reduced model equals the full model, and there is no warning. (Its 49 ms hold half a period; a
+    warning says so.)
     """
     tables = copy.deepcopy(draw(5, 3793).tables)
     tables["vibration"]["modes"] = 150
@@ -173,7 +177,7 @@ def test_overdamped_modes_creep_back() -> None:
 
 
 def test_modes_are_the_film_s_own() -> None:
-    """Film 2489 has 108 free coordinates: what stands in for held ones was among its modes, dozens of times."""
+    """Film 2489 has 108 free coordinates: the placeholders of held coordinates occurred dozens of times among its modes."""
     tables = copy.deepcopy(draw(5, 2489).tables)
     tables["vibration"]["modes"] = 150
     del tables["impact"]
@@ -183,7 +187,7 @@ def test_modes_are_the_film_s_own() -> None:
 
 
 def test_modes_of_a_nearly_slack_film_are_found_soon() -> None:
-    """Film 477: Lanczos took thousands of restarts, 8 s for three modes, where a larger space takes none."""
+    """Film 477: Lanczos' method needed thousands of restarts, 8 s for three modes; with a larger space it needs none."""
     case = loaded(draw(5, 477).tables, "scene").case
     system = stretched(case, build_film(case), Loading())
     q, _ = system.initial()
@@ -196,7 +200,7 @@ def test_modes_of_a_nearly_slack_film_are_found_soon() -> None:
 
 
 def test_a_reduced_model_that_flies_off_is_told_as_one() -> None:
-    """Film 4437, far beyond where its cubic terms hold: comparing it with the full model ended in a traceback."""
+    """Film 4437, far beyond the range of its cubic terms: the comparison with the full model ended in a traceback."""
     tables = draw(1, 4437).tables
     tables["impact"]["force"] *= 10.0
     found = attempt(tables, 20.0)
@@ -213,7 +217,7 @@ def test_a_reduced_model_that_flies_off_is_told_as_one() -> None:
     ],
 )
 def test_the_start_of_a_strip_is_stable(number: int, unstable: int) -> None:
-    """A saddle is left along its softest mode, and curvatures and gains below round-off decide nothing."""
+    """The path leaves a saddle along its softest mode; curvatures and gains below round-off are ignored."""
     analysis = analysis_of(loaded(draw(1, number).tables, "scene").case, "scene", [])
     q, _ = analysis.system.initial()
     found = equilibrium_at_start(analysis.system, q)
@@ -222,7 +226,7 @@ def test_the_start_of_a_strip_is_stable(number: int, unstable: int) -> None:
     curvatures = np.linalg.eigvalsh(linear.stiffness.symmetric().bsr().toarray() * size * size[:, None])
     assert curvatures[0] > -1e-14 * curvatures[-1]
     assert negative_pivots(analysis.system, 0.0, q) >= unstable
-    if number == 50:  # as folded, this is the equilibrium
+    if number == 50:  # the folded state is this equilibrium
         assert np.abs(analysis.system.difference(q, found) / size).max() < 1e-9
 
 

@@ -1,4 +1,4 @@
-"""A run and a row of a table give the same bits, whatever the number of threads that the shell asks for."""
+"""A run and a row of a table give bitwise equal results, whatever number of threads the shell sets."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from fsm.plots import style
 
 @pytest.fixture
 def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """The figures that are saved while a test runs."""
+    """The figures that are saved during a test."""
     saved: list[Figure] = []
     save = style._save
 

@@ -18,7 +18,7 @@ PANEL, HALF_WIDTH, FOLD, CELLS = 0.08, 0.02, np.radians(80), 8
 
 
 def panel_line(start: np.ndarray, end: np.ndarray, side: float) -> np.ndarray:
-    """Joints of a panel between two points, bowed to one side when they are too near."""
+    """Joints of a panel between two points; the panel bends to one side if the points are nearer than its length."""
     chord = end - start
     reach = float(np.hypot(*chord))
     bow = np.sqrt(max(0.0, 3 * reach * (PANEL - reach) / 8)) if reach < PANEL else 0.0
@@ -28,7 +28,7 @@ def panel_line(start: np.ndarray, end: np.ndarray, side: float) -> np.ndarray:
 
 
 def strip_shape(rise: float, out: float = 0.0) -> np.ndarray:
-    """Quads of a pulled six-panel strip; not mechanics, only something that looks like it."""
+    """Quads of a pulled strip of six panels; the shapes are plausible but not solved."""
     dx, dz = PANEL * np.cos(FOLD), PANEL * np.sin(FOLD)
     knots = np.array([[i * dx, dz * (i % 2)] for i in range(7)])
     knots[3, 1] += rise
@@ -45,7 +45,7 @@ def strip_shape(rise: float, out: float = 0.0) -> np.ndarray:
 
 
 def contact(s: float) -> dict[str, np.ndarray]:
-    """The first pair never touches; the second does from 13 mm on, with more and more area."""
+    """The first pair never touches; the second pair touches from 13 mm on, with growing area."""
     force = 20 * max(0.0, s - 0.013)
     return {
         "pair_force": np.array([0.0, force]),
@@ -88,13 +88,13 @@ def undriven(run: Solution) -> Solution:
 
 
 def words(fig: Figure) -> str:
-    """All that is written in a figure."""
+    """All texts of a figure."""
     texts = [text.get_text() for text in fig.findobj(matplotlib.text.Text)]
     return "\n".join(text for text in texts if text)
 
 
 def ink(path: Path) -> float:
-    """Share of the picture that is not white."""
+    """Share of pixels that are not white."""
     with Image.open(path) as picture:
         return float((np.asarray(picture.convert("L")) < 250).mean())
 

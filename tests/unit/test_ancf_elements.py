@@ -40,7 +40,7 @@ def shaken(system: AncfSystem, size: float = 0.02) -> tuple[np.ndarray, np.ndarr
 
 
 def slopes(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, step: float = 1e-6) -> np.ndarray:
-    """Central differences, (n, n)."""
+    """Jacobian (n, n) by central differences."""
     steps = step * np.eye(len(x))
     return np.stack([(function(x + s) - function(x - s)) / (2 * step) for s in steps], axis=1)
 
@@ -97,7 +97,8 @@ def test_a_rigid_motion_is_free_of_force() -> None:
 
 
 def test_patch_of_constant_strain() -> None:
-    """A homogeneous stretch and shear on the edge of an uneven mesh is an equilibrium inside, with the exact energy."""
+    """Under a homogeneous stretch and shear, prescribed at the edge of an uneven mesh, the inside is in equilibrium with the
+    exact energy."""
     made = MeshBuilder()
     x, y = np.array([0.0, 0.08, 0.2, 0.3]), np.array([0.0, 0.13, 0.2])
     grid = made.film(x, y, (FILM,))
@@ -105,7 +106,7 @@ def test_patch_of_constant_strain() -> None:
     gradient = np.array([[1.02, 0.01, 0.0], [-0.015, 0.99, 0.0], [0.0, 0.0, 1.0]])
     q = (system.start.reshape(-1, 3) @ gradient.T).ravel()
     inner = np.setdiff1d(np.arange(system.nq), grid.edge()[:, None] + np.arange(3))
-    # slopes across the edge are loaded by its tractions
+    # tractions at the edge also load the slopes across it
     inner = np.setdiff1d(inner, np.unique(grid.edge() // 9)[:, None] * 9 + np.arange(9))
     force = system.force(0.0, q, None)
     assert np.abs(force[inner]).max() < 1e-12 * np.abs(force).max()
@@ -119,7 +120,7 @@ def test_patch_of_constant_strain() -> None:
 
 
 def test_patch_of_constant_curvature() -> None:
-    """A small w = x^2, y^2, xy has the bending energy of a plate, whatever the mesh."""
+    """A small deflection w = x^2, y^2 or xy has the bending energy of a plate, on any mesh."""
     material = FilmMaterial(2.5e9, 0.34, 1420.0, 1e-3)
     for wxx, wyy, wxy in ((1e-3, 0, 0), (0, 1e-3, 0), (0, 0, 1e-3), (1e-3, -2e-3, 1e-3)):
         made = MeshBuilder()
@@ -185,7 +186,7 @@ def test_prescribed_motion_moves_what_it_names_and_tells_its_force() -> None:
 
 
 def test_a_film_that_is_not_flat_at_rest() -> None:
-    """Its unstressed shape, wrinkles say, is free of force, wherever it is turned to."""
+    """The unstressed shape, for example with wrinkles, has no forces in any orientation."""
     made = MeshBuilder()
     made.film(np.array([0.0, 0.1, 0.25]), np.array([0.0, 0.12]), (FILM,))
     mesh = made.build()
@@ -223,7 +224,7 @@ def test_states_of_a_tension_field() -> None:
     state, principal = stressed(-1e-3, -2e-3)
     assert state == SLACK
     assert np.abs(principal).max() < 1e-12 * FILM.young * 1e-3
-    # taut up to where the smaller stress vanishes, at e2 = -nu e1, not where the smaller strain does
+    # the film is taut until the smaller stress vanishes, at e2 = -nu e1, not until the smaller strain vanishes
     for part, expected in ((0.5, TAUT), (0.99, TAUT), (1.01, WRINKLED)):
         assert stressed(1e-3, -part * nu * 1e-3)[0] == expected, part
     # at that border the stress does not jump

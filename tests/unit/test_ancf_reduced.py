@@ -1,4 +1,4 @@
-"""Oscillators of a reduced film: exact where they are linear, and their force the slope of their energy."""
+"""Oscillators of a reduced film: exact in the linear range, and their force is the gradient of their energy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ def test_damped_oscillators_move_as_they_have_to() -> None:
     wanted = fade * (start * np.cos(turned) + (rate + damping * start) / omega * np.sin(turned))
     np.testing.assert_allclose(a, wanted, atol=1e-13)
     np.testing.assert_allclose(v[0], rate)
-    ramp = np.outer(times, squared)  # a steady load that grows: a = t - 2 damping/squared, after the start has died
+    # a load that grows linearly: a = t - 2 damping/squared, after the transient of the start has decayed
+    ramp = np.outer(times, squared)
     a, _ = march(h, transition, *none, ramp, -2.0 * damping / squared, np.ones(2), False)
     np.testing.assert_allclose(a, times[:, None] - 2.0 * damping / squared, atol=1e-12)
 

@@ -8,7 +8,7 @@ from fsm.ancf.shape import CORNERS, cable_shape, gauss, membrane_shape
 
 
 def printed(x: np.ndarray, y: np.ndarray, b: float, c: float) -> np.ndarray:
-    """The 12 functions as a page prints them, nodes A, B, D, C, put into the order A, B, C, D."""
+    """The 12 published functions of nodes A, B, D, C, sorted as A, B, C, D."""
     a_ = [
         -(x - 1) * (y - 1) * (2 * x**2 + 2 * y**2 - x - y - 1), -b * x * (x - 1) ** 2 * (y - 1),
         -c * y * (x - 1) * (y - 1) ** 2,

@@ -1,4 +1,4 @@
-"""Closed forms of wrinkles, and heights put on a mesh."""
+"""Closed forms of wrinkles, and the interpolation of their heights on a mesh."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_heights_on_a_mesh_have_their_slopes() -> None:
     q = lifted(mesh.coordinates, grid.position, wrinkles.height).reshape(-1, 9)
     x, y, h = mesh.coordinates[::9], mesh.coordinates[1::9], 1e-7
     np.testing.assert_allclose(q[:, 2], wrinkles.height(x, y), atol=1e-18)
-    # off the rim, where the shape ends with a kink
+    # away from the rim, where the shape has a kink
     inside = np.abs(np.hypot(x, y) - wrinkles.radius) > 1e-3
     by_x = (wrinkles.height(x + h, y) - wrinkles.height(x - h, y)) / (2 * h)
     by_y = (wrinkles.height(x, y + h) - wrinkles.height(x, y - h)) / (2 * h)

@@ -28,7 +28,8 @@ UNITS = 8
 
 
 def array(angles: np.ndarray, base: np.ndarray, heights: np.ndarray) -> ArrayMotion:
-    """Points a and b at the ends of lines across the array: directions (k,), feet (k, 2), heights over time (n, k)."""
+    """Points a and b at the ends of lines across the array: directions (k,), initial radii (k, 2), heights over time (n,
+    k)."""
     count = len(angles)
     names = tuple(f"{side}{k + 1}" for side in "ab" for k in range(count))
     along = np.column_stack([np.cos(angles), np.sin(angles)])
@@ -41,7 +42,7 @@ def array(angles: np.ndarray, base: np.ndarray, heights: np.ndarray) -> ArrayMot
 
 
 def test_a_ring_that_deploys_evenly_is_synchronous() -> None:
-    """Every unit shortens by the same along its own radius; one that lags shows by how much."""
+    """All units contract equally along their own radius; a unit that lags shows the size of its lag."""
     angles = 2.0 * np.pi * np.arange(UNITS) / UNITS
     base = np.column_stack([np.cos(angles), np.sin(angles)])
     heights = np.repeat(np.linspace(0.5, 0.2, 5)[:, None], UNITS, axis=1)
@@ -60,7 +61,8 @@ def test_a_straight_array_is_compared_along_its_own_direction() -> None:
 
 @pytest.mark.parametrize("element", ["section", "green", "cable"])
 def test_stress_is_that_of_the_surface_with_every_element(element: str) -> None:
-    """Bars bent to arcs, kappa = 4e-3/m: E h/2 kappa. With Green's strain it was that of the Gauss points across the bar."""
+    """Bars bent to arcs, kappa = 4e-3/m: E h/2 kappa. With Green's strain the stress was that at the Gauss points across the
+    bar."""
     case = Case.model_validate({
         "analysis": "scissor", "bar": {"width": 0.02, "height": 0.012}, "solve": {"end_time": 1.0},
         "scissor": {"shape": "linear", "units": 1, "bar_length": 1.0, "initial_angle": 1.2, "element": element},
@@ -140,7 +142,8 @@ def test_hinges_of_a_ring_are_alike(units: int) -> None:
 
 
 def test_a_sudden_force_does_not_make_rigid_bars_ring_on_their_hinges() -> None:
-    """Light bars struck at once: few steps, since the stiff springs of the hinges are damped; and the energy balances."""
+    """Light bars under an impulse need few steps, since the stiff springs of the hinges are damped; and the energy
+    balances."""
     case = Case.model_validate(
         {
             "analysis": "scissor",

@@ -1,4 +1,4 @@
-"""Files that appear complete or not at all."""
+"""Files appear complete or not at all."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_block_that_writes_nothing_is_an_error_and_leaves_the_old_file(tmp_pat
 
 
 def test_what_a_kill_left_goes_and_nothing_else(tmp_path: Path) -> None:
-    for name in (".force.part.csv", ".result.part.h5"):  # temporary files of a process that was killed
+    for name in (".force.part.csv", ".result.part.h5"):  # temporary files of a killed process
         (tmp_path / name).write_text("half")
     for name in ("force.csv", "result.part.h5", ".hidden", ".parts"):
         (tmp_path / name).write_text("whole")

@@ -1,4 +1,4 @@
-"""Planar beam elements: what they hold, energy, force and tangents agree, rigid motion costs nothing."""
+"""Planar beam elements: energy, force and tangents are consistent, and rigid motions cost no energy."""
 
 import itertools
 import math
@@ -23,7 +23,7 @@ BENT = list(itertools.product(ELEMENTS, (0.0, 0.6)))
 
 
 def one_bar(element, kink=0.0, count=1):
-    """A bar through three points, bent by `kink` at the middle one; the group, its coordinates as vectors, and the bar."""
+    """A bar through three points, bent by `kink` at the middle point; the group, its coordinates as vectors, and the bar."""
     mesh = BarMesh(element, STEEL)
     end = (0.4 + 0.3 * math.cos(kink), 0.3 * math.sin(kink))
     points = [mesh.position(at, name) for name, at in (("a", (0.0, 0.0)), ("h", (0.4, 0.0)), ("b", end))]
@@ -51,7 +51,7 @@ def test_reproduces_its_polynomials(function):
 
 
 def test_rows_are_derivatives():
-    """By differences, of both kinds of shape functions."""
+    """Both kinds of shape functions, by differences."""
     length, h = 0.7, 1e-6
     x, y = np.array([0.2, 0.5, 0.65]), np.array([0.01, -0.02, 0.03])
     along = lambda f: (f(x + h) - f(x - h)) / (2 * h)  # noqa: E731
@@ -100,7 +100,7 @@ def test_force_and_tangents_follow_from_the_energy(element, kink):
 
 @pytest.mark.parametrize(("element", "kink"), BENT)
 def test_rigid_motion_is_free_of_force(element, kink):
-    """Turned by any angle and moved, a bar has no force, to round-off of its axial stiffness."""
+    """A bar that is rotated and moved has no force, up to the round-off of its axial stiffness."""
     group, values, bar = one_bar(element, kink, count=2)
     positions = np.unique(bar.positions) // 2
     for angle in (0.3, 2.0, -3.0):
@@ -114,7 +114,8 @@ def test_rigid_motion_is_free_of_force(element, kink):
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_mass_of_rigid_motion(element):
-    """Kinetic energy of moving and turning is that of a rigid bar; a cable's sections have no inertia of their own."""
+    """The kinetic energy of translation and rotation is that of a rigid bar; the sections of a cable have no rotary
+    inertia."""
     group, values, bar = one_bar(element, 0.6)
     part = group.mass()
     n = len(values)
@@ -140,7 +141,7 @@ def test_mass_of_rigid_motion(element):
 def test_a_bent_bar_carries_its_moment_around_the_bend(element):
     """Cantilever bent at its middle, force at its tip: the axial strain is N/EA on either side of the bend.
 
-    With slopes r_x that went around the bend, the moment stretched the elements there: more so, the shorter they were.
+    With slopes r_x that are continuous at the bend, the moment stretched the elements there, shorter elements more.
     """
     kink, force = 0.6, 1.0
     mesh = BarMesh(element, replace(STEEL, damping=0.0))

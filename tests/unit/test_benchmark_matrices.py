@@ -1,4 +1,4 @@
-"""The matrices that the linear solvers are timed with are what their names say, and both back ends solve with them."""
+"""The matrices for timing the linear solvers have the properties that their names say, and both solvers solve them."""
 
 import numpy as np
 import pytest

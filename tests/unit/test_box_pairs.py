@@ -1,4 +1,4 @@
-"""Pairs of boxes found by a tree against all pairs looked at, and boxes against the corners of what is in them."""
+"""Pairs of boxes found by a tree, compared with all pairs, and boxes compared with the corners of their contents."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_pairs_are_those_that_overlap(seed: int, listed: int, size: int) -> None
     high = low + rng.uniform(0.0, 0.6, size=low.shape)
     low[[3, 70]], high[[3, 70]] = -np.inf, np.inf
     pairs = rng.integers(80, size=(listed, 2))
-    pairs = pairs[pairs[:, 0] != pairs[:, 1]]  # in any order, some twice
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]  # in any order, some pairs twice
     meet = ((low[pairs[:, 0]] <= high[pairs[:, 1]]) & (low[pairs[:, 1]] <= high[pairs[:, 0]])).all(axis=1)
     every = ListedPairs([np.array([shape]) for shape in range(80)], pairs, 80)
     members, rows = every.overlapping(low, high)
@@ -33,7 +33,7 @@ def test_pairs_are_those_that_overlap(seed: int, listed: int, size: int) -> None
 
 @pytest.mark.parametrize("seed", range(5))
 def test_sides_stand_for_all_pairs_of_their_shapes(seed: int) -> None:
-    """A side with itself, with another one, and with single shapes, some of them in two sides."""
+    """A side with itself and with another side, and single shapes, some of them in two sides."""
     rng = np.random.default_rng(seed)
     low = rng.uniform(0.0, 1.0, size=(60, 3))
     high = low + rng.uniform(0.0, 0.7, size=low.shape)
@@ -54,7 +54,7 @@ def test_sides_stand_for_all_pairs_of_their_shapes(seed: int) -> None:
 
 @pytest.mark.parametrize("count", [0, 1, 5, 300])
 def test_equal_and_empty_boxes_are_all_paired(count: int) -> None:
-    """All in one place, where a curve through space tells nothing."""
+    """All boxes are at one place, where the order along a space-filling curve is no help."""
     boxes = np.ones((count, 3))
     found = overlapping_boxes(boxes, boxes)
     assert len(np.unique(np.sort(found, axis=1), axis=0)) == len(found) == count * (count - 1) // 2

@@ -1,4 +1,4 @@
-"""Broad phase: nearest pieces, windows and overlapping boxes against a look at all of them."""
+"""Broad phase: nearest pieces, windows and overlapping boxes, compared with a search through all of them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def straight(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 
 def zigzag(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Folded flat but for a little: layers of seven segments."""
+    """Almost completely folded: layers of seven segments."""
     number = np.arange(91)
     return np.full(91, 2e-3), np.where(number // 7 % 2 == 0, 0.0, np.pi) + 0.02 * rng.normal(size=91)
 
@@ -40,12 +40,12 @@ def rolled(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 
 def coincident(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Back and forth on one line: all layers are at one place."""
+    """The chain goes back and forth on one line: all layers coincide."""
     return np.full(64, 1e-3), np.where(np.arange(64) // 8 % 2 == 0, 0.0, np.pi)
 
 
 def mixed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A plate of 80 mm here and there among segments of 0.1 mm."""
+    """Some plates of 80 mm among segments of 0.1 mm."""
     return np.where(rng.random(80) < 0.1, 0.08, 1e-4), rng.normal(size=80)
 
 
@@ -59,7 +59,7 @@ CHAINS: list[Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray]]] = [
 
 
 def table(lengths: np.ndarray, angles: np.ndarray, spatial: bool, rng: np.random.Generator) -> np.ndarray:
-    """Chords of a chain that hangs together; in space it is turned as a whole and twists a little."""
+    """Chords of a connected chain; in space the chain is rotated as a whole and twisted a little."""
     axes = np.column_stack([np.cos(angles), -np.sin(angles)])
     ends = np.vstack([[0.0, 0.0], np.cumsum(lengths[:, None] * axes, axis=0)])
     middle = 0.5 * (ends[1:] + ends[:-1])
@@ -96,7 +96,7 @@ def scene(number: int, spatial: bool) -> dict[str, Any]:
         if spatial:
             on_it = on_it + rng.uniform(-1.3, 1.3) * chords[piece, 11] * chords[piece, 8:11]
         points[i] = on_it + 10.0 ** rng.uniform(-6, -1) * rng.normal(size=size)
-    points[0] = chords[0, :size]  # on the end of a piece, and as far from two
+    points[0] = chords[0, :size]  # at the end of one piece, and as far from two others
     points[1] = chords[5, :size]
     return {
         "points": points,
@@ -109,7 +109,7 @@ def scene(number: int, spatial: bool) -> dict[str, Any]:
 
 
 def windows(given: dict[str, Any], nearest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What the tree says."""
+    """The results of the tree."""
     chords, nearest = given["chords"], nearest.copy()
     window = np.full((len(nearest), 2), -7)
     window_pieces(
@@ -120,7 +120,7 @@ def windows(given: dict[str, Any], nearest: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def all_distances(given: dict[str, Any], i: int) -> np.ndarray:
-    """Squared distances of a probe from all pieces of its surface."""
+    """Squared distances of a point from all pieces of its surface."""
     pieces = range(given["first"][i], given["last"][i])
     return np.array([chord_distance(given["chords"][j], given["points"][i]) for j in pieces])
 
@@ -160,7 +160,7 @@ def test_where_one_looks_first_changes_nothing(spatial: bool) -> None:
 @SPATIAL
 def test_a_window_holds_the_nearest_piece_until_distances_have_changed_by_half_the_margin(spatial: bool) -> None:
     given = scene(8, spatial) | {"margin": 3e-3, "reach": np.full(180, 0.05)}
-    reach = {"reach": given["reach"] - 1.5e-3}  # what is in it afterwards was in reach before
+    reach = {"reach": given["reach"] - 1.5e-3}  # objects that are later in the window were within its reach before
     nearest, window = windows(given, np.full(180, -1))
     rng = np.random.default_rng(1)
     for _ in range(5):
@@ -181,7 +181,7 @@ def test_nearest_piece_alone(spatial: bool) -> None:
         search = (given["points"][i], given["first"][i], given["last"][i], given["chords"], tree, -1)
         piece, found = nearest_piece(*search, np.inf)
         assert (piece, found) == (given["first"][i] + np.argmin(square), square.min())
-        assert nearest_piece(*search, square.min()) == (-1, square.min())  # nearer than the bound, not as near
+        assert nearest_piece(*search, square.min()) == (-1, square.min())  # nearer than the bound, and not equally near
 
 
 @SPATIAL
@@ -208,7 +208,7 @@ def test_a_point_that_is_not_a_number_is_near_nothing(spatial: bool) -> None:
 
 
 def test_distances_of_chords_in_space() -> None:
-    """A rectangle: along, across within the width, across beyond it."""
+    """A rectangle: distances along it, across within the width, and across beyond the width."""
     poses = np.array([[0.0, 0, 0, 1, 0, 0, 0]])
     owners, stations = pieces_of(np.array([0]), np.array([0.5]))
     chords = chords_spatial(poses, owners, stations, np.array([0.2, 0.2]))
@@ -242,7 +242,7 @@ def test_a_piece_without_length_is_a_point() -> None:
 
 
 def evaluate() -> list[Any]:
-    """Everything in this file's kernels, of small scenes."""
+    """All kernels of this file, for small scenes."""
     found: list[Any] = []
     for spatial in (False, True):
         given = scene(11, spatial)

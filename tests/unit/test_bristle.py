@@ -1,4 +1,4 @@
-"""Bristles turn with their bodies, and resist the way slipped."""
+"""Bristles rotate with their bodies, and their force opposes the slip."""
 
 from __future__ import annotations
 

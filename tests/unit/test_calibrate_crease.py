@@ -1,4 +1,4 @@
-"""Crease families: fits and their intervals, loops, the file that a case names."""
+"""Crease families: fits and their intervals, loops, and the file that a case names."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ file = "crease.h5"
 
 
 def stiffness(press_time: float, opening: int) -> float:
-    """Of the synthetic family, N mm."""
+    """Moments of the synthetic family, N mm."""
     return (2.0 + 0.5 * math.log10(press_time / 600.0)) * (1.15 if opening == 1 else 1.0)
 
 
@@ -59,7 +59,7 @@ LOOP = 0.2 * 0.8 * math.pi / 2 * 1e-3
 
 
 def write_tests(file: Path, repeats: int = 3, noise: float = 0.01, scatter: float = 0.02, seed: int = 0) -> None:
-    """Tests of all curves of the family, repeats that differ by a factor, rows that differ by noise."""
+    """Tests of all curves of the family, with repeats that differ by a factor and rows that differ by noise."""
     rng = np.random.default_rng(seed)
     lines = ["angle [deg], moment [N mm], press_time [min], opening, repeat"]
     for press_time in (600.0, 3600.0):
@@ -92,7 +92,7 @@ def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def family(calibrated: Path, tmp_path: Path) -> Path:
-    """The same folder, to be changed at will."""
+    """The same folder, for tests that change it."""
     return Path(shutil.copytree(calibrated, tmp_path / "out"))
 
 
@@ -100,7 +100,7 @@ def family(calibrated: Path, tmp_path: Path) -> Path:
 
 
 def test_smoothing_finds_the_curve_and_its_scatter() -> None:
-    """Cross-validated: the scatter that was put in, and bands that hold the curve about as often as they say."""
+    """Cross-validation: the estimated scatter is the given scatter, and bands contain the curve about as often as stated."""
     rng = np.random.default_rng(1)
     x = np.linspace(0.0, 1.0, 60)
     scatters, inside = [], []
@@ -109,7 +109,7 @@ def test_smoothing_finds_the_curve_and_its_scatter() -> None:
         scatters.append(fit.scatter)
         inside.append(np.mean(np.abs(fit.y - np.sin(3 * fit.x)) < 2.0 * fit.error))
     assert np.mean(scatters) == pytest.approx(0.02, rel=0.05)
-    assert 0.85 < np.mean(inside) < 0.99  # 0.91 over 200: cross-validation knows lambda no better
+    assert 0.85 < np.mean(inside) < 0.99  # 0.91 over 200 curves: cross-validation does not know lambda more accurately
 
 
 def test_interpolation_goes_through_all_points_and_smoothing_does_not() -> None:
@@ -179,7 +179,7 @@ def test_a_case_names_a_curve_of_the_family(family: Path) -> None:
 
 
 def test_between_measured_curves(family: Path) -> None:
-    """Linear in log t and in the opening number, at every angle."""
+    """The moment is linear in log t and in the number of the opening, at every angle."""
     source = read_family(family / "crease.h5")
     between = family_curve(source, math.sqrt(600.0 * 3600.0), 1.5)
     corners = [family_curve(source, t, n) for t in (600.0, 3600.0) for n in (1.0, 2.0)]
@@ -232,7 +232,7 @@ def test_a_family_without_unloading_has_no_hysteresis(tmp_path: Path) -> None:
 
 
 def test_force_and_lever_arm(tmp_path: Path) -> None:
-    """M = F L; the arm beside the file."""
+    """M = F L; a file beside the data gives the arm."""
     moment = 2e-3 * np.sin(ANGLE * DEG)
     rows = "".join(f"{a:.3f}; {m / 0.035:.6f}\n" for a, m in zip(ANGLE, moment, strict=True))
     (tmp_path / "force.csv").write_text("angle [deg]; force [N]\n" + rows)
@@ -242,7 +242,7 @@ def test_force_and_lever_arm(tmp_path: Path) -> None:
     family = read_family(tmp_path / "crease.h5")
     assert family.width == pytest.approx(0.04)
     curve = family.curves[0]
-    # smoothing splines end straight: 2.5e-7 off next to 90 degrees, where the sine is bent most
+    # smoothing splines are straight at their ends: the error is 2.5e-7 near 90 degrees, where the sine is curved most
     assert curve.loading == pytest.approx(2e-3 * np.sin(curve.angle), abs=5e-7)
 
 
@@ -293,7 +293,7 @@ def test_scatter_may_put_unloading_above_loading_a_little(tmp_path: Path) -> Non
 
 
 def test_relaxation_is_kept_with_the_curves(tmp_path: Path) -> None:
-    """A folder with a file of angle against time; a case says how long ago the crease was let go."""
+    """A folder with a file of angle against time; a case gives the time since the release of the crease."""
     data = tmp_path / "data"
     data.mkdir()
     loading, _ = branches(600.0, 2)

@@ -1,4 +1,4 @@
-"""Measured tables: units in headings, a TOML beside them, faults with rows."""
+"""Measured tables: units in headings, a TOML file beside them, and mistakes reported with their rows."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_many_bad_rows_are_shortened(tmp_path: Path) -> None:
 
 
 def test_a_million_rows_are_read_at_once(tmp_path: Path) -> None:
-    """By the reader of NumPy, which gives what the careful one gives."""
+    """Read by the reader of NumPy, which agrees with the checking reader."""
     file = tmp_path / "test.csv"
     values = np.random.default_rng(0).normal(size=(20_000, 2)).round(6)
     np.savetxt(file, values, fmt="%.6f", delimiter=",", header="angle [rad],moment [N m]", comments="")
@@ -118,7 +118,7 @@ def test_a_million_rows_are_read_at_once(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_table(file, KINDS, ("angle", "moment")).columns["moment"], values[:50, 1])
 
 
-# what a table is made of ---------------------------------------------------------------------------------------------
+# contents of a table ----------------------------------------------------------------------------------------------
 
 
 def table_of(**columns: np.ndarray) -> MeasuredTable:

@@ -46,7 +46,7 @@ def test_the_curve_has_the_slopes_that_differences_have() -> None:
     step = 1e-4
     difference = (curve()(load + step) - curve()(load - step)) / (2 * step)
     np.testing.assert_allclose(curve()(load, 1), difference, rtol=1e-6)
-    # slopes at the knots are exact: so is the cubic between them, to fourth order
+    # slopes at the knots are exact, so the cubic between them is exact to fourth order
     fine = cantilever_curve(0.6)
     assert float(curve()(1.3)) == pytest.approx(float(fine(1.3)), rel=1e-9)
 
@@ -112,7 +112,7 @@ def test_a_gauge_that_is_not_at_zero_is_told_of(tmp_path: Path) -> None:
 
 
 def test_both_directions_and_repeats(tmp_path: Path) -> None:
-    """Panels of different stiffness: the interval is that of what they differ by."""
+    """Panels of different stiffness: the interval is that of the differences between panels."""
     lines = ["force [N], deflection [mm], repeat"]
     for repeat, factor in enumerate((0.95, 1.0, 1.02, 1.05)):
         for force in (-0.1, -0.05, 0.05, 0.1):

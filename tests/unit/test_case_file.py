@@ -1,4 +1,4 @@
-"""Case files: what is read, in which units, with which overrides, and the text that reproduces it."""
+"""Case files: accepted keys, units and overrides, and the text that reproduces the case."""
 
 import math
 import re
@@ -145,7 +145,7 @@ def test_text_of_awkward_strings(tmp_path):
     from fsm.scene.toml_text import case_text
 
     odd = case.model_copy(update={"title": title, "expect": {'odd "key".x': case.expect["peak_force"]}})
-    read = tomllib.loads(case_text(odd))  # a case would not have them; the text holds whatever it is given
+    read = tomllib.loads(case_text(odd))  # a case would not have these keys; the text contains whatever it is given
     assert read["title"] == title and list(read["expect"]) == ['odd "key".x']
 
 
@@ -177,7 +177,7 @@ def test_overrides(tmp_path):
             "strip.held=[1, 5, 6]",
             "drive.0.speed=1 mm/s",
             'crease={law = "linear", stiffness = "2 N mm"}',
-            "friction.law=tanh",  # a section that the base lacks
+            "friction.law=tanh",  # a section that the base file does not have
             "friction.mu_dynamic=0.2",
             'friction.v_static="1 mm/s"',
             "drive.1.crease=2",  # one more drive
@@ -332,7 +332,8 @@ def test_public_names_exist_where_they_are_said_to_be():
 
     import fsm
 
-    assert set(fsm._HOME) | {"__version__", "calibrate"} == set(fsm.__all__)  # fsm.calibrate is a package and a function
+    # fsm.calibrate is both a package and a function
+    assert set(fsm._HOME) | {"__version__", "calibrate"} == set(fsm.__all__)
     assert re.match(r"\d", fsm.__version__)
     for name, module in fsm._HOME.items():
         if importlib.util.find_spec(module) is not None:

@@ -1,4 +1,4 @@
-"""What chords tell of points that are far enough from the surface, against the surface itself, drawn point by point."""
+"""Bounds from chords for points far from the surface, compared with distances from the surface itself."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHARES = np.linspace(0.0, 1.0, 201)
 
 
 def bent_strip(spatial: bool, seed: int) -> tuple[SegmentSystem, SurfaceContacts, np.ndarray]:
-    """Every panel bent in arcs of its own, as far as to touch and to pass through others."""
+    """Every panel is bent to different arcs, so far that panels touch and pass through others."""
     changes = ["expect=none", "strip.segments_per_panel=6", f"solve.spatial={str(spatial).lower()}"]
     changes.append("strip.fold_angle=\"88 deg\"")
     system = compile_case(load_case(CASE, changes).case)[1]
@@ -44,7 +44,7 @@ def bent_strip(spatial: bool, seed: int) -> tuple[SegmentSystem, SurfaceContacts
 
 
 def drawn_heights(geometry: SurfaceContacts, poses: np.ndarray) -> np.ndarray:
-    """Heights over the curves, in the plane; none where the nearest point drawn is an end."""
+    """Heights over the curves in the plane; there is no height where the nearest point drawn is an end."""
     probes, surfaces = geometry.probes, geometry.surfaces
     weights, points, tangents = np.empty((3, 4)), [], []
     for (a, b), stations in zip(surfaces.owners, surfaces.stations, strict=True):
@@ -89,7 +89,7 @@ def test_heights_and_contacts_in_the_plane(seed: int) -> None:
     assert touching.sum() > 10
     side = np.where(geometry.side == 0.0, np.sign(drawn), geometry.side)
     gap = side * drawn - probes.clearance
-    # well inside a surface, whose ends have tips and tapers, and not at the very edge of touching
+    # well inside a surface, whose ends have tips and tapers, and not at the limit of contact
     sure = np.isfinite(drawn) & (np.abs(gap) > 1e-6) & (np.abs(gap + probes.depth_limit) > 1e-6) & (probes.straight == 0.0)
     wanted = (gap < 0.0) & (gap > -probes.depth_limit)
     np.testing.assert_array_equal(touching[sure], wanted[sure])
@@ -97,7 +97,8 @@ def test_heights_and_contacts_in_the_plane(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_space_sees_what_the_plane_sees(seed: int) -> None:
-    """Two lines of points across the width, and turns of a few milliradians, change heights by their own size only."""
+    """Two lines of points across the width, and rotations of a few milliradians, change heights by amounts of their own size
+    only."""
     _, flat, in_plane = bent_strip(False, seed)
     _, geometry, poses = bent_strip(True, seed)
     plane, space = flat._heights(in_plane), geometry._heights(poses).reshape(-1, 2)

@@ -30,7 +30,7 @@ EDGES = {
 
 
 def of_point(outline: int, side: float) -> Callable[[np.ndarray], Found]:
-    """Closest points of node 0 and the triangle of nodes 1 to 3, whose edges are on the outline of a facet or not."""
+    """Closest points of node 0 and the triangle of nodes 1 to 3; its edges may lie on the outline of a facet."""
     faces = Faces(np.array([[1, 2, 3]]), np.full((1, 3), 0.02 * outline), np.zeros((0, 2), dtype=np.int64))
 
     def find(places: np.ndarray) -> Found:
@@ -59,7 +59,7 @@ CASES = pytest.mark.parametrize(("name", "find", "places", "free"), cases(), ids
 
 
 def central(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, step: float = 1e-5) -> np.ndarray:
-    """Derivatives by all places, last axis: 3 node + component."""
+    """Derivatives by all positions; the last axis is 3 node + component."""
     columns = []
     for i in range(x.size):
         moved = x.ravel().copy()
@@ -104,7 +104,8 @@ def test_the_side_of_a_point_gives_the_sign() -> None:
 
 @CASES
 def test_the_tangent_is_that_of_the_force(name: str, find: Callable[..., Found], places: np.ndarray, free: int) -> None:
-    """Normal force and friction as functions of places and rates, with laws of one depth, slip and normal force."""
+    """Normal force and friction as functions of positions and rates; the laws depend on depth, slip and normal force
+    only."""
     random = np.random.default_rng(1)
     rates = np.zeros((4, 6))
     rates[:, :3] = random.normal(size=(4, 3))
@@ -181,7 +182,8 @@ def test_points_that_pass_through_a_moving_triangle(place: list[float], passes: 
 
 
 def test_a_point_that_passes_there_and_back() -> None:
-    """The plane of a triangle that turns over passes the point twice; the point is inside at the first time only."""
+    """The plane of a triangle that turns over passes the point twice; only the first time is the point inside the
+    triangle."""
     start = np.array([[0.0, 0.0, 0.1], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
     end = start.copy()
     end[0, 2] = -0.1

@@ -1,4 +1,4 @@
-"""What a scene does not need is left out, and everything wrong with it is said at once."""
+"""The compiled scene omits parts that it does not need, and one message lists all mistakes."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_linear_creases_bring_no_spline() -> None:
 
 def test_equal_creases_share_a_curve() -> None:
     (creases,) = (group for group in compiled(crease=SPLINE).groups if isinstance(group, CreaseGroup))
-    # creases 1 and 5 have one half cell, 2 to 4 two
+    # creases 1 and 5 have a half segment on one side, creases 2 to 4 on both
     assert creases.curve.tolist() == [0, 1, 1, 1, 0]
     assert len(creases.table.bounds) == 3
 
@@ -72,7 +72,7 @@ def test_contact_only_where_something_can_meet() -> None:
     assert kinds(system) == [BushingGroup, ContactGroup]
     assert system.contacts[0].friction is None
     assert compiled(contact=CONTACT | {"pairs": []}).contacts == ()
-    # both held: nothing to find
+    # both panels are held, so there are no unknowns
     assert compiled(contact=CONTACT | {"pairs": [[1, 6]]}).contacts == ()
     assert compiled(contact=CONTACT | {"pairs": [[1, 6], [3, 4]]}).pair_names == ("panel 3 - panel 4",)
 
@@ -123,7 +123,7 @@ def test_starts_at_rest_and_in_the_same_place_in_both_dimensions() -> None:
 
 
 def test_planar_and_spatial_agree_on_a_bent_strip() -> None:
-    """The same deformed strip, both ways: forces, energy and reaction."""
+    """The same deformed strip, built in two ways: forces, energy and reaction."""
     planar, spatial = (
         compiled(dimension, crease=SPLINE, contact=CONTACT | {"damping": 1.0}, friction=FRICTION)
         for dimension in (False, True)
@@ -218,7 +218,7 @@ def test_a_faultless_scene_has_no_faults() -> None:
 
 
 def test_a_crease_that_would_snap_is_a_fault_of_the_case() -> None:
-    """The half cells beside it cannot follow a crease that softens so much; the user hears of it, with its place."""
+    """The half segments beside a crease cannot follow it if it softens too fast; a message names the crease."""
     steep = {"law": "spline", "angle": [0.0, 0.5, 0.6], "moment": [0.0, 0.5, 0.0]}
     with pytest.raises(CaseError) as caught:
         compiled(crease=steep, strip={"segments_per_panel": 1})
@@ -238,7 +238,7 @@ def test_initial_overlap_is_refused() -> None:
     assert compile_case(strip_case(strip={"fold_angle": "89.9 deg"}))[1].nu > 0
 
 
-# known faults: what the scene's docstrings promise and the compiler does not do yet -----------------------------
+# known faults: the docstrings of the scene describe this, and the compiler does not do it yet --------------------
 
 
 def test_a_crease_law_on_a_hand_made_element() -> None:
@@ -274,7 +274,7 @@ def test_a_damper_without_a_spring_damps() -> None:
     ],
 )
 def test_moment_of_a_folded_crease_is_that_of_its_curve(rest: float) -> None:
-    """At an opening of rest - 160 deg the curve goes on straight; the linear law of that slope and offset agrees."""
+    """At an opening of rest - 160 deg the curve is continued linearly; the linear law with this slope and offset agrees."""
     curve = {"law": "spline", "angle": [-1.0, 0.0, 1.0], "moment": [-8e-3, 0.0, 2e-3], "rest_angle": rest}
     system = compiled(crease=curve, strip={"half_cell": False})
     (creases,) = (group for group in system.groups if isinstance(group, CreaseGroup))
@@ -282,6 +282,6 @@ def test_moment_of_a_folded_crease_is_that_of_its_curve(rest: float) -> None:
     opening = rest - np.radians(160)
     moment = -8e-3 + 11e-3 * (opening + 1.0)
     force = system.force(0.0, *system.initial()).reshape(-1, 3)
-    # the first free segment hangs on crease 1, whose fold is a turn of -160 degrees
+    # the first free segment is joined to crease 1, whose fold is a rotation by -160 degrees
     assert creases.bodies[0].tolist() == [1, int(system.bodies.free[0])]
     assert abs(force[0, 2]) == pytest.approx(abs(moment), rel=1e-9)

@@ -1,4 +1,4 @@
-"""The helper process that compiles kernels beside a run."""
+"""The helper process that compiles kernels during a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsm.compile_beside import _started
 
 
 def test_a_helper_ends_when_its_standard_input_is_closed(tmp_path: Path) -> None:
-    """Else it would survive a run that is killed."""
+    """Otherwise the process would survive a run that is killed."""
     command = [sys.executable, "-m", "fsm.compile_helper", "lattice"]
     quiet, environment = subprocess.DEVNULL, os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, env=environment) as helper:
@@ -23,11 +23,11 @@ def test_a_helper_ends_when_its_standard_input_is_closed(tmp_path: Path) -> None
 
 
 def test_a_helper_imports_nothing_from_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A user's script can have the name of a module of Python."""
+    """A script of a user can have the name of a module of Python."""
     for name in ("json", "statistics", "fractions", "queue"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit(3)\n")
     monkeypatch.chdir(tmp_path)
-    helper = _started([])  # compiles the linear solver, and ends
+    helper = _started([])  # the process compiles the linear solver, and ends
     assert helper.wait(120.0) == 0
     assert helper.stdin is not None
     helper.stdin.close()

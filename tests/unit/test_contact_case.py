@@ -1,4 +1,4 @@
-"""Sections [contact] and [friction] of a case: which law is meant, what it needs, what is refused, what is written."""
+"""Sections [contact] and [friction] of a case: the selected law, its needed keys, refused keys, and the written text."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_linear_law_has_the_exponent_one() -> None:
 
 
 def test_stiffness_from_material() -> None:
-    """A steel ball of 10 mm radius on a flat face of steel; two unlike balls."""
+    """A steel ball of 10 mm radius on a flat face of steel, and two balls of different materials."""
     case, faults = read({"young": "210 GPa", "poisson": 0.3, "radius": "10 mm"})
     assert not faults
     assert case.contact.stiffness == pytest.approx(4 / 3 * 210e9 / (2 * 0.91) * 0.1, rel=1e-14)
@@ -215,7 +215,7 @@ def test_no_compiler_is_needed_to_read_laws() -> None:
 
 
 def test_pairs_of_panels_are_not_read_beside_a_scene() -> None:
-    """They were left out in silence."""
+    """They were omitted without a message."""
     data = tomllib.loads((Path(__file__).parents[2] / "folding_cases" / "dropped_plates" / "case.toml").read_text())
     assert read_case(data, Path())[1] == []
     data["contact"]["pairs"] = [[1, 2]]

@@ -1,4 +1,5 @@
-"""Forces of contact surfaces: slopes of an energy, balanced, alike in plane and space, whatever the broad phase did."""
+"""Forces of contact surfaces: they are gradients of an energy, are balanced, agree in plane and space, and do not depend on
+the broad phase."""
 
 from __future__ import annotations
 
@@ -54,7 +55,7 @@ def surfaces_of(system: SegmentSystem) -> SurfaceContacts:
 
 
 def pressed(system: SegmentSystem, seed: int, depth: float = 7.5e-4) -> np.ndarray:
-    """Panels 3 and 4 upright and into each other, a little out of place."""
+    """Panels 3 and 4 are upright, overlap, and are slightly displaced."""
     pose, middle = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80))
     move = np.zeros((system.n_free, system.size))
     for row, body in enumerate(system.bodies.free):
@@ -69,7 +70,7 @@ def pressed(system: SegmentSystem, seed: int, depth: float = 7.5e-4) -> np.ndarr
 
 
 def contact_force(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Forces on all bodies by contact alone, and their poses."""
+    """Contact forces on all bodies, and the poses of the bodies."""
     poses, rates = system.place(0.0, q, u)
     force = np.zeros_like(rates)
     only_contacts(system).add_force(0.0, poses, rates, force)
@@ -77,7 +78,7 @@ def contact_force(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[
 
 
 def slid(system: SegmentSystem, slide: float, depth: float, noise: float = 0.0) -> np.ndarray:
-    """Panels 3 and 4 upright, their faces into each other, and one pushed past the other along their length.
+    """Panels 3 and 4 are upright with overlapping faces, and one panel is moved past the other along its length.
 
     `noise` (m and a hundredth of a rad) is in the plane, the same for a planar and a spatial system.
     """
@@ -143,14 +144,15 @@ def assert_balanced(force: np.ndarray, poses: np.ndarray) -> None:
 @SPATIAL
 @pytest.mark.parametrize("friction", [False, True], ids=["frictionless", "friction"])
 def test_contact_forces_balance(spatial: bool, friction: bool) -> None:
-    """Force and moment about the origin of all bodies add to nothing: both faces are pushed at one point."""
+    """Force and moment about the origin of all bodies add up to zero: both faces are loaded at the same point."""
     system = pressed_strip(spatial, friction, damping=5.0)
     q, u = pressed(system, seed=3), np.random.default_rng(3).normal(size=system.nu)
     assert_balanced(*contact_force(system, q, u))
 
 
 def on_a_tip(system: SegmentSystem, past: float, straight: float, angle: float, noise: float = 3e-5) -> np.ndarray:
-    """A state in which a probe is on the disc of a tip, at an angle from the face's normal; `past` picks the panel."""
+    """A state in which a contact point lies on the disc of a tip, at an angle from the face's normal; `past` selects the
+    panel."""
     radius = TIP * 0.08 / 2
     probe = 0.0 if straight else 0.01  # a panel's end or the middle of its last segment
     slide = past * (probe + 2 * straight * radius + 0.6 * radius * np.sin(angle))
@@ -169,7 +171,7 @@ PASTS = pytest.mark.parametrize("past", [1.0, -1.0], ids=["beginning", "end"])
 
 
 def wobbled(system: SegmentSystem, q: np.ndarray) -> np.ndarray:
-    """In space also out of the plane a little."""
+    """In space also slightly out of the plane."""
     if system.size == 3:
         return q
     noise = np.random.default_rng(17).normal(size=(system.n_free, 6)) * [0.0, 3e-5, 0.0, 3e-3, 0.0, 3e-3]
@@ -200,7 +202,7 @@ def test_force_on_a_tip_is_minus_the_slope_of_the_contact_energy(
 @PARTS
 @pytest.mark.parametrize("friction", [False, True], ids=["frictionless", "friction"])
 def test_planar_and_spatial_contact_agree_on_a_tip(past: float, straight: float, friction: bool) -> None:
-    """Force, stiffness and damping, of the same state in the plane."""
+    """Force, stiffness and damping of the same state in the plane."""
     results = []
     for spatial in (False, True):
         system = pressed_strip(spatial, friction, damping=5.0)
@@ -234,7 +236,7 @@ def test_dissipation_is_what_damping_and_friction_take(spatial: bool) -> None:
     poses, rates = system.place(0.0, q, u)
     power = only_contacts(system).energy(0.0, poses, rates)[1]
     moving, resting = contact_force(system, q, u)[0], contact_force(system, q, 0 * u)[0]
-    # the drive does not touch; the elastic part is the same at rest
+    # the driven panel does not touch; the elastic part is the same without motion
     assert power == pytest.approx(-float(np.sum((moving - resting) * rates)), rel=1e-10)
     assert power > 0
 
@@ -244,7 +246,8 @@ def test_dissipation_is_what_damping_and_friction_take(spatial: bool) -> None:
 
 @SPATIAL
 def test_result_does_not_depend_on_when_the_broad_phase_was_renewed(spatial: bool) -> None:
-    """A long walk in small steps renews now and then; a fresh system renews at the very state. Bit for bit the same."""
+    """A long path in small steps renews the broad phase sometimes; a fresh system renews it at the present state. Bit for
+    bit the same."""
     walker, rng = pressed_strip(spatial, friction=True, damping=5.0), np.random.default_rng(7)
     u = rng.normal(size=walker.nu)
     here = pressed(walker, seed=7, depth=2e-3)
@@ -281,9 +284,9 @@ def test_tangent_does_not_depend_on_it_either(spatial: bool) -> None:
 
 @pytest.mark.parametrize("segments", [20, 40])
 def test_tips_are_found_whenever_the_broad_phase_was_renewed(segments: int) -> None:
-    """Tip over tip, coming from so far along the panel that the broad phase need not be renewed on the way."""
+    """One tip over another; the path along the panel is so short that the broad phase is not renewed on the way."""
     walker, fresh = (pressed_strip(False, thick=False, segments=segments) for _ in range(2))
-    # so deep that the disc still touches there; panel 3's end then is the only one of it that does
+    # so deep that the disc still touches there; the end of panel 3 then is its only contact
     rest, over, depth = np.zeros(walker.nu), 0.08 + 0.95 * TIP * 0.08, 0.6 * TIP * 0.08 / 2
     walker.force(0.0, slid(walker, over + 0.77 * surfaces_of(walker).margin, depth), rest)
     assert surfaces_of(walker).refreshes == 1

@@ -1,4 +1,4 @@
-"""The smooth surface through the segments: its shape, and the gap as a probe slides along it and round its ends."""
+"""The smooth surface through the segments: its shape, and the gap while a point slides along it and around its ends."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TURNS = np.array([0.1, 0.35, 0.5, 0.3, 0.45])
 
 
 def row_of_segments(gap: float = 0.0) -> np.ndarray:
-    """Poses (x, z, phi) of segments joined end to end; with `gap`, the joints' springs have given way."""
+    """Poses (x, z, phi) of segments joined end to end; with `gap`, the springs of the joints are deformed."""
     poses, end = [], np.array([0.1, -0.2])
     shift = gap * np.array([[0.3, 0.7], [-0.5, 0.2], [0.4, -0.6], [0.1, 0.9], [-0.2, -0.3]])
     for length, turn, off in zip(LENGTHS, TURNS, shift, strict=True):
@@ -60,7 +60,7 @@ def test_curve_is_c1_and_touches_every_segment_in_its_middle(gap: float) -> None
         axis = [np.cos(phi), -np.sin(phi)]
         np.testing.assert_allclose(unit(before[1]), axis, atol=1e-12)
         np.testing.assert_allclose(unit(after[1]), axis, atol=1e-12)
-        if 0 < j < len(poses) - 1:  # within the panel in the parameter too
+        if 0 < j < len(poses) - 1:  # also within the panel in its parameter
             np.testing.assert_allclose(before[1], after[1], atol=1e-15)
 
 
@@ -133,7 +133,8 @@ def seen(
     below: float = 1.0,
     depth_limit: float = 1.0,
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """Gap (m), gradients (3, 9) of gap and slip (a vector in the plane), and their rates, of one probe on its own body."""
+    """Gap (m), gradients (3, 9) of gap and slip (a vector in the plane), and their rates, for one point on a separate
+    body."""
     count = len(surface)
     poses = np.vstack([surface, [*point, 0.3]])
     rates = np.linspace(-1.0, 1.0, poses.size).reshape(poses.shape)
@@ -175,7 +176,8 @@ def seen(
 
 
 class Tip:
-    """A rounded tip in plain geometry: the straight goes on to `end`, where the disc about `middle` touches it."""
+    """A rounded tip in elementary geometry: the straight part ends at `end`, where it is tangential to the disc about
+    `middle`."""
 
     radius = TIP * LENGTHS.sum() / 2
 
@@ -222,7 +224,8 @@ def test_gap_is_the_distance_from_the_curve(spatial: bool, side: float) -> None:
 def test_gap_at_an_end_is_the_distance_from_the_rounded_outline(
     spatial: bool, side: float, straight: float, last: bool
 ) -> None:
-    """Outline: the curve raised by the clearance, its straight on to the end, a quarter of a circle and a bit more."""
+    """Outline: the curve raised by the clearance, its straight part to the end, and slightly more than a quarter of a
+    circle."""
     poses = row_of_segments(5e-4)
     tip = Tip(poses, last, side, straight)
     raised = []
@@ -243,7 +246,7 @@ def test_gap_at_an_end_is_the_distance_from_the_rounded_outline(
             away = np.linalg.norm(outline - point, axis=1).min()
             assert abs(found[0]) == pytest.approx(away, abs=1e-8)
             np.testing.assert_allclose(found[1][0, :2], tip.normal(angle), atol=1e-10)
-    # an edge that stands on a face: pushed along the face's normal
+    # an edge that touches a face is loaded along the face's normal
     found = seen(poses, tip.around(np.pi / 2, -0.3 * tip.radius), spatial, side, straight)
     assert found is not None
     assert found[0] == pytest.approx(-0.3 * tip.radius, abs=1e-12)
@@ -251,7 +254,7 @@ def test_gap_at_an_end_is_the_distance_from_the_rounded_outline(
 
 
 def assert_smooth(states: list[tuple[float, np.ndarray, np.ndarray] | None], path: np.ndarray, bend: float) -> None:
-    """Neither the gap nor the normal jumps along a path in even steps; `bend` (1/m) is as much as the normal may turn."""
+    """Neither the gap nor the normal jumps along a path of even steps; `bend` (1/m) bounds the rotation of the normal."""
     assert all(state is not None for state in states)
     gaps = np.array([state[0] for state in states if state is not None])
     normals = np.array([state[1][0, :2] for state in states if state is not None])
@@ -260,19 +263,19 @@ def assert_smooth(states: list[tuple[float, np.ndarray, np.ndarray] | None], pat
     step = np.linalg.norm(moves, axis=1).max()
     assert np.abs(np.diff(gaps)).max() <= step * (1 + 1e-9)
     assert np.abs(np.diff(normals, axis=0)).max() <= bend * step
-    # dg = n.dp all along; a normal that jumps by a joint's turn would be off by a tenth
+    # dg = n.dp along the whole path; a normal that jumps by the angle of a joint would give an error of a tenth
     middle = 0.5 * (normals[1:] + normals[:-1])
     np.testing.assert_allclose(np.diff(gaps), np.sum(middle * moves, axis=1), atol=1e-3 * step)
 
 
 @SPATIAL
 def test_gap_and_normal_are_continuous_as_a_probe_slides(spatial: bool) -> None:
-    """Along a straight path over all joints: no jump of the gap or of the normal, force direction included."""
+    """Along a straight path over all joints the gap, the normal and the direction of the force do not jump."""
     poses = row_of_segments()
     start, end = curve(poses, 0, 0.2)[0], curve(poses, 5, 0.8)[0]
     share = np.linspace(0.0, 1.0, 1501)
     path = start + np.outer(share, end - start) + np.array([0.004, 0.01])
-    # the normal turns by the curvature at most: alpha/(l/2) a joint, with a margin for the offset
+    # the rotation of the normal is bounded by the curvature: alpha/(l/2) for each joint, with a margin for the offset
     assert_smooth([seen(poses, p, spatial) for p in path], path, 60.0)
 
 
@@ -284,21 +287,21 @@ def test_gap_and_normal_are_continuous_round_a_tip(spatial: bool, side: float, s
     poses = row_of_segments()
     tip = Tip(poses, last, side, straight)
     depth = 0.3 * tip.radius
-    # over the end of the straight part and round the disc to where an edge stands at 90 degrees
+    # over the end of the straight part and around the disc, until an edge touches at 90 degrees
     ahead = [tip.beside(past, -depth) for past in np.linspace(-2e-3, 0.0, 400, endpoint=False)]
     around = [tip.around(angle, -depth) for angle in np.linspace(0.0, np.pi / 2, 400)]
     path = np.array(ahead + around)
     states = [seen(poses, p, spatial, side, straight) for p in path]
     assert_smooth(states, path, 1.01 / (tip.radius - depth))
     np.testing.assert_allclose([state[0] for state in states if state is not None], -depth, atol=1e-12)
-    # straight out: let go gently, at a gap of nothing and not before
+    # straight outwards: contact ends smoothly, exactly at zero gap
     path = np.array([tip.beside(past, -depth) for past in np.linspace(-2e-3, 0.999 * tip.radius, 800)])
     states = [seen(poses, p, spatial, side, straight) for p in path]
     assert_smooth(states, path, 1.01 / (tip.radius - depth))
     assert states[-1] is not None and states[-1][0] > 0.0
     touching = [seen(poses, p, spatial, side, straight, below=0.0) is not None for p in path]
     assert touching == [state is not None and state[0] < 0.0 for state in states]
-    # every derivative, the slip's too, on both sides of the end of the straight part
+    # all derivatives, also of the slip, on both sides of the end of the straight part
     inner, outer = (seen(poses, tip.beside(past, -depth), spatial, side, straight) for past in (-1e-9, 1e-9))
     assert inner is not None and outer is not None
     for one, other in zip(inner, outer, strict=True):
@@ -334,7 +337,7 @@ def test_a_probe_beyond_the_tip_or_too_deep_touches_nothing(spatial: bool, strai
     inside, outside = (np.array([x, z]) + (tip + d) * axis for d in (-1e-6, 1e-6))
     assert seen(poses, inside, spatial, straight=straight) is not None
     assert seen(poses, outside, spatial, straight=straight) is None
-    # the last of the tip is past the disc: nothing is let go there that still pushed
+    # the end of the tip is past the disc: no contact that still had a force ends there
     for clearance in (0.0, 1e-3):
         assert seen(poses, inside, spatial, straight=straight, clearance=clearance, below=1e-8) is None
     rounded = Tip(poses, True, 1.0, straight).around(0.7, -5e-4)

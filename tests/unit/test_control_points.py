@@ -1,4 +1,4 @@
-"""Surfaces by their control points in inertial axes: the same curve as by the bodies' own, and its derivatives."""
+"""Surfaces by their control points in inertial axes: the curve and its derivatives agree with those in body axes."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def poses_spatial(rng: np.random.Generator) -> np.ndarray:
 
 
 def turn_planar(poses: np.ndarray, body: int, x: float) -> np.ndarray:
-    """A vector (x, 0) of a body: about y the z-axis goes down as the angle grows."""
+    """A vector (x, 0) of a body: a positive angle about y turns it towards -z."""
     angle = poses[body, 2]
     return np.array([np.cos(angle) * x, -np.sin(angle) * x])
 

@@ -1,4 +1,5 @@
-"""Sides of points near joints of panels: one joint has one side, and what comes from outside of a corner is outside."""
+"""Sides of points near joints of panels: each joint has one side, and points that come from outside of a corner remain
+outside."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ def strip(spatial: bool) -> SegmentSystem:
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 def test_corners_of_the_strip(spatial: bool) -> None:
-    """A joint and its twin are one point on one surface; so is a point and itself across a corner, on two."""
+    """A joint and its twin count as one point on one surface; a point and its copy across a corner count as one point on
+    two."""
     system = strip(spatial)
     geometry = system.contacts[0].geometry
     assert isinstance(geometry, SurfaceContacts)
@@ -33,7 +35,7 @@ def test_corners_of_the_strip(spatial: bool) -> None:
     points = geometry.kernels.points(system.place(0.0, *system.initial())[0], probes.body, probes.place)
     here = np.arange(len(points))
     paired = np.flatnonzero(corners.twin != here)
-    # joints 1 to 5 on every panel that shares the joint next to them, once for each line across
+    # joints 1 to 5 of every panel that shares the joint next to them, once for each line of points across
     assert len(paired) == 8 * (2 if spatial else 1)
     np.testing.assert_allclose(points[corners.twin[paired]], points[paired], atol=1e-12)
     np.testing.assert_array_equal(probes.first_piece[corners.twin[paired]], probes.first_piece[paired])
@@ -53,17 +55,17 @@ def test_corners_of_the_strip(spatial: bool) -> None:
 @pytest.mark.parametrize(
     ("before", "side", "height", "expected"),
     [
-        # faces 0 and 1 of a corner, the inside of both at +; face 1 knows the point on -, outside
-        (0.0, 1.0, (0.1, 0.1), -1.0),  # pressed in, and new over face 0: outside of that, too
-        (0.0, 1.0, (0.3, 0.1), 0.0),  # deeper in there than in face 1: on that one it lies
+        # faces 0 and 1 of a corner, with the inside of both at +; for face 1 the stored side of the point is -, outside
+        (0.0, 1.0, (0.1, 0.1), -1.0),  # overlapping, and new over face 0: the point is outside of face 0, too
+        (0.0, 1.0, (0.3, 0.1), 0.0),  # deeper in that face than in face 1: the point lies on that face
         (0.0, 1.0, (0.1, 0.3), -1.0),
-        (0.0, 1.0, (0.1, -0.1), 1.0),  # outside of face 1, behind which face 0 has it on its inner side
+        (0.0, 1.0, (0.1, -0.1), 1.0),  # outside of face 1; face 0 sees the point on its inner side, behind face 1
         (0.0, -1.0, (-0.1, 0.1), -1.0),
-        (-1.0, -1.0, (0.1, -0.1), -1.0),  # pressed into face 0 as before
+        (-1.0, -1.0, (0.1, -0.1), -1.0),  # the point is pressed into face 0 as before
         (-1.0, -1.0, (0.1, 0.1), -1.0),
-        (-1.0, -1.0, (0.6, -0.1), 1.0),  # has gone round the corner to face 1
+        (-1.0, -1.0, (0.6, -0.1), 1.0),  # the point has moved around the corner to face 1
         (-1.0, -1.0, (0.6, 0.1), -1.0),  # has not: it is inside
-        (1.0, 1.0, (-0.6, 0.1), -1.0),  # has come from behind face 1
+        (1.0, 1.0, (-0.6, 0.1), -1.0),  # the point has come from behind face 1
         (1.0, 1.0, (-0.4, 0.1), 1.0),
     ],
 )
@@ -100,9 +102,9 @@ def test_a_joint_has_the_side_of_its_twin() -> None:
     ("down", "beyond", "turned"),
     [
         (0.5, 0.3, False),  # above the middle of the disc that rounds the tip
-        (1.2, 0.9, False),  # below the middle, but it presses on the disc
+        (1.2, 0.9, False),  # below the middle, but the point presses on the disc
         (1.2, 1.2, True),  # below the middle, and free
-        (1.99, 0.05, True),  # round the tip, and still touching
+        (1.99, 0.05, True),  # around the tip, and still in contact
     ],
 )
 def test_a_point_that_slides_round_a_tip_changes_its_side(

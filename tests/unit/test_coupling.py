@@ -1,4 +1,4 @@
-"""Bodies that contacts may couple, against all of them written out."""
+"""Bodies that contacts may couple, compared with an explicit list of all of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measured crease curves with scatter, or too steep for the half cell: refused by `fsm check`, with advice that works."""
+"""Measured crease curves with scatter, or too steep for the half segment: `fsm check` refuses them, and its advice works."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The law of a crease that keeps something back: work is what is stored and what is lost, on any way."""
+"""The law of a crease with hysteresis: work equals stored energy plus loss, on any path."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_spring_is_stiffer_than_the_strength_is_steep() -> None:
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.floats(-0.4, 2.0), min_size=1, max_size=8))
 def test_work_is_stored_or_lost_on_any_way(turns: list[float]) -> None:
-    """The moment integrated along the way against the closed form, between turns in one step."""
+    """The moment integrated along the path against the closed form, with reversals within one step."""
     at, slider = 0.2, 0.2 - CURVE(0.2)[1] / STIFFNESS
     stored = slip_energy(one(at), one(at), one(slider), *LAW)[0][0]
     for turn in turns:

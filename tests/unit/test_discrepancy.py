@@ -1,4 +1,4 @@
-"""Covariance of parameters from whole repeats and from a model of the wrong form: linear studies, whose truth is known."""
+"""Covariance of parameters from whole repeats and from a model of the wrong form: linear studies with known true values."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def study(
 ) -> tuple[np.ndarray, ParameterSpread, list[np.ndarray]]:
     """Parameters, their spread, and the true curves of a study of two tests.
 
-    Repeats differ as wholes: by a factor (1.5 %), by a smooth curve (.01), and by noise from point to point. `wrong` is the
-    size of a smooth curve that the model does not have.
+    Repeats differ by a common factor (1.5 %), by a smooth curve (0.01), and by noise of each point. `wrong` is the size of a
+    smooth curve that the model does not have.
     """
     form = wrong * generator.normal() * np.sin(generator.uniform(1, 3) * np.pi * TRAVEL + generator.uniform(0, 6.3)) * TRAVEL
     truth = [jacobian @ TRUE + form for jacobian in JACOBIANS]
@@ -78,7 +78,7 @@ def test_independent_scatter_gives_the_classical_covariance() -> None:
 
 
 def test_scatter_that_is_said_and_none_at_all() -> None:
-    """A half band gives the covariance that it says; without one the residuals give it."""
+    """A given scatter determines the covariance; without it the residuals do."""
     jacobian, noise = JACOBIANS[0], 0.03
     gain, nothing = np.linalg.pinv(jacobian), np.zeros((0, 0))
     test = LinearisedTest(TRAVEL, np.zeros(20), jacobian, gain, nothing, noise**2 * np.eye(20))

@@ -1,4 +1,4 @@
-"""The pages say what the program does: keys, examples, commands."""
+"""The pages of the documentation agree with the program: keys, examples, commands."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ LAWS = {Contact: (NORMAL_KEYS, {"young", "poisson", "radius"}), Friction: (FRICT
 
 
 def rows(heading: str) -> Iterator[list[list[str]]]:
-    """The cells of every table of the page that has this heading."""
+    """The cells of every table below this heading of the page."""
     for block in PAGE.read_text(encoding="utf-8").split("\n\n"):
         lines = block.strip().splitlines()
         if lines[0] == heading:
@@ -102,14 +102,15 @@ def test_every_section_has_its_table() -> None:
             yield from below(child)
 
     models = {model for model in below(Model) if model is not Model and model.__module__.startswith("fsm.scene.")}
-    models = {model for model in models if not model.__name__.startswith("_")}  # those that only others are made from
+    # names from which only other names are formed
+    models = {model for model in models if not model.__name__.startswith("_")}
     assert models == {model for group in TABLES for model in group}
     assert len(KEYS) == len(TABLES)
 
 
 @pytest.mark.parametrize("index", range(len(TABLES)), ids=lambda i: "-".join(model.__name__ for model in TABLES[i]))
 def test_keys(index: int) -> None:
-    """Every key of a section is in its table, and no other."""
+    """The table of a section has exactly the keys of this section."""
     said = [row[0].strip("`") for row in KEYS[index]]
     known = list(dict.fromkeys(key for model in TABLES[index] for key in model.model_fields))
     assert len(said) == len(set(said))
@@ -118,12 +119,12 @@ def test_keys(index: int) -> None:
 
 @pytest.mark.parametrize("index", range(len(TABLES)), ids=lambda i: "-".join(model.__name__ for model in TABLES[i]))
 def test_defaults(index: int) -> None:
-    """What must be given is called needed, and numbers, words and switches have the default that is written."""
+    """Required keys are marked as needed, and other keys have their default in the table."""
     for key, _, default, *_ in KEYS[index]:
         name = key.strip("`")
         fields = [model.model_fields[name] for model in TABLES[index] if name in model.model_fields]
         required = [field.is_required() for field in fields]
-        if name in ("law", "kind", "time"):  # which variant it is, or of one variant only
+        if name in ("law", "kind", "time"):  # the key selects a variant, or belongs to one variant only
             continue
         if default == "needed" or all(required):
             assert default.startswith("needed") and all(required), key
@@ -136,7 +137,7 @@ def test_defaults(index: int) -> None:
         default, _, needed_by = default.partition("needed by")
         assert re.findall(r'"([\w-]+)"', needed_by) == needing, key
         default = default.strip("; ")
-        if needing and not default:  # no other law has it
+        if needing and not default:  # no other law has this key
             assert not any(name in keys.optional for keys in laws.values()), key
             continue
         field = fields[0]
@@ -153,7 +154,7 @@ def test_defaults(index: int) -> None:
 
 
 def test_laws_are_described() -> None:
-    """Every law of contact and friction has its row, with the keys that it needs and may have."""
+    """Every law of contact and friction has its row, with its needed and optional keys."""
     tables = list(rows("| law | needs | may have | force of a face |"))
     tables += list(rows("| law | needs | may have | friction over normal force |"))
     for table, (laws, left_out) in zip(tables, LAWS.values(), strict=True):
@@ -179,7 +180,7 @@ def test_examples_are_valid(page: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("method", "bound"), [("auto", 1e-4), ("Radau", 1e-5)])
 def test_the_pendulum_swings(method: str, bound: float, tmp_path: Path) -> None:
-    """The example of a scene runs and does what the page says."""
+    """The example of a scene runs with the results that the page gives."""
     from fsm.results.store import read_solution
 
     (tmp_path / "case.toml").write_text(examples(PAGE)[1], encoding="utf-8")
@@ -194,7 +195,7 @@ def test_the_pendulum_swings(method: str, bound: float, tmp_path: Path) -> None:
 
 
 def test_summary_is_described(tmp_path: Path) -> None:
-    """Every name of a summary is in its table, and no other."""
+    """The table has exactly the names of a summary."""
     shutil.copy(CREASE, tmp_path / "crease.csv")
     (tmp_path / "case.toml").write_text(examples(README)[0], encoding="utf-8")
     small = ["strip.segments_per_panel=2", "drive.0.travel=6 mm", "solve.rtol=1e-3", "strip.fold_angle=83 deg"]
@@ -205,7 +206,7 @@ def test_summary_is_described(tmp_path: Path) -> None:
 
 
 def test_summary_of_a_film_is_described(tmp_path: Path) -> None:
-    """What a film's summary has besides is in its own table."""
+    """Further entries of a film's summary are in a separate table."""
     film = ["membrane.mesh=[7, 7]", "vibration.modes=6", "vibration.duration=0.2 s"]
     loaded = load_case(ROOT / "folding_cases" / "membrane_impact" / "case.toml", film)
     summary = run_case(loaded, tmp_path / "out", progress=False)
@@ -217,7 +218,7 @@ def test_summary_of_a_film_is_described(tmp_path: Path) -> None:
 
 
 def test_events_are_described() -> None:
-    """Every name of an event is in the row of `events`, and every kind of event."""
+    """Every kind of event is described, and the row of `events` names all its entries."""
     (table,) = rows("| name | |")
     (meaning,) = [row[1] for row in table if row[0] == "`events`"]
     names = {field.name for field in fields(Event)}
@@ -228,7 +229,7 @@ def test_events_are_described() -> None:
 
 
 def test_methods_are_described() -> None:
-    """Every method has its row, and no other."""
+    """The table has exactly one row for every method."""
     (table,) = rows("| method | for | limits |")
     known = get_args(Solve.model_fields["method"].annotation)
     assert [row[0].strip('`"') for row in table] == list(known)
@@ -262,7 +263,7 @@ def test_commands_exist(page: Path) -> None:
 
 
 def test_calibrations_are_described() -> None:
-    """Every kind has its command, every option its line, and README leads there."""
+    """Every kind of case has its command and every option its line, and README links to the page."""
     page = CALIBRATION.read_text(encoding="utf-8")
     command = cli.commands["calibrate"]
     for kind in CALIBRATIONS:
@@ -274,7 +275,7 @@ def test_calibrations_are_described() -> None:
 
 
 def test_the_measured_hinge_is_calibrated_as_it_ships(tmp_path: Path) -> None:
-    """`crease.h5` beside the case is what its CSV gives, and the case names it."""
+    """`crease.h5` beside the case agrees with its CSV file, and the case names it."""
     folder = ROOT / "folding_cases" / "strip_hinge"
     found = calibrate_crease(folder / "hinge.csv", Options())
     found.files[0][1](tmp_path / "crease.h5")

@@ -68,7 +68,7 @@ def test_without_run_up_the_speed_is_there_at_once() -> None:
 
 
 def test_drives_of_a_strip_stay_in_the_order_of_the_case() -> None:
-    """The first one is the one that the force curve and the peak are of, whichever crease it pulls."""
+    """The force curve and the peak are those of the first drive, whichever crease it pulls."""
     drives = [{"crease": 4}, {"bodies": ["panel 3 segment 1"]}, {"crease": 2}, {"body": "panel 5 segment 2"}]
     given = ", ".join(
         f"{{{key} = {value!r}, speed = 1e-3, travel = {0.001 * k}}}".replace("'", '"')

@@ -1,4 +1,4 @@
-"""A drive that leads a crease line through a held panel is refused, where contact keeps panels apart."""
+"""A drive that moves a crease line through a held panel is refused where contact keeps panels apart."""
 
 from __future__ import annotations
 

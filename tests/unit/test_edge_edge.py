@@ -1,4 +1,5 @@
-"""Edges against edges: closest points, handing over to points where they are nearly parallel and past their ends."""
+"""Contact of edges with edges: closest points, and the transition to contact points where edges are nearly parallel or past
+their ends."""
 
 from __future__ import annotations
 
@@ -71,7 +72,7 @@ def plates(scaled: bool = True) -> PlateContacts:
 
 
 def force_and_energy(contacts: PlateContacts, poses: np.ndarray) -> tuple[np.ndarray, float]:
-    """Hertzian forces on both bodies at rest, (2, 6), and their energy."""
+    """Hertzian forces on both bodies without motion, (2, 6), and their energy."""
     touching = contacts.find(poses, 0.0)
     bodies, _, gradient, _ = contacts.measure(poses, np.zeros((2, 6)), touching)
     share = contacts.share[touching.slot]
@@ -110,7 +111,7 @@ def largest_jump(contacts: PlateContacts, path: Callable[[float], np.ndarray], c
 
 @PATHS
 def test_force_is_continuous(path: Callable[[float], np.ndarray]) -> None:
-    """A jump would stay as it is when the steps get eight times shorter; what is continuous goes down with them."""
+    """A jump would remain with steps eight times shorter; the change of a continuous force decreases with the step."""
     contacts = plates()
     coarse, size = largest_jump(contacts, path, 500)
     fine, _ = largest_jump(contacts, path, 4000)
@@ -125,7 +126,7 @@ def test_without_the_scaling_it_jumps_at_parallel() -> None:
 
 
 def work_and_energy(contacts: PlateContacts, path: Callable[[float], np.ndarray], count: int) -> tuple[float, float]:
-    """What is missing between the work done along a path and the change of energy, and the largest energy."""
+    """Difference between the work done along a path and the change of energy, and the largest energy."""
     states = [path(x) for x in np.linspace(0, 1, count + 1)]
     energies = [force_and_energy(contacts, state)[1] for state in (states[0], states[count // 2], states[-1])]
     missing = energies[-1] - energies[0]
@@ -140,17 +141,18 @@ def work_and_energy(contacts: PlateContacts, path: Callable[[float], np.ndarray]
 
 @PATHS
 def test_work_along_the_path_is_the_change_of_energy(path: Callable[[float], np.ndarray]) -> None:
-    """Forces of points and edges together, through all changes of what is closest to what: of second order in the steps."""
+    """Forces of points and edges together: the error is of second order in the step, also where the closest features
+    change."""
     contacts = plates()
     coarse, energy = work_and_energy(contacts, path, 500)
-    # 2026-11-23: 4000 steps instead of 2000, for there are more points that come over edges on the way
+    # 2026-11-23: 4000 steps instead of 2000, because more points cross edges along the path
     fine, _ = work_and_energy(contacts, path, 4000)
     assert fine < 0.1 * coarse
     assert fine < 2e-4 * energy
 
 
 def test_an_edge_that_crosses_carries_what_points_do_not_see() -> None:
-    """Two plates on edge, like an X: no point of either is near the other."""
+    """Two plates on edge, crossed like an X: all points of each plate are far from the other plate."""
     contacts = plates()
     one = turned((np.pi / 2, 0.0, 0.0))
     two = turned((0.0, 0.0, 1.1), one)
@@ -171,7 +173,7 @@ def random_edges(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def test_edges_pass_when_their_distance_goes_through_zero() -> None:
-    """Against a fine walk along the path that looks at the distance."""
+    """Compared with a search for contact in many small increments of the path."""
     rng, seen = np.random.default_rng(4), 0
     for _ in range(30):
         start, end, half = random_edges(rng)

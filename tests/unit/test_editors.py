@@ -54,7 +54,7 @@ def test_every_builder_has_a_case() -> None:
     built = {name: name for name in ("strip", "lattice", "sheet", "scene")} | {"membrane": "film", "scissor": "array"}
     assert set(built.values()) <= set(kinds())
     builders = {path.stem for path in (ROOT / "fsm" / "scene" / "builders").glob("[a-z]*.py")}
-    parts = {"flexible_loads", "flexible_sheet"}  # of a sheet
+    parts = {"beside_sheet", "flexible_loads", "flexible_sheet"}  # of a sheet
     parts |= {f"sheet_{part}" for part in ("bars", "contact", "folding", "gas", "joints", "loads", "supports")}
     sheet = Sheet.model_fields
     for kind in (*get_args(get_args(sheet["kind"].annotation)[0]), *get_args(sheet["facets"].annotation)):
@@ -91,7 +91,7 @@ def test_pages_of_keys() -> None:
 
 
 def test_every_key_has_a_page_with_a_meaning() -> None:
-    """Each key has a row of the page of case files, and a page of its own."""
+    """Each key has a row in the page on case files, and a help page."""
     keys = all_keys()
     assert {"strip.panels", "scene.films.mesh", "step.drive.travel", "vibration.probes"} <= set(keys)
     for key in keys:

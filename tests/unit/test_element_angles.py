@@ -1,4 +1,4 @@
-"""Angles of hand-made elements: taken from the placed bodies, and refused where they contradict these."""
+"""Angles of elements given in a scene: they are taken from the placed bodies, and refused if they contradict these."""
 
 import math
 from typing import Any
@@ -35,7 +35,7 @@ def test_the_rest_angle_of_the_crease_counts_on_the_side_of_the_fold(turn: float
 @pytest.mark.parametrize("spatial", [False, True])
 @pytest.mark.parametrize("turn", [-2.5, -0.4, 0.4, 2.5])
 def test_without_an_initial_angle_a_curve_opens_towards_flat(turn: float, spatial: bool) -> None:
-    """The curve is not odd: its sign has to follow the fold."""
+    """The curve is not odd: its sign must agree with the direction of the fold."""
     given = moment(turn, spatial, crease=CURVE | {"rest_angle": 1.0}, initial_angle=turn)
     assert moment(turn, spatial, crease=CURVE | {"rest_angle": 1.0}) == pytest.approx(given, rel=1e-12)
     mirrored = moment(-turn, spatial, crease=CURVE | {"rest_angle": 1.0})

@@ -1,4 +1,5 @@
-"""Shares tapered at the ends of faces: even sums, slopes of an energy, exact tangents."""
+"""Shares of contact points that are tapered at the ends of faces: even sums, forces as gradients of an energy, exact
+tangents."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ def test_taper_is_smooth(half_cell: float) -> None:
 
 @pytest.mark.parametrize("intervals", [1, 2, 3, 4])
 def test_shares_of_a_row_add_up_wherever_it_stands(intervals: int) -> None:
-    """To the length that is over the face; from three intervals on points are not quite in the middle of their cells."""
+    """A face is loaded in proportion to its length over the other face; with three or more intervals the points are not at
+    the middle of their cells."""
     nodes, weights = gauss_lobatto(intervals + 1)
     cells = np.array([(0.5 if abs(node) == 1.0 else 0.25) * weight for node, weight in zip(nodes, weights, strict=True)])
     places = (np.arange(-20, 20)[:, None] + 0.5 * nodes).ravel()
@@ -41,7 +43,7 @@ def test_shares_of_a_row_add_up_wherever_it_stands(intervals: int) -> None:
 
 
 def panels(spatial: bool, friction: Friction | None = None, damping: float = 0.0) -> SegmentSystem:
-    """A panel of one long segment under one of three, which is over its beginning by one and a half of them."""
+    """A panel of one long segment below a panel of three segments, half of which lie over the beginning of the long one."""
     def body(name: str, length: float, x: float, z: float) -> Body:
         outline = Plate(length=length, width=0.01, thickness=THICK)
         return Body(name=name, mass=1e-3, inertia=(1e-8, 1e-8, 1e-8), plate=outline, position=(x, 0.0, z))
@@ -62,7 +64,7 @@ def panels(spatial: bool, friction: Friction | None = None, damping: float = 0.0
 
 
 def states(system: SegmentSystem, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """A little out of place and in motion, with points in the taper."""
+    """The panels are slightly displaced and move, with points in the taper."""
     found = []
     rng = np.random.default_rng(5)
     q0, _ = system.initial()

@@ -27,7 +27,7 @@ def quaternions(rotation: Rotation) -> np.ndarray:
 
 
 def joint(swing: float, seed: int, translations: float = 1.0) -> tuple[BushingGroup, np.ndarray, np.ndarray]:
-    """A joint whose swing, about an axis across e2, has that size; twisted and turned at random."""
+    """A joint with a swing of this size about an axis across e2, twisted and rotated at random."""
     rng = np.random.default_rng(seed)
     axes = Rotation.random(2, random_state=seed)
     outer = Rotation.random(random_state=seed + 10)
@@ -132,7 +132,7 @@ def test_power_is_what_the_dampers_take(swing: float) -> None:
 
 
 def test_uneven_dampers_and_springs_are_of_swing_and_twist() -> None:
-    """Only there are they not c (w_a - w_b)."""
+    """Only at these angles do they differ from c (w_a - w_b)."""
     group, poses, rates = joint(1.2, 4, translations=0.0)
     even = force_of(group, poses, rates)
     for stiffness, damping in ((0.0, 1.1), (1e-9, 1.0)):
@@ -150,7 +150,7 @@ def test_uneven_dampers_and_springs_are_of_swing_and_twist() -> None:
 @SWINGS
 @pytest.mark.parametrize("half_way", [False, True], ids=["outer", "half-way"])
 def test_differences_from_a_past_state(swing: float, half_way: bool) -> None:
-    """Quasi-static steps know no rates: the moment is c times the rotation vector since then, over the time since."""
+    """Quasi-static steps have no rates: the moment is c times the rotation vector of the step over its duration."""
     group, poses, rates = joint(swing, 5, translations=0.0)
     group = replace(group, geometry=(*group.geometry[:-1], np.array([half_way])))
     before = retract_poses(poses.ravel(), 0.2 * rates.ravel()).reshape(2, 7)
@@ -193,7 +193,7 @@ end_time = "0.8 s"
 
 
 def test_a_rod_on_a_ball_joint_turns_all_the_way(tmp_path: Path) -> None:
-    """It passes a swing of 180 degrees at .54 s."""
+    """Its swing passes 180 degrees at 0.54 s."""
     case = tmp_path / "case.toml"
     case.write_text(ROD, encoding="utf-8")
     summary = run_case(load_case(case), tmp_path / "out", progress=False)

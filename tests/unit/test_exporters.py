@@ -1,4 +1,4 @@
-"""Exports: other programs read what the result holds, and nothing is written outside the given file."""
+"""Exports: other programs read the data of the result, and nothing is written besides the given file."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_vtk_reads_the_motion(name: str, results: dict[str, fsm.Result], tmp_pat
 
 
 def test_vtk_draws_the_last_record(results: dict[str, fsm.Result], tmp_path: Path) -> None:
-    """The surface that ParaView's reader gives is drawn in the window of the exported points."""
+    """The surface from ParaView's reader is drawn within the bounds of the exported points."""
     reader = vtk.vtkHDFReader()
     reader.SetFileName(str(results["strip_trial"].export("vtkhdf", tmp_path / "x.vtkhdf")))
     reader.UpdateInformation()
@@ -277,7 +277,7 @@ def equations(text: str) -> set[tuple[int, int]]:
 
 
 def test_flexible_facets_are_hinged_at_creases_only(tmp_path: Path) -> None:
-    """Every triangle was hinged to its neighbours, and the edges of a slit were joined: another structure."""
+    """Every triangle was hinged to its neighbours, and the edges of a slit were joined: the exported structure was wrong."""
     ring = fsm.load(ROOT / "folding_cases" / "slit_annulus" / "case.toml")
     ring = ring.set({"sheet.mesh": [2, 8], "load.0.force_per_length": [0, 0, 0.01]})
     folded = fsm.load(ROOT / "fsm" / "commands" / "templates" / "flexible.toml").set("drive.0.travel", "0.5 mm")
@@ -301,7 +301,7 @@ WICKED = ["<script>alert(1)</script>", "$HOME", "../../outside", "/etc/passwd", 
 
 @pytest.mark.parametrize("to", sorted(EXPORTERS.keys() - {"fold"}))  # it shows sheets, whose parts have no names
 def test_wicked_names_stay_text(to: str, tmp_path: Path) -> None:
-    """Names from the case do not become paths, and exactly one file appears."""
+    """Names of the case are not used as paths, and exactly one file appears."""
     model = fsm.Model("../<script>$(touch x)")
     for k, name in enumerate(WICKED):
         plate = {"length": "20 mm", "width": "20 mm", "thickness": "1 mm"}

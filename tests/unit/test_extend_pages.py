@@ -1,4 +1,4 @@
-"""The pages on extensions are executed block by block, as when the documentation is built."""
+"""The code of the pages on extensions is executed block by block, as when the documentation is built."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BLOCK = re.compile(r"```\{executed\} (\w+)\n(?::file: (\S+)\n)?(.*?)```", re.S)
 def test_the_page_runs(page: Path, tmp_path: Path) -> None:
     """Files are written, commands succeed, and the comparisons with closed forms hold."""
     blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
-    assert sum(name.endswith(".py") for _, name, _ in blocks) == 1  # one file is the extension
+    assert sum(name.endswith(".py") for _, name, _ in blocks) == 1  # one of the files is the extension
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
     environment = os.environ | {"PATH": path, "PYTHONPATH": str(PAGES[0].parents[2])}
     for language, name, text in blocks:

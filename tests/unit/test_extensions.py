@@ -104,7 +104,7 @@ def test_tangents_of_an_added_law(spatial: bool, tmp_path: Path) -> None:
 
 
 def test_geometric_stiffness_of_a_constant_effort(tmp_path: Path) -> None:
-    """A constant force along e3 has no slope, and a stiffness in space as its axes turn."""
+    """A constant force along e3 has no derivative; in space its stiffness matrix follows from the rotation of its axes."""
     law = """
 import numpy as np
 from fsm.extend import ElementLaw, add_element_law
@@ -128,7 +128,7 @@ add_element_law("constant", ElementLaw(effort, lambda z, p: 5.0 * z[2] + 0.3 * z
 
 
 def test_the_text_of_a_case_gives_the_same_case(tmp_path: Path) -> None:
-    """It names the file with its path and digest, and is refused once the file has changed."""
+    """The results file names the extension with path and digest, and the extension is refused once its file has changed."""
     first = loaded(tmp_path)
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()

@@ -33,7 +33,8 @@ def stretched(gradient: np.ndarray) -> np.ndarray:
 
 
 def test_uniform_strains() -> None:
-    """Taut: the plain energy; wrinkled: E t e^2/2 per area, whatever the contraction; slack: nothing but the remainder.
+    """Taut: the energy without wrinkling; wrinkled: E t e^2/2 per area, for any contraction; slack: only the remaining
+    stiffness.
 
     Rounding adds w^2/6 to e^2/2.
     """
@@ -54,7 +55,7 @@ def test_uniform_strains() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_force_and_tangent_are_derivatives(seed: int) -> None:
-    """With taut, wrinkled and slack points at once."""
+    """With taut, wrinkled and slack points in one state."""
     rng = np.random.default_rng(seed)
     one = group(True)
     q = stretched(np.diag([1.01, 0.99])) + 0.02 * rng.normal(size=45)

@@ -72,7 +72,7 @@ def test_force_and_tangent_are_derivatives(rest: np.ndarray | None) -> None:
 
 
 def test_efforts_of_the_mixed_newton_method() -> None:
-    """Efforts after an increment are exact to first order; with those of the state, the stiffness is the tangent."""
+    """Efforts after an increment are exact to first order; with the efforts of the state, the stiffness is the tangent."""
     facets, q = group(), FLAT + 0.1 * np.random.default_rng(1).normal(size=SIZE)
     dx = np.random.default_rng(2).normal(size=SIZE)
     near, far = (np.abs(facets.efforts(q, s * dx) - facets.efforts(q + s * dx)).max() for s in (1e-4, 1e-3))
@@ -155,7 +155,7 @@ def test_mass() -> None:
 
 @pytest.mark.parametrize("rest", [None, CURVED], ids=["flat", "curved"])
 def test_damping(rest: np.ndarray | None) -> None:
-    """Tangents are derivatives of the forces of damping, whose power is lost; rigid motions lose none."""
+    """Tangents are the derivatives of the damping forces, whose power is dissipated; rigid motions dissipate nothing."""
     random = np.random.default_rng(11)
     material = FilmMaterial(1e3, 0.3, 2.0, 0.1)
     damped = FacetGroup(VECTORS, POINTS[TRIANGLES], ANGLES[TRIANGLES], material, rest, viscosity=0.3)

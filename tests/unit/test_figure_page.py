@@ -48,7 +48,7 @@ def test_the_page_is_the_text_of_its_script() -> None:
 
 
 def test_thin_lines_keep_their_colours(tmp_path: Path) -> None:
-    """A palette by the median drew two panels of a strip, and two of five channels, in one colour."""
+    """Median cuts of the palette gave two panels of a strip, and two of five channels, the same colour."""
     picture = Image.new("RGB", (600, 600), "white")
     picture.paste(Image.linear_gradient("L").resize((600, 500)), (0, 100))
     for k, colour in enumerate(COLOURS):

@@ -1,4 +1,4 @@
-"""Style and format of figures; colours that are used once; outlines, labels and legends of the figures of films."""
+"""Style and format of figures; each colour is used once; outlines, labels and legends of the figures of films."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_slide_has_larger_letters_and_thicker_lines(tmp_path: Path, figures: l
 
 
 def test_the_effort_of_a_turning_drive_is_a_moment(tmp_path: Path, figures: list[Figure]) -> None:
-    """The axes had N m and mrad; the peak and the stages had N and mm."""
+    """The axes had N m and mrad, but the peak and the stages had N and mm."""
     run = strip_run(31)
     turning = replace(run, layout=replace(run.layout, drive_names=("lid (turn)",)))
     plot_force(turning, tmp_path / "force.png")

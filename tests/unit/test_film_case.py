@@ -1,4 +1,4 @@
-"""Case files of films: what is read, what is refused, and what `fsm check` says."""
+"""Case files of films: accepted and refused input, and the report of `fsm check`."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def load_case_text(text: str) -> Any:
     ],
 )  # fmt: skip
 def test_what_is_refused(overrides: list[str], path: str, words: str) -> None:
-    """Early, with the path and what to do; without compiling anything."""
+    """Mistakes are reported early, with the path and a remedy, and nothing is compiled."""
     found = faults(*overrides)
     assert any(line.startswith(f"{path}") and words in line for line in found), found
 

@@ -1,4 +1,4 @@
-"""Contact of films, cables and beams: stiffness per area, tangents against differences, and what is refused."""
+"""Contact of films, cables and beams: stiffness per area, tangents against differences, and refused cases."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def film(mesh: tuple[int, int] = (4, 3), side: float = 0.1) -> SceneFilm:
 
 
 def plate(depth: float, length: float, width: float, turned: float = 0.0) -> Body:
-    """A plate above the film, its lower face so deep in the upper face of the film."""
+    """A plate above the film; its lower face penetrates the upper face of the film by this depth."""
     height = 0.5 * (1e-3 + THICKNESS) - depth
     return Body(
         name="plate", mass=0.01, inertia=(1e-5, 1e-5, 2e-5), position=(0.003, 0.002, height),
@@ -53,7 +53,8 @@ def test_the_stiffness_is_that_of_the_smaller_face_for_any_mesh(mesh: tuple[int,
 
 
 def test_the_stiffness_of_a_smaller_plate_is_that_of_its_face() -> None:
-    """Points stand for areas, so the force of a plate within the film is known to the area of a row of points."""
+    """Each point represents an area, so the force of a plate within the film is accurate to the area of one row of
+    points."""
     depth = 2e-5
     force = force_on_plate(scene(plate(depth, 0.04, 0.03), film((20, 20))))
     assert force == pytest.approx(STIFFNESS * depth**1.5, rel=0.15)
@@ -100,7 +101,7 @@ def test_tangents_of_contact_are_those_of_the_force() -> None:
             columns.append(-(moved(step) - moved(-step)) / (2.0 * size))
         return np.array(columns).T[np.ix_(free, free)]
 
-    # rows of the plate: those of the film hold its own stiffness, which is far larger
+    # rows of points of the plate: the rows of the film have the stiffness of the film, which is far larger
     stiffness = slopes(lambda d: system.force(0.0, system.retract(q, d), u), 1e-9)[:6]
     damping = slopes(lambda d: system.force(0.0, q, u + d), 1e-6)[:6]
     found = linear.stiffness.bsr().toarray()[np.ix_(free, free)][:6], linear.damping.bsr().toarray()[np.ix_(free, free)][:6]
@@ -129,7 +130,8 @@ def test_films_that_should_touch_each_other_are_refused() -> None:
 
 
 def test_a_film_touches_a_sphere_on_the_ground() -> None:
-    """The section of the sphere is the smaller face; the film lies on it with a dent as wide as it is deep."""
+    """The section of the sphere is the smaller face; the film lies on the sphere, and the radius of the dent follows from
+    its depth."""
     ball = Obstacle(name="ball", shape="sphere", radius=0.02, position=(0.0, 0.0, -0.02 - 0.5 * THICKNESS + 1e-3))
     model = scene(plate(-1.0, 0.1, 0.1), film((20, 20))).model_copy(
         update={"obstacles": (ball,), "pairs": (ContactPair(first="film", second="ball"),)}
@@ -142,7 +144,8 @@ def test_a_film_touches_a_sphere_on_the_ground() -> None:
 
 
 def test_round_obstacles_have_more_points() -> None:
-    """A ball of 20 mm on elements of 25 mm: five points along a side instead of two; a plate keeps two."""
+    """A ball of 20 mm on elements of 25 mm needs five points along a side instead of two; under a plate two points are
+    enough."""
     ball = Obstacle(name="ball", shape="sphere", radius=0.02, position=(0.0, 0.0, -0.05))
     flat = scene(plate(-1.0, 0.1, 0.1), film((4, 4)))
     model = flat.model_copy(update={"obstacles": (ball,), "pairs": (ContactPair(first="film", second="ball"),)})

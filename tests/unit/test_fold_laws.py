@@ -94,7 +94,7 @@ def test_dampers_are_derivatives_and_take_their_power(which: str) -> None:
     np.testing.assert_allclose(damping, by_rate, atol=1e-7 * np.abs(damping).max())
     taken = (force_of(damped, q, None) - force) @ u
     assert taken == pytest.approx(damped.energy(q, u)[1], rel=1e-12) and taken > 0.0
-    # a step of a path: mean rates since its begin; a rotation as a whole has none
+    # in a step of a path, rates are means since its begin; a rotation of the whole gives none
     before = (q - 0.1 * u).copy()
     damped.at(0.1, (0.0, before))
     force, stiffness, damping = tangents_of(damped, q, u)
@@ -155,7 +155,7 @@ def test_work_of_a_crease_with_hysteresis_is_stored_or_dissipated() -> None:
     begin = one.energy(flap(psi, side), None)[0]
     for end in (0.3, 1.1, -0.6, 1.9):
         fine = np.linspace(psi, end, 2001)
-        moments = [one.moments(flap(x, side))[0] for x in fine]  # of the memory at the begin: one monotonic step
+        moments = [one.moments(flap(x, side))[0] for x in fine]  # from the memory at the begin: one monotonic step
         work += float(np.trapezoid(moments, fine))
         one.at(t + 1.0, (t, flap(psi, side)))
         powers = one.powers(flap(end, side), np.zeros(12))
@@ -163,7 +163,7 @@ def test_work_of_a_crease_with_hysteresis_is_stored_or_dissipated() -> None:
         lost += powers.sliding
         t, psi = t + 1.0, end
         one.commit(t, flap(psi, side))
-        assert one.powers(flap(psi, side), np.zeros(12)).sliding == powers.sliding  # after it is accepted
+        assert one.powers(flap(psi, side), np.zeros(12)).sliding == powers.sliding  # after the step is accepted
     one.at(t, None)
     assert lost > 0.5
     assert work == pytest.approx(one.energy(flap(psi, side), None)[0] - begin + lost, rel=1e-5)

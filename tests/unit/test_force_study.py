@@ -1,4 +1,4 @@
-"""The study file of `fsm calibrate force`, its data, and what is written."""
+"""The study file of `fsm calibrate force`, its data, and the files that it writes."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_units_are_those_of_the_variant_that_the_case_has() -> None:
 
 
 def test_what_the_data_know_nothing_of_is_told(study: Path) -> None:
-    """Inertia has no part in statics: the interval of the density is all that there is."""
+    """Inertia has no influence in statics: the density is known only to its given interval."""
     study.write_text(study.read_text().replace('path = "lattice.shear"', 'path = "lattice.density"').split("[[prior]]")[0])
     text = study.read_text().replace("lower = 0.1\nupper = 10", 'lower = "100 kg/m^3"\nupper = "9000 kg/m^3"')
     study.write_text(text)

@@ -120,7 +120,7 @@ def test_effort_has_the_direction_of_the_slip_and_its_size_is_that_of_the_plane(
 @instantaneous
 @components
 def test_smooth_through_rest(friction: Friction, c: int) -> None:
-    """At rest no effort and the slope of the coefficient in all directions, which is that of close by."""
+    """At rest the effort vanishes, and the derivative is that of the coefficient in all directions, as at small speeds."""
     effort, by_slip, by_normal = evaluate(friction, np.zeros((1, c)), 5.0)
     assert not effort.any() and not by_normal.any()
     steepness = coefficient(friction, 1e-5 * V_S) / (1e-5 * V_S)
@@ -154,7 +154,8 @@ def test_values() -> None:
 @pytest.mark.parametrize("duration", [0.0, 1e-5, 1e-3, 1e-1])
 @pytest.mark.parametrize("weight", [0.5, 1.0])
 def test_derivatives_of_bristles(c: int, duration: float, weight: float) -> None:
-    """Steps much shorter and much longer than bristles take to give way; partly bent in any direction before."""
+    """Steps much shorter and much longer than bristles need to yield; the bristles are partly bent in any direction
+    before."""
     rng = np.random.default_rng(4)
     friction = LUGRE.model_copy(update={"viscous": 0.3})
     slip, before = slips(5, c), slips(6, c)
@@ -181,7 +182,7 @@ def test_derivative_at_rest_is_that_of_springs(bent: float) -> None:
     ahead, back = (effort[2] - effort[1]) / 1e-9, (effort[1] - effort[0]) / 1e-9
     assert bristles([0.0], [0.0], [z], h)[1][0, 0, 0] == pytest.approx(back, rel=1e-4)
     assert bent == 1.0 or ahead == pytest.approx(back, rel=1e-4)
-    if bent == 1.0:  # at mu_s bristles give way ahead, and are as stiff as ever back, but for their damping
+    if bent == 1.0:  # at mu_s the bristles yield forwards; backwards they keep their stiffness, except for their damping
         assert back == pytest.approx(0.5 * SIGMA_0 * h + MU_D / V_STRIBECK, rel=1e-4)
         assert abs(ahead) < 1e-4 * back
 
@@ -192,7 +193,7 @@ def test_bristles_are_springs_first() -> None:
         mean = z / duration
         effort, _, _, bent = bristles([0.0], [2 * mean], [0.0], duration, 7.0)
         assert bent[0, 0] == pytest.approx(z, rel=1e-4)
-        # at rest again nothing but the springs
+        # back at rest, only the springs act
         assert effort[0, 0] == pytest.approx(7.0 * SIGMA_0 * z, rel=1e-4)
 
 
@@ -206,7 +207,7 @@ def test_bristles_slide_on_the_curve_of_stribeck(speed: float) -> None:
 
 
 def test_one_step_of_constant_slip_is_exact() -> None:
-    """Of springs, and of bristles that have given way: as many short ones, and as the rate equation itself."""
+    """Springs and yielding bristles: one step equals many short steps, and the rate equation."""
     slip = np.array([[2e-3, 0.0, -1e-3]])
     speed = float(np.linalg.norm(slip))
     held = sliding(speed) / SIGMA_0
@@ -236,7 +237,7 @@ def test_mean_decay_on_both_sides_of_its_series() -> None:
 
 @pytest.mark.parametrize(("part", "order", "slack"), [(0.15, 2.0, 0.1), (0.8, 1.0, 0.15)], ids=["springs", "give way"])
 def test_order_of_steps(part: float, order: float, slack: float) -> None:
-    """Slip 5 mm/s sin(200 t), error against SciPy: springs to second order, giving way to first."""
+    """Slip 5 mm/s sin(200 t), error against SciPy: of second order for springs, of first order for yielding bristles."""
 
     def slip(t: float) -> float:
         return 5e-3 * float(np.sin(200 * t))
@@ -287,7 +288,7 @@ def test_bristles_take_energy_out(part: float) -> None:
     stored = SIGMA_0 * np.sum(z * (slip - (SIGMA_0 * speed / g)[:, None] * z), axis=1)
     taken = np.sum(effort * slip, axis=1)
     assert np.all(taken - stored >= -1e-12 * (np.abs(taken) + np.abs(stored)))
-    if part == 1.0:  # ten times as much would not do
+    if part == 1.0:  # ten times this damping would violate the bound
         effort = bristles(slip, slip, z, 0.0, 1.0, friction.model_copy(update={"bristle_damping": 10 * most}))[0]
         assert np.any(np.sum(effort * slip, axis=1) < stored - 1e-6 * np.abs(stored))
 

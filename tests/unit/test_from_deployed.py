@@ -48,7 +48,7 @@ def test_a_drawn_strip_is_as_tense_as_its_joints() -> None:
 
 @pytest.mark.parametrize("turn", [0.3, 1.0, -0.7, 2.8])
 def test_a_crease_is_sharp_and_panels_are_flat(turn: float) -> None:
-    """Without moment in the crease nothing is strained, however far it is folded."""
+    """Without a moment in the crease there is no strain, at any fold angle."""
     mesh, grid = deployed_mesh(bent(turn), LINES, ACROSS)
     middle = mesh.coordinates[grid.position[:, 1][:, None] + np.arange(3)]
     assert middle[-1] == pytest.approx([0.08 + 0.08 * np.cos(turn), 0.0, -0.08 * np.sin(turn)], abs=1e-9)
@@ -100,7 +100,7 @@ def test_tangents_of_a_crease_line(turn: float, viscosity: float) -> None:
 
 
 def test_air_goes_along_the_normal() -> None:
-    """Moving the bent film as a whole, air counts with the square of the normal's component, panel by panel."""
+    """If the bent film moves as a whole, the air acts on the square of the normal's component, panel by panel."""
     turn, air = 1.0, 0.3
     still, _ = deployed_mesh(bent(turn), LINES, ACROSS)
     moved, _ = deployed_mesh(bent(turn), LINES, ACROSS, air)

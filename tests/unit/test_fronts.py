@@ -25,7 +25,7 @@ from fsm.solve.supernodes import supernodes
 
 
 def random_symmetric(rows: int, columns: int, size: int, links: int, seed: int) -> BlockMatrix:
-    """A grid with some more links, not definite, far from singular."""
+    """A grid with some additional links; the matrix is indefinite and far from singular."""
     rng = np.random.default_rng(seed)
     grid = np.arange(rows * columns).reshape(rows, columns)
     pairs = [
@@ -76,7 +76,7 @@ def test_merged_supernodes_add_few_zeros(size: int, most: float) -> None:
     known, _ = solver.ready(pattern)
     nodes: Supernodes = supernodes(pattern, known)
     upper = int(np.sum(known.indptr[1:] - known.diagonal))
-    # the square of each pivot is stored, and a merger adds zeros
+    # the square of each pivot is stored, and merged fronts add zeros
     assert upper * size**2 <= nodes.factors[-1] < most * upper * size**2
     assert np.diff(nodes.first).max() > 10  # the last separator of 30 nodes is not cut in pieces
     for s, (first, last) in enumerate(zip(nodes.start[:-1], nodes.start[1:], strict=True)):
@@ -85,7 +85,7 @@ def test_merged_supernodes_add_few_zeros(size: int, most: float) -> None:
 
 
 def pulled(cells: int) -> AncfSystem:
-    """A film whose edges move out by a thousandth."""
+    """A film whose edges are moved outwards by a thousandth."""
     builder, lines = MeshBuilder(), np.linspace(0.0, 0.3, cells + 1)
     edge = builder.film(lines, lines, (FilmMaterial(2.5e9, 0.34, 1420.0, 25e-6),)).edge()
     builder.hold(edge, (2,))
@@ -158,7 +158,7 @@ def test_superlu_takes_over_where_a_front_is_singular_or_the_residual_is_poor(mo
         solver.factorise(BlockMatrix(pattern, np.ones_like(pattern.zeros())))
     matrix = random_symmetric(6, 6, 3, 4, 0)
     matrix.data[matrix.pattern.diagonal] = 1e-18 * np.eye(3)
-    # merged blocks exchange rows inside a panel, so that a poor diagonal alone is no loss
+    # merged blocks exchange rows inside a panel, so a small diagonal entry alone causes no loss
     right, solver = np.arange(108.0), LinearSolver()
     solver.factorise(matrix)
     np.testing.assert_allclose(matrix.times(solver.solve(right)), right, atol=1e-7)

@@ -1,4 +1,4 @@
-"""The gallery's protocol: what is red, what a missing picture does, and which folders take part."""
+"""The gallery's protocol: which checks are red, the effect of a missing picture, and which folders take part."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ AIR = Reason("air is missing", 1.01, 1e-3)
 
 
 def part(place: Place) -> Iterator[Check | NotCompared]:
-    """Three checks and what is left out."""
+    """Three checks, and the checks that were left out."""
     there = picture(place)
     yield against("good", "case", 1.001, 1.0, "closed form", there, rtol=2e-3, unit="N")
     yield against("bad", "case", 1.01, 1.0, "closed form", there, rtol=2e-3, unit="N", reason=AIR)
@@ -62,7 +62,7 @@ def test_a_missing_or_empty_picture_fails(tmp_path: Path) -> None:
         yield below("empty", "", 0.0, 1.0, "", place.out / "empty.png")
         (place.out / "empty.png").touch()
         yield below("late", "", 0.0, 1.0, "", place.out / "late.png")
-        picture(place, "late.png")  # drawn when all is known
+        picture(place, "late.png")  # drawn when all results are known
 
     checks = run.collect(without, Place(tmp_path))["checks"]
     assert [check["passed"] for check in checks] == [False, False, True]
@@ -91,13 +91,13 @@ def test_the_page_shows_every_check_and_every_reason(tmp_path: Path) -> None:
         assert text in page, text
     (shown,) = (tmp_path / "pages" / "extra" / "gallery_pictures").iterdir()
     assert shown.name in page
-    # what is not run says so
+    # the protocol names checks that were not run
     write_gallery(tmp_path / "none.json", tmp_path / "pages")
     assert "make validate" in (tmp_path / "pages" / "gallery.md").read_text(encoding="utf-8")
 
 
 class Folder:
-    """Stands in for a module of a folder."""
+    """Replaces a module of a folder."""
 
     TITLE = "A folder"
 
@@ -116,7 +116,7 @@ def test_what_is_done_is_not_run_again(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(run, "checks_of", lambda name: folder)
     monkeypatch.setattr(run, "fingerprint", lambda: "one")
     told: list[str] = []
-    # red, with a reason that is known: not a failure of the run
+    # red for a known reason, which is not a failure of the run
     assert run.run(["folder"], tmp_path, say=told.append) == 0
     assert any("RED bad" in line for line in told)
     assert run.run(["folder"], tmp_path, say=told.append) == 0

@@ -13,7 +13,7 @@ def _printed(code: str) -> list[str]:
 
 
 def test_imports_are_put_aside_once(tmp_path):
-    for name in ("one", "other"):  # modules that nothing else, such as a measurement of the tests, has imported before
+    for name in ("one", "other"):  # modules that other parts, such as a measurement of the tests, have not imported before
         (tmp_path / f"{name}_of_ours.py").write_text("kept = [[k] for k in range(1000)]\n", encoding="utf-8")
     code = (
         "import gc, sys\n"
@@ -57,7 +57,7 @@ def test_a_pulled_strip_imports_no_part_of_scipy(tmp_path):
 
 
 def test_a_quick_import_leaves_matplotlib_as_it_is():
-    """The tables of properties return after the block, and artists accept their properties."""
+    """Tables of properties are restored after the block, and artists accept their properties."""
     code = "from fsm.gc_startup import plain_matplotlib\nwith plain_matplotlib():\n    from matplotlib.lines import Line2D\n"
     code += "from matplotlib.artist import Artist, kwdoc\nline = Line2D([], [])\nline.set(linewidth=3.0)\n"
     code += "class Later(Artist):\n    pass\n"

@@ -1,4 +1,4 @@
-"""Plates named together: a group is all its pairs, at a cost that does not grow with their number."""
+"""Plates named together: a group consists of all its pairs, at a cost that does not grow with the number of pairs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COUNT = 40
 
 
 def heap(seed: int = 3) -> tuple[Body, ...]:
-    """Plates turned anyhow and moving, so close that many are in each other."""
+    """Plates in random orientations and in motion, so close that many overlap."""
     rng = np.random.default_rng(seed)
     turns = rng.normal(size=(COUNT, 4))
     return tuple(
@@ -71,7 +71,7 @@ def test_a_group_is_all_its_pairs() -> None:
 
 
 def pile(count: int) -> tuple[PlateContacts, np.ndarray]:
-    """Plates of a cube, at one density whatever their number."""
+    """Plates that fill a cube with the same density for any number."""
     rng = np.random.default_rng(count)
     poses = rng.normal(size=(count, 7))
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
@@ -93,7 +93,8 @@ def test_what_is_watched_grows_with_the_plates_not_with_their_pairs() -> None:
 
 
 def test_keys_stay_when_slots_are_numbered_anew() -> None:
-    """Plates 1 and 2 lie on each other; 0 comes near them and goes, and slots of 0 and 1 come before theirs."""
+    """Plates 1 and 2 lie on each other; plate 0 approaches and leaves, and the memory of its pairs precedes that of
+    theirs."""
     plates = [as_rectangle(body, 0.02, 0.015, 1e-3) for body in range(3)]
     contacts = PlateContacts(plates, np.array([[0, 0]]), True, 5e-3, sides=[Side(np.arange(3), np.ones(3))])
     poses = np.zeros((3, 7))
@@ -125,7 +126,7 @@ def test_what_is_remembered_is_found_by_key() -> None:
 
 
 def test_a_wall_far_away_is_not_searched() -> None:
-    """Of 72 plates over a floor between four walls, those near a wall alone are looked at for it, and none is missed."""
+    """Of 72 plates over a floor between four walls, only plates near a wall are examined for it, and none is missed."""
     system = compile_scene(box_scene(72, 6), True)
     walls = system.contacts[1].geometry
     q, _ = system.initial()
@@ -140,7 +141,7 @@ def test_a_wall_far_away_is_not_searched() -> None:
 
 
 def _below_or_beyond(system: SegmentSystem, poses: np.ndarray, body: int) -> bool:
-    """Whether a corner, rounded, is in a wall."""
+    """Whether a rounded corner penetrates a wall."""
     walls = system.contacts[1].geometry
     one = PlateContacts([as_rectangle(0, 0.02, 0.015, 1e-3)], np.zeros((0, 2)), True, 5e-3)
     corners = one.kit.place @ rotation_matrix(poses[body, 3:]).T + poses[body, :3]

@@ -1,4 +1,4 @@
-"""Ctrl-C is known for what it is, however deep within compiled kernels it came."""
+"""Ctrl-C is recognised, however deep within compiled kernels it arrives."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_other_errors() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_between_calls_of_kernels() -> None:
-    """Whatever Python makes of a signal at whatever moment of two hundred loops of calls."""
+    """The exceptions that Python raises for a signal at any moment of two hundred loops of calls."""
     row, other = np.ones(3), np.ones(2)
     _turned(row, other, 1.0)
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
@@ -83,7 +83,7 @@ with ignore_repeated_interrupts():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_several_interrupts_are_one() -> None:
-    """They come within half a second, while a checkpoint is written and as the program ends."""
+    """The signals arrive within half a second, while a checkpoint is written and while the program ends."""
     process = subprocess.Popen([sys.executable, "-c", IMPATIENT], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None and process.stdout.readline() == "ready\n"
     for _ in range(20):

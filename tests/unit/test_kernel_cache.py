@@ -1,4 +1,4 @@
-"""The cache of compiled kernels: kept between processes, never stale, never in the way.
+"""The cache of compiled kernels: it is kept between processes, never outdated, and never blocks a run.
 
 Every test gives a toy package, with a copy of the compiler of `fsm/kernels`, to fresh Python processes.
 """
@@ -134,7 +134,7 @@ class Toy:
     def run(self, extra: str = "", **environment: str) -> dict[str, Any]:
         """Run both kernels, then the lines `extra`, in a new process."""
         clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "COV", "XDG_"))}
-        # without .pyc files, because Python knows an edit only by the size and the second of the file
+        # without .pyc files, because Python detects an edit only by the size and the time (in s) of the file
         ours = {
             "PYTHONPATH": str(self.root),
             "PYTHONDONTWRITEBYTECODE": "1",
@@ -209,8 +209,8 @@ def test_edit_of_a_callee_is_seen(toy: Toy) -> None:
     assert (first["value"], second["value"], third["value"]) == (30.0, 42.0, 30.0)
     assert second["misses"] == 2
     assert len([path for path in toy.entries("caller.effort*.nbc") if path.is_relative_to(toy.cache / "toy")]) == 2
-    assert third["misses"] == 0  # back to the first sources: their machine code is still there
-    # What numba does by itself, and why all this is needed. Should it fail one day, numba has learned it.
+    assert third["misses"] == 0  # back to the first sources: their machine code is still in the cache
+    # The behaviour of numba alone, which is the reason for this cache. If this test fails, numba has been improved.
     assert (first["plain"], second["plain"]) == (5.0, 5.0)
 
 
@@ -278,7 +278,7 @@ def test_options_are_part_of_the_key(toy: Toy, setting: str) -> None:
 
 def test_unwritable_folder_is_one_warning(toy: Toy) -> None:
     (toy.root / "file").write_text("")
-    report = toy.run(NUMBA_CACHE_DIR=str(toy.root / "file" / "cache"))  # not even root can write there
+    report = toy.run(NUMBA_CACHE_DIR=str(toy.root / "file" / "cache"))  # even root cannot write there
     assert report["value"] == 30.0
     assert report["misses"] == 2
     assert report["folder"] is None

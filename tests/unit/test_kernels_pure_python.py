@@ -1,4 +1,4 @@
-"""Compiled kernels against the same kernels run by Python itself (NUMBA_DISABLE_JIT=1), in a process of its own."""
+"""Compiled kernels compared with the same kernels executed by Python (NUMBA_DISABLE_JIT=1) in a separate process."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fsm.segments.compile import compile_scene
 
 
 def evaluate(spatial: bool) -> dict[str, Any]:
-    """What a strip with everything in it makes of one state: between them all kernels of its dimension."""
+    """State of a strip with all kinds of elements, which calls all kernels of its dimension."""
     data: dict[str, Any] = {
         "strip": {
             "length": 0.24, "width": 0.04, "thickness": 3e-4, "panels": 4, "fold_angle": "80 deg",

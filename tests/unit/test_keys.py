@@ -1,4 +1,4 @@
-"""Keys found in an ascending list, against NumPy's own search, and what contacts remember by them."""
+"""Keys found in an ascending list, compared with NumPy's search, and the memory that contacts store by these keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Stops and latches of hinges: moment, energy, dissipation and tangent agree; latching is remembered and jumps nowhere."""
+"""Stops and latches of hinges: moment, energy, dissipation and tangent are consistent; latching is stored and causes no
+jump."""
 
 import itertools
 import math
@@ -24,7 +25,7 @@ def hinge(latched=False):
 
 
 def turned(depth):
-    """Slopes, not of unit length, of a hinge that is this far past its stop."""
+    """Slopes, not of unit length, of a hinge that is past its stop by this angle."""
     first, second = 0.3, 0.3 + INITIAL + SIGN * (LIMIT + depth)
     return np.array([1.1 * math.cos(first), 1.1 * math.sin(first), 0.9 * math.cos(second), 0.9 * math.sin(second)])
 
@@ -47,7 +48,7 @@ EITHER_WAY = pytest.mark.parametrize(
 
 
 def moving(latched, depth, rate):
-    """Such a hinge, its slopes and their rates."""
+    """A hinge past its stop, its slopes and their rates."""
     q = turned(depth)
     return hinge(latched), q, spinning(q, rate)
 
@@ -76,7 +77,7 @@ def test_tangent_against_differences(latched, depth, rate):
 
 @EITHER_WAY
 def test_forces_are_those_of_the_energies(latched, depth, rate):
-    """At rest the force is the slope of the energy; what it takes beyond that in motion is dissipated, never negative."""
+    """At rest the force is the gradient of the energy; in motion the additional power is dissipated and never negative."""
     group, q, u = moving(latched, depth, rate)
     step = 1e-6
     slope = np.array([
@@ -93,13 +94,13 @@ def test_forces_are_those_of_the_energies(latched, depth, rate):
 
 
 def test_latching_jumps_nowhere():
-    """Where a hinge latches force and energy stay what they were; the law of before is still that of the times before."""
+    """When a hinge latches, force and energy do not change; at earlier times the earlier law still holds."""
     group = hinge()
     latches = Latches(group, ("h1",))
     short, past = turned(-0.05), turned(0.01)
     latches.commit(0.1, short, spinning(short, 3.0))
     assert latches.events() == [] and latches.open() == ["h1"]
-    leaving = spinning(past, -1.5 / DAMPING)  # the stop does not push: the latch would pull, at once
+    leaving = spinning(past, -1.5 / DAMPING)  # the stop does not push: the latch would pull at once
     latches.commit(0.2, past, leaving)
     assert latches.events() == []
     u = spinning(past, 3.0)
@@ -112,12 +113,12 @@ def test_latching_jumps_nowhere():
     assert found[0][0] == pytest.approx(found[1][0], rel=1e-15)
     assert found[0][1] == pytest.approx(found[1][1], rel=1e-15)
     assert not np.any(found[0][2]) and np.any(found[1][2])
-    latches.commit(0.4, short, u)  # for good, and since when it was
+    latches.commit(0.4, short, u)  # permanently, with the time of latching
     assert latches.events() == [("h1", 0.3)]
 
 
 def test_latches_are_remembered():
-    """What a checkpoint holds latches again; nothing lets go."""
+    """Hinges latched in a checkpoint are latched again; none is released."""
     first, second = Latches(hinge(), ("h1",)), Latches(hinge(), ("h1",))
     first.commit(0.3, turned(0.01), spinning(turned(0.01), 1.0))
     second.restore(first.times.copy())

@@ -1,4 +1,4 @@
-"""Every law: slopes against central differences, energy against effort, smooth where it must be."""
+"""Every law: derivatives against central differences, energy against effort, and smoothness where it is required."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_pchip_keeps_monotone_data_monotone_where_the_spline_does_not() -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_crease_moment_is_the_slope_of_its_energy(side: float) -> None:
-    """Both hands of fold, two curves in one table; the moment resists opening."""
+    """Both directions of folding, with two curves in one table; the moment resists opening."""
     curves = [curve_from_data(ANGLE, MOMENT), curve_from_data(np.array([0.0, 1.0]), np.array([0.0, 3e-3]), "pchip")]
     table = join_curves(curves)
     which = np.array([0, 1, 0])
@@ -109,7 +109,7 @@ def test_crease_moment_is_the_slope_of_its_energy(side: float) -> None:
 
 
 def series_moment(curve: MomentCurve, flexibility: float, total: float) -> float:
-    """Moment at a total angle, by solving o + M(o) f = total on its own."""
+    """Moment at a total angle, found by solving o + M(o) f = total independently."""
     opening = brentq(lambda o: o + curve(o)[1] * flexibility - total, -20, 20, xtol=1e-14, rtol=1e-15)
     return curve(opening)[1]
 
@@ -152,7 +152,7 @@ def test_no_flexibility_is_the_curve_itself() -> None:
 
 
 def test_snap_through_is_refused() -> None:
-    """A crease that softens by more than the flexibility beside it can follow has no single-valued series curve."""
+    """If a crease softens faster than the flexibility beside it can follow, the series curve is not single-valued."""
     curve = curve_from_data(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 0.2]), "pchip")
     worst = min(curve(o)[2] for o in np.linspace(0, 2, 201))
     assert worst < 0

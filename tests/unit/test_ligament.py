@@ -67,7 +67,8 @@ def test_measures_are_length_and_turn_of_the_chord(seed: int) -> None:
 
 
 def test_a_chord_that_comes_to_point_backwards_jumps_in_angle_but_not_in_rate() -> None:
-    """The jump of 2 pi counted as a rate: balances of lattices with short soft hinges were off by their dampers."""
+    """A jump of 2 pi was counted as a rate: balances of lattices with short soft hinges were off by the work of their
+    dampers."""
     length, damping, step = 0.3, 2.0, 0.5
     bodies, points, still = np.array([[0, 1]]), np.zeros((2, 1, 2)), np.zeros((2, 3))
 

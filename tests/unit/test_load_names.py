@@ -52,7 +52,7 @@ def test_a_given_name_does_not_change_the_unit() -> None:
     ],
 )
 def test_curves_and_tables_have_the_unit(name: str, across: str, up: str, column: str, tmp_path: Path) -> None:
-    """A page called the pressure on a film a load in N, and its volume a displacement in mm."""
+    """A page gave the pressure on a film as a load in N, and its volume as a displacement in mm."""
     run = replace(strip_run(11), load_path=path_of(name))
     (curve,) = (plot for plot in curves_of(run) if plot["key"] == "load")
     assert (curve["xlabel"], curve["ylabel"]) == (across, up)

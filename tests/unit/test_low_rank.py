@@ -65,7 +65,7 @@ def test_blocks_alone_are_singular(seed: int) -> None:
 
 
 def test_next_matrix_without_low_rank() -> None:
-    """Factors of a matrix without low rank do not keep that of the last one."""
+    """Factors of a matrix without low rank do not keep the low-rank part of the last matrix."""
     solver, right = LinearSolver(), np.ones(3 * COUNT)
     solver.factorise(chain(1, rank(1, 2), soft=1.0))
     plain = BlockMatrix(*(getattr(chain(1, rank(1, 2), soft=1.0), name) for name in ("pattern", "data")))

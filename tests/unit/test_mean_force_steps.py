@@ -1,4 +1,4 @@
-"""The method of the mean force: corrections that learn from those before, and steps that are halved where they cost much."""
+"""The mean-force method: corrections that use earlier corrections, and steps that are halved where they are expensive."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_corrections_learn_what_the_tangent_does_not_know() -> None:
 
 
 def test_steps_are_halved_while_they_cost_much() -> None:
-    """And no more than twice; they are doubled again once they are cheap; another object goes on with the same."""
+    """They are halved at most twice, and doubled again once they are cheap; another object continues with the same steps."""
     builder = MeshBuilder()
     grid = builder.film(np.linspace(0, 1, 3), np.linspace(0, 1, 3), (FilmMaterial(1e9, 0.3, 1000.0, 1e-4),))
     builder.hold(grid.edge())
@@ -64,7 +64,8 @@ def test_steps_are_halved_while_they_cost_much() -> None:
 
 @pytest.mark.parametrize(("direction", "step"), [(0, 0.1), (2, 1e-4)])
 def test_the_prediction_follows_fast_and_slow_modes(direction: int, step: float) -> None:
-    """Undamped waves in the film's plane change their sign in every step; linear extrapolation missed them by 4 times.
+    """Undamped waves in the film's plane change their sign in every step; the error of linear extrapolation was 4 times
+    their amplitude.
 
     Films with slack parts then needed 1.2 to 2.7 times the time (2026-11-23).
     """

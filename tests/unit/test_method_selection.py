@@ -77,7 +77,7 @@ def test_no_hinge_is_stiff() -> None:
 
 
 def folded(facets: str, speed: str, more: dict[str, Any]) -> Scene:
-    """A Miura sheet of other facets than rigid ones, whose right edge is driven."""
+    """A Miura sheet with facets of this kind, whose right edge is driven."""
     sheet = {
         "kind": "miura", "columns": 2, "rows": 2, "a": 0.03, "b": 0.03, "sector_angle": "60 deg", "fold_angle": "40 deg",
         "facets": facets, "thickness": "0.2 mm", "support": [{"at": "edge left"}],

@@ -112,7 +112,7 @@ def test_squares_of_a_lattice_are_seen_as_squares(tmp_path: Path, figures: list[
         np.testing.assert_allclose(np.linalg.norm(square - np.roll(square, 1, axis=0), axis=1), side)
     apart = np.linalg.norm(first[:, None] - second[None], axis=-1)
     assert apart.min() == pytest.approx(2.0)
-    assert ax.get_xlim()[0] < first[:, 0].min()  # they are in the picture as a whole
+    assert ax.get_xlim()[0] < first[:, 0].min()  # the obstacles are completely in the picture
 
 
 def test_motion_out_of_the_plane_is_drawn_in_space(tmp_path: Path, figures: list[Figure]) -> None:
@@ -155,7 +155,7 @@ def with_obstacles(run: Solution) -> Solution:
 
 
 def test_obstacles_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
-    """A half-plane as far as the picture, a circle, a rectangle that goes along with its body."""
+    """A half-plane as large as the picture, a circle, and a rectangle that moves with its body."""
     plot_motion(with_obstacles(strip_run()), tmp_path / "motion.png")
     floor, post, block = (path.vertices for path in figures[0].axes[0].collections[1].get_paths())
     assert floor[:, 1].max() == pytest.approx(-1.0)

@@ -1,4 +1,4 @@
-"""The list of mutants goes with the program, and their verdicts are what they say."""
+"""The list of mutants agrees with the program, and their verdicts are reproduced."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def evaluate(
 
 
 def states(seed: int, count: int = 4000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Depths, closing speeds of both signs and onset speeds, half of them 0, over decades."""
+    """Depths, closing speeds of both signs and onset speeds, half of them 0, over several decades."""
     rng = np.random.default_rng(seed)
     depth = 10 ** rng.uniform(-6, -2, count)
     closing = 10 ** rng.uniform(-5, 1, count) * rng.choice([-1.0, 1.0], count)
@@ -57,7 +57,8 @@ def test_the_scene_knows_the_same_laws() -> None:
 
 @every_contact
 def test_slopes(contact: Contact) -> None:
-    """All branches: below and above the ramp, onset known or not, parting so fast that the force is cut off."""
+    """All branches: below and above the ramp, with known and unknown onset speed, and separating so fast that the force is
+    cut off."""
     depth, closing, onset = states(1)
     away = np.abs(depth / RAMP - 1) > 5e-3
     depth, closing, onset = depth[away], closing[away], onset[away]
@@ -85,7 +86,7 @@ def test_slopes(contact: Contact) -> None:
 @pytest.mark.parametrize("onset", [0.0, 0.5])
 @pytest.mark.parametrize("closing", [-0.3, 0.0, 0.3])
 def test_start_is_smooth(contact: Contact, closing: float, onset: float) -> None:
-    """Nothing at and above the face; force and slope grow from zero with the depth, damping included."""
+    """No force at and above the face; force and slope grow from zero with the depth, damping included."""
     outside = np.array([0.0, -1e-9, -1.0])
     force, slopes = evaluate(contact, outside, np.full(3, closing), onset)
     assert not force.any() and not slopes.any()
@@ -105,7 +106,7 @@ def test_never_pulls(contact: Contact, depth: float, closing: float, onset: floa
     (force,), (slopes,) = evaluate(contact, np.array([depth]), np.array([closing]), onset)
     assert force >= 0.0 and slopes[1] >= 0.0
     (elastic,), _ = evaluate(contact, np.array([depth]), np.zeros(1), onset)
-    assert (force - elastic) * closing >= 0.0  # what the damping adds takes energy out
+    assert (force - elastic) * closing >= 0.0  # the damping force dissipates energy
     if force == 0.0:
         assert closing < 0.0 and not slopes.any()
 
@@ -139,7 +140,7 @@ def test_energy_is_the_integral_of_the_elastic_force(contact: Contact) -> None:
 @every_contact
 @pytest.mark.parametrize("onset", [0.0, 0.05])
 def test_a_closed_cycle_takes_energy_out(contact: Contact, onset: float) -> None:
-    """d = a (1 - cos(w t))/2: the work is what the damping takes, nothing without damping."""
+    """d = a (1 - cos(w t))/2: the work equals the loss of the damping, and vanishes without damping."""
     phase = np.linspace(0.0, 2 * np.pi, 40001)
     for amplitude, frequency in ((5e-5, 30.0), (1e-3, 3.0), (3e-3, 300.0)):
         depth = 0.5 * amplitude * (1 - np.cos(phase))
@@ -177,7 +178,7 @@ def test_an_onset_that_is_not_known_yet_is_the_speed_itself() -> None:
 
 
 def test_a_slow_press_is_elastic() -> None:
-    """Well below the floor damping goes out in proportion to speed, whatever the onset."""
+    """Well below the floor the damping decreases in proportion to speed, for any onset speed."""
     contact = CONTACTS["restitution 0.5"]
     (elastic,), _ = evaluate(contact, np.array([1e-3]), np.zeros(1))
     for onset in (0.0, 1e-9):
@@ -194,7 +195,7 @@ def test_linear_law_is_hooke_beyond_its_ramp() -> None:
 
 
 def test_impact_is_the_adams_function() -> None:
-    """max(0, K d^e + STEP(d, 0, 0, ramp, C) d'), written out again."""
+    """max(0, K d^e + STEP(d, 0, 0, ramp, C) d'), implemented independently."""
     depth, closing, _ = states(4)
     x = np.minimum(depth / RAMP, 1.0)
     wanted = np.maximum(0.0, K * depth**1.5 + C * x**2 * (3 - 2 * x) * closing)
@@ -233,6 +234,6 @@ def test_factors_of_the_approximations() -> None:
     assert hunt_crossley(0.5) == pytest.approx(0.75)
     assert lankarani_nikravesh(0.5) == pytest.approx(0.5625)
     assert flores(0.5) == pytest.approx(1.6)
-    # all agree with the exact one to first order at c = 1, but for Flores (8/5 instead of 3/2)
+    # all agree with the exact coefficient to first order at c = 1, except Flores (8/5 instead of 3/2)
     for factor in (hunt_crossley, lankarani_nikravesh):
         assert factor(1 - 1e-6) == pytest.approx(exact(1 - 1e-6), rel=1e-5)

@@ -1,4 +1,4 @@
-"""Obstacles and pairs of plates in a scene and in a case: what is accepted, and what becomes of it."""
+"""Obstacles and pairs of plates in a scene and in a case: accepted input, and the contacts that follow from it."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     bodies, poses = placed(scene, spatial)
     plates, obstacles = compile_shapes(scene, bodies, poses, spatial)
     touching = plates.find(poses, 0.0)
-    # a and c lie in one another at their hinge and do not touch there
+    # a and c overlap at their hinge, but have no contact there
     points = touching.slot < len(plates.tables.points.body)
     assert set(plates.pair[touching.slot]) == {1}
     assert plates.share[touching.slot].sum() == pytest.approx(1.0)
@@ -169,7 +169,7 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     assert set(obstacles.pair[floor.slot]) == {2}
     assert obstacles.share[floor.slot].sum() == pytest.approx(1.0)
     np.testing.assert_allclose(floor.gap, -1e-4, atol=1e-15)
-    assert set(obstacles.pair) == {2}  # nothing of the last pair can move
+    assert set(obstacles.pair) == {2}  # no body of the last pair can move
     kinds, sizes = obstacles.tables.shapes.kind[-4:], obstacles.tables.shapes.size[-4:]
     np.testing.assert_array_equal(kinds, [HALF_SPACE, BOX, CYLINDER, SPHERE])
     across = [0.2, 0.4] if spatial else [np.inf, np.inf]

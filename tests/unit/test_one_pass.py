@@ -1,4 +1,4 @@
-"""Force elements and creases in one pass against measure, law, scatter and tangent one after the other."""
+"""Force elements and creases in one kernel, compared with separate calls of measure, law, scatter and tangent."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def one_after_the_other(
 def in_one_pass(
     group: BushingGroup | CreaseGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: PreviousPoses | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Added to what is there already, so that overwriting would show."""
+    """The entries are added to existing values, so overwriting would be seen."""
     force, stiffness, damping = np.ones_like(rates), pattern.zeros() + 1.0, pattern.zeros() + 1.0
     group.add_linearised(0.0, poses, rates, pattern, force, stiffness, damping, past)
     alone = np.ones_like(rates)
@@ -195,7 +195,7 @@ def test_efforts_are_advanced_to_first_order(spatial: bool, missing: str, seen: 
     group = random_group(spatial, missing, rng, 0.5)
     poses, change = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
     past = PreviousPoses(random_poses(spatial, rng, 0.5), 0.3) if seen == "past" else None
-    # measures that nothing acts on are not worked out
+    # measures without a law are not computed
     acting = (group.stiffness != 0.0) | (group.damping != 0.0)
     now = efforts_of(group, poses, past)
     np.testing.assert_allclose(group.efforts(poses, np.zeros_like(change), past), acting * now, atol=1e-12)
@@ -212,7 +212,7 @@ def test_efforts_are_advanced_to_first_order(spatial: bool, missing: str, seen: 
 @DIMENSIONS
 @pytest.mark.parametrize("seen", ["rates", "rest", "past"])
 def test_given_efforts_are_in_the_geometric_stiffness_alone(spatial: bool, seen: str) -> None:
-    """Those at the poses change nothing; others change K, and nothing else, in proportion."""
+    """Efforts of the same poses change no entry; other efforts change only K, in proportion."""
     rng = np.random.default_rng(11)
     group = random_group(spatial, "none", rng, 0.5)
     poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))

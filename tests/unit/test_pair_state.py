@@ -1,4 +1,4 @@
-"""What is observed of contact pairs: areas of faces, friction and slip, and where the power goes."""
+"""Observed quantities of contact pairs: areas of faces, friction and slip, and where the power is dissipated."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def stack(spatial: bool, friction: bool = True, layers: int = 2) -> SegmentSyste
 
 
 def moved(system: SegmentSystem, across: float, along: float) -> np.ndarray:
-    """A planar or spatial change of all bodies: the upper layers each so much further than the one below."""
+    """A planar or spatial change of all bodies: each upper layer is moved further than the layer below."""
     change = np.zeros((system.n_free, system.size))
     for row, body in enumerate(system.bodies.free):
         layer = int(system.bodies.names[body].split(".")[0])
@@ -63,7 +63,7 @@ def seen(system: SegmentSystem, depth: float, along: float = 0.0, speed: float =
 
 @SPATIAL
 def test_area_of_faces_that_lie_on_each_other(spatial: bool) -> None:
-    """Each face watches the other with half its weight: together that is the mean of both."""
+    """Each face is checked against the other with half its weight; the sum is the mean of both."""
     system = stack(spatial)
     pairs = seen(system, depth=1e-5)
     assert pairs.area == pytest.approx([LENGTH * (WIDTHS[0] + WIDTHS[1]) / 2], rel=1e-12)
@@ -74,7 +74,7 @@ def test_area_of_faces_that_lie_on_each_other(spatial: bool) -> None:
 
 @SPATIAL
 def test_area_of_faces_that_lie_on_each_other_in_part(spatial: bool) -> None:
-    """To within what the points next to the edges stand for."""
+    """Accurate to the area of the points next to the edges."""
     area = seen(stack(spatial), depth=1e-5, along=0.4 * LENGTH).area[0]
     spacing = LENGTH / COUNT / 2
     assert area == pytest.approx(0.6 * LENGTH * 0.035, abs=spacing * 0.035)
@@ -93,7 +93,7 @@ def test_friction_and_slip_of_a_face_that_slides(spatial: bool) -> None:
 
 @SPATIAL
 def test_damping_power_of_faces_that_close(spatial: bool) -> None:
-    """Past the ramp the damper is that of the whole face: C v^2."""
+    """Beyond the ramp the damper is that of the whole face: C v^2."""
     pairs = seen(stack(spatial, friction=False), depth=3e-5, closing=0.02)
     assert pairs.damping_power == pytest.approx([20.0 * 0.02**2], rel=1e-6)
     assert not pairs.friction.any()
@@ -128,7 +128,7 @@ def test_powers_of_the_pairs_are_all_that_is_dissipated(spatial: bool, friction:
     assert (pairs.damping_power > 0.0).all()
     assert (pairs.friction_power > 0.0).all() == friction
     np.testing.assert_array_equal(energy.pair_power, [pairs.friction_power, pairs.damping_power])
-    # and it is what the forces take from the motion
+    # and this is the power that the forces remove from the motion
     moving, resting = system.force(0.0, q, u), system.force(0.0, q, 0 * u)
     gyroscopic = 0.0 if not spatial else float(only_gyroscopic(system, u) @ u)
     assert energy.dissipated_power == pytest.approx(-float((moving - resting) @ u) + gyroscopic, rel=1e-9)
@@ -141,7 +141,7 @@ def only_gyroscopic(system: SegmentSystem, u: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("method", ["Radau", "BDF", "generalized-alpha"])
 def test_energies_of_the_pairs_are_all_that_was_dissipated(method: str) -> None:
-    """A plate thrown onto another, sliding: nothing else dissipates."""
+    """A plate is thrown onto another and slides: no other element dissipates energy."""
     system = stack(False)
     q, u = system.retract(system.initial()[0], moved(system, 2e-5, 0.0)), moved(system, -0.01, 0.05)
     saved: list[SavedState] = []

@@ -1,4 +1,5 @@
-"""Panels that pass through each other unwatched are told of, in the plane and in space as long as creases stay along y."""
+"""Panels that pass through each other without contact are reported, in the plane, and in space while creases remain along
+y."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ def quad(start: tuple[float, float], end: tuple[float, float], across: tuple[flo
 
 
 class Run:
-    """What is looked at of a solution: a level panel, and one that comes down through its middle at half the travel."""
+    """Data of a solution: a level panel, and a panel that moves down through its middle at half the travel."""
 
     def __init__(self, dimension: str, across: tuple[float, float] = (-1.0, 1.0), turned_from: int = 99) -> None:
         level = quad((-1.0, 0.0), (1.0, 0.0))

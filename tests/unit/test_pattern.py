@@ -30,7 +30,7 @@ def test_blocks_add_up_as_in_a_dense_matrix(size: int, pairs: list[tuple[int, in
         block = rng.normal(size=(2 * size, 2 * size))
         add_block(block, DOF, pair, pattern.indptr, pattern.indices, data)
         rows = np.concatenate([np.arange(size) + body * size for body in pair])
-        np.add.at(dense, np.ix_(rows, rows), block)  # a body that stands twice adds up
+        np.add.at(dense, np.ix_(rows, rows), block)  # a body that occurs twice adds both entries
     keep = np.concatenate([np.arange(size) + body * size for body in np.flatnonzero(DOF >= 0)])
     np.testing.assert_allclose(BlockMatrix(pattern, data).bsr().toarray(), dense[np.ix_(keep, keep)], atol=1e-14)
 

@@ -154,7 +154,7 @@ def test_svg_colours_opacity_and_crossings() -> None:
 
 
 def test_svg_transforms_and_near_points() -> None:
-    """A rotated and moved group; ends that miss the frame by little are on it."""
+    """A rotated and moved group; line ends at a small distance from the frame count as on it."""
     line = '<g transform="translate(60 50) rotate(90)"><line x1="-30.02" y1="0" x2="29.99" y2="0" stroke="blue"/></g>'
     pattern = read_svg(svg(FRAME, line), 1.0)
     assert len(pattern.faces) == 2 and Counter(pattern.assignment)["V"] == 1
@@ -224,7 +224,7 @@ def test_svg_styles_units_and_hidden_lines() -> None:
 
 
 def test_holes_are_no_facets() -> None:
-    """A frame with a window: creases join the corners; lines and the file of faces agree without the window."""
+    """A frame with a window: creases join the corners; without the window, lines and the file of faces agree."""
     window = '<rect x="40" y="35" width="40" height="30" fill="none" stroke="black"/>'
     ends = [((10, 20), (40, 35)), ((110, 20), (80, 35)), ((110, 80), (80, 65)), ((10, 80), (40, 65))]
     lines = [f'<path d="M{a[0]},{a[1]} L{b[0]},{b[1]}" stroke="red"/>' for a, b in ends]
@@ -266,7 +266,7 @@ def test_random_lines_cover_their_square() -> None:
 
 
 def test_order_of_a_fold_file_is_kept() -> None:
-    """Vertices, edges and faces have the numbers of the file, whatever their order."""
+    """Vertices, edges and faces have the numbers of the file, in any order."""
     at = [[60, 60], [0, 0], [30, 60], [30, 0], [60, 0], [0, 60]]
     edges = [[2, 3], [0, 2], [1, 3], [3, 4], [4, 0], [2, 5], [5, 1]]
     data = {

@@ -35,7 +35,7 @@ def case(**sheet: Any) -> Case:
 @pytest.mark.parametrize("grading", [0.0, 1.0])
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_mesh_of_a_pattern(kind: str, grading: float) -> None:
-    """All triangles are counter-clockwise and fill the faces; nodes are common, and the start has no force."""
+    """All triangles are counter-clockwise and fill the faces; neighbours share nodes, and the initial state has no force."""
     data = case(kind=kind, mesh_grading=[grading, grading], **KINDS[kind])
     assert data.sheet is not None
     mesh, pattern = build_scene(data).facets.mesh, pattern_of(data.sheet)

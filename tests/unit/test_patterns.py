@@ -257,7 +257,7 @@ def test_mountains_and_valleys_that_fold_from_flat(lines: dict[int, str], blocke
     places = np.vstack([np.zeros(2), np.column_stack([np.cos(turns), np.sin(turns)])])
     count = len(order)
     faces = [[0, k, k % count + 1] for k in range(1, count + 1)]
-    if max(np.diff([*order, order[0] + 360])) > 180:  # a wide sector has a corner of its own
+    if max(np.diff([*order, order[0] + 360])) > 180:  # a wide sector has an additional corner
         faces[-1] = [0, count, count + 1, 1]
         places = np.vstack([places, -places[1:].mean(axis=0)])
     pattern = Pattern.of_faces(np.column_stack([places, np.zeros(len(places))]), faces, places)
@@ -272,7 +272,7 @@ def test_mountains_and_valleys_that_fold_from_flat(lines: dict[int, str], blocke
 
 
 def test_pleated_cone_folds_with_rigid_facets() -> None:
-    """Mountains and valleys are in turns; a folded state keeps the facets, and all pleats have the same angles."""
+    """Mountains and valleys alternate; a folded state keeps the facets, and all pleats have the same angles."""
     ring = cone(5, 0.02, 0.06)
     assert Counter(ring.assignment) == {"B": 20, "M": 5, "V": 5}
     assert len(ring.groups["inner"]) == len(ring.groups["outer"]) == 10
@@ -307,7 +307,7 @@ def test_flasher_has_its_folded_state(sides: int) -> None:
 
 
 def test_folded_tube_has_the_conditions_of_flat_folding() -> None:
-    """Three layers of a flattened tube: all inner vertices fold flat, and mirrored rows give the Z."""
+    """Three layers of a flattened tube: all inner vertices fold flat, and mirrored rows give the shape of a Z."""
     sheet = tube(4, 0.05, 0.03)
     assert sheet.flat is not None
     np.testing.assert_allclose(np.ptp(sheet.flat, axis=0), [2.0 * math.pi * 0.05, 0.12])

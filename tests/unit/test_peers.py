@@ -1,4 +1,5 @@
-"""Work against precision beside another program: the time to an error, tables, and mechanisms' own references."""
+"""Work-precision comparison with another program: the time to reach an error, tables, and reference solutions of
+mechanisms."""
 
 from __future__ import annotations
 
@@ -44,7 +45,7 @@ def test_between_two_points_a_power_law() -> None:
 
 
 def test_a_point_that_is_beaten_in_both_does_not_count() -> None:
-    # the second run is slower and worse than the first, the third is a lucky one
+    # the second run is slower and less accurate than the first, and the third is accurate by chance
     found = time_to_error(sweep(FSM, (1.0, 1e-2), (5.0, 0.3), (4.0, 1e-4)), 1e-3)
     assert found is not None
     assert found.seconds == pytest.approx(2.0)
@@ -127,7 +128,7 @@ def test_programs_take_turns_and_what_fails_is_left_out() -> None:
         (PEER, "a", 3),
         (PEER, "long", 1),
     ]
-    assert points[0].seconds < 0.1035  # the first after the one that warms up was the shortest
+    assert points[0].seconds < 0.1035  # the first run after the warm-up was the shortest
     assert len(told) == 2
     assert "at t = 1 s" in told[0]
     assert order[-4:] == [FSM, PEER, FSM, PEER]
@@ -140,7 +141,7 @@ def test_what_is_short_is_solved_several_times_in_its_turn() -> None:
         return Run(FSM, "m", setting, lambda: (next(seconds[setting]), 0.1))
 
     points = measure([run("short"), run("nothing")], 2)
-    # 9 + 5 + 8 ms, then three times 7 ms; the first of all warms up
+    # 9 + 5 + 8 ms, then three times 7 ms; the first run of all is the warm-up
     assert [(point.setting, point.runs, point.seconds) for point in points] == [("short", 6, 5e-3), ("nothing", 40, 0.0)]
 
 

@@ -1,4 +1,4 @@
-"""Programs of loads and drives in pieces, against the programs themselves."""
+"""Programs of loads and drives as polynomial pieces, compared with the programs themselves."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ def test_functions(name: str) -> None:
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_programs(name: str) -> None:
-    """Values and both derivatives agree; at breaks the value does, whose time has round-off in a program of parts."""
+    """Values and both derivatives agree; at breaks only the value agrees, because their time has round-off in a program of
+    parts."""
     program = PROGRAMS[name]
     found = of_program(program)
     assert found is not None

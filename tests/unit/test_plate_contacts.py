@@ -1,4 +1,4 @@
-"""Rigid plates against each other and against obstacles: nothing is missed, nothing passes through unseen."""
+"""Rigid plates against each other and against obstacles: all contacts are found, and every crossing is reported."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ THICK = 4e-3
 
 
 def pose(spatial: bool, x: float, z: float, turn: float = 0.0, y: float = 0.0) -> list[float]:
-    """A pose in the plane, or the same in space (and off it by y)."""
+    """A pose in the plane, or the same pose in space with an offset of y."""
     if not spatial:
         return [x, z, turn]
     return [x, y, z, np.cos(turn / 2), 0.0, np.sin(turn / 2), 0.0]
@@ -31,7 +31,7 @@ def two_plates(spatial: bool, first: tuple[float, float], second: tuple[float, f
 
 
 def crossed(contacts: ShapeContacts, *states: np.ndarray) -> tuple[int, ...]:
-    """What is found crossed at the end, all states but the last being committed one after the other."""
+    """The pairs found crossed at the end, after all states but the last were accepted one after the other."""
     for state in states[:-1]:
         assert not len(contacts.crossed(state)) or state is states[0]
         contacts.commit(state)
@@ -46,7 +46,8 @@ def test_shares_of_faces_that_lie_on_each_other_add_to_one(spatial: bool) -> Non
     contacts = two_plates(spatial, (0.2, 0.1), (0.2, 0.1))
     touching = contacts.find(np.array([pose(spatial, 0.3, 0.2), pose(spatial, 0.3, 0.2 + 0.9 * THICK)]), 0.0)
     points = touching.slot[touching.slot < len(contacts.tables.points.body)]
-    # 2026-11-23: edges that cross at the corners have a two thousandth of it, in space; they had two faces' more
+    # 2026-11-23: in space, edges that cross at the corners add a two-thousandth of the stiffness; before, they added that of
+    # two faces
     assert contacts.share[touching.slot].sum() == pytest.approx(1.0, rel=1e-12)
     assert contacts.share[points].sum() == pytest.approx(1.0, rel=3e-3)
     np.testing.assert_allclose(touching.gap[: len(points)], -0.1 * THICK, atol=1e-15)
@@ -57,7 +58,7 @@ def test_shares_of_faces_that_lie_on_each_other_add_to_one(spatial: bool) -> Non
 @SPATIAL
 @pytest.mark.parametrize("small_first", [False, True])
 def test_a_small_plate_in_the_middle_of_a_large_one_is_found(spatial: bool, small_first: bool) -> None:
-    """By its own points; it is far from all points and edges of the other."""
+    """The plate touches with its own points; it is far from all points and edges of the other plate."""
     sizes = [(0.02, 0.01), (0.5, 0.3)][:: 1 if small_first else -1]
     contacts = two_plates(spatial, *sizes)
     low = 0 if small_first else 1
@@ -75,7 +76,7 @@ def test_a_small_plate_in_the_middle_of_a_large_one_is_found(spatial: bool, smal
 
 
 def test_long_plates_that_cross_between_their_points_lean_on_their_edges() -> None:
-    """Like a plus sign: no point of either is over the other, and four pairs of edges cross."""
+    """Crossed like a plus sign: no point of either plate is over the other, and four pairs of edges cross."""
     contacts = two_plates(True, (0.5, 0.04), (0.5, 0.04))
     quarter = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
     poses = np.array([[0, 0, 0, 1, 0, 0, 0], [0.06, 0.07, 0.9 * THICK, *quarter]], dtype=float)
@@ -89,11 +90,11 @@ def test_long_plates_that_cross_between_their_points_lean_on_their_edges() -> No
 
 @SPATIAL
 def test_what_is_found_does_not_depend_on_when_the_broad_phase_was_renewed(spatial: bool) -> None:
-    """A walk in small steps against a fresh broad phase at every state."""
+    """A path in small steps, compared with a new broad phase at every state."""
     rng, walker = np.random.default_rng(2), two_plates(spatial, (0.2, 0.1), (0.16, 0.12))
     here, versions, touched = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.05, 0.012, 0.1)]), set(), 0
     for step in range(400):
-        # down and up again, now and then out of reach
+        # down and up again, sometimes out of reach
         here[1, 2 if spatial else 1] = 0.03 * (1 + np.cos(step / 25)) + 1e-3
         here[:, 0] += 3e-4 * rng.normal(size=2)
         fresh = two_plates(spatial, (0.2, 0.1), (0.16, 0.12))
@@ -110,7 +111,7 @@ def test_what_is_found_does_not_depend_on_when_the_broad_phase_was_renewed(spati
 @SPATIAL
 @pytest.mark.parametrize("turn", [0.0, 0.4, np.pi / 2])
 def test_a_thin_fast_plate_that_passes_another_is_seen(spatial: bool, turn: float) -> None:
-    """From well above to well below in one step: no contact at either end."""
+    """In one step from well above to well below: there is no contact at either end."""
     contacts = two_plates(spatial, (0.2, 0.1), (0.16, 0.12))
     above = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.05, 0.3, turn, 0.02)])
     below = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.04, -0.3, turn + 0.1, 0.02)])
@@ -121,7 +122,7 @@ def test_a_thin_fast_plate_that_passes_another_is_seen(spatial: bool, turn: floa
     found = crossed(contacts, above, below)
     assert found == (0,)
     assert not len(crossed(contacts, above, aside))
-    # both moved together: nothing passed
+    # both plates moved together, so neither passed the other
     assert not len(crossed(contacts, above, above + 0.0))
     contacts.commit(below)
     assert not len(contacts.crossed(below))
@@ -129,7 +130,7 @@ def test_a_thin_fast_plate_that_passes_another_is_seen(spatial: bool, turn: floa
 
 @SPATIAL
 def test_a_plate_that_swings_through_another_is_seen(spatial: bool) -> None:
-    """The tip goes round by 1.8 rad in one step; on the straight line between its ends it would miss."""
+    """The tip moves along an arc of 1.8 rad in one step; on the straight line between its ends it would miss the plate."""
     contacts = two_plates(spatial, (0.2, 0.1), (0.05, 0.1))
     turns = (-0.9, 0.9)
     poses = [np.array([pose(spatial, 0.0, 0.0, turn), pose(spatial, 0.105, 0.0)]) for turn in turns]
@@ -139,7 +140,7 @@ def test_a_plate_that_swings_through_another_is_seen(spatial: bool) -> None:
 
 
 def test_edges_that_pass_are_seen_where_no_point_does() -> None:
-    """Two plates on edge, like an X, one pushed down through the other."""
+    """Two plates on edge, crossed like an X; one is pushed down through the other."""
     contacts = two_plates(True, (0.2, 0.1), (0.16, 0.12))
     one = exponential(np.array([np.pi / 2, 0.0, 0.0]))
     two = multiply(exponential(np.array([0.0, 0.0, 1.1])), one)
@@ -180,7 +181,7 @@ def test_memory_comes_back(spatial: bool) -> None:
 
 @SPATIAL
 def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bool) -> None:
-    """Those of a plate that slides off another: the state in which a step ends has the shares that it was solved with."""
+    """Shares of a plate that slides off another: the final state of a step has the shares with which it was solved."""
     contacts = two_plates(spatial, (0.2, 0.1), (0.2, 0.1))
     no_impact = np.zeros(0, dtype=np.int64)
 
@@ -194,7 +195,7 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
     for x in (0.05, 0.1):
         contacts.find(slid(x), 0.0)
         contacts.commit(slid(x), no_impact)
-    # solved with the overlap of the state before, 0.15 m of 0.2
+    # solved with the overlap of the last state, 0.15 m of 0.2
     points = len(contacts.find(slid(0.1), 0.0).slot)
     before = contacts.share.copy()
     assert whole(slid(0.1 + 1e-9), contacts) == pytest.approx(0.5, rel=1e-3)
@@ -212,7 +213,7 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
     share = contacts.share[touching.slot]
     share[tapered.rows] *= tapered.part
     assert share.sum() == pytest.approx(0.47, rel=2e-3)
-    # a jump, here of 10 %, waits for the end of an impact
+    # a jump of the shares, here of 10 %, is delayed to the end of an impact
     contacts._overlaps.latest[:, SHARE : SHARE + COLUMNS] *= 1.1
     for x, young, factor in ((0.107, None, 1.1), (0.108, no_impact, 1.0)):
         contacts.commit(slid(x), young)
@@ -221,7 +222,7 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
 
 @SPATIAL
 def test_joined_plates_do_not_touch_where_they_are_joined(spatial: bool) -> None:
-    """Hinged along an edge and folded from flat until they lie on each other: silent until then, no alarm on the way."""
+    """Plates hinged along an edge are folded from flat until they lie on each other: no crossing is reported on the way."""
     half = 0.1
     rectangles = [as_rectangle(body, 2 * half, 0.1, THICK) for body in range(2)]
 
@@ -263,7 +264,8 @@ def on_obstacle(name: str, spatial: bool, turn: float = 0.0) -> ObstacleContacts
 @SPATIAL
 @EACH
 def test_a_plate_that_rests_on_an_obstacle_between_its_points(name: str, spatial: bool) -> None:
-    """Its points are 0.2 m apart and the obstacle is a few cm: it probes the plate."""
+    """The points of the plate are 0.2 m apart and the obstacle measures a few cm, so points of the obstacle find the
+    contact."""
     contacts, top = on_obstacle(name, spatial), OBSTACLES[name][2]
     for lift, touches in ((0.45 * THICK, True), (0.55 * THICK, False)):
         poses = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.07, top + lift, 0.0, 0.05)])
@@ -274,7 +276,7 @@ def test_a_plate_that_rests_on_an_obstacle_between_its_points(name: str, spatial
 
 
 def test_a_box_corner_and_a_turned_box() -> None:
-    """Turned by 45 degrees, the box meets the plate with an edge, found by its corners."""
+    """Turned by 45 degrees, the box touches the plate with an edge, which its corners find."""
     contacts = on_obstacle("box", True, np.pi / 4)
     top = np.sqrt(0.5) * (0.01 + 0.03)
     poses = np.array([pose(True, 0.0, 0.0), pose(True, 0.05, top + 0.45 * THICK)])
@@ -307,7 +309,7 @@ def test_a_plate_that_lies_on_an_obstacle_is_no_alarm(name: str, spatial: bool) 
 
 @SPATIAL
 def test_an_obstacle_may_move(spatial: bool) -> None:
-    """Only where the two are to each other counts, also for what passes."""
+    """Only the relative position of both counts, also for the detection of crossings."""
     contacts = on_obstacle("sphere", spatial)
     away = [np.array([pose(spatial, x, 0.3), pose(spatial, x + 0.05, 0.6)]) for x in (0.0, 0.7)]
     assert not len(crossed(contacts, *away))

@@ -1,4 +1,4 @@
-"""Plots: the figures are drawn, say what they show, and carry units on their axes."""
+"""Plots: the figures are drawn, name their contents, and have units on their axes."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def test_energy(tmp_path: Path, figures: list[Figure]) -> None:
     assert "kinetic" not in written  # it is zero throughout
     top = max(path.vertices[:, 1].max() for c in figures[0].axes[0].collections for path in c.get_paths())
     work = figures[0].axes[0].lines[0].get_ydata()
-    assert top == pytest.approx(work.max(), rel=1e-9)  # stack and dashed line end together
+    assert top == pytest.approx(work.max(), rel=1e-9)  # the stack and the dashed line end together
 
 
 def test_every_energy_that_is_stored_is_stacked(tmp_path: Path, figures: list[Figure]) -> None:
@@ -231,7 +231,7 @@ def test_contact_map(tmp_path: Path, figures: list[Figure]) -> None:
     boxes = np.array([path.vertices[:4] for path in bands.get_paths()])
     left, right, heights = boxes[:, 0, 0], boxes[:, 1, 0], np.ptp(boxes[:, :, 1], axis=1)
     np.testing.assert_allclose(left[1:], right[:-1])
-    assert left[0] == pytest.approx(13.5)  # records are 1 mm apart, the first that touches is at 14 mm
+    assert left[0] == pytest.approx(13.5)  # records are 1 mm apart, and the first record in contact is at 14 mm
     assert right[-1] == pytest.approx(150.0)
     assert heights[-1] == pytest.approx(2 * HALF_HEIGHT)
     assert (np.diff(heights) > 0).all()
@@ -246,7 +246,7 @@ def test_contact_map_marks_snaps(tmp_path: Path, figures: list[Figure]) -> None:
 
 
 def test_contact_map_of_other_runs(tmp_path: Path, figures: list[Figure]) -> None:
-    """Over time; of a file that knows no areas; of many pairs; where nothing touches; of one record."""
+    """Over time; for a file without areas; for many pairs; without contact; with one record."""
     free = undriven(strip_run(31))
     plot_contact_map(free, tmp_path / "contact.png")
     assert labels(figures[0]) == ["time (s)", "normal force (N)"]
@@ -293,7 +293,7 @@ def test_energy_unit(value: float, unit: str) -> None:
 
 
 def test_what_comes_after_the_pull_is_drawn_over_time_or_steps() -> None:
-    """Two fifths of the records are at the end of the travel: over the travel they would be one point."""
+    """Two fifths of the records are at the end of the travel, so in a plot over the travel they would coincide."""
     run = strip_run(101)
     assert evolution(run)[1] == "travel (mm)"
     travel = np.minimum(run.travel, run.travel[60])

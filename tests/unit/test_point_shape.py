@@ -1,4 +1,4 @@
-"""Rounded points against shapes, and edges against edges: gap and slip as motion sees them, balance, tangents."""
+"""Rounded points against shapes, and edges against edges: gap and slip agree with the motion; balance, tangents."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class State:
         return self.rates.shape[1]
 
     def moved(self, step: np.ndarray) -> State:
-        """Every body moved by its row of increments."""
+        """Every body is moved by its row of increments."""
         step = step.reshape(self.rates.shape)
         if self.size == 3:
             return State(self.contacts, self.poses + step, self.rates)
@@ -95,7 +95,8 @@ def dense(pattern: Any, data: np.ndarray, count: int) -> np.ndarray:
 
 # states ---------------------------------------------------------------------------------------------------------------
 
-# kind, half sizes, where the point is in the shape's axes; gaps are a few mm below zero with the roundings of 12 and 5 mm
+# kind, half sizes, and position of the point in the shape's axes; gaps are a few mm below zero with the roundings of 12 and
+# 5 mm
 POINTS: dict[str, tuple[int, tuple[float, float, float], tuple[float, float, float]]] = {
     "plane": (HALF_SPACE, (0.0, 0.0, 0.0), (0.2, 0.1, 0.014)),
     "box, face": (BOX, (0.3, 0.2, 0.1), (0.1, -0.1, 0.114)),
@@ -110,7 +111,7 @@ POINTS: dict[str, tuple[int, tuple[float, float, float], tuple[float, float, flo
     "rectangle, edge": (RECTANGLE, (0.3, 0.2, 0.0), (0.309, 0.05, 0.009)),
     "rectangle, corner": (RECTANGLE, (0.3, 0.2, 0.0), (0.307, -0.206, 0.007)),
 }
-# middles apart, angle between the edges, place of the crossing along each (a half length is 0.2)
+# distance of the midpoints, angle between the edges, and position of the crossing on each edge (a half length is 0.2)
 EDGES: dict[str, tuple[float, float, float, float]] = {
     "edges, crossing": (0.013, 1.1, 0.05, -0.08),
     "edges, past one end": (0.013, 0.8, 0.204, 0.05),
@@ -129,7 +130,7 @@ def random_pose(rng: np.random.Generator, spatial: bool) -> np.ndarray:
 
 
 def in_body(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Place of an inertial point (3,) in a body's axes, (3,)."""
+    """Position of an inertial point (3,) in body axes, (3,)."""
     if len(pose) == 7:
         return np.asarray(rotation_matrix(pose[3:]).T @ (point - pose[:3]))
     c, s = np.cos(pose[2]), np.sin(pose[2])
@@ -149,7 +150,7 @@ def about_y(angle: float) -> tuple[float, float, float, float]:
 
 
 def point_state(name: str, spatial: bool, seed: int = 1) -> State:
-    """One point of body 1 on a shape of body 2, both anywhere; body 0 looks on."""
+    """One point of body 1 on a shape of body 2, both in any pose; body 0 takes no part."""
     rng = np.random.default_rng(seed)
     poses = np.array([random_pose(rng, spatial) for _ in range(3)])
     kind, size, at = POINTS[name]
@@ -174,7 +175,7 @@ def pair_of(one: int, two: int) -> ListedPairs:
 
 
 def edge_state(name: str, seed: int = 2) -> State:
-    """One edge of body 1 over one of body 2, both bodies anywhere."""
+    """One edge of body 1 over one edge of body 2, both bodies in any pose."""
     rng = np.random.default_rng(seed)
     poses = np.array([random_pose(rng, True) for _ in range(3)])
     height, angle, one, two = EDGES[name]
@@ -222,7 +223,8 @@ def test_gap_rate_is_the_rate_of_the_gap(case: str) -> None:
 
 @EVERY
 def test_slip_is_the_tangential_velocity_of_the_material_at_one_point(case: str) -> None:
-    """In space: the normal is the gap's gradient by A's place, the slip that of M without its part along n."""
+    """In space: the normal is the gradient of the gap by the position of A, and the slip is that of M without its part along
+    n."""
     state = any_state(case)
     _, measured = state.found()
     if state.size == 3:
@@ -237,7 +239,7 @@ def test_slip_is_the_tangential_velocity_of_the_material_at_one_point(case: str)
 
 @EVERY
 def test_nothing_moves_in_a_rigid_motion_of_everything(case: str) -> None:
-    """The same gap and force in the bodies' axes, wherever everything is; and rates of rigid motions are zero."""
+    """Gap and force in body axes do not depend on a common rigid motion, and rates of rigid motions are zero."""
     state, rng = any_state(case), np.random.default_rng(8)
     gap, measured = state.found()[0].gap, state.found()[1]
     size = np.abs(state.force()).max()
@@ -269,7 +271,7 @@ def test_nothing_moves_in_a_rigid_motion_of_everything(case: str) -> None:
 
 @EVERY
 def test_action_and_reaction(case: str) -> None:
-    """Force and moment about the origin of both bodies add to nothing, friction included."""
+    """Force and moment about the origin of both bodies add up to zero, friction included."""
     state = any_state(case)
     force = state.force()
     size = np.abs(force).max()

@@ -1,4 +1,4 @@
-"""Relative poses and hinge angles: force = -dU/dx, action = reaction, nothing changes when everything moves rigidly."""
+"""Relative poses and hinge angles: force = -dU/dx, action = reaction, and invariance under rigid motions."""
 
 from __future__ import annotations
 
@@ -80,7 +80,8 @@ def rotations(poses: np.ndarray) -> Rotation:
 
 
 def retract(poses: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Move by increments: inertial axes for positions, body axes for turns. SciPy's, so it checks ours as well."""
+    """Move by increments: inertial axes for positions, body axes for turns. The rotations of SciPy, which also check those
+    of fsm."""
     if poses.shape[1] == 3:
         return poses + step
     moved = quaternions(rotations(poses) * Rotation.from_rotvec(step[:, 3:]))
@@ -139,7 +140,7 @@ def test_gradients_and_rates(spatial: bool, seed: int) -> None:
 @DIMENSIONS
 @SEEDS
 def test_action_is_reaction(spatial: bool, seed: int) -> None:
-    """Every element by itself; force and moment balance though Z is large, so both act at one point."""
+    """Every element alone; force and moment balance although Z is large, so both forces act at one point."""
     c = chain(spatial, seed)
     value, rate, gradient = c.measure(c.poses, c.rates)
     effort = c.stiffness * (value - c.rest) + c.damping * rate
@@ -187,7 +188,7 @@ def test_spatial_rigid_motion_changes_nothing(
     rotation = Rotation.from_rotvec(turn)
     turned = rotation * rotations(c.poses)
     moved = quaternions(turned)
-    # one sign for all: the same turn for all
+    # one sign for all, so the same rotation for all
     relative = quaternions(rotation)
     signs = np.sign([multiply_first(relative, p) @ m for p, m in zip(c.poses[:, 3:], moved, strict=True)])
     poses = np.column_stack([rotation.apply(c.poses[:, :3]) + shift, moved * signs[:, None]])
@@ -207,7 +208,7 @@ def multiply_first(p: np.ndarray, r: np.ndarray) -> np.ndarray:
 
 @given(shift=st.floats(-2, 2), seed=st.integers(0, 20))
 def test_uniform_velocity_meets_no_damper(shift: float, seed: int) -> None:
-    """Rates of a rigid motion, translation and rotation, deform nothing."""
+    """Rates of a rigid motion, translation and rotation, cause no deformation."""
     c = chain(True, seed)
     omega = np.array([0.3, shift, -0.8])
     rates = np.column_stack(

@@ -1,4 +1,4 @@
-"""Contacts that Newton's method of statics linearises at depths of their own: what that leaves alone, and where it leads."""
+"""Contacts that Newton's method of statics linearises at other depths: unchanged quantities, and convergence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SINCE = 0.02
 
 
 def own_depths(system: SegmentSystem, q: np.ndarray) -> tuple[ContactDepths, ...]:
-    """Depths that the contacts have by themselves."""
+    """Depths of the contacts without this change."""
     group = only_contacts(system)
     touching = group.geometry.find(system.place(TIME, q, None)[0], 0.0)
     assert len(touching.slot) > 3
@@ -22,7 +22,7 @@ def own_depths(system: SegmentSystem, q: np.ndarray) -> tuple[ContactDepths, ...
 
 
 def moved(system: SegmentSystem, seed: int, size: float) -> np.ndarray:
-    """An increment of everything, m and radians times size."""
+    """Increments of all coordinates: m and radians times size."""
     return size * np.random.default_rng(seed).normal(size=system.nu) * system.scales().increment
 
 
@@ -44,7 +44,7 @@ def test_linearised_at_their_own_depths_they_are_as_ever(spatial: bool, damping:
 
 @SPATIAL
 def test_at_another_depth_the_force_is_on_the_tangent_of_the_law_there(spatial: bool) -> None:
-    """1e6 d^1.5 on every contact: 1e6 (d*^1.5 + 1.5 d*^0.5 (d - d*)), friction with it."""
+    """1e6 d^1.5 on every contact becomes 1e6 (d*^1.5 + 1.5 d*^0.5 (d - d*)), and friction with it."""
     system = pressed_strip(spatial, friction=True)
     q = pressed(system, 3)
     u = np.random.default_rng(5).normal(size=system.nu) * system.scales().velocity
@@ -59,7 +59,7 @@ def test_at_another_depth_the_force_is_on_the_tangent_of_the_law_there(spatial: 
         group.add_linearised(TIME, poses, rates, pattern, force, pattern.zeros(), pattern.zeros(), None, depths)
         return force
 
-    # at half the depth of all: sqrt(1/8) + 1.5 sqrt(1/2) 1/2 of the force, and of what rubs
+    # at half of every depth: sqrt(1/8) + 1.5 sqrt(1/2) 1/2 of the normal force and of the friction
     np.testing.assert_allclose(acting(half), (0.125**0.5 + 0.75 * 0.5**0.5) * acting(None), rtol=1e-9, atol=1e-9)
 
 
@@ -77,7 +77,7 @@ def test_advanced_they_are_the_new_depths_to_first_order(spatial: bool, damping:
         there = system.retract(q, dx)
         (found,) = own_depths(system, there)
         np.testing.assert_array_equal(advanced.key, found.key)
-        # the law at the new depth and rate is as large as what was advanced
+        # the law at the new depth and rate equals the extrapolated force
         law, share = only_contacts(system).normal, only_contacts(system).geometry.share[found.key]
         kept = np.zeros(len(found.key))
         closing = []
@@ -104,7 +104,7 @@ def test_a_contact_that_has_opened_is_held_until_it_would_pull() -> None:
     pattern = system.linearise(TIME, q, None).stiffness.pattern
     force = np.zeros(rates.shape)
     group.add_linearised(TIME, poses, rates, pattern, force, pattern.zeros(), pattern.zeros(), None, held[0])
-    assert np.abs(force).max() > 0.0  # drawn together, as far as this iteration goes
+    assert np.abs(force).max() > 0.0  # drawn together, as far as this iteration moves them
     together = np.zeros((system.n_free, 3))
     for row, body in enumerate(system.bodies.free):
         panel = system.bodies.names[body].split()[1]

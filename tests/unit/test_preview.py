@@ -176,7 +176,7 @@ def test_near_boxes_are_those_of_all_with_all(count: int, stretch: tuple[float, 
 
 
 def cut_at(line: np.ndarray, other: np.ndarray) -> tuple[float, float]:
-    """Where two straight lines meet, as shares of both."""
+    """Intersection of two straight lines, as fractions of both."""
     along, across = line[1] - line[0], other[1] - other[0]
     one, two = np.linalg.solve(np.column_stack([along, -across]), other[0] - line[0])
     return one, two
@@ -196,7 +196,7 @@ def test_crossing_lines_are_those_of_all_with_all() -> None:
 
 @pytest.mark.parametrize("thickness", [0.01, 0.1])
 def test_depths_of_crumpled_panels_are_those_of_all_pieces(thickness: float) -> None:
-    """Against points along both lines, each with each."""
+    """Compared with points along both lines, all pairs of them."""
     rng = np.random.default_rng(2)
     share = np.linspace(0, 1, 200)[:, None]
     touching = apart = 0
@@ -236,7 +236,7 @@ def frames(path: Path) -> list[np.ndarray]:
 
 
 def tallest(picture: np.ndarray) -> int:
-    """Height of what is drawn, below the caption."""
+    """Height of the drawing below the caption."""
     rows = np.flatnonzero((picture[40:] < 200).any(axis=1))
     return int(rows[-1] - rows[0])
 
@@ -265,7 +265,7 @@ def test_driven_crease_follows_the_drive_and_held_panels_stay() -> None:
 
 
 def test_touching_panels_keep_out_of_each_other() -> None:
-    """The film with contact is not the linkage that passes through itself."""
+    """The film with contact differs from the linkage, which passes through itself."""
     mechanism = module._mechanism(build_scene(strip_case(travel="30 mm")))
     shots, _ = module._run(mechanism, module.PIECES)
     lines = [np.array([row[0][0], *(piece[1] for piece in row)]) for row in shots[-1]]
@@ -314,7 +314,7 @@ def test_what_has_no_panels_on_creases_is_refused_in_a_line(tmp_path: Path, name
 
 @pytest.mark.parametrize("name", ["x.mp4", "p8", "folder", "folder.gif"])
 def test_only_a_gif_is_written(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And that is said before any work."""
+    """And the mistake is reported before any computation."""
     monkeypatch.setattr(module, "_run", lambda *_: pytest.fail("it has begun"))
     for folder in ("folder", "folder.gif"):
         (tmp_path / folder).mkdir()

@@ -1,4 +1,4 @@
-"""What is told of a run where there is no terminal, and where a function is told instead."""
+"""Progress messages of a run without a terminal, and of a run with a progress function."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fsm.progress import Progress, report_compilation
 
 
 class Compiler:
-    """Stands for `fsm.kernels.jit`."""
+    """Replaces `fsm.kernels.jit`."""
 
     def __init__(self) -> None:
         self.told: list[Callable[[str], None]] = []

@@ -177,7 +177,7 @@ def test_texts_are_short(short: fsm.Result) -> None:
 
 
 def test_printed_objects_tell_what_they_hold(short: fsm.Result) -> None:
-    """The text of a solution was a list of 32 array shapes; a table and a compiled scene were no better."""
+    """The text of a solution was a list of 32 array shapes; the texts of a table and of a compiled scene were similar."""
     lines = str(short.solution).splitlines()
     assert len(lines) <= 5
     parts = (f"{len(short)} records from 0 to", f"{short.shape.shape[1]} drawn facets", "crease 3: ", " N", ": crease.1")

@@ -1,4 +1,4 @@
-"""Peak, stages and summary, from curves whose answers are known."""
+"""Peak, stages and summary of curves with known results."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from fsm.results.solution import Layout, Record, Solution
 )
 def test_peak_of_a_parabola_is_exact_at_any_spacing(top: float, height: float, curvature: float, steps: list[float]) -> None:
     x = np.cumsum(steps)
-    x += top - x[len(x) // 2] + 0.3 * steps[len(x) // 2]  # the top lies between records
+    x += top - x[len(x) // 2] + 0.3 * steps[len(x) // 2]  # the maximum lies between records
     force, at = peak(x, height - curvature * (x - top) ** 2)
     assert at == pytest.approx(top, abs=1e-7)
     assert force == pytest.approx(height, abs=1e-7)
@@ -79,7 +79,7 @@ def curve_of(
     share: np.ndarray | float = 0.0,
     path: np.ndarray | None = None,
 ) -> ForceCurve:
-    """A curve of one drive whose panels have taken up a share of the elastic energy, s^2 in all."""
+    """A curve of one drive; the panels have stored a share of the elastic energy, s^2 in total."""
     n = len(travel)
     pairs = np.zeros((n, 0)) if pair_force is None else pair_force
     number = np.zeros(n, dtype=np.int64) if path is None else path
@@ -135,7 +135,8 @@ def test_energy_of_the_start_is_not_counted() -> None:
 
 
 def test_panels_that_bend_in_a_snap_bend_from_there() -> None:
-    """Vibration above the limit at 8 to 9 mm is no bending; the snap at 20 mm, after which the panels remain bent, is."""
+    """Vibration above the limit at 8 to 9 mm is not reported as bending; the snap at 20 mm, after which the panels remain
+    bent, is."""
     s = np.linspace(0, 0.06, 61)
     curve = curve_of(
         s, s, path=np.where(s < 0.0075, 0, np.where(s < 0.0095, 1, np.where(s < 0.0195, 2, np.where(s < 0.04, 3, 4))))
@@ -182,7 +183,7 @@ def snapping() -> ForceCurve:
 
 def test_a_spike_in_a_snap_is_the_dynamic_peak_and_no_other() -> None:
     found = peaks(snapping())
-    assert found.largest == pytest.approx((1.0, 0.02))  # no parabola into what is not of the path
+    assert found.largest == pytest.approx((1.0, 0.02))  # no parabola through points that do not belong to the path
     assert found.dynamic == pytest.approx((5.0, 0.022), rel=0.2)
     assert found.magnitude == pytest.approx((1.5, 0.06))
 
@@ -246,7 +247,7 @@ def test_pairs_that_touch_are_those_of_first_touch() -> None:
 
 
 def contact_run(driven: bool) -> Solution:
-    """Three pairs: one touches in a record, one between records only, one never."""
+    """Three pairs: one touches in a record, one only between records, one never."""
     force, gap = np.zeros((4, 3)), np.full((4, 3), 1e-3)
     force[2:, 0], gap[2:, 0] = (2.0, 1.0), (-3e-6, -2e-6)
     energy = np.cumsum(force, axis=0)
@@ -281,7 +282,7 @@ def test_summary_of_contacts_without_a_drive_has_their_time() -> None:
 
 
 def test_a_peak_early_in_a_long_travel_is_that_of_the_points_beside_it() -> None:
-    """A panel that buckles within micrometres of 10 mm: points farther off say nothing of its peak."""
+    """A panel that buckles within micrometres of 10 mm: points farther away have no information on its peak."""
     travel = np.concatenate([np.linspace(0.0, 1e-5, 201), np.linspace(1.1e-5, 1e-2, 400)])
     since = np.maximum(travel - 1.5e-6, 0.0) / 5e-7
     force = 270.0 * since * np.exp(1.0 - since)

@@ -1,4 +1,5 @@
-"""Radau on the blocks takes the steps of SciPy's Radau, and its reduced equations are those of the whole Jacobian."""
+"""Radau's method with block matrices takes the steps of SciPy's Radau, and its reduced equations equal those of the whole
+Jacobian."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a reduced model's restoring force is off: not the more for modes that the film has move along at once."""
+"""Error of a reduced model's restoring force: it must not grow with modes that lie in the plane of the film."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def struck(force: float) -> AncfSystem:
 
 
 def test_modes_within_the_film_do_not_add_to_the_error() -> None:
-    """21 of the 60 lie within it, and stay where they are in a linear model: the error was told twice as large."""
+    """21 of the 60 modes lie in the plane and do not move in a linear model: the reported error was twice too large."""
     system = struck(0.1)
     found = modes(system, 0.0, system.start, 60)
     model = reduced_model(system, found, False)
@@ -60,7 +60,8 @@ def test_it_grows_with_the_square_of_the_displacement() -> None:
 
 
 def test_it_is_at_most_the_whole_and_not_told_where_nothing_is_known() -> None:
-    """Millimetres in a linear model are off by most of the film's force; of metres the modes say nothing."""
+    """Amplitudes of millimetres in a linear model have a force error of most of the film's force; for metres no estimate is
+    given."""
     errors = []
     for force in (5.0, 1e4):
         system = struck(force)

@@ -1,4 +1,4 @@
-"""What `fsm check` says of a case, and that it needs no compiler to say it."""
+"""The report of `fsm check`, which needs no compiled kernels."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def not_said(text: str, *unwanted: str) -> None:
 
 
 def test_check_needs_no_compiler() -> None:
-    """The command in a process of its own: numba, h5py and matplotlib stay out of it."""
+    """The command in a separate process does not import numba, h5py or matplotlib."""
     program = (
         "import sys\n"
         "from fsm.cli import cli\n"

@@ -1,4 +1,4 @@
-"""Page of a report in a browser: it plays, follows, selects, and stays offline."""
+"""Page of a report in a browser: it plays, follows a run, selects parts, and needs no network."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ def test_a_case_of_every_kind(browser: Browser, tmp_path: Path, name: str) -> No
 
 
 def test_a_crease_of_a_sheet_without_channels_is_picked(browser: Browser, tmp_path: Path) -> None:
-    """It had no name, so a click chose the facet behind it."""
+    """The part had no name, so a click selected the facet behind it."""
     overrides = ["sheet.columns=3", "sheet.rows=3", "drive.0.travel=0.1"]
     run_case(load_case(CASES / "miura_push" / "case.toml", overrides), tmp_path, progress=False, figures=False)
     opened(browser, tmp_path, {"sheet": read_solution(tmp_path / "result.h5")})
@@ -304,7 +304,7 @@ def test_lines_of_a_large_sheet_wait_until_the_picture_rests(browser: Browser, t
 
 
 def test_views_contain_the_motion_and_use_the_window(browser: Browser, tmp_path: Path) -> None:
-    """A view left room for a sphere around the motion: a tube had a third of the window."""
+    """A view reserved space for a sphere around the motion: a tube filled a third of the window."""
     opened(browser, tmp_path, {"sheet": folded(100, 5)})
     for view in ("iso", "front", "side", "top"):
         browser.run(f"document.querySelector('[data-view={view}]').click()")
@@ -343,7 +343,7 @@ def test_a_moving_picture_of_many_facets_has_fewer_pixels(browser: Browser, tmp_
 
 
 def test_results_with_missing_numbers_are_not_drawn_as_their_minimum(browser: Browser, tmp_path: Path) -> None:
-    """A missing number had a line through the smallest number; the scatter of two stages had one quantity on all axes."""
+    """A missing number had a line at the smallest number; the scatter of two stages had the same quantity on all axes."""
     runs = {"a": strip_run(21, peak=1.0), "b": strip_run(21), "c": strip_run(21, peak=3.0)}
     for name in ("a", "b"):
         runs[name].summary["max_stress"] = runs[name].summary["peak_force"]

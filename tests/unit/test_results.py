@@ -1,4 +1,4 @@
-"""The results file: what goes in comes out, also after a kill; what is not ours is refused in plain words."""
+"""The results file: data are read as they were written, also after a kill; other files are refused by a clear message."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def write(path: Path, count: int = 7) -> Path:
     return path
 
 
-# a writer to be killed: writes without end, says on stdout how many records were flushed for certain
+# a writer that will be killed: it writes without end, and prints to stdout how many records are certainly on disk
 ENDLESS = """
 import importlib.util, sys
 spec = importlib.util.spec_from_file_location("test_results", sys.argv[1])
@@ -241,7 +241,7 @@ def test_an_error_in_the_run_keeps_all_records(tmp_path: Path) -> None:
         run()
     assert_same(read_solution(tmp_path / "result.part.h5"), range(4))
     with h5py.File(tmp_path / "result.part.h5"):
-        pass  # closed properly: other programs can open it too
+        pass  # closed properly: other programs can open the file too
 
 
 def test_a_lone_record_is_flushed_in_time_and_can_be_read_while_the_run_goes_on(tmp_path: Path) -> None:
@@ -431,7 +431,7 @@ def test_part_file_is_written_in_the_mode_that_survives_a_kill(tmp_path: Path) -
 def test_copy_without_marks_is_a_plain_hdf5_file(tmp_path: Path) -> None:
     killed_run(tmp_path / "result.h5", 0.0)
     data = bytearray((tmp_path / "result.part.h5").read_bytes())
-    data[28:36] = (200).to_bytes(8, "little")  # an end of file that was not brought up to date
+    data[28:36] = (200).to_bytes(8, "little")  # an end of file that was not updated
     (tmp_path / "stale.h5").write_bytes(data)
     (tmp_path / "plain.h5").write_bytes(without_open_marks(tmp_path / "stale.h5").getvalue())
     with h5py.File(tmp_path / "plain.h5") as file:

@@ -1,4 +1,4 @@
-"""SciPy's methods: the exact Jacobian of every kind of system; LSODA with its band gives what the dense one gives."""
+"""SciPy's methods: the exact Jacobian of every kind of system; LSODA gives equal results with band and dense matrices."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ARRAY = {
 
 
 def film() -> AncfSystem:
-    """A film of 2 x 2 elements with a cable, damped by itself and by air."""
+    """A film of 2 x 2 elements with a cable, with material damping and air damping."""
     made = MeshBuilder()
     lines = np.array([0.0, 0.12, 0.3])
     grid = made.film(lines, lines, (FilmMaterial(2.5e9, 0.34, 1420.0, 2e-4),), viscosity=1e-4, air=0.1)
@@ -56,7 +56,7 @@ def free(system: System) -> np.ndarray:
 
 
 def moved(system: System, seed: int = 0) -> np.ndarray:
-    """A state off the start."""
+    """A state away from the initial state."""
     rng, scales = np.random.default_rng(seed), system.scales()
     q, _ = system.initial()
     q = system.retract(q, 1e-3 * scales.increment * free(system) * rng.standard_normal(system.nu))

@@ -1,4 +1,4 @@
-"""Cases of scissor arrays: a whole run, and mistakes that are told early."""
+"""Cases of scissor arrays: a complete run, and mistakes that are reported early."""
 
 
 import numpy as np
@@ -49,7 +49,7 @@ def case_file(tmp_path):
 
 
 def test_a_whole_run(case_file, tmp_path):
-    """Summary with its own keys, points beside rigid ones in the results, curves and pictures."""
+    """Summary with its additional keys, points of a rigid array in the results, curves and pictures."""
     out = tmp_path / "out"
     summary = run_case(load_case(case_file), out, progress=False)
     assert summary == read_summary(out / "summary.json")
@@ -66,13 +66,13 @@ def test_a_whole_run(case_file, tmp_path):
     assert motion.stress.shape == (11, 4)
     for name in ("points.csv", "points.png", "rigid.png", "synchronism.png", "stress.png", "motion.gif", "energy.png"):
         assert (out / name).stat().st_size > 1000
-    assert not (out / "force.csv").exists() and not (out / "force.png").exists()  # nothing is driven
+    assert not (out / "force.csv").exists() and not (out / "force.png").exists()  # the array has no drive
     header = (out / "points.csv").read_text().splitlines()[0].split(",")
     assert header[:4] == ["time (s)", "a1 x (m)", "a1 y (m)", "a1 vx (m/s)"]
 
 
 def test_rigid_bars_are_the_comparison(case_file, tmp_path):
-    """rigid = true gives what the flexible run compares itself with."""
+    """`rigid = true` gives the results with which the flexible run compares itself."""
     run_case(load_case(case_file), tmp_path / "flexible", progress=False)
     summary = run_case(load_case(case_file, ["scissor.rigid=true"]), tmp_path / "rigid", progress=False)
     assert summary["method"] == "Radau-blocks"
@@ -82,7 +82,7 @@ def test_rigid_bars_are_the_comparison(case_file, tmp_path):
 
 
 def test_the_plan_says_whose_steps_are_taken(case_file):
-    """solve.step is of the stepwise methods; rigid bars are solved by Radau's method in its own steps."""
+    """`solve.step` belongs to the stepwise methods; rigid bars are solved by Radau's method with its own steps."""
 
     def solver(*overrides):
         return next(line for line in describe_array(load_case(case_file, overrides).case) if line.startswith("solve"))
@@ -99,7 +99,8 @@ LATCH = ["stop.angle=73 deg", "stop.stiffness=2000", "stop.damping=1", "solve.en
 
 
 def test_latches_last_over_a_checkpoint(case_file, tmp_path, monkeypatch):
-    """Cut off after its hinges have latched, a run goes on latched since the same times; the summary and the plan say so."""
+    """If it is interrupted after its hinges have latched, a run continues with the same latching times; the summary and the
+    plan name them."""
     assert any("latch" in line for line in describe_array(load_case(case_file, LATCH).case))
     assert not any("latch" in line for line in describe_array(load_case(case_file, LATCH[:-1]).case))
     whole = run_case(load_case(case_file, LATCH), tmp_path / "whole", progress=False)
@@ -160,7 +161,7 @@ def test_a_latch_that_is_not_reached(case_file, tmp_path):
     ],
 )  # fmt: skip
 def test_mistakes(case_file, overrides, path, words):
-    """One clear line: path, value, what to do."""
+    """One clear line with path, value and remedy."""
     with pytest.raises(CaseError) as error:
         load_case(case_file, overrides)
     told = [fault for fault in error.value.faults if fault.path == path]

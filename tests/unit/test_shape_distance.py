@@ -31,7 +31,7 @@ KINDS = pytest.mark.parametrize("kind", list(SIZES), ids=["half-space", "box", "
 
 
 def nearest_of_solid(kind: int, point: np.ndarray) -> float:
-    """Distance from the nearest point of a solid shape, found by a bounded search in coordinates of its own."""
+    """Distance from the nearest point of a solid shape, found by a bounded search in the coordinates of the shape."""
     if kind == POLYGON:
         # nearest point of the triangles between the first corner and the sides
         corners = np.column_stack([SIZES[kind][1:].reshape(-1, 2), np.zeros(5)])

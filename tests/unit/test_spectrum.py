@@ -1,4 +1,4 @@
-"""Spectrum, frequency and decay of histories that are known."""
+"""Spectrum, frequency and decay of known histories."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_amplitude() -> None:
 
 
 def said_of(t: np.ndarray, y: np.ndarray, pulse_end: float = 1e-3) -> list[str]:
-    """Doubts of a history whose times count from the end of the pulse."""
+    """Warnings for a history whose times are counted from the end of the pulse."""
     lines, fit = spectrum(t, y), fit_damped_sinusoid(t, y)
     return frequency_warnings(t + pulse_end, {
         "free_from": pulse_end, "frequency_hz": fit.frequency, "decay_rate": fit.decay, "frequency_fft_hz": lines.peak,
@@ -103,7 +103,7 @@ def said_of(t: np.ndarray, y: np.ndarray, pulse_end: float = 1e-3) -> list[str]:
     f=st.floats(8.0, 100.0), periods=st.floats(3.2, 60.0), decay=st.floats(0.0, 0.5), phase=st.floats(-3.1, 3.1),
 )  # fmt: skip
 def test_a_damped_sinusoid_of_some_periods_raises_no_doubt(f: float, periods: float, decay: float, phase: float) -> None:
-    """However strongly it is damped, which makes its line in the spectrum broad."""
+    """Also with strong damping, which broadens the line in the spectrum."""
     t = np.arange(int(20 * periods)) / (20 * f)
     assert said_of(t, signal(t, f, decay * f, 1.0, phase)) == []
 

@@ -1,4 +1,4 @@
-"""What overlaps at the start is refused, or moved apart on request."""
+"""Overlap at the start is refused, or removed on request."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_surfaces_in_space_are_refused() -> None:
 
 
 def test_a_plate_stuck_in_another_is_refused() -> None:
-    """No point of one is near the other, nor are their edges."""
+    """All points and edges of each plate are far from the other plate."""
     upright = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)
     bodies = (plate("flat"), plate("upright", position=(0.004, 0.004, 0.004), orientation=upright))
     scene = Scene(bodies=bodies, pairs=(ContactPair(first="flat", second="upright"),))
@@ -92,7 +92,7 @@ def test_a_plate_stuck_in_another_is_refused() -> None:
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
 def test_strips_as_folded_do_not_overlap(spatial: bool) -> None:
-    """Layers beside a crease do, in space as in the plane, and that is no fault."""
+    """Layers beside a crease overlap, in space as in the plane, and this is not refused."""
     strip = {
         "strip": {
             "length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": "83 deg", "segments_per_panel": 4,
@@ -113,12 +113,12 @@ def test_strips_as_folded_do_not_overlap(spatial: bool) -> None:
 
 @pytest.mark.parametrize("side", [0.0, 2e-3], ids=["plane", "space"])
 def test_two_plates_are_moved_apart(side: float) -> None:
-    """The held one stays; two free ones share the way."""
+    """The held plate remains; two free plates move by half each."""
     warnings: list[str] = []
     scene, system = compile_case(case(stacked(-0.2e-3, side), True), "", warnings)
     assert overlaps(system) == []
     assert scene.bodies[0].position == (0.0, 0.0, 0.0)
-    # a plate that sticks out to one side turns a little
+    # a plate that protrudes to one side rotates a little
     assert 1e-3 < scene.bodies[1].position[2] < 1.05e-3
     assert len(warnings) == 1
     assert warnings[0].startswith("1 pair overlapped at the start and were moved apart; the largest displacement is 0.2")
@@ -135,7 +135,7 @@ def test_nothing_is_moved_without_need() -> None:
 
 
 def test_what_cannot_be_moved_apart_is_refused() -> None:
-    """A plate between two floors that leave it less than its thickness."""
+    """A plate between two floors whose distance is less than its thickness."""
     ceiling = Obstacle(name="ceiling", shape="plane", position=(0.0, 0.0, 0.9e-3), orientation=(0.0, 1.0, 0.0, 0.0))
     scene = Scene(
         bodies=(plate("a", position=(0.0, 0.0, 0.45e-3)),),
@@ -146,7 +146,7 @@ def test_what_cannot_be_moved_apart_is_refused() -> None:
 
 
 def thrown(seed: int, count: int, spatial: bool) -> Scene:
-    """Plates thrown into a box so small that many overlap, over a floor; none stick in each other."""
+    """Plates in a box so small that many overlap, over a floor; afterwards none overlap."""
     rng = np.random.default_rng(seed)
     bodies = []
     for k in range(count):

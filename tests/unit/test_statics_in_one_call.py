@@ -29,27 +29,27 @@ def system_of(spatial, damping, in_one_call=True, *overrides):
 
 
 def in_python(system):
-    """The same system, as if something without arrays acted."""
+    """The same system, but with a placeholder that is not described by arrays."""
     system.__dict__["static_arrays"] = lambda ready: None
     return system
 
 
 def kept(monkeypatch):
-    """What `EquilibriumStep` gets from the kernel in each step."""
+    """The data that `EquilibriumStep` gets from the kernel in each step."""
     found, solve_arrays = [], EquilibriumStep._solve_arrays
     monkeypatch.setattr(EquilibriumStep, "_solve_arrays", lambda *a: found.append(s := solve_arrays(*a)) or s)
     return found
 
 
 def same(one, other):
-    """Two equilibria, to the last bit."""
+    """Two equilibria are bitwise equal."""
     return all(
         np.array_equal(getattr(one, field.name), getattr(other, field.name)) for field in dataclasses.fields(one)
     )
 
 
 def path(system):
-    """Ends of all steps, and what was counted."""
+    """Ends of all steps, and the counters."""
     motion = system.motions[0]
     settings = PathSettings(motion.time_of(0.04), motion.time_of(2e-3), rtol=1e-3)
     ends = []
@@ -76,7 +76,8 @@ def test_paths_are_the_same_to_the_last_bit(spatial, damping, monkeypatch):
 
 @KINDS
 def test_steps_from_anywhere_end_the_same(spatial, damping, monkeypatch):
-    """Found at once, in many iterations, or not: near and far, under all kinds of rules, from any efforts and last state."""
+    """Equilibria found at once, in many iterations, or not at all: from near and far, with all rules, efforts and last
+    states."""
     of_kernel = kept(monkeypatch)
     system, other = system_of(spatial, damping), system_of(spatial, damping, in_one_call=False)
     rng, (q, _) = np.random.default_rng(3), system.initial()
@@ -113,14 +114,14 @@ def test_steps_from_anywhere_end_the_same(spatial, damping, monkeypatch):
             reached = reached or moved > rules[2]
     assert {Ending.CONVERGED, Ending.ITERATIONS} <= endings
     assert {1, 2, 3} <= iterations
-    assert reached  # some came through although they were held back on the way
-    assert sum(settled is not None for settled in of_kernel) > 300  # every second is in Python
+    assert reached  # some were found although their corrections were limited
+    assert sum(settled is not None for settled in of_kernel) > 300  # every second step is computed in Python
 
 
 def test_after_one_that_superlu_had_to_take_over():
     step = EquilibriumStep(system_of(False, 0.0))
     q, _ = step.system.initial()
-    step.solver._other = lambda right: np.full(len(right), np.nan)  # what it had then
+    step.solver._other = lambda right: np.full(len(right), np.nan)  # the earlier values
     found = step.solve(0.0, q, (0.0, q))
     assert found.ending is Ending.CONVERGED
     assert np.isfinite(step.solver.solve(np.ones(step.system.nu))).all()
@@ -132,7 +133,7 @@ def test_a_singular_matrix_is_left_to_the_solver_that_says_so():
     q, _ = system.initial()
     assert EquilibriumStep(system).solve(0.0, q, (0.0, q)).ending is Ending.CONVERGED
     body = system.bodies.free[0]
-    springs._constants[(springs.bodies == body).any(axis=1), 10:13] = 0.0  # joints that hold nothing
+    springs._constants[(springs.bodies == body).any(axis=1), 10:13] = 0.0  # joints without stiffness
     assert EquilibriumStep(system).solve(0.0, q, (0.0, q)).ending is Ending.SINGULAR
 
 

@@ -1,4 +1,4 @@
-"""What a strip takes where its case is silent: contact stiffness from the material, dampers by the time of the drive."""
+"""Defaults of a strip: contact stiffness from the material, dampers from the duration of the drive."""
 
 from __future__ import annotations
 

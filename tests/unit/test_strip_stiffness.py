@@ -58,7 +58,7 @@ def test_plates_bend_with_poissons_ratio() -> None:
 
 
 def test_inertia_of_segments_is_that_of_boxes() -> None:
-    """And that of the segments of a panel, carried to its middle, is that of the panel."""
+    """And the stiffness of the segments of a panel, transformed to its middle, is that of the panel."""
     panel = [body for body in scene().bodies if body.panel == 2]
     assert len(panel) == SEGMENTS
     mass = sum(body.mass for body in panel)
@@ -101,7 +101,7 @@ def test_weight_acts_along_gravity(spatial: bool) -> None:
 @pytest.mark.parametrize("spatial", [False, True])
 @pytest.mark.parametrize("segments", [2, 3, 5])
 def test_panels_that_lie_on_each_other_have_the_stiffness_of_one_face(segments: int, spatial: bool) -> None:
-    """K d^1.5 once, though both panels probe each other."""
+    """K d^1.5 acts once, although both panels have contact points."""
     stiffness, depth, thickness = 1e7, 1e-5, 1e-3
 
     def row(name: str, count: int, height: float) -> list[Body]:

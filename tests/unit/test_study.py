@@ -1,4 +1,4 @@
-"""Studies of films: what is varied, changes against a reference, the figure, the printed comparison."""
+"""Studies of films: varied parameters, changes against a reference, the figure, and the printed comparison."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a summary advises."""
+"""Advice in a summary."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ from fsm.summary_text import summary_lines
 def warned(
     method: str, off: float, step: float | None = None, statistics: Statistics | None = None, drives: tuple[str, ...] = ()
 ) -> list[str]:
-    """Warnings of a run by a method, perhaps at a fixed step, whose balance is off by a part of what was turned over."""
+    """Warnings of a run with this method, with or without a fixed step, whose energy balance is off by a part of the
+    supplied work."""
     analysis = SimpleNamespace(
         summarise=lambda solution, statistics: {},
         warnings=lambda solution, summary: [],
@@ -106,7 +107,7 @@ every = "1 mm"
 
 
 def extrapolated(folder: Path, *overrides: str) -> tuple[list[str], Solution]:
-    """Warnings of creases beyond their data in a run of the strip, and what it left."""
+    """Warnings for creases beyond their data in a run of the strip, and the results of the run."""
     (folder / "case.toml").write_text(STRIP, encoding="utf-8")
     summary = run_case(load_case(folder / "case.toml", overrides), folder / "out", progress=False)
     found = [line for line in summary["warnings"] if "measured angles" in line]
@@ -129,7 +130,7 @@ def degrees(line: str) -> float:
 
 
 def test_creases_beyond_their_data_are_told_with_how_far(tmp_path: Path) -> None:
-    """What the pictures show, without half segments in series: opened past the end, and closed before the beginning."""
+    """The pictures show the angle without half segments in series: opened past the end, and closed before the beginning."""
     (opened, closed), solution = extrapolated(tmp_path, "strip.half_cell=false")
     assert opened.startswith("crease 1, crease 5 opened beyond the measured angles, which end at 5 deg, crease ")
     assert degrees(opened) == pytest.approx(openings(solution, 1).max() - 5.0, rel=0.01)
@@ -139,7 +140,7 @@ def test_creases_beyond_their_data_are_told_with_how_far(tmp_path: Path) -> None
 
 
 def test_half_segments_have_their_share_of_how_far(tmp_path: Path) -> None:
-    """o + M(o) f is what the segments show; M goes on straight from the last angle measured."""
+    """o + M(o) f is the angle of the segments; beyond the last measured angle M is continued linearly."""
     (_, closed), solution = extrapolated(tmp_path)
     flexibility = 0.04 / (3e9 * 0.04 * 3e-4**3 / 12.0)
     moment = 4e-4 / math.radians(3.0)  # the slope of PCHIP at the ends is near the chords'
@@ -158,7 +159,7 @@ def test_creases_within_their_data_raise_no_warning(tmp_path: Path) -> None:
     ("peak", "magnitude", "told"), [(-0.17, None, False), (-0.17, 0.3, True), (0.5, 0.3, False), (0.0, None, False)]
 )
 def test_a_run_that_only_pushes_is_told_of(peak: float, magnitude: float | None, told: bool) -> None:
-    """Without any quasi-static part a negative peak has no largest magnitude beside it: it ended in an internal error."""
+    """Without a quasi-static part a negative peak has no largest magnitude beside it: the run ended in an internal error."""
     summary = {"peak_force": peak, "peak_travel": 0.01, "peak_kind": "dynamic", "largest_magnitude": magnitude,
                "largest_magnitude_travel": None if magnitude is None else 0.02}  # fmt: skip
     lines = summary_lines(summary, Path("out"))
@@ -202,7 +203,7 @@ def test_a_strip_that_is_stretched_is_told_of(tmp_path: Path, travel: float, tol
 
 @pytest.mark.parametrize(("final", "told"), [(2.0, True), (1.999, True), (1.3, False)])
 def test_a_force_that_falls_after_the_travel_has_ended_is_not_rising(final: float, told: bool) -> None:
-    """The first of two drives ends first, with its peak, and the other one takes the load."""
+    """The first of two drives ends first, with its peak, and the other drive takes the load."""
     energy = dict.fromkeys(("panels", "creases", "kinetic"), np.zeros(3))
     solution: Any = SimpleNamespace(travel=np.array([[0.0, 0.0], [9e-3, 9e-3], [9e-3, 0.01]]), energy=energy)
     summary = {"peak_kind": "quasi-static", "peak_travel": 9e-3, "peak_force": 2.0, "final_force": final}

@@ -60,11 +60,11 @@ def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, h:
 @settings(deadline=None)  # the first call compiles
 @given(psi=st.floats(-3.1, 3.1), s1=st.floats(-1.5, 1.5), s3=st.floats(-1.5, 1.5))
 def test_measures_are_what_scipy_composes(half_way: bool, psi: float, s1: float, s3: float) -> None:
-    """The outer body's axes are those before the twist, the half-way ones those after half of it."""
+    """With axes of the outer body the rotation is swing, twist; with half-way axes it is half twist, swing, half twist."""
     swing, twist = Rotation.from_rotvec([s1, 0, s3]), Rotation.from_rotvec([0, psi, 0])
     half = Rotation.from_rotvec([0, psi / 2, 0])
     q = scalar_first(half * swing * half if half_way else swing * twist)
-    if q @ [np.cos(psi / 2), 0, np.sin(psi / 2), 0] < 0:  # the two quaternions of one rotation are a turn apart
+    if q @ [np.cos(psi / 2), 0, np.sin(psi / 2), 0] < 0:  # the two quaternions of one rotation differ by a full turn
         q = -q
     np.testing.assert_allclose(measures(q, half_way), [s1, psi, s3], atol=1e-12)
 
@@ -78,7 +78,7 @@ def test_half_way_measures_change_sign_where_the_bodies_change_places(psi: float
 
 
 def test_twist_goes_on_past_half_a_turn() -> None:
-    """A quaternion that evolves continuously carries the angle on to a whole turn either way."""
+    """A quaternion that changes continuously extends the angle to a full turn in both directions."""
     angles = np.radians(np.linspace(-350, 350, 71))
     tilt = np.array([np.cos(0.05), np.sin(0.05), 0.0, 0.0])
     for angle in angles:
@@ -118,7 +118,8 @@ def test_gradients_and_hessians(seed: int, half_way: bool) -> None:
 @HALF_WAY
 @pytest.mark.parametrize("size", [0.0, 1e-9, 1e-4, 0.05, 0.28, 0.29])
 def test_derivatives_near_zero_swing(size: float, half_way: bool) -> None:
-    """Along rotations, which is how they are used; swings from none to past the switch of the series (0.283 rad)."""
+    """At rotations only, because the functions are used only there; swings from none to beyond the switch of the series
+    (0.283 rad)."""
     q = scalar_first(Rotation.from_rotvec([0.6 * size, 0, 0.8 * size]) * Rotation.from_rotvec([0, 2.0, 0]))
 
     def moved(step: np.ndarray) -> np.ndarray:

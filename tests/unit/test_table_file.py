@@ -1,4 +1,4 @@
-"""Tables of cases: which rows are read, how they are run, what comes out."""
+"""Tables of cases: which rows are read, how they are run, and the results."""
 
 import csv
 import math
@@ -139,7 +139,7 @@ def test_a_bad_table_through_the_command_line(tmp_path):
 
 @pytest.fixture
 def fake_run(monkeypatch):
-    """Stand-in for the solver, and for the processes: the calls it got."""
+    """Stand-in for the solver and the processes: it stores its calls."""
     calls: list[tuple[str, bool]] = []
 
     def run_in_locked_folder(loaded, out, *, progress, resume):
@@ -221,7 +221,7 @@ def test_resume_runs_only_what_is_not_there_or_has_changed(tmp_path, fake_run):
     run_table(path, tmp_path / "out", resume=True, progress=False)
     assert fake_run == [("compile ahead", "planar", "statics in one kernel, planar"), ("80 high", False), ("83 low", False)]
     fake_run.clear()
-    (tmp_path / "out" / "80 low" / "summary.json").unlink()  # as if it had been cut off
+    (tmp_path / "out" / "80 low" / "summary.json").unlink()  # as after an interruption
     run_table(path, tmp_path / "out", resume=True, progress=False)
     assert fake_run == [("compile ahead", "planar", "statics in one kernel, planar"), ("80 low", True), ("83 low", False)]
     fake_run.clear()
@@ -330,7 +330,7 @@ def test_foreseen_errors_keep_their_exit_code():
 
 
 def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
-    """Here it can be, in a worker not."""
+    """This is possible here, but not in a worker."""
     where = tmp_path / "broken_work.py"
     where.write_text("def work(job): ...\n")
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -343,7 +343,8 @@ def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_workers_start_with_interrupts_held_back():
-    """Until the first job: also the first one of a process, with which Python starts another that lets interrupts in."""
+    """Until the first job, and during the first job of a process, with which Python starts another process that lets
+    interrupts through."""
     code = (
         "import signal\n"
         "from fsm import pool\n"
@@ -392,7 +393,7 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path):
 
 
 def is_running(process: int) -> bool:
-    """Whether there is such a process, and not only its exit status that nobody has asked for."""
+    """Whether such a process runs; a finished process whose exit status was not read does not count."""
     try:
         status = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
     except OSError:
@@ -402,7 +403,7 @@ def is_running(process: int) -> bool:
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
 def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path):
-    """Each worker writes what it would write into a checkpoint; nobody is left over."""
+    """Each worker writes a file in place of its checkpoint; no process remains."""
     job = (
         "import sys, time, pathlib\n"
         "pathlib.Path({0!r} + '.started').touch()\n"
@@ -421,7 +422,7 @@ def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path):
         deadline = time.monotonic() + 60
         while len(list(tmp_path.glob("*.started"))) < 2 and time.monotonic() < deadline:
             time.sleep(0.02)
-        os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: to the whole group
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: the signal goes to the whole process group
         _, errors = process.communicate(timeout=30)
     finally:
         process.kill()
@@ -431,4 +432,4 @@ def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path):
         "b.saved",
         "b.started",
     ]
-    assert errors.decode().count("Traceback") == 1  # of the parent only
+    assert errors.decode().count("Traceback") == 1  # only of the parent process

@@ -1,4 +1,4 @@
-"""Functions of time that loads are multiplied by."""
+"""Functions of time that multiply loads."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def bars(law: str, exponents: tuple[float, float] = (5.0, 1.0)) -> BarGroup:
 
 
 def between(corners: np.ndarray, stiffness: np.ndarray, rest: np.ndarray, linear_to: float = math.pi) -> FoldGroup:
-    """Linear folds between points, which start flat."""
+    """Linear folds between points; they are flat at the start."""
     data = FoldData.linear(stiffness, rest, np.zeros(len(rest)), linear_to)
     return FoldGroup(corners, np.broadcast_to(BETWEEN_POINTS, (len(rest), 3, 4)), fold_laws_of(data))
 

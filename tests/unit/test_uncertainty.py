@@ -28,7 +28,7 @@ def test_covariance_of_a_straight_line_is_the_textbook_one() -> None:
     np.testing.assert_allclose(estimate.covariance, exact, rtol=1e-12)
     np.testing.assert_allclose(np.diff(estimate.interval(), axis=1)[:, 0], 2 * 1.959964 * np.sqrt(np.diag(exact)), rtol=1e-6)
     assert estimate.correlation[0, 1] == pytest.approx(exact[0, 1] / np.sqrt(exact[0, 0] * exact[1, 1]))
-    # a scatter that is not known is that of the residuals over their degrees of freedom, two less than there are data
+    # an unknown scatter is estimated from the residuals over their degrees of freedom, which are two less than the data
     unknown = fitted(x, repeats[0])
     residuals = repeats[0] - unknown.values[0] - unknown.values[1] * x
     np.testing.assert_allclose(unknown.covariance, exact / 0.01 * np.sum(residuals**2) / (len(x) - 2), rtol=1e-9)

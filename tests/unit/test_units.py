@@ -1,4 +1,4 @@
-"""Numbers with units: every accepted spelling, every refusal, and the two unit systems."""
+"""Numbers with units: every accepted and refused notation, and the two unit systems."""
 
 import math
 import re

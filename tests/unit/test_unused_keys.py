@@ -1,4 +1,4 @@
-"""Keys that nothing would read are refused: each with its path and a remedy."""
+"""Keys that nothing would read are refused, each with its path and a remedy."""
 
 from pathlib import Path
 

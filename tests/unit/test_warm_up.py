@@ -1,4 +1,4 @@
-"""Kernels compiled ahead: all that a case takes, and once."""
+"""Kernels compiled in advance: all kernels that a case needs, each once."""
 
 import subprocess
 import sys
@@ -17,7 +17,7 @@ def test_what_is_asked_for(monkeypatch, capsys):
     monkeypatch.setattr(warm_up, "KINDS", kinds)
     warm_up.compile_ahead("ca")
     assert done == ["c", "a"]
-    assert capsys.readouterr() == ("", "")  # nothing had to be compiled
+    assert capsys.readouterr() == ("", "")  # no kernel had to be compiled
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ def test_what_is_asked_for(monkeypatch, capsys):
     ],
 )
 def test_no_kernel_is_left_for_a_run(case, overrides, tmp_path):
-    """Asked for by Python; what those call is compiled with them."""
+    """Called by Python; the kernels that they call are compiled with them."""
     code = f"""
 from pathlib import Path
 from fsm.analyses.choose import analysis_of

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from validation.benchmarks import one_thread  # first of all: before anything that loads NumPy
+from validation.benchmarks import one_thread  # this import comes first, before any import that loads NumPy
 from validation.benchmarks.broad_phase import (
     BROAD_PHASE,
     BROAD_PHASE_COLUMNS,
@@ -72,7 +72,7 @@ def _listed(parser: argparse.ArgumentParser, option: str, text: str, known: Mapp
 
 
 def problem(name: str, quick: bool) -> Problem:
-    """A scene; the small one for a quick run, with a reference that is not quite as tight."""
+    """A scene; for a quick run the small scene, whose reference has a larger tolerance."""
     if not quick:
         return PROBLEMS[name]()
     small = QUICK[name]()
@@ -80,7 +80,7 @@ def problem(name: str, quick: bool) -> Problem:
 
 
 def run_precision(chosen: argparse.Namespace, about: dict[str, str]) -> None:
-    """Work and precision; the file is brought up to date after every method."""
+    """Work and precision; the file is updated after every method."""
     for name in (name for name in chosen.scenes if name in QUICK or not chosen.quick):
         scene = problem(name, chosen.quick)
         methods = [METHODS[method] for method in chosen.methods if METHODS[method].applies(scene)]
@@ -97,7 +97,7 @@ def run_precision(chosen: argparse.Namespace, about: dict[str, str]) -> None:
 
 
 def draw_precision(chosen: argparse.Namespace) -> None:
-    """All plots of work and precision that the file has rows for, and its table."""
+    """All work-precision plots for which the file has rows, and the table."""
     known = QUICK if chosen.quick else PROBLEMS
     rows = [row for row in read(chosen.out / PRECISION) if row["scene"] in known]
     scenes = {name: problem(name, chosen.quick) for name in known if any(row["scene"] == name for row in rows)}
@@ -119,7 +119,7 @@ def run_segments(chosen: argparse.Namespace, about: dict[str, str]) -> None:
 
 
 def draw_segments(chosen: argparse.Namespace) -> None:
-    """Its plot and table."""
+    """Plot and table of the cost against the number of segments."""
     rows = read(chosen.out / SEGMENTS)
     if rows:
         plot_segments(chosen.out / "segments.png", rows)

@@ -37,7 +37,7 @@ Job = Callable[[], int]
 
 
 def _pack(angles: np.ndarray, length: float, seed: int) -> np.ndarray:
-    """Poses of segments of one length that hang together at about these angles."""
+    """Poses of equal segments that are joined at approximately these angles."""
     angles = angles + 1e-3 * np.random.default_rng(seed).normal(size=len(angles))
     axes = length * np.column_stack([np.cos(angles), -np.sin(angles)])
     ends = np.cumsum(axes, axis=0)
@@ -45,7 +45,7 @@ def _pack(angles: np.ndarray, length: float, seed: int) -> np.ndarray:
 
 
 def _windows(poses: np.ndarray, surfaces: list[np.ndarray], watched: Sequence[int], length: float, warm: bool) -> Job:
-    """Renewal of the windows: the middles of the segments of each surface watch another surface."""
+    """Renewal of the windows: the middles of the segments of each surface are probes on another surface."""
     parts = [pieces_of(bodies, np.full(len(bodies), 0.5 * length)) for bodies in surfaces]
     owners, stations = (np.ascontiguousarray(np.vstack(part)) for part in zip(*parts, strict=True))
     edges = np.cumsum([0] + [len(own) for own, _ in parts])
@@ -69,7 +69,8 @@ def _windows(poses: np.ndarray, surfaces: list[np.ndarray], watched: Sequence[in
 
 
 def folded(count: int, seed: int, spatial: bool = False, warm: bool = True, flat: float = 0.02) -> Job:
-    """Panels of 60 mm folded up, all wavy by a tenth of a radian; each watches the next one, or the one before."""
+    """Panels of 60 mm, folded up and wavy by a tenth of a radian; the points of each panel are probes on the next panel or
+    the previous one."""
     panel = np.arange(count) // (count // PANELS)
     along = 2 * np.pi * np.arange(count) / (count // PANELS)
     angles = np.where(panel % 2 == 0, flat, np.pi - flat) + 0.1 * np.cos(3 * along)
@@ -85,7 +86,7 @@ def folded(count: int, seed: int, spatial: bool = False, warm: bool = True, flat
 
 
 def rolled(count: int, seed: int) -> Job:
-    """A sheet of 60 mm rolled up in ten coils watches another one beside it."""
+    """A sheet of 60 mm, rolled up in ten coils; its points are probes on another sheet beside it."""
     turned = 20 * np.pi * np.sqrt(np.linspace(0.02, 1.0, count // 2))
     length = 0.12 / count
     one = _pack(turned, length, seed)
@@ -95,14 +96,16 @@ def rolled(count: int, seed: int) -> Job:
 
 
 def held(count: int, seed: int) -> Job:
-    """A chain of 80 mm lies on a plate of 80 mm that is one piece, and one of 1 m; both are watched and watch."""
+    """A chain of 80 mm lies on a plate of 80 mm that is one piece, and another chain on a plate of 1 m; both sides have
+    probes on each other."""
     length = 0.08 / count
     poses = np.vstack([_pack(np.zeros(count), length, seed) + [0.0, 1e-3, 0.0], [[0.04, 0.0, 0.3], [0.5, 0.0, 0.0]]])
     return _windows(poses, [np.arange(count), np.array([count, count + 1])], [1, 0], length, True)
 
 
 def _pile(count: int, seed: int, thick: int) -> tuple[PlateContacts, np.ndarray]:
-    """Plates of 20 x 15 x 1 mm turned anyhow, at `thick` heights, so close that each is in several others' boxes."""
+    """Plates of 20 x 15 x 1 mm with random orientations, at `thick` heights, so close that each plate overlaps the boxes of
+    several others."""
     rng = np.random.default_rng(seed)
     columns = int(np.ceil(np.sqrt(count / thick)))
     layer, place = np.divmod(np.arange(count), columns**2)
@@ -115,14 +118,15 @@ def _pile(count: int, seed: int, thick: int) -> tuple[PlateContacts, np.ndarray]
 
 
 def heap(count: int, seed: int, flat: bool = False) -> Job:
-    """Every plate of a pile watches every other: renewal and search, at two states so far apart that both renew."""
+    """Contact of every plate of a pile with every other plate: renewal and search, at two states that are so far apart that
+    both need a renewal."""
     contacts, here = _pile(count, seed, 1 if flat else round(count ** (1 / 3)))
     states = itertools.cycle([here, here + [3e-3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
     return lambda: len(contacts.find(next(states), 0.0).slot)
 
 
 def still_heap(count: int, seed: int) -> Job:
-    """The same at states so near each other that nothing is renewed: search, rates and gradients."""
+    """The same at two states so near each other that no renewal is needed: search, rates and gradients."""
     contacts, here = _pile(count, seed, round(count ** (1 / 3)))
     rates = np.zeros((count, 6))
 
@@ -149,7 +153,7 @@ SCENES: dict[str, Callable[[int, int], Job]] = {
 
 
 def measure_broad_phase(counts: Sequence[int], repeat: int) -> Iterator[list[Row]]:
-    """All rows so far, after every scene."""
+    """All rows so far; the file is written after every scene."""
     rows: list[Row] = []
     for scene, make in SCENES.items():
         own: list[Row] = []

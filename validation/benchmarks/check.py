@@ -1,8 +1,9 @@
-"""Do the scenes of the benchmark move as they should? Energy balance, references, laws of mechanics.
+"""Check that the scenes of the benchmark move correctly. The checks use the energy balance, references and laws of
+mechanics.
 
     python -m validation.benchmarks.check [--scenes pendulum,top]
 
-Exit code 1 if a number is off by more than allowed.
+Exit code 1 means that an error exceeds its tolerance.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from validation.benchmarks.scenes import PENDULUM_TIP, TOP_ENERGY, heavy_top, pe
 Finding = tuple[str, float, float]
 """Quantity, its error, and the bound of the error."""
 
-STRIP_PEAK = 2.0041  # validation/references.md; 10 segments per panel are 3.4 % below it
+STRIP_PEAK = 2.0041  # validation/references.md gives the converged peak; 10 segments per panel give a peak 3.4 % below it
 
 
 def solved(
@@ -39,7 +40,7 @@ def solved(
 
 def check_strip() -> Iterator[Finding]:
     _, force, energy_balance = solved(strip(10))
-    # 0.03 against 1.992 N until 2026-11-23, which was of a soft contact
+    # until 2026-11-23 the tolerance was 0.03 against 1.992 N, the peak of a soft contact
     yield "peak against the converged one", force.max() / STRIP_PEAK - 1, 0.036
     yield "energy balance", energy_balance.relative_error, 1e-5
     yield "kinetic over reference energy", energy_balance.kinetic_worst / energy_balance.turnover, 1e-3
@@ -72,7 +73,7 @@ def check_stack() -> Iterator[Finding]:
     heights = positions.reshape(len(saved), count, 2)[:, :, 1]
     stored = np.array([state.observation.energy.stored for state in saved])
     fell = stored[0] - stored
-    # until something touches, energy is kept; then only lost
+    # until the first contact the energy is constant; afterwards it only decreases
     yield "largest gain of energy between saves / loss over all", float(max(np.diff(stored).max(), 0.0) / fell[-1]), 1e-4
     yield "energy balance", energy_balance.relative_error, 1e-2
     free = heights[0] - 0.5 * 9.81 * saved[2].time ** 2
@@ -89,7 +90,7 @@ def check_roll_up() -> Iterator[Finding]:
     exact = 2 * math.pi * (np.arange(50) + 0.5) / 50
     yield "tip from the clamp / length", problem.error(tip, np.zeros((1, 2))), 1e-9
     yield "angles of the segments, rad", float(np.abs(turned - exact).max()), 1e-9
-    # M^2 L/(2 EI) = 2 pi^2, less half a cell at the free end
+    # M^2 L/(2 EI) = 2 pi^2, minus half a cell at the free end
     stored = state.observation.energy.stored / (2 * math.pi**2 * (1 - 0.5 / 50)) - 1
     yield "energy at the end", stored, 1e-9
     yield "energy balance", energy_balance.relative_error, 1e-3
@@ -106,7 +107,7 @@ CHECKS: dict[str, Callable[[], Iterator[Finding]]] = {
 
 
 def main() -> int:
-    """Run all, print a row each."""
+    """Run all checks and print a row for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", default=",".join(CHECKS))
     missed = 0

@@ -1,4 +1,5 @@
-"""Factorisation and solution of stiffness matrices, pattern known: our block LU and the libraries behind the same door."""
+"""Factorisation and solution of stiffness matrices with a known pattern: the block LU of this program, and other libraries
+with the same interface."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ AT_LEAST, MOST = 0.2, 200
 
 
 def chain(segments: int) -> BlockMatrix:
-    """Tangent stiffness of a chain in the plane, three rows a segment."""
+    """Tangent stiffness of a chain in the plane, with three rows for each segment."""
     system = compile_scene(cantilever(segments, ramp=10.0, damping=0.0), False)
     q, _ = system.initial()
     q = system.retract(q, 1e-4 * system.scales().increment * np.random.default_rng(0).standard_normal(system.nu))
@@ -36,7 +37,8 @@ def chain(segments: int) -> BlockMatrix:
 
 
 def touching_chain(segments: int) -> BlockMatrix:
-    """The same with springs between segments anywhere along it, as of contacts: pairs and directions at random."""
+    """The same chain with additional springs between random pairs of segments, like contacts; pairs and directions are
+    random."""
     alone, rng = chain(segments), np.random.default_rng(1)
     order, size = alone.pattern.order, alone.pattern.size
     pairs = rng.choice(order, size=(round(TOUCHING * segments), 2), replace=False)
@@ -58,7 +60,7 @@ def touching_chain(segments: int) -> BlockMatrix:
 
 
 def film(cells: int) -> BlockMatrix:
-    """Tangent stiffness of the tensioned film, nine rows a node."""
+    """Tangent stiffness of the tensioned film, with nine rows for each node."""
     system, _ = tensioned_film(cells)
     return system.linearise(0.0, system.start, None).stiffness
 
@@ -74,7 +76,7 @@ MATRICES: dict[str, Callable[[], BlockMatrix]] = {
 
 
 def measure_linear(names: Sequence[str] = tuple(MATRICES)) -> Iterator[Row]:
-    """A row a matrix and back end: processor time of one factorisation and solution, median, the pattern known."""
+    """One row for each matrix and back end: median processor time of a factorisation and a solution with a known pattern."""
     for name in names:
         matrix = MATRICES[name]()
         right = np.random.default_rng(2).standard_normal(matrix.order)
@@ -92,7 +94,7 @@ def measure_linear(names: Sequence[str] = tuple(MATRICES)) -> Iterator[Row]:
 
 def _times(matrix: BlockMatrix, right: np.ndarray, backend: Backend) -> list[float]:
     solver, times = LinearSolver(backend), []
-    while len(times) < 4 or (sum(times[1:]) < AT_LEAST and len(times) <= MOST):  # the first one warms up
+    while len(times) < 4 or (sum(times[1:]) < AT_LEAST and len(times) <= MOST):  # the first run is a warm-up run
         begun = time.process_time()
         solver.factorise(matrix)
         solver.solve(right)
@@ -101,7 +103,7 @@ def _times(matrix: BlockMatrix, right: np.ndarray, backend: Backend) -> list[flo
 
 
 def linear_table(rows: Sequence[Row]) -> str:
-    """Times in ms, a line a matrix, in Markdown; back ends that are not installed are left out."""
+    """Times in ms, with one line for each matrix, in Markdown; back ends that are not installed are omitted."""
     backends = list(dict.fromkeys(row["backend"] for row in rows if row["time_s"]))
     lines = ["| matrix | rows | " + " | ".join(backends) + " |", "|---" * (len(backends) + 2) + "|"]
     for name, order in dict.fromkeys((row["matrix"], row["rows"]) for row in rows):

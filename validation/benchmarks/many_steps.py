@@ -1,11 +1,11 @@
-"""Dynamics by generalized-alpha with fixed steps: many steps in one kernel, and step by step in Python, in turn.
+"""Dynamics by generalized-alpha with fixed steps: many steps in one kernel, and step by step in Python; the runs alternate.
 
     python -m validation.benchmarks.many_steps [--steps 2000] [--repeat 5]
 
-Chains of bodies that swing, in the plane and in space, with a load that varies, or moved at the first body; the heavy top of
-`validation.peers`; balls, plates and a strip in contact; shipped cases with films, cables and beams, by the mean-force
-method with error control. Processor time a step, medians, kernels compiled. Energies, and forces of drives and contacts,
-are accounted for at each step in both.
+The models are: chains of bodies that swing in the plane and in space, with a varying load, or moved at the first body; the
+heavy top of `validation.peers`; balls, plates and a strip in contact; shipped cases with films, cables and beams, by the
+mean-force method with error control. The results are median processor times of a step with compiled kernels. Both variants
+compute the energies, and the forces of drives and contacts, at each step.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ DRIVE = Drive(body="0", travel=0.01, time=Cycle(kind="cycle", period=0.1, cycles
 def chain(
     count: int, spatial: bool, loads: tuple[Load, ...] = (), drives: tuple[Drive, ...] = ()
 ) -> SegmentSystem:
-    """Bars of .1 m on damped springs, released as a straight line; the first one on the ground, or driven."""
+    """Bars of 0.1 m on damped springs, released as a straight line; the first bar is joined to the ground, or driven."""
     bodies, elements = [], []
     for i in range(count):
         bodies.append(Body(name=f"{i}", mass=0.1, inertia=(1e-5, 8e-5, 8e-5), position=(0.1 * i + 0.05, 0.0, 0.0)))
@@ -130,14 +130,14 @@ MADE |= {name: partial(joined, name) for name in JOINED}
 
 
 def systems(name: str) -> list[SegmentSystem]:
-    """The same system twice, the first without its arrays."""
+    """The same system twice; the first copy has no arrays."""
     both = [MADE[name](), MADE[name]()]
     both[0].__dict__["arrays"] = lambda ready: None
     return both
 
 
 def main() -> int:
-    """Run all, print a row each."""
+    """Run all models and print a row for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--only", nargs="+", choices=list(MADE), default=list(MADE))

@@ -1,4 +1,4 @@
-"""Peak memory of a few jobs, each in a process of its own: `python -m validation.benchmarks.memory JOB` prints it in MB."""
+"""Peak memory of a few jobs, each in a separate process: `python -m validation.benchmarks.memory JOB` prints it in MB."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from validation.benchmarks.segments import newton_iterations, time_steps
 
 try:
     import resource
-except ImportError:  # Windows has no such count
+except ImportError:  # Windows does not provide this number
     resource = None  # type: ignore[assignment]
 
 __all__ = ["measure_memory", "peak"]
@@ -37,9 +37,10 @@ JOBS: dict[str, Callable[[], object]] = {
 
 
 def peak() -> float:
-    """Largest resident size of this process so far, MB; nan where it cannot be known.
+    """Largest resident size of this process so far, MB; nan if it is not available.
 
-    Linux hands `ru_maxrss` down: what a large process has started counts that one's size as its own. `VmHWM` is its own.
+    On Linux a process inherits `ru_maxrss`: the value of a process that a large process has started includes the size of
+    that process. `VmHWM` belongs to the process alone.
     """
     status = Path("/proc/self/status")
     if status.is_file():
@@ -48,7 +49,7 @@ def peak() -> float:
             return 1024.0 * float(held[0]) / 1e6
     if resource is None:
         return float("nan")
-    unit = 1.0 if sys.platform == "darwin" else 1024.0  # bytes there, KiB elsewhere
+    unit = 1.0 if sys.platform == "darwin" else 1024.0  # bytes on macOS, KiB on other systems
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 

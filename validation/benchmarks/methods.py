@@ -1,4 +1,4 @@
-"""The solvers that are compared. A new one is one line in `METHODS`."""
+"""The solvers that are compared. A new solver is one line in `METHODS`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Solve = Callable[[SegmentSystem, Problem, float, OnSave, OnStep], tuple[Statisti
 
 
 class TooSlow(Exception):
-    """A run has taken its time and is not at the end."""
+    """The time limit of a run has passed before its end."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,11 @@ class Method:
 
     Attributes
     ----------
-    name : of the curve, and for `--methods`
-    solve : integrates or follows a system to the problem's end at a tolerance, handing over saved states and steps
-    applies : whether it can answer the problem's question
-    tolerances : from loose to tight; those tighter than the problem's `tightest` are left out
+    name : name of the method in figures and for `--methods`
+    solve : function that integrates or follows a system to the end of the problem at a given tolerance, and passes on saved
+    states and steps
+    applies : function that tells whether the method can solve a problem
+    tolerances : from large to small; tolerances below the problem's `tightest` are skipped
     """
 
     name: str
@@ -62,12 +63,12 @@ class Method:
     tolerances: tuple[float, ...] = TOLERANCES
 
     def run(self, problem: Problem, tolerance: float, limit: float = math.inf) -> Run:
-        """One run, again if a kernel had to be compiled during it.
+        """One run, which is repeated if a kernel had to be compiled during it.
 
         Raises
         ------
         TooSlow
-            After `limit` seconds of processor time; seen at the end of a step.
+            The limit of `limit` seconds of processor time has passed; the limit is checked at the end of each step.
         """
         while True:
             compiled = jit.compile_time()
@@ -80,7 +81,7 @@ class Method:
         short = replace(problem, times=(1e-3 * problem.end_time,))
         try:
             self._once(short, self.tolerances[0], limit=10.0)
-        except Exception:  # what it fails of, the run itself will tell
+        except Exception:  # if this fails, the measured run reports the failure
             return
 
     def _once(self, problem: Problem, tolerance: float, limit: float) -> Run:
@@ -117,7 +118,7 @@ def integrator(name: str, tolerances: tuple[float, ...] = TOLERANCES) -> Method:
 
 
 def follower(tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)) -> Method:
-    """The quasi-static path follower; scenes whose question is a static one."""
+    """The quasi-static path follower; it applies to static problems."""
 
     def solve(
         system: SegmentSystem, problem: Problem, tolerance: float, on_save: OnSave, on_step: OnStep
@@ -136,7 +137,7 @@ METHODS: dict[str, Method] = {
         integrator("LSODA"),
         integrator("generalized-alpha"),
         follower(),
-        # new solvers go here, for example integrator("Radau (structured)")
+        # new solvers are added here, for example integrator("Radau (structured)")
     )
 }
 """All methods by name, in the order of the colours."""

@@ -2,8 +2,8 @@
 
     python -m validation.benchmarks.one_call [--segments 4 10 20] [--repeat 200]
 
-Times of one path, 0 to 40 mm in 7 steps, kernels compiled: medians and the shortest; results are the same to the last bit.
-With an empty folder of compiled kernels (`NUMBA_CACHE_DIR`) it says what they take to be compiled, too.
+Times of one path, 0 to 40 mm in 7 steps, with compiled kernels: median and shortest time; the results agree to the last bit.
+With an empty folder of compiled kernels (`NUMBA_CACHE_DIR`) it also prints the compile times.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ALONE = ("kernel by kernel", "in one call")
 
 
 def systems(segments: int, spatial: bool, damping: float) -> list[SegmentSystem]:
-    """The same strip twice, the first as if something else than springs acted on it."""
+    """The same strip twice; the first copy is solved in Python, as if it had elements other than springs."""
     case = strip_case(segments, spatial=spatial, overrides=(f"material.damping={damping}",))
     both = [compile_case(case)[1] for _ in ALONE]
     both[0].__dict__["static_arrays"] = lambda ready: None
@@ -34,7 +34,7 @@ def systems(segments: int, spatial: bool, damping: float) -> list[SegmentSystem]
 
 
 def main() -> int:
-    """Run all, print a row each."""
+    """Run all and print a row for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--segments", type=int, nargs="+", default=[4, 10, 20], help="segments per panel")
     parser.add_argument("--repeat", type=int, default=200, help="paths of each, after one that compiles")

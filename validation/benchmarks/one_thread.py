@@ -1,4 +1,5 @@
-"""One thread for everything. To be imported before NumPy, whose libraries read these once, when they are loaded."""
+"""Limits all libraries to one thread. This module must be imported before NumPy, because the libraries read these variables
+only when they are loaded."""
 
 from __future__ import annotations
 

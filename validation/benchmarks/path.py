@@ -29,7 +29,7 @@ FIRST = 200
 
 
 def strip(segments: int, spatial: bool) -> SegmentSystem:
-    """All pairs of panels may touch."""
+    """All pairs of panels have contact."""
     overrides = [
         f"strip.segments_per_panel={segments}",
         f'drive.0.travel="{TRAVEL}"',
@@ -40,7 +40,7 @@ def strip(segments: int, spatial: bool) -> SegmentSystem:
 
 
 def main() -> int:
-    """Run all, print a row each."""
+    """Run all and print a row for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--segments", type=int, nargs="+", default=[20, 40], help="segments per panel")
     parser.add_argument("--repeat", type=int, default=5, help="runs that a time is the median of, after one that warms up")

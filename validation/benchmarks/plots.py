@@ -23,7 +23,7 @@ SMALLEST = 1e-16
 
 
 def plot_scene(path: Path, rows: Sequence[Row], title: str, measure: str, methods: Sequence[str]) -> None:
-    """Error against time of one scene; `methods` in the order of their colours."""
+    """Error against time for one scene; `methods` is in the order of their colours."""
     with figure(path, SINGLE) as fig:
         axes = fig.add_subplot()
         _draw(axes, rows, methods)
@@ -32,7 +32,7 @@ def plot_scene(path: Path, rows: Sequence[Row], title: str, measure: str, method
 
 
 def plot_all_scenes(path: Path, rows: Sequence[Row], titles: Mapping[str, str], methods: Sequence[str]) -> None:
-    """All scenes on one page."""
+    """All scenes on one sheet."""
     scenes = [name for name in titles if any(row["scene"] == name for row in rows)]
     columns = min(3, max(1, len(scenes)))
     lines = math.ceil(len(scenes) / columns)
@@ -49,7 +49,7 @@ def plot_all_scenes(path: Path, rows: Sequence[Row], titles: Mapping[str, str], 
 
 
 def _draw(axes: Axes, rows: Sequence[Row], methods: Sequence[str]) -> None:
-    """A line a method through its tolerances; those without a result are counted in the legend."""
+    """One line for each method through its tolerances; the legend counts the tolerances without a result."""
     for number, method in enumerate(methods):
         own = [row for row in rows if row["method"] == method]
         done = sorted(
@@ -71,7 +71,7 @@ def _draw(axes: Axes, rows: Sequence[Row], methods: Sequence[str]) -> None:
         )
     axes.set(xscale="log", yscale="log")
     low, high = axes.get_xlim()
-    if high < _FEW_DECADES * low:  # a label a decade says too little, one at every tick is one over the other
+    if high < _FEW_DECADES * low:  # one label a decade is too few, and labels at every tick would overlap
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -98,4 +98,5 @@ def plot_segments(path: Path, rows: Sequence[Row]) -> None:
             if k == 0:
                 axes.set_ylabel("time (ms)")
             axes.grid(True, which="major", color=GREY, alpha=0.25, linewidth=0.5)
-            axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.15), fontsize=6.5)  # as many lines as leave no room within
+            # there are so many lines that the legend has no room inside
+            axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.15), fontsize=6.5)

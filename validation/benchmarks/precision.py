@@ -1,4 +1,4 @@
-"""Work and precision: every method on every scene at every tolerance, kept in one CSV file."""
+"""Work and precision: every method on every scene at every tolerance; the results are stored in one CSV file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def say(text: str) -> None:
 
 
 def reference(problem: Problem, folder: Path, renew: bool = False) -> np.ndarray:
-    """The reference of a problem; a tight one is kept in a file under what it depends on."""
+    """Reference of a problem; a computed reference is stored in a file under a digest of its inputs."""
     tight = problem.reference
     if not isinstance(tight, Tight):
         return tight
@@ -56,7 +56,7 @@ def measure(
     repeat: int,
     limit: float,
 ) -> list[Row]:
-    """A row for each tolerance, from loose to tight; after one that took too long the tighter ones are skipped."""
+    """One row for each tolerance, from large to small; after a run that took too long, smaller tolerances are skipped."""
     rows: list[Row] = []
     method.warm_up(problem)
     slow = ""
@@ -79,7 +79,7 @@ def measure(
 def _outcome(
     problem: Problem, method: Method, expected: np.ndarray, tolerance: float, repeat: int, limit: float
 ) -> Row:
-    """Status, error and time of one tolerance. A failure of any kind is a result here, and is printed."""
+    """Status, error and time of one tolerance. A failure of any kind counts as a result, and is printed."""
     runs: list[Run] = []
     try:
         while len(runs) < repeat and sum(run.seconds for run in runs) < ENOUGH:
@@ -88,7 +88,7 @@ def _outcome(
         return {"status": "too slow", "message": str(error)}
     except FsmError as error:
         return {"status": "failed", "message": str(error)}
-    except Exception as error:  # a solver that is not ready fails like one that cannot
+    except Exception as error:  # an unfinished solver fails in the same way as an unsuitable one
         return {"status": "failed", "message": f"{type(error).__name__}: {error}"}
     last = runs[-1]
     return {
@@ -104,7 +104,7 @@ def _outcome(
 
 
 def read(path: Path) -> list[Row]:
-    """Rows of an earlier run; none if there was none."""
+    """Rows of an earlier run; an empty list if there was no earlier run."""
     if not path.is_file():
         return []
     with path.open(encoding="utf-8", newline="") as file:
@@ -119,7 +119,8 @@ def write(path: Path, new: Sequence[Row], about: dict[str, str]) -> None:
 
 
 def write_rows(path: Path, columns: Sequence[str], rows: Sequence[Row], about: dict[str, str]) -> None:
-    """A whole file of rows, each with the machine it was measured on; rows that name one keep it."""
+    """Complete file of rows, each with the machine on which it was measured; rows that already name a machine keep this
+    name."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(".part")
     with partial.open("w", encoding="utf-8", newline="") as file:
@@ -130,7 +131,7 @@ def write_rows(path: Path, columns: Sequence[str], rows: Sequence[Row], about: d
 
 
 def precision_table(rows: Sequence[Row], targets: Sequence[float] = (1e-2, 1e-3, 1e-4, 1e-6)) -> str:
-    """Shortest time (s) to an error no larger than each target, in Markdown; how often a method failed or was too slow."""
+    """Shortest time (s) to an error no larger than each target, in Markdown, with the number of failed and slow runs."""
     lines = [
         "| scene | method | "
         + " | ".join(f"s to {target:g}" for target in targets)

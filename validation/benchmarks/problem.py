@@ -18,7 +18,7 @@ __all__ = ["Problem", "Tight"]
 
 @dataclass(frozen=True)
 class Tight:
-    """A reference that is the same discrete system solved tightly: SciPy method and relative tolerance."""
+    """Reference that is the same discrete system solved at a small tolerance: SciPy method and relative tolerance."""
 
     method: str
     rtol: float
@@ -30,16 +30,17 @@ class Problem:
 
     Attributes
     ----------
-    name : of files, and for `--scenes`
-    title : of its plot
-    measure : what the error is, for the axis
-    scene, spatial : what is compiled, and whether with six degrees of freedom a body in any case
-    times : increasing times that are saved, s; the last one is the end
-    sample : numbers taken from one saved state
-    error : of all samples (one row a time) against the reference
-    reference : rows as the samples, or how to make them
-    static : whether a quasi-static path follower answers the same question
-    tightest : smallest tolerance worth asking for: well above the reference's own, or where its error is reached
+    name : name in files, and for `--scenes`
+    title : title of its plot
+    measure : description of the error, for the axis
+    scene, spatial : the scene, and whether each body has six degrees of freedom in any case
+    times : increasing times at which states are saved, s; the last time is the end
+    sample : function that takes the compared numbers from one saved state
+    error : function of all samples (one row for each time) and the reference
+    reference : rows like the samples, or a function that computes them
+    static : whether a quasi-static path follower can solve the problem
+    tightest : smallest useful tolerance: well above the tolerance of the reference, or the tolerance at which the error of
+    the reference is reached
     """
 
     name: str
@@ -60,7 +61,7 @@ class Problem:
         return self.times[-1]
 
     def system(self) -> SegmentSystem:
-        """A new system; systems keep what they found out about contacts, so each run takes its own."""
+        """A new system; each run has a separate system, because systems store data of the contact search."""
         return compile_scene(self.scene, self.spatial)
 
     def digest(self) -> str:

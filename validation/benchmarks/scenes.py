@@ -1,4 +1,4 @@
-"""The scenes of the benchmark, one function each; README.md says what they are for."""
+"""Scenes of the benchmark, one function each; README.md states their purposes."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _over_peak(values: np.ndarray, reference: np.ndarray) -> float:
 
 
 def _distance(length: float) -> Callable[[np.ndarray, np.ndarray], float]:
-    """Root mean square, over rows, of the distance between rows of coordinates; over a length."""
+    """Root mean square, over rows, of the distance between corresponding points, relative to a length."""
 
     def error(values: np.ndarray, reference: np.ndarray) -> float:
         return float(np.sqrt(np.mean(np.sum((values - reference) ** 2, axis=1))) / length)
@@ -112,7 +112,7 @@ def strip(segments: int = 10, travel: float = 0.04, spatial: bool = False) -> Pr
 
 
 def strip_in_space(segments: int = 5, travel: float = 0.02) -> Problem:
-    """The same in space, coarser and shorter: well into contact (from 5 mm on)."""
+    """The same strip in space with fewer segments and a shorter travel, which extends well into contact (from 5 mm on)."""
     return strip(segments, travel, spatial=True)
 
 
@@ -120,7 +120,7 @@ def pendulum(count: int = 20) -> Problem:
     """A soft bar, hinged at one end, falls from the horizontal."""
     length, area, inertia, density, young, poisson = 1.2, 0.0018, 1.215e-8, 5540.0, 0.7e6, 0.3
     piece = length / count
-    width, thickness = 0.2, 0.009  # the rectangle of that area and second moment
+    width, thickness = 0.2, 0.009  # sides of the rectangle with this area and second moment
     plate = Plate(length=piece, width=width, thickness=thickness)
     mass = density * area * piece
     squares = np.array([piece, width, thickness]) ** 2
@@ -130,7 +130,7 @@ def pendulum(count: int = 20) -> Problem:
         "translation": (young * area / piece, shear, shear),
         "rotation": (0.0, young * inertia / piece, 0.0),
     }
-    # a hinge: nothing turns with it, so the half cell at it is stiff in translation alone
+    # the bar has a hinge here, so the half cell beside it is stiff in translation only
     hinge = {"translation": tuple(2 * k for k in joint["translation"])}
     scene = Scene(
         bodies=tuple(
@@ -179,9 +179,9 @@ def heavy_top(end: float = 1.0) -> Problem:
 
 
 def stack(count: int = 4) -> Problem:
-    """Plates dropped one above the other on a held plate: they bounce, rub, and come to rest on each other.
+    """Plates that are dropped one above the other on a held plate; they bounce, slide, and come to rest on each other.
 
-    They start tilted to alternate sides and slide apart, so that edges meet first and friction has work to do.
+    They start with alternating tilts and slide apart, so that edges touch first and friction does work.
     """
     length, width, thickness, mass, clearance = 0.1, 0.04, 2e-3, 0.02, 4e-3
     squares = np.array([length, width, thickness]) ** 2
@@ -224,7 +224,7 @@ def stack(count: int = 4) -> Problem:
         scene=scene,
         times=tuple(float(t) for t in np.linspace(0.0, 0.2, 41)),
         sample=lambda saved: saved.q.reshape(-1, 3)[:, :2].ravel(),
-        error=_distance(length * math.sqrt(count)),  # of all plates: root mean square over them too
+        error=_distance(length * math.sqrt(count)),  # the root mean square also runs over all plates
         reference=Tight("Radau", 1e-9),
         tightest=1e-7,
     )
@@ -237,8 +237,8 @@ def cantilever(count: int, ramp: float, damping: float, slenderness: float = 100
     ----------
     count : segments
     ramp : s
-    damping : time of Kelvin and Voigt, s
-    slenderness : length over thickness, which says how stiff it is in tension and shear
+    damping : Kelvin-Voigt time, s
+    slenderness : length over thickness, which determines the stiffness in tension and shear
     """
     piece = 1.0 / count
     stretch = 12.0 * slenderness**2
@@ -256,7 +256,7 @@ def cantilever(count: int, ramp: float, damping: float, slenderness: float = 100
     )
     elements = []
     for i in range(count):
-        flexible = piece if i else piece / 2  # the half cell at the clamp
+        flexible = piece if i else piece / 2  # this is the half cell at the clamp
         translation = (stretch / flexible, 0.3 * stretch / flexible, 0.3 * stretch / flexible)
         rotation = (1 / flexible,) * 3
         elements.append(
@@ -277,9 +277,9 @@ def cantilever(count: int, ramp: float, damping: float, slenderness: float = 100
 
 
 def roll_up(count: int = 200) -> Problem:
-    """A cantilever rolls up into a circle, in 10 s; in 15 s more what still moves has died down.
+    """A cantilever rolls up into a circle in 10 s; in 15 s more the remaining motion decays.
 
-    The first mode (3.5 rad/s when straight) has half of critical damping, faster ones have more.
+    The first mode (3.5 rad/s for the straight cantilever) has half of the critical damping, and faster modes have more.
     """
     return Problem(
         name="roll_up",

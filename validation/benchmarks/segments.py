@@ -40,7 +40,7 @@ CLOSED = 90.05
 
 
 class _Enough(Exception):
-    """As many steps as are wanted."""
+    """As many steps as requested."""
 
 
 def _chain(count: int) -> Scene:
@@ -60,7 +60,8 @@ SCENES: dict[str, tuple[Callable[[int], Scene], bool, int]] = {
 
 
 def measure_segments(counts: Sequence[int], methods: Sequence[str], repeat: int, limit: float) -> Iterator[list[Row]]:
-    """All rows so far, after every scene and count; what takes longer than `limit` (s) is not tried with more segments."""
+    """All rows so far, written after every scene and count; if a run takes longer than `limit` (s), larger numbers of
+    segments are skipped."""
     rows: list[Row] = []
     for scene, (make, spatial, smallest) in SCENES.items():
         over: set[str] = set()
@@ -75,7 +76,7 @@ def measure_segments(counts: Sequence[int], methods: Sequence[str], repeat: int,
 
 
 def _clocks(methods: Sequence[str]) -> dict[str, Callable[[SegmentSystem, int], list[float]]]:
-    """Everything that is timed, by name."""
+    """All measured times by name."""
 
     def iteration(backend: Backend) -> Callable[[SegmentSystem, int], list[float]]:
         return lambda system, repeat: newton_iterations(system, backend, repeat)
@@ -110,9 +111,10 @@ def _row(
 
 
 def newton_iterations(system: SegmentSystem, backend: Backend, repeat: int) -> list[float]:
-    """Processor times of force, tangents, factors and solution; the pattern is known, as in all iterations but the first."""
+    """Processor times of force, tangents, factorisation and solution; the pattern is known, as in all iterations except the
+    first."""
     q, _ = system.initial()
-    # not quite as it starts, so that nothing vanishes by symmetry
+    # the state is slightly different from the initial state, so that no entry is zero by symmetry
     q = system.retract(q, 1e-4 * system.scales().increment * np.random.default_rng(0).standard_normal(system.nu))
     solver, times = LinearSolver(backend), []
     for _ in range(max(5, repeat) + 1):
@@ -125,7 +127,7 @@ def newton_iterations(system: SegmentSystem, backend: Backend, repeat: int) -> l
 
 
 def time_steps(system: SegmentSystem, method: str) -> list[float]:
-    """Processor times of time steps with all that belongs to them: Jacobians, factors, rejections, the energy balance."""
+    """Processor times of complete time steps: Jacobians, factorisations, rejections and the energy balance."""
     if method == "LSODA" and not system.fixed_pattern and system.nq + system.nu > LARGEST_DENSE:
         raise ValueError(f"no band where bodies can meet: a full matrix of {system.nq + system.nu} rows")
     ends: list[float] = []
@@ -139,12 +141,12 @@ def time_steps(system: SegmentSystem, method: str) -> list[float]:
     with suppress(_Enough):
         simulate(system, Settings(method, RTOL, end), [], lambda saved: None, count)
     steps = np.diff(ends[SETTLING:])
-    # a step that renews the matrices costs many times one that does not: what counts is the mean
+    # a step that computes new matrices takes many times as long as other steps, so the mean is used
     return [float(np.mean(steps))]
 
 
 def contact_forces(system: SegmentSystem, repeat: int) -> list[float]:
-    """Processor times of contacts alone, found, measured, with their forces and tangents, where all faces touch."""
+    """Processor times of contacts alone (search, measures, forces and tangents) in a state in which all faces touch."""
     poses, rates = closed(system), np.zeros(system.bodies.rate.shape)
     dof = np.full(len(poses), -1, dtype=np.int64)
     dof[system.bodies.free] = np.arange(system.n_free)
@@ -152,7 +154,7 @@ def contact_forces(system: SegmentSystem, repeat: int) -> list[float]:
     times = []
     for _ in range(max(5, repeat) + 1):
         sums = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
-        here = poses.copy()  # of the very same array the contacts would be remembered
+        here = poses.copy()  # for the identical array, the contacts would come from the cache
         begun = time.process_time()
         for group in system.contacts:
             group.add_linearised(0.0, here, rates, pattern, *sums)
@@ -161,7 +163,7 @@ def contact_forces(system: SegmentSystem, repeat: int) -> list[float]:
 
 
 def contact_renewal(system: SegmentSystem, repeat: int) -> list[float]:
-    """Processor times of the broad phase when everything has moved by its margin."""
+    """Processor times of the broad phase after every body has moved by its margin."""
     poses, times = closed(system), []
     for _ in range(max(5, repeat) + 1):
         begun = time.process_time()
@@ -174,7 +176,7 @@ def contact_renewal(system: SegmentSystem, repeat: int) -> list[float]:
 
 
 def closed(system: SegmentSystem) -> np.ndarray:
-    """Poses of the folded strip in the plane, closed until all neighbours lie in each other by a little."""
+    """Poses of the folded strip in the plane, closed so far that all neighbouring panels overlap slightly."""
     poses, _ = system.place(0.0, system.initial()[0], None)
     poses, turned = poses.copy(), np.abs(poses[:, 2]) > 0.1
     fold = float(np.abs(poses[turned, 2]).max())

@@ -70,7 +70,7 @@ def orders(pattern: BlockPattern, cells: int) -> dict[str, np.ndarray]:
 
 
 def seconds(job: Callable[[], Any], repeat: int) -> float:
-    """Shortest processor time of several runs after a first run."""
+    """Shortest processor time of several runs after a warm-up run."""
     job()
     times = []
     while len(times) < repeat and sum(times) < SLOW:

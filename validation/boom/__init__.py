@@ -1,1 +1,1 @@
-"""Tape springs against the theory of their moments, and beside CalculiX."""
+"""Tape springs, compared with the theory of their moments and with CalculiX."""

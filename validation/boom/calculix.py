@@ -71,7 +71,7 @@ def moments(folder: Path, mesh: tuple[int, int], turn: float, sense: float = 1.0
     one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     subprocess.run(
         ["ccx", "-i", "tape"], cwd=folder, env=os.environ | one, capture_output=True, timeout=_LIMIT, check=False
-    )  # ends with an error at the peak, beyond which a turn has no equilibrium nearby
+    )  # CalculiX ends with an error at the peak, beyond which no equilibrium is near
     turns, energies = [0.0], [0.0]
     lines = iter((folder / "tape.dat").read_text().splitlines())
     for line in lines:

@@ -56,7 +56,7 @@ def fold_radius(folder: Path) -> float:
 
 
 def steady(place: Place) -> Iterator[Check | NotCompared]:
-    """Moment of a growing fold in opposite sense: work over turn from 34 to 60 degrees of each end."""
+    """Moment of a growing fold in opposite sense: work divided by turn, for turns of each end from 34 to 60 degrees."""
     folder = place.out / "opposite"
     turn, moment, summary, text = bent(folder, tape_spring(TURN, (60, 14), 1.0, 0.12))
     simple, layers = STEEL.steady(1.0), STEEL.steady(1.0) * (1.0 - STEEL.edge_layer(1.0))
@@ -85,7 +85,7 @@ def _middle_line(shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def peak(place: Place) -> Iterator[Check | NotCompared]:
-    """Moment before the snap in opposite sense, its peak, and the turn at the snap, beside S8R shells of CalculiX."""
+    """Moment before the snap in opposite sense, its peak, and the turn at the snap, compared with S8R shells of CalculiX."""
     source = "CalculiX, S8R shells, the same run"
     if shutil.which("ccx") is None:
         yield NotCompared("peak moment and snap", source, "CalculiX (`ccx`) is not installed")

@@ -29,8 +29,8 @@ class Tape(NamedTuple):
     def steady(self, sense: float) -> float:
         """Moment of a long fold, (1 +- nu) D a, N m: opposite sense (1) or equal sense (-1).
 
-        The fold is a cylinder about an axis across the tape with the radius of the section. An additional turn makes it
-        longer (Wuest, 1954; Seffen and Pellegrino, 1999).
+        The fold is a cylinder about an axis across the tape with the radius of the section. An additional turn makes the
+        fold longer (Wuest, 1954; Seffen and Pellegrino, 1999).
         """
         return (1.0 + sense * NU) * self.plate * self.angle
 
@@ -39,7 +39,7 @@ class Tape(NamedTuple):
 
         The flattened cylinder has the moment D (1 +- nu)/R across the tape, which is zero at a free edge. The layer is a
         beam on an elastic foundation E t/R^2 with the decay length l = (4 D R^2/(E t))^(1/4). Both edges release the energy
-        D (1 +- nu)^2 l/R^2 per length. The fold without them has D (1 +- nu) a/R, so its relative loss is
+        D (1 +- nu)^2 l/R^2 per length. Without these layers the fold has the moment D (1 +- nu) a/R, so the relative loss is
         (1 +- nu) l/(R a).
         """
         decay = (4.0 * self.plate * RADIUS**2 / (YOUNG * self.thickness)) ** 0.25
@@ -55,7 +55,7 @@ def tape_spring(
 ) -> dict[str, Any]:
     """Case of half of a tape spring whose end turns by `turn` (rad), in opposite sense (1) or in equal sense (-1).
 
-    `length` (m) is that of the half, `mesh` has the cells along and across.
+    `length` (m) is the length of the half, and `mesh` gives the numbers of cells along and across.
     """
     middle = [[-1e-6, -1e-6, -1e-6], [1e-6, 1e-6, 1e-6]]
     sheet = {

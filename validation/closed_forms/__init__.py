@@ -1,1 +1,1 @@
-"""Cases with an exact or converged answer, each computed through the public parts of the program."""
+"""Cases with an exact or converged solution, each computed through the public interface of the program."""

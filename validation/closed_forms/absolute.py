@@ -40,7 +40,8 @@ CONVERGED = "converged, computed independently (validation/references.md)"
 
 
 def cable(place: Place) -> Iterator[Check]:
-    """ANCF cable as a cantilever, against the elastica, a published value of one element, and rolled up by a moment."""
+    """ANCF cable as a cantilever, compared with the elastica and with a published value of one element, and rolled up by a
+    moment."""
     counts = (2, 4, 8, 16, 32)
     errors = [float(np.linalg.norm(cable_cantilever(n) - CABLE)) / LENGTH for n in counts]
     slopes = convergence(place.out / "order.png", counts, {"tip": errors}, 4, x="elements", y="error of the tip / length")

@@ -56,7 +56,7 @@ def cable_cantilever(elements: int, engineering: bool = True, load: float = 3.0,
 
 
 class EndMoment:
-    """A couple M about y at the slope of a tip: forces M (y x r')/|r'|^2 on it, which follow."""
+    """A couple M about y at the slope of a tip: follower forces M (y x r')/|r'|^2 on this slope."""
 
     name = "moment"
     rate_dependent = False
@@ -99,7 +99,7 @@ def rolled_up(elements: int = 16, steps: int = 24) -> np.ndarray:
     for step in range(1, steps + 1):
         moment = EndMoment(tip + 3, whole * step / steps)
         system = AncfSystem(replace(mesh, groups=(*mesh.groups, moment)))  # type: ignore[arg-type]
-        if step > 1:  # bend all a little more, as a circle would
+        if step > 1:  # all nodes are bent a little more, towards a circle
             angle = 2 * math.pi * step / steps * np.linspace(0, 1, elements + 1)
             radius = LENGTH * steps / (2 * math.pi * step)
             nodes = q.reshape(-1, 6).copy()
@@ -117,7 +117,7 @@ def string_ratio(ratio: float, elements: int = 8) -> float:
     builder = MeshBuilder(size=6)
     middle = np.array([length / 2, 0, 0])
     left = builder.cable(np.zeros(3), middle, material, elements)
-    # a slope of its own on either side of the mass, where the string has a kink
+    # the mass has a separate slope on each side, because the string has a kink there
     right = builder.cable(middle, 2 * middle, material, elements, start_position=int(left[-1, 0]))
     builder.hold(left[0, 0])
     builder.hold(right[-1, 0], (1, 2))
@@ -141,7 +141,7 @@ def plate_modes(n: int, clamped: bool, count: int = 4) -> np.ndarray:
     """omega a^2 sqrt(rho h/D) of a square plate, nu = 0.3, on n x n cells, hinged or clamped all around."""
     side, young, poisson, density, thickness = 0.3, 7e10, 0.3, 2700.0, 1e-3
     material = FilmMaterial(young, poisson, density, thickness)
-    rigidity = young * thickness**3 / (12 * (1 - poisson**2))  # computed here, to check the program
+    rigidity = young * thickness**3 / (12 * (1 - poisson**2))  # this value was computed by this program, to detect changes
     builder = MeshBuilder()
     lines = np.linspace(0.0, side, n + 1)
     grid = builder.film(lines, lines, (material,))
@@ -182,7 +182,7 @@ def deep_cantilever(
 def pendulum_cable(elements: int) -> tuple[AncfSystem, int]:
     """The flexible pendulum and the position at its tip.
 
-    L = 1.2, A = .0018, I = 1.215e-8, rho = 5540, E = .7e6, g = 9.81, pinned at the origin, released horizontal.
+    L = 1.2, A = .0018, I = 1.215e-8, rho = 5540, E = .7e6, g = 9.81; pinned at the origin, released from the horizontal.
     """
     young, density, area, second = 0.7e6, 5540.0, 0.0018, 1.215e-8
     builder = MeshBuilder(size=6)

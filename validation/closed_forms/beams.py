@@ -198,7 +198,7 @@ def buckling(place: Place) -> Iterator[Check]:
 
 
 def lateral(place: Place) -> Iterator[Check]:
-    """Lateral buckling of a straight strip, loaded at its tip along its width: bending and torsion come together."""
+    """Lateral buckling of a straight strip that is loaded at its tip along its width; bending and torsion are coupled."""
     counts = (10, 20, 40, 80)
     errors = np.array([lateral_buckling(n) for n in counts]) / LATERAL - 1
     picture = convergence(place.out / "order.png", counts, {"critical load": errors}, 2)
@@ -224,7 +224,7 @@ def lateral(place: Place) -> Iterator[Check]:
 
 
 def arc(place: Place) -> Iterator[Check]:
-    """The 45 degree bend in space: bending both ways and torsion on a true arc."""
+    """The 45 degree bend in space: a circular arc with bending about two axes and torsion."""
     section = Section.rectangle(1.0, 1.0, 1e7, 5e6, 1.0 / 6.0)
     length, turn = 100.0 * math.pi / 4, math.pi / 4
     counts = (10, 20, 40, 80)
@@ -259,7 +259,7 @@ def arc(place: Place) -> Iterator[Check]:
 
 
 def princeton(place: Place) -> Iterator[Check]:
-    """The Princeton beam: a thin blade under a tip load between edgewise and flapwise, which twists it."""
+    """The Princeton beam: a thin blade under a tip load between the edgewise and the flapwise direction, which twists it."""
     thick, high, length, young = 3.2024e-3, 12.377e-3, 0.508, 71.7e9
     section = Section.rectangle(high, thick, young, young / 2.62, 1.13399530e-10)
     counts = (10, 20, 40, 80)

@@ -14,9 +14,9 @@ __all__ = ["exact_pendulum", "heavy_top", "pendulum", "top_scene"]
 
 
 def top_scene(stiffness: float = 1e9, damping: float = 1e4) -> Scene:
-    """The heavy top of Arnold, Bruls and Cardona; its fixed point is a spring, N/m and N s/m.
+    """The heavy top of Arnold, Bruls and Cardona; its fixed point is a spring with a damper, N/m and N s/m.
 
-    With the numbers as they are it gives by 0.3 um under the 320 N it carries, damped within 10 us.
+    With the given numbers the spring deflects by 0.3 um under its load of 320 N, and its vibration decays within 10 us.
     """
     top = Body(
         name="top",
@@ -38,7 +38,7 @@ def top_scene(stiffness: float = 1e9, damping: float = 1e4) -> Scene:
 
 
 def heavy_top(times: list[float], rtol: float = 1e-7) -> list[SavedState]:
-    """The top at these times, s."""
+    """States of the top at these times, s."""
     system = compile_scene(top_scene())
     saved: list[SavedState] = []
     simulate(system, Settings("Radau", rtol, times[-1]), times, saved.append)
@@ -46,7 +46,8 @@ def heavy_top(times: list[float], rtol: float = 1e-7) -> list[SavedState]:
 
 
 def pendulum(spatial: bool, times: list[float]) -> np.ndarray:
-    """z of the centre, m: 1 kg, 2 m from a hinge of 200 N m/rad and 10 N m s/rad, from horizontal at rest."""
+    """Height z of the centre, m: 1 kg, at 2 m from a hinge of 200 N m/rad and 10 N m s/rad, released from rest in the
+    horizontal position."""
     arm = Body(name="arm", mass=1.0, inertia=(0.1, 0.1, 0.1), position=(2.0, 0.0, 0.0))
     hinge = ForceElement(
         name="hinge",
@@ -66,7 +67,7 @@ def pendulum(spatial: bool, times: list[float]) -> np.ndarray:
 
 
 def exact_pendulum(times: list[float]) -> np.ndarray:
-    """The same with one degree of freedom and a rigid hinge, (m L^2 + I) a'' = m g L cos a - k a - c a'."""
+    """The same pendulum with one degree of freedom and a rigid hinge, (m L^2 + I) a'' = m g L cos a - k a - c a'."""
     from scipy.integrate import solve_ivp
 
     solution = solve_ivp(

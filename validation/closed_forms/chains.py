@@ -25,7 +25,8 @@ FULL = Ramp(kind="ramp", end=1.0)
 def cantilever(count: int, force: float = 0.0, moment: float = 0.0) -> Scene:
     """Cantilever along x, L = EI = 1, with a dead force in z and a moment about y (taking x towards z) at its tip.
 
-    N equal segments, joints EI/l, and half a cell at the clamp, 2EI/l. EA = GA = 1e8: as good as inextensible.
+    N equal segments, joints EI/l, and half a cell at the clamp, 2EI/l. EA = GA = 1e8, so the cantilever is practically
+    inextensible.
     """
     length = 1.0 / count
     bodies = [
@@ -63,7 +64,8 @@ def tip(scene: Scene, spatial: bool, steps: int = 10) -> np.ndarray:
 
 
 def column(count: int, spatial: bool = False, damping: float = 0.0, clamped: bool = False) -> SegmentSystem:
-    """Unit length and EI, pinned (or clamped) at both ends, compressed along x by a drive; as good as inextensible."""
+    """Column of unit length and EI, pinned (or clamped) at both ends, compressed along x by a drive; it is practically
+    inextensible."""
     length = 1.0 / count
     stiff = 1e9
     names = [f"segment {k}" for k in range(count)]
@@ -148,8 +150,9 @@ def space_cantilever(
 ) -> SegmentSystem:
     """Cantilever in space under a dead force at its tip that grows in 1 s.
 
-    It starts at the origin along x and bends towards y by the angle `arc` in all: segments are chords of a true circle,
-    joints are at its points, with half a cell at the clamp. `alternate` swaps inner and outer body of every other joint.
+    The cantilever starts at the origin along x and bends towards y by the angle `arc` in total. Segments are chords of a
+    true circle, joints are at its points, and the clamp has half a cell. `alternate` swaps inner and outer body of every
+    other joint.
     """
     piece, turn = length / count, arc / count
     chord = piece if arc == 0.0 else 2.0 * length / arc * math.sin(turn / 2)
@@ -199,7 +202,7 @@ def _sideways(count: int, load: float, alternate: bool) -> tuple[float, float]:
 
 
 def lateral_buckling(count: int, alternate: bool = False) -> float:
-    """Load P L^2/sqrt(EI GJ) at the tip of a straight strip, along its width, at which it gives way sideways."""
+    """Load P L^2/sqrt(EI GJ) at the tip of a straight strip, along its width, at which the strip buckles laterally."""
     scale = math.sqrt(_ON_EDGE.about_z * _ON_EDGE.torsion)
     at_three = _sideways(count, 3.0 * scale, alternate)[1]
 

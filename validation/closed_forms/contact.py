@@ -1,4 +1,4 @@
-"""Checks of contact and friction laws: delivered restitution, durations, bouncing and sliding."""
+"""Checks of contact and friction laws: actual restitution, durations, bouncing and sliding."""
 
 from __future__ import annotations
 
@@ -150,11 +150,11 @@ def impact_law(place: Place) -> Iterator[Check]:
 
 
 def bouncing(place: Place) -> Iterator[Check]:
-    """A plate that bounces until it has lost its energy: the time of all bounces, through the whole program."""
+    """A plate that bounces until it has lost its energy: duration of all bounces, computed by the complete program."""
     curves = {}
     for e in (0.5, 0.8):
         times, heights, speeds = bounces(e, 15)
-        between = np.linspace(0.0, times[-1], 2001)  # flights are parabolas, and their steps few
+        between = np.linspace(0.0, times[-1], 2001)  # flights are parabolas, so they take few steps
         curves[f"e = {e:g}"] = (between, np.maximum(CubicHermiteSpline(times, heights, speeds)(between), 0.0))
         exact = math.sqrt(20.0 / G) * (1 + 2 * sum(e**k for k in range(1, 15)))
         limit = math.sqrt(20.0 / G) * (1 + e) / (1 - e)
@@ -219,7 +219,7 @@ def sliding(place: Place) -> Iterator[Check]:
 
 
 def static_friction(place: Place) -> Iterator[Check]:
-    """A block on an incline steeper than the dynamic coefficient and less steep than the static one."""
+    """A block on an incline whose slope is between the dynamic and the static friction coefficient."""
     static, dynamic, slope, end, creep = 0.3, 0.2, 0.25, 0.1, 1e-4
     angle = math.atan(slope)
     laws = {

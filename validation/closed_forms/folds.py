@@ -31,8 +31,8 @@ def zigzag(
 ) -> np.ndarray:
     """Closed form of the pull force of rigid panels, N; validation/references.md.
 
-    Crease 2 is the tip of a dyad of two bars of length a between crease 1 (fixed) and crease 3 (pulled, h above crease 1, D
-    beside it).
+    Crease 2 is the joint of two bars of length a between crease 1 (fixed) and crease 3 (pulled, at the height h above crease
+    1 and the distance D beside it).
     """
     h = np.asarray(h, dtype=float)
     R = np.hypot(D, h)
@@ -47,7 +47,7 @@ def zigzag(
 
 
 def strip_force(travel: np.ndarray, crease: float = CREASE) -> np.ndarray:
-    """Closed form of the trial strip, at rest as folded: phi1 = -theta, phi2 = pi - 2 theta, phi3 = 2 theta."""
+    """Closed form of the trial strip without moments as folded: phi1 = -theta, phi2 = pi - 2 theta, phi3 = 2 theta."""
     phi = (-FOLD, math.pi - 2 * FOLD, 2 * FOLD)
     return zigzag(travel, PANEL, 2 * PANEL * math.cos(FOLD), (crease,) * 3, phi)
 
@@ -55,7 +55,8 @@ def strip_force(travel: np.ndarray, crease: float = CREASE) -> np.ndarray:
 def rigid_strip(
     speed: float = 2e-3, damping: float = 1e-3, stiffen: float = 1.0, crease: float = CREASE, segments: int = 1
 ) -> SegmentSystem:
-    """Six panels, rigid if they have one segment; springs against stretch and shear `stiffen` times the strip's own."""
+    """Strip of six panels, which are rigid with one segment each; springs of stretch and shear are `stiffen` times as stiff
+    as those of the strip."""
     case = Case(
         strip=Strip(
             length=6 * PANEL, width=WIDTH, thickness=THICKNESS, panels=6, fold_angle=FOLD, segments_per_panel=segments,
@@ -69,7 +70,7 @@ def rigid_strip(
 
 
 def stiffened(scene: Scene, factor: float) -> Scene:
-    """The scene with all translation springs multiplied."""
+    """Scene in which the stiffness of all translational springs is multiplied by a factor."""
     elements = tuple(
         e.model_copy(
             update={
@@ -96,14 +97,14 @@ def static_curve(system: SegmentSystem, travels: np.ndarray = TRAVELS) -> np.nda
 
 
 def zfold_closed(half: np.ndarray, rest: float, n: int, a: float, k: float) -> np.ndarray:
-    """F = (n - 1) 2 k (2 th - 2 th0)/(n a cos th), N; th: half the angle between panels."""
+    """F = (n - 1) 2 k (2 th - 2 th0)/(n a cos th), N; th is half the angle between panels."""
     return np.asarray((n - 1) * 2 * k * (2 * half - 2 * rest) / (n * a * np.cos(half)))
 
 
 def zfold(n: int, a: float, k: float, rest: float, forces: np.ndarray) -> np.ndarray:
-    """Half angles th (rad) of a z-fold of n rigid panels, drawn along x by these forces (N); centres stay on the line.
+    """Half angles th (rad) of a z-fold of n rigid panels that these forces (N) pull along x; the centres stay on the line.
 
-    Panel i lies at +-(90 deg - th) to the line; its ends at x = +-a/2 in its own axes.
+    Panel i makes the angle +-(90 deg - th) with the line; its ends are at x = +-a/2 in its own axes.
     """
     stiff, bodies, elements = 1e8, [], []
     for i in range(n):

@@ -1,4 +1,5 @@
-"""Checks of folds: zig-zag, z-fold, Miura vertex, when a panel acts rigid; the laws of creases against data."""
+"""Checks of folds: zig-zag, z-fold, Miura vertex, conditions under which a panel is practically rigid; laws of creases
+compared with data."""
 
 from __future__ import annotations
 
@@ -81,7 +82,7 @@ def zigzag_strip(place: Place) -> Iterator[Check]:
 
 
 def zfolds(place: Place) -> Iterator[Check]:
-    """A z-fold drawn along its line."""
+    """A z-fold that is pulled along its line."""
     n, a, k, rest = 6, 0.08, CREASE, math.radians(10.0)
     forces = np.array([0.02, 0.05, 0.1, 0.2, 0.4])
     half = zfold(n, a, k, rest, forces)
@@ -141,7 +142,7 @@ def miura_vertex(place: Place) -> Iterator[Check]:
 
 
 def rigid_limit(place: Place) -> Iterator[Check]:
-    """When a panel acts rigid: panels that are short against L* = B/kappa."""
+    """Condition under which a panel is practically rigid: it is short compared with L* = B/kappa."""
     bending = YOUNG * WIDTH * THICKNESS**3 / 12
     ratios = np.geomspace(0.01, 2.0, 9)  # panel length over L*
     travel = np.linspace(0.0005, 0.01, 20)
@@ -170,7 +171,7 @@ def rigid_limit(place: Place) -> Iterator[Check]:
 
 
 def relaxation(place: Place) -> Iterator[Check | NotCompared]:
-    """A crease's rest angle that creeps: from a test's angles over time to the rest angle of a case."""
+    """Creep of the rest angle of a crease: from measured angles over time to the rest angle of a case."""
     start, slope, tau = math.radians(60.0), 0.04, 5.0
 
     def law(time: np.ndarray) -> np.ndarray:
@@ -234,7 +235,7 @@ def relaxation(place: Place) -> Iterator[Check | NotCompared]:
 
 
 def hinge(place: Place) -> Iterator[Check]:
-    """A measured origami hinge: the crease law that a case uses, against the points of the test."""
+    """A measured origami hinge: the crease law of a case, compared with the points of the test."""
     rows = np.genfromtxt(CASES / "strip_hinge" / "hinge.csv", delimiter=",", comments="#", skip_header=4)
     crease = load_case(CASES / "strip_hinge" / "case.toml").case.crease
     assert isinstance(crease, SplineCrease)

@@ -1,4 +1,4 @@
-"""All closed forms, for the gallery and by themselves.
+"""All closed forms, for the gallery and for the command line.
 
 python -m validation.closed_forms.gallery [--parts elastica arc ...] [--out out/validation/closed_forms]
 """

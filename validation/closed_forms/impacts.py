@@ -1,4 +1,4 @@
-"""Impacts of one mass under the laws themselves, plates that bounce, and blocks that slide."""
+"""Impacts of one mass under the laws alone, plates that bounce, and blocks that slide."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ def impact(contact: Contact, mass: float, speed: float) -> tuple[float, float, f
     out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
     power = contact.exponent + 1.0
     time = (0.5 * power * mass * speed**2 / contact.stiffness) ** (1 / power) / speed
-    # small steps: where the force is cut off the motion is free, and a large one would jump over where it comes back
+    # small steps are needed: while the force is cut off the motion is free, and a large step would miss the return of the
+    # force
     found = solve_ivp(
         rate, (0.0, 1e3 * time), [0.0, speed], method="DOP853", rtol=1e-11, atol=1e-16, events=(out, turning),
         max_step=5e-3 * time,
@@ -57,13 +58,14 @@ def delivered(h: float) -> float:
 
 
 def kelvin_voigt(z: float) -> tuple[float, float]:
-    """Restitution of a spring and damper of damping ratio z: let go where the force is zero, and where the depth is."""
+    """Restitution of a spring and damper with the damping ratio z, with separation where the force is zero, and where the
+    depth is zero."""
     wd = math.sqrt(1 - z * z)
     return math.exp(-z / wd * (math.pi - math.atan2(2 * z * wd, 1 - 2 * z * z))), math.exp(-math.pi * z / wd)
 
 
 def bounces(e: float, count: int, height: float = 10.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times (s), heights (m), speeds (m/s) of a plate that falls flat, at every step until it leaves for the last time."""
+    """Times (s), heights (m), speeds (m/s) of a plate that falls flat, at every step until its last separation."""
     size, thick, mass = 0.02, 1e-4, 4e-5
     body = Body(
         name="plate", mass=mass, inertia=(1.0, 1.0, 1.0), position=(0.0, 0.0, height + thick / 2),
@@ -94,7 +96,8 @@ def bounces(e: float, count: int, height: float = 10.0) -> tuple[np.ndarray, np.
 def slide(
     friction: Friction, speed: float, mu: float, slope: float = 0.0, end: float | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, way and speed of a block that slides on a plane until `end` (s), or half again the time to stop, v/(mu g)."""
+    """Times, displacement and speed of a block that slides on a plane until `end` (s), or 1.5 times the stopping time v/(mu
+    g)."""
     length, thick = 0.02, 1e-3
     mass = length * length * thick * 8000
     angle, stiffness = math.atan(slope), 1e7

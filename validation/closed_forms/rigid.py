@@ -67,7 +67,7 @@ def heavy(place: Place) -> Iterator[Check]:
 
 
 def spring_pendulum(place: Place) -> Iterator[Check]:
-    """Rotational spring pendulum, against the output of another program."""
+    """Rotational spring pendulum, compared with the output of another program."""
     times = list(ADAMS)
     found = {spatial: pendulum(spatial, times) for spatial in (False, True)}
     curve = np.linspace(0.02, 5.0, 250)

@@ -1,1 +1,1 @@
-"""Contact in piles: many layers pressed, many plates thrown, against bounds and balances; see README.md."""
+"""Contact in piles: many layers are pressed, and many plates are thrown; bounds and balances are checked (see README.md)."""

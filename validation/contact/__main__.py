@@ -1,8 +1,9 @@
-"""Contact in piles, against bounds, balances, the plane, and rigid bodies; README.md says what each part is for.
+"""Contact in piles: comparisons with bounds, balances, planar results and rigid bodies; README.md states the purpose of each
+part.
 
     python -m validation.contact [--parts stack,box,friction,range,peer] [--quick] [--out out/contact]
 
-Exit code 1 if something is off by more than is allowed.
+Exit code 1 means that an error exceeds its tolerance.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ Check = tuple[str, float, float]
 
 
 def check_stack(quick: bool, out: Path) -> list[Check]:
-    """Twenty panels pressed flat and let go."""
+    """Twenty panels are pressed flat and released."""
     panels = 8 if quick else 20
     pressed = stack.press(stack.stack_scene(panels))
     plots.draw_stack(out / "stack.png", pressed)
@@ -104,7 +105,7 @@ def check_range(quick: bool, out: Path) -> list[Check]:
 
 
 def check_peer(quick: bool, out: Path) -> list[Check]:
-    """Closed forms of rigid bodies; pymunk's numbers are shown beside them."""
+    """Closed forms of rigid bodies; results of pymunk are printed for comparison."""
     found: list[Check] = []
     names = {"collision": "momentum, energy, speeds", "corner": "speed, spin, energy", "slide": "way, height, heat"}
     cases = [("collision", e, rigid_peer.collision(e)) for e in (1.0, 0.5, 0.1)]

@@ -42,7 +42,7 @@ class Fall:
     statistics, energy_balance
     deepest : largest penetration in all steps, m
     fastest : largest kinetic energy of one plate, J
-    rise : largest gain of all energy (nothing puts any in), J
+    rise : largest increase of the total energy, which no input can explain, J
     time : processor time, s
     """
 
@@ -57,14 +57,14 @@ class Fall:
 
 
 def half_width(columns: int) -> float:
-    """From the middle of the box to a side, m."""
+    """Distance from the middle of the box to a side, m."""
     return 0.5 * SPACING * columns + 1.5e-3
 
 
 def box_scene(
     count: int, columns: int, seed: int = 1, contact: Contact = CONTACT, friction: Friction | None = FRICTION
 ) -> Scene:
-    """Plates in layers of `columns` by `columns`, turned and turning anyhow, over the floor of the box.
+    """Plates in layers of `columns` by `columns` over the floor of the box, with random orientations and angular velocities.
 
     Parameters
     ----------
@@ -117,9 +117,9 @@ def _walls(half: float) -> tuple[Obstacle, ...]:
 
 
 def deepest_allowed(contact: Contact, energy: float, weight: float) -> float:
-    """Depth of one corner of a plate that takes up all of an energy (J), and that of a weight (N) that sinks with it, m.
+    """Depth of one corner of a plate that absorbs an energy (J), and depth of a corner under a weight (N), m.
 
-    Elastic: K d^(e+1)/(e+1) = energy + weight d, with the corner's part of K.
+    The depth is elastic: K d^(e+1)/(e+1) = energy + weight d, with the part of K of a corner.
     """
     power, depth = contact.exponent + 1.0, 0.0
     for _ in range(50):
@@ -134,7 +134,7 @@ def outside(system: SegmentSystem, state: SavedState, half: float) -> float:
 
 
 def drop(scene: Scene, end: float, rtol: float, interval: float = 1e-3, progress: bool = False) -> Fall:
-    """Let them fall until `end`, s, with a state every `interval`, s."""
+    """Compute the fall until `end`, s, with a state every `interval`, s."""
     system = compile_scene(scene, True)
     saved: list[SavedState] = []
     deepest = fastest = 0.0

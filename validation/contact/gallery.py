@@ -12,14 +12,14 @@ TITLE = "Contact in piles"
 
 
 def stack(place: Place) -> Iterator[Check]:
-    """A strip of many steep folds pressed flat and let go: eight panels, with --full twenty."""
+    """A strip of many steep folds is pressed flat and released: eight panels, with --full twenty."""
     yield from with_margins(
         check_stack(not place.full, place.out), "bounds by statics, conservation of energy", place.out / "stack.png"
     )
 
 
 def box(place: Place) -> Iterator[Check]:
-    """Plates dropped into a box: twelve, with --full two hundred."""
+    """Plates are dropped into a box: twelve, with --full two hundred."""
     yield from with_margins(
         check_box(not place.full, place.out), "bounds by energy, conservation of energy", place.out / "box.png"
     )
@@ -40,7 +40,7 @@ def stiffness(place: Place) -> Iterator[Check]:
 
 
 def bodies(place: Place) -> Iterator[Check]:
-    """Plates that collide, meet the floor with an end, and slide, against closed forms of rigid impulses."""
+    """Plates that collide, hit the floor with one end, and slide, compared with closed forms of rigid impulses."""
     yield from with_margins(check_peer(not place.full, place.out), "closed forms of rigid bodies", place.out / "bodies.png")
 
 

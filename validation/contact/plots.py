@@ -17,7 +17,7 @@ __all__ = ["draw_box", "draw_friction", "draw_stack"]
 
 
 def draw_stack(path: Path, pressed: PressedStack) -> None:
-    """The strip free, half way, pressed, and after."""
+    """The strip when free, half pressed, pressed, and released."""
     count = len(pressed.saved)
     chosen = [pressed.saved[round(part * (count - 1))] for part in (0.0, 0.12, 0.35, 1.0)]
     with figure(path, (8.0, 2.4)) as fig:
@@ -32,7 +32,7 @@ def draw_stack(path: Path, pressed: PressedStack) -> None:
 
 
 def draw_box(path: Path, fall: Fall, half: float) -> None:
-    """The plates from the side in the beginning and in the end, and the energies."""
+    """Plates at the start and at the end, from the side, and the energies."""
     with figure(path, (7.2, 5.2)) as fig:
         above, below = fig.subplots(2, 1)
         shift = 0.0
@@ -56,7 +56,8 @@ def draw_box(path: Path, fall: Fall, half: float) -> None:
 
 
 def draw_friction(path: Path, frictions: np.ndarray, pulls: Sequence[Pull]) -> None:
-    """Rise of the peak, and what friction takes of all energy, over the coefficient."""
+    """Increase of the peak, and energy that friction dissipates relative to the total energy, over the friction
+    coefficient."""
     with figure(path, SINGLE) as fig:
         axes = fig.add_subplot()
         first = pulls[0].peak_force

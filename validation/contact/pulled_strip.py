@@ -1,4 +1,4 @@
-"""The pulled strip in space and in the plane, with friction, and with contact stiffer, softer, thicker and thinner."""
+"""The pulled strip in space and in the plane, with friction, and with other contact stiffness and thickness."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Pull:
         Of all steps.
     deepest : m
     slid : m
-        Way that faces slid on each other, of the pair that slid farthest while it touched.
+        Sliding distance of the faces of the pair with the largest sliding distance during contact.
     friction_energy, turnover : J
-        Dissipated by friction; reference energy of the run.
-    energy_error : relative to the latter
+        Energy dissipated by friction; reference energy of the run.
+    energy_error : error relative to the reference energy
     steps, rejected : int
     time : processor time of the solve, s
     """
@@ -56,7 +56,7 @@ class Pull:
 
 
 def pull(*changes: str, segments: int = 10, travel: float = 0.04, rtol: float = 1e-4) -> Pull:
-    """The trial strip by statics, with changes as `--set` takes them."""
+    """Solution of the trial strip by statics, with changes in the form of `--set`."""
     overrides = [f"strip.segments_per_panel={segments}", f"drive.0.travel={travel}", "expect=none", *changes]
     _, system = compile_case(load_case(CASE, overrides).case)
     motion = system.motions[0]
@@ -87,7 +87,7 @@ def pull(*changes: str, segments: int = 10, travel: float = 0.04, rtol: float = 
 
 
 def as_thick(thickness: float) -> list[str]:
-    """Changes that make the faces touch at another thickness, m, with mass and bending stiffness as they are."""
+    """Changes with which faces touch at another thickness, m, while mass and bending stiffness are constant."""
     part = 3e-4 / thickness
     return [
         f"strip.thickness={thickness}",

@@ -1,4 +1,4 @@
-"""Free plates that collide and a plate that slides, in the plane, beside pymunk's rigid bodies and closed forms.
+"""Free plates that collide and a plate that slides, in the plane, compared with rigid bodies of pymunk and closed forms.
 
 A plate seen from the side is a line with rounded ends, in both programs.
 """
@@ -27,7 +27,7 @@ PYMUNK_STEP = 1e-5
 
 @dataclass(frozen=True)
 class Case:
-    """Results of fsm, of pymunk and of the closed form; each is a row of the same numbers."""
+    """Results of fsm, of pymunk and of the closed form; each is a row of the same quantities."""
 
     fsm: np.ndarray
     pymunk: np.ndarray
@@ -67,7 +67,7 @@ def _rod(space: pymunk.Space, body: Body, restitution: float, friction: float = 
     rod.velocity = (body.velocity[0], body.velocity[2])
     rod.angle = -2.0 * math.atan2(body.orientation[2], body.orientation[0])
     shape = pymunk.Segment(rod, (-LENGTH / 2, 0.0), (LENGTH / 2, 0.0), THICKNESS / 2)
-    # a pair has the product of both
+    # pymunk uses the product of the values of both bodies
     shape.elasticity, shape.friction = math.sqrt(restitution), math.sqrt(friction)
     space.add(rod, shape)
     return rod
@@ -85,7 +85,7 @@ def _run(space: pymunk.Space, end: float) -> None:
 
 
 def collision(restitution: float, heavy: float = 3.0, rtol: float = 1e-6) -> Case:
-    """Two plates meet face to face at 0.2 m/s; momentum (N s), energy (J) and both speeds (m/s) after."""
+    """Two plates collide face to face at 0.2 m/s; momentum (N s), energy (J) and both speeds (m/s) after the impact."""
     masses = (0.02, 0.02 * heavy)
     bodies = (
         _body("moving", masses[0], (0.0, 0.01), 0.0, (0.0, -0.2)),
@@ -111,7 +111,8 @@ def collision(restitution: float, heavy: float = 3.0, rtol: float = 1e-6) -> Cas
 
 
 def corner(restitution: float, angle: float = math.radians(30.0), rtol: float = 1e-6) -> Case:
-    """A tilted plate meets a floor by one end at 0.2 m/s, no gravity or friction: speed (m/s), spin (rad/s), energy (J)."""
+    """A tilted plate hits a floor with one end at 0.2 m/s, without gravity and friction: speed (m/s), angular speed (rad/s),
+    energy (J)."""
     mass, height = 0.02, LENGTH / 2 * math.sin(angle) + THICKNESS / 2 + 0.005
     body = _body("plate", mass, (0.0, height), angle, (0.0, -0.2))
     scene = Scene(
@@ -129,14 +130,14 @@ def corner(restitution: float, angle: float = math.radians(30.0), rtol: float = 
     def row(speed: float, spin: float) -> np.ndarray:
         return np.array([speed, spin, 0.5 * mass * speed**2 + 0.5 * turn * spin**2])
 
-    # the lower end is the right one for a positive turn: it is pushed up, which turns the plate back
+    # for a positive rotation the right end is the lower one; the impact pushes it up, which rotates the plate back
     return Case(
         row(end.u[1], end.u[2]), row(rod.velocity.y, -rod.angular_velocity), row(impulse / mass - 0.2, -impulse * arm / turn)
     )
 
 
 def slide(friction: float = 0.3, speed: float = 0.3, rtol: float = 1e-5) -> Case:
-    """A plate slides on a floor until it rests: way (m) and height lost (m), heat of friction (J)."""
+    """A plate slides on a floor until it rests: displacement (m), loss of height (m), energy dissipated by friction (J)."""
     mass, stiffness = 0.02, 1e7
     rest = (mass * GRAVITY / stiffness) ** (1 / 1.5)
     body = _body("plate", mass, (0.0, THICKNESS / 2 - rest), 0.0, (speed, 0.0))

@@ -1,4 +1,4 @@
-"""A strip of many steep folds in a channel between a wall and a press, that presses it flat and lets it go."""
+"""A strip of many steep folds in a channel between a wall and a press; the press flattens and releases it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class PressedStack:
     deepest : (n_pairs,) array
         Of all steps, m.
     allowed : (n_pairs,) array
-        Largest depth that the greatest force of each pair can have, if it all went through its smallest point, m.
+        Largest depth that the largest force of each pair could cause if one smallest point carried the whole force, m.
     """
 
     system: SegmentSystem
@@ -75,12 +75,13 @@ def stack_scene(
     contact: Contact = CONTACT,
     friction: Friction | None = None,
 ) -> Scene:
-    """The press is a half-space fixed to a body that is guided along x; the strip begins at the wall with one more crease.
+    """The press is a half-space fixed to a body that is guided along x; the strip begins at the wall with an additional
+    crease.
 
     Parameters
     ----------
     force : N
-        With which it is pressed in the end.
+        Force at the end of the pressing.
     """
     case = Case(
         strip=Strip(
@@ -93,7 +94,8 @@ def stack_scene(
         friction=friction,
     )  # fmt: skip
     strip = build_strip(case)
-    # a wall on the left at x = 0 and the press on the right, a floor and a lid: the strip would bulge sideways
+    # there are a wall on the left at x = 0, the press on the right, a floor and a lid; without them the strip would buckle
+    # sideways
     start = 0.5 * THICKNESS + AWAY
     run = panels * LENGTH * math.cos(FOLD) + start
     press_at = (run, 0.0, 0.5 * LENGTH)
@@ -136,7 +138,7 @@ def stack_scene(
 def press(
     scene: Scene, method: str = "static", rtol: float = RTOL, interval: float = 0.25, end: float = END
 ) -> PressedStack:
-    """Press and let go."""
+    """Press the strip and release it."""
     system = compile_scene(scene)
     saved: list[SavedState] = []
     deepest, largest = np.zeros(len(scene.pairs)), np.zeros(len(scene.pairs))
@@ -160,7 +162,7 @@ def press(
 
 
 def crossings(system: SegmentSystem, state: SavedState) -> list[tuple[int, int]]:
-    """Pairs of panels whose middle lines cross, other than at a common crease; looked for line by line."""
+    """Pairs of panels whose middle lines cross, except at a common crease; found by a comparison of all lines."""
     plates = system.shape(state.time, state.q)[:, :, [0, 2]]
     panel = np.array([panel for _, _, panel in system.bodies.plates])
     start, along = plates[:, 0], plates[:, 1] - plates[:, 0]

@@ -1,8 +1,8 @@
-"""Kills at random moments and places that cannot be written to; README.md says what came of it.
+"""Kills at random moments and locations that cannot be written to; README.md gives the results.
 
     python -m validation.faults [--kills 200] [--seed 1] [--kinds run,table,calibrate]
 
-Exit code 1 if anything was lost or broken.
+Exit code 1 means that data were lost or damaged.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from validation.faults.writing import FAULTS
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do it all and print what became of it."""
+    """Run all parts and print the results."""
     parser = argparse.ArgumentParser(prog="python -m validation.faults", description="Kills, and places not to write to.")
     parser.add_argument("--kills", type=int, default=200, help="in all, shared by the kinds")
     parser.add_argument("--seed", type=int, default=1)

@@ -36,13 +36,13 @@ class Found:
     Attributes
     ----------
     kills, finished : int
-        Processes killed, and those that were done before.
-    faults : texts, one for everything that was lost or broken
+        Numbers of killed processes, and of processes that had finished before.
+    faults : texts, one for each lost or damaged file
     losses : s
-        Work that each kill of an unfinished solve took with it: the time since its last checkpoint. All records that were
-        there before a checkpoint are in the results file when it is written, so that no more is missing from that either.
+        Work lost by each kill of an unfinished solve: the time since its last checkpoint. A checkpoint is written only
+        after all earlier records are in the results file, so the results file loses no more than this.
     whole : s
-        How long the command takes when nobody kills it.
+        Duration of the command without a kill, s.
     """
 
     kills: int = 0
@@ -58,10 +58,10 @@ class Found:
 
 
 def kill_many(kind: str, kills: int, seed: int, folder: Path) -> Found:
-    """Start a command repeatedly with --resume, and kill it at random moments, up to a number of kills.
+    """Start a command repeatedly with --resume, and kill it at random moments, until a number of kills is reached.
 
-    Three moments in four are counted from when it begins to solve, so that a machine that is busy with other work does not
-    have all of them fall into the start of Python.
+    Three of four moments are counted from the start of the solve; on a busy machine most kills would otherwise hit the start
+    of Python.
     """
     chance, found, out = random.Random(f"{kind} {seed}"), Found(), folder / "out"
     command, longest = KINDS[kind](folder / "whole")
@@ -86,7 +86,7 @@ def kill_many(kind: str, kills: int, seed: int, folder: Path) -> Found:
             found.losses += watch.losses()
         else:
             found.finished += 1
-        _, errors = process.communicate()  # till the last of its processes is gone
+        _, errors = process.communicate()  # until the last of its processes has ended
         faults = _broken(out)
         if process.returncode not in (0, -signal.SIGKILL):
             faults.append(f"ended with {process.returncode}: {errors.strip()[-300:]}")
@@ -108,13 +108,13 @@ class _Watch:
         self.begun: dict[Path, float] = {}
 
     def look(self) -> None:
-        """Note which solves have begun: the first thing that a solve does is to open its results file."""
+        """Record which solves have begun: a solve first opens its results file."""
         for part in self.out.rglob("result.part.h5"):
             if part.parent not in self.begun and (at := _written(part)) > self.since:
                 self.begun[part.parent] = at
 
     def losses(self) -> list[float]:
-        """Seconds since the last checkpoint, or else since the solve was begun, of every solve that is not done."""
+        """Time since the last checkpoint, or else since the start of the solve, of every unfinished solve, s."""
         self.look()
         now = time.time()
         going = [folder for folder in self.begun if (folder / "result.part.h5").exists()]
@@ -122,7 +122,7 @@ class _Watch:
 
 
 def _written(file: Path) -> float:
-    """When a file was last written to; 0 if it is not there."""
+    """Time of the last write to a file; 0 if the file does not exist."""
     try:
         return file.stat().st_mtime
     except FileNotFoundError:
@@ -130,17 +130,17 @@ def _written(file: Path) -> float:
 
 
 def _reached(out: Path) -> dict[Path, int]:
-    """Step of every checkpoint."""
+    """Step number of every checkpoint."""
     return {file: int(read_checkpoint(file)[1]["steps"]) for file in out.rglob("checkpoint.h5")}
 
 
 def _back(before: dict[Path, int], reached: dict[Path, int]) -> list[Path]:
-    """Checkpoints at an earlier step than they were at before the last kill."""
+    """Checkpoints whose step is earlier than before the last kill."""
     return [file for file in before if file in reached and reached[file] < before[file]]
 
 
 def _run(out: Path) -> tuple[list[str], float]:
-    """A strip in motion, of about ten seconds."""
+    """A strip in motion, whose solve takes about ten seconds."""
     case = str(CASES / "strip_pull/case.toml")
     sets = ["strip.segments_per_panel=4", "drive.0.travel=40 mm", "save.every=0.1 mm"]
     sets += ["solve.method=generalized-alpha", "solve.rtol=1e-8"]
@@ -196,7 +196,7 @@ def _broken(out: Path) -> list[str]:
 
 
 def _whole(file: Path) -> None:
-    """Read a file; an error if it is not whole."""
+    """Read a file; an incomplete file raises an error."""
     if file.suffix == ".json":
         json.loads(file.read_text(encoding="utf-8"))
     elif file.name == part_path("result.h5").name:

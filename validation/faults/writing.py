@@ -1,4 +1,5 @@
-"""Places that cannot be written to: a full disk, a folder one may not write to, a cache that cannot be kept; and Ctrl-C."""
+"""Locations that cannot be written to: a full disk, a folder without write permission, a cache that cannot be stored; and
+Ctrl-C."""
 
 from __future__ import annotations
 
@@ -29,12 +30,12 @@ def _command(out: Path, *more: str) -> list[str]:
 def _ended(
     command: list[str], environment: dict[str, str] | None = None, largest_file: int | None = None
 ) -> tuple[int, str]:
-    """Exit code and what was said; `largest_file` bytes are where the disk is full."""
+    """Exit code and output of a command; a write beyond `largest_file` bytes fails as on a full disk."""
 
     def limit() -> None:
         if largest_file is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # a write beyond it fails, as on a full disk
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # a write beyond this size fails, as on a full disk
 
     variables = {**os.environ, **(environment or {})}
     done = subprocess.run(
@@ -44,9 +45,9 @@ def _ended(
 
 
 def full_disk(folder: Path) -> str:
-    """Files may only be 60 kB long: the results cannot be kept, which is said in a line, and nothing looks finished."""
+    """Files may have at most 60 kB: the results cannot be stored, one line states this, and no file looks complete."""
     out = folder / "out"
-    unmeasured = {"COVERAGE_PROCESS_CONFIG": ""}  # what measures coverage would find the disk full, too
+    unmeasured = {"COVERAGE_PROCESS_CONFIG": ""}  # the measurement of coverage would also hit the limit of the disk
     code, said = _ended([*_command(out, "strip.segments_per_panel=20"), "--quiet"], unmeasured, largest_file=60_000)
     if code != 2 or "Traceback" in said or len(said.splitlines()) != 1:
         return f"exit code {code}: {said[-300:]}"
@@ -55,21 +56,21 @@ def full_disk(folder: Path) -> str:
 
 
 def read_only_folder(folder: Path) -> str:
-    """A folder on a file system that may not be written to, which root may not either."""
+    """A folder on a read-only file system, to which even root cannot write."""
     code, said = _ended([*_command(Path("/proc/fsm/out")), "--quiet"])
     clear = code == 2 and "Traceback" not in said and len(said.splitlines()) == 1
     return "" if clear else f"exit code {code}: {said[-300:]}"
 
 
 def no_cache(folder: Path) -> str:
-    """The folder of compiled kernels cannot be made: the run is slower, and no different."""
+    """The folder of compiled kernels cannot be created: the run is slower, with the same results."""
     environment = {"NUMBA_CACHE_DIR": "/proc/fsm/cache", "HOME": "/proc/fsm", "XDG_CACHE_HOME": "/proc/fsm"}
     code, said = _ended([*_command(folder / "out"), "--quiet"], environment)
     return "" if code == 0 and (folder / "out/summary.json").is_file() else f"exit code {code}: {said[-300:]}"
 
 
 def cache_taken_away(folder: Path) -> str:
-    """The folder of compiled kernels goes while the program runs."""
+    """The folder of compiled kernels is deleted while the program runs."""
     cache = folder / "cache"
     variables = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
     command = [*_command(folder / "out"), "--quiet"]
@@ -82,7 +83,7 @@ def cache_taken_away(folder: Path) -> str:
 
 
 def interrupted(folder: Path) -> str:
-    """Ctrl-C: exit code 130, a file that can be read, and --resume to the end."""
+    """Ctrl-C gives exit code 130 and a readable file, and --resume completes the run."""
     out = folder / "out"
     command = _command(out, "solve.method=generalized-alpha", "drive.0.travel=10 mm")
     process = subprocess.Popen([*command, "--quiet"], stderr=subprocess.PIPE, text=True)

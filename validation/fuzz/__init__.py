@@ -1,1 +1,1 @@
-"""Files that are broken at random: every reader either reads them or says in words why not."""
+"""Randomly damaged files: every reader either reads a file or refuses it with a message."""

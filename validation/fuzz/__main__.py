@@ -1,9 +1,9 @@
-"""Files broken at random, read by the readers of the program; README.md says how and what came of it.
+"""Randomly damaged files for the readers of the program; README.md describes the method and the results.
 
     python -m validation.fuzz [--count 2000] [--seed 1] [--targets case,table,...] [--out out/fuzz]
     python -m validation.fuzz --atheris [--seconds 60] ...
 
-Exit code 1 if a reader ended in anything but an answer or a refusal in words.
+Exit code 1 means that a reader neither read a file nor refused it with a message.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from validation.fuzz.targets import TARGETS
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the campaign and print what became of the files."""
+    """Run the campaign and print the outcomes of the files."""
     parser = argparse.ArgumentParser(prog="python -m validation.fuzz", description="Broken files, read or refused.")
     parser.add_argument("--count", type=int, default=2000, help="files for every reader")
     parser.add_argument("--seed", type=int, default=1)

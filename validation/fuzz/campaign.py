@@ -1,4 +1,4 @@
-"""Broken files by number, each read by a process with bounded memory and time."""
+"""Damaged files by number, each read by a process with bounded memory and time."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ Line = dict[str, Any]
 
 
 class _TooLong(BaseException):
-    """Not an Exception: no reader may swallow it."""
+    """This class is no Exception, so that no reader can catch it."""
 
 
 def write_broken(target: str, seed: int, number: int, folder: Path) -> Path:
-    """Put broken file `number` of a campaign into a folder."""
+    """Write damaged file `number` of a campaign into a folder."""
     return TARGETS[target].write(seeds(), folder, random.Random(f"{target} {seed} {number}"))
 
 
 def run_fuzz(target: str, seed: int, count: int, keep: Path, tell: Callable[[Line], None]) -> list[Line]:
-    """Let a target read `count` broken files; those that show a fault are kept in `keep`.
+    """Let a target read `count` damaged files; files that show a fault are stored in `keep`.
 
-    A process reads file after file, and a new one goes on behind a file that it died of.
+    A process reads one file after the other; if a file kills it, a new process continues with the next file.
     """
-    seeds()  # made once, before the processes
+    seeds()  # made once, before the processes start
     lines: list[Line] = []
     while len(lines) < count:
         here, there = multiprocessing.Pipe(duplex=False)

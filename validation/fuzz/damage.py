@@ -30,7 +30,7 @@ def _value(chance: random.Random) -> Any:
 
 
 def damaged_bytes(data: bytes, chance: random.Random) -> bytes:
-    """Bits turned over, pieces left out, doubled, put elsewhere, or the end cut off."""
+    """Bits are flipped; pieces are omitted, duplicated or moved; or the end is cut off."""
     out = bytearray(data)
     for _ in range(chance.choice([1, 1, 2, 5, 50])):
         if not out:
@@ -55,7 +55,7 @@ def damaged_bytes(data: bytes, chance: random.Random) -> bytes:
 
 
 def damaged_tree(tree: dict[str, Any], other: dict[str, Any], chance: random.Random) -> dict[str, Any]:
-    """A table of TOML with values replaced, keys renamed, left out, or taken from another file."""
+    """A TOML table with replaced values, and with keys renamed, omitted, or taken from another file."""
     tree = copy.deepcopy(tree)
     for _ in range(chance.choice([1, 1, 1, 2, 4])):
         places = list(_places(tree))
@@ -88,7 +88,7 @@ def _places(tree: Any) -> Any:
 
 
 def toml_text(value: Any, depth: int = 0) -> str:
-    """A tree as TOML: tables of the first level as sections, all below as inline tables."""
+    """A tree as TOML text: tables of the first level are sections, and all deeper tables are inline tables."""
     if depth == 0:
         return "".join(f"{_key(key)} = {toml_text(one, 1)}\n" for key, one in value.items())
     if isinstance(value, bool):
@@ -110,7 +110,7 @@ def _key(text: str) -> str:
 
 
 def damaged_cells(text: str, chance: random.Random) -> str:
-    """A CSV file with cells replaced, rows and columns left out, doubled or swapped, and other separators."""
+    """A CSV file with replaced cells, with rows and columns omitted, duplicated or swapped, and with other separators."""
     rows = [line.split(",") for line in text.splitlines()]
     for _ in range(chance.choice([1, 1, 2, 5])):
         if not rows:
@@ -139,7 +139,7 @@ _READ = 1_000_000
 
 
 def damaged_datasets(data: bytes, chance: random.Random) -> bytes:
-    """An HDF5 file that is whole as such, with datasets and attributes replaced, renamed, left out or of another shape."""
+    """A valid HDF5 file whose datasets and attributes are replaced, renamed, omitted or of another shape."""
     memory = io.BytesIO(data)
     with h5py.File(memory, "r+") as file:
         names: list[str] = []

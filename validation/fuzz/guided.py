@@ -1,6 +1,7 @@
-"""Files that are broken on purpose: atheris changes them so that they reach code that none reached before.
+"""Guided damage: atheris changes files so that they reach branches that no earlier file reached.
 
-`run_guided` starts a process for every reader, since libFuzzer ends the one it runs in; that process is this module.
+`run_guided` starts a process for every reader, because libFuzzer ends the process in which it runs; this module is that
+process.
 """
 
 from __future__ import annotations
@@ -32,10 +33,10 @@ class Guided:
 
     Attributes
     ----------
-    name : of the file that is changed
-    whole : seeds -> files to begin with
-    beside : seeds -> files that lie beside it, by name
-    read : name of the file that the reader opens, where it is another one
+    name : name of the file that is changed
+    whole : function from seeds to the initial files
+    beside : function from seeds to the files in the same folder, by name
+    read : name of the file that the reader opens, if it is a different file
     """
 
     name: str
@@ -72,9 +73,10 @@ GUIDED: dict[str, Guided] = {
 
 
 def run_guided(target: str, seconds: int, seed: int, keep: Path) -> tuple[int, int, str]:
-    """Give files to a reader for so long; (how many, how many branches they reached, what went wrong or nothing).
+    """Give files to a reader for a time; returns their number, the number of branches that they reached, and the fault, if
+    any.
 
-    A file that shows a fault is kept in `keep`, and ends it.
+    The first file that shows a fault is stored in `keep`, and the run ends.
     """
     given = GUIDED[target]
     work = Path(tempfile.mkdtemp(prefix="fsm-fuzz-"))
@@ -91,14 +93,14 @@ def run_guided(target: str, seconds: int, seed: int, keep: Path) -> tuple[int, i
         done = subprocess.run([*command, *options, str(work / "corpus")], capture_output=True, text=True, errors="replace")
     finally:
         shutil.rmtree(work)
-    said = done.stderr + done.stdout  # of libFuzzer, and of Python what went wrong
+    said = done.stderr + done.stdout  # output of libFuzzer, and the error message of Python
     runs, reached = (re.findall(words, said) for words in (r"number_of_executed_units:\s*(\d+)", r"cov: (\d+)"))
     wrong = "" if done.returncode == 0 else said[-3000:]
     return int(runs[-1]) if runs else 0, int(reached[-1]) if reached else 0, wrong
 
 
 def _main() -> None:
-    """Run libFuzzer: target, working folder, name of the file, name of the input, options of libFuzzer."""
+    """Run libFuzzer; arguments: target, working folder, name of the file, name of the input, options of libFuzzer."""
     import atheris
 
     with atheris.instrument_imports(include=["fsm", "tomllib", "csv", "json"], exclude=_compiled()):
@@ -112,7 +114,8 @@ def _main() -> None:
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(Path(work) / "beside", folder)
         (folder / name).write_bytes(data)
-        with suppress(FsmError, OSError):  # messages: the command line prints both in one line and ends with code 2
+        # these are messages: the command line prints both in one line and ends with code 2
+        with suppress(FsmError, OSError):
             TARGETS[target].read(folder / opened)
 
     atheris.Setup([sys.argv[0], *sys.argv[5:]], give)

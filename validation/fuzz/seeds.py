@@ -1,4 +1,4 @@
-"""The whole files that broken ones are made of: the shipped cases, small tests, and results of small runs."""
+"""Valid files from which damaged files are made: the shipped cases, small tests, and results of small runs."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ __all__ = ["Seeds", "seeds"]
 
 _CASES = Path(__file__).parents[2] / "folding_cases"
 _SMALL = ["strip.segments_per_panel=2", "drive.0.travel=2 mm", "save.every=1 mm"]
-_MANY = ["save.every=0.01 mm"]  # steps: a checkpoint is not written before the first few tens
+_MANY = ["save.every=0.01 mm"]  # number of steps; the first checkpoint is written after a few tens of steps
 _ARRAY = ["solve.end_time=0.1", "save.interval=0.05"]
 
 
 @dataclass(frozen=True)
 class Seeds:
-    """Texts and bytes of whole files.
+    """Texts and bytes of valid files.
 
     Attributes
     ----------
     cases : case files
-    beside : files that cases name
+    beside : files that cases refer to
     tables : case files with the tables that belong to them
-    csv : of every kind of calibration
-    study : of the kind "force"
-    hdf5 : of every kind of file
-    with_family : a case that names ``crease.h5``
+    csv : data of every kind of calibration
+    study : study of the kind "force"
+    hdf5 : HDF5 files of every kind
+    with_family : a case that refers to ``crease.h5``
     """
 
     cases: list[str]

@@ -1,4 +1,4 @@
-"""The readers that strangers' files go through, each with the files that it is given broken copies of."""
+"""Readers of files from users, each with the valid files whose damaged copies it reads."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class Target:
 
     Attributes
     ----------
-    write : (seeds, folder, chance) -> file
-        Puts a broken file, and what it needs beside it, into the folder.
+    write : function (seeds, folder, chance) -> file
+        It writes a damaged file, and the other files that are needed, into the folder.
     read : file -> anything
-        What the program does with such a file.
+        Function of the program that reads such a file.
     """
 
     write: Callable[[Seeds, Path, random.Random], Path]

@@ -1,1 +1,1 @@
-"""The gallery: every check of `validation/` on one page, with its reference, our number, the error and a picture."""
+"""The gallery: every check of `validation/` on one page, with its reference, the computed value, the error and a figure."""

@@ -2,8 +2,8 @@
 
     python -m validation.gallery [--only closed_forms papers/pull] [--full] [--again] [--out out/validation]
 
-Parts that are done for these very sources are not run again unless --again says so. Exit code 1 if a check is red
-whose reason is not known.
+Parts that were run with unchanged sources are not run again, unless --again is given. Exit code 1 means that a check has
+failed without a known reason.
 """
 
 from __future__ import annotations

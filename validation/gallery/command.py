@@ -1,4 +1,4 @@
-"""The command line that folders share: some parts or all, printed as they come."""
+"""Command line that the folders have in common: it runs some parts or all, and prints each result."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["command"]
 
 
 def command(parts: Mapping[str, Part], folder: str, text: str | None) -> int:
-    """Run the parts of a folder that are asked for; 1 if a check is red."""
+    """Run the selected parts of a folder; returns 1 if a check fails."""
     parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--parts", nargs="+", choices=list(parts), default=list(parts))
     parser.add_argument("--full", action="store_true", help="also what takes many minutes")

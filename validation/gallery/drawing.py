@@ -1,4 +1,4 @@
-"""Pictures that many checks share: our curve with reference points, and convergence."""
+"""Figures that many checks use: a computed curve with reference points, and convergence."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def beside(
     bands: Mapping[str, tuple] | None = None,
     equal: bool = False,
 ) -> Path:
-    """Our curves as lines, references as open circles of the same colour, in the order given.
+    """Computed curves as lines, and references as open circles of the same colour, in the given order.
 
-    Several references of one curve have a colour and a marker each. `equal`: one scale for both axes.
+    Several references of one curve have different colours and markers. With `equal`, both axes have the same scale.
     """
     several = len(ours) == 1 and len(reference) > 1
     colours = COLOURS[1:] if several else COLOURS if len(ours) > 1 else ("black",)
@@ -67,7 +67,7 @@ def convergence(
     y: str = "relative error",
     title: str = "",
 ) -> Path:
-    """Errors against the number of pieces, with the slope that is expected."""
+    """Errors against the number of elements, with the expected slope."""
     with figure(path) as fig:
         ax = fig.subplots()
         sizes = np.asarray(counts, dtype=float)
@@ -95,7 +95,8 @@ def bars(
     band: float = 0.0,
     size: tuple[float, float] = SINGLE,
 ) -> Path:
-    """Ours beside a reference (NaN where there is none), one pair a name; band: half width of the reference's own."""
+    """Computed values beside reference values (NaN if there is none), one pair for each name; band: half width of the
+    uncertainty of the reference."""
     with figure(path, size) as fig:
         ax = fig.subplots()
         at = np.arange(len(names))

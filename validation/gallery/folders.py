@@ -36,14 +36,14 @@ NOT_IN_GALLERY = {
 
 
 def folders() -> list[str]:
-    """Folders with a README that yield checks."""
+    """Folders with a README, whose modules yield checks."""
     there = sorted(path.parent.name for path in ROOT.glob("*/README.md"))
     kept = [name for name in there if name not in NOT_IN_GALLERY]
     return sorted(kept, key=place_on_page)
 
 
 def place_on_page(folder: str) -> tuple[int, str]:
-    """To sort folders by."""
+    """Sort key of folders."""
     return (FIRST.index(folder) if folder in FIRST else len(FIRST), folder)
 
 

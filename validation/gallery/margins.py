@@ -1,4 +1,4 @@
-"""Checks of values with an upper bound; if there is no other picture, one shows the ratios of values and bounds."""
+"""Checks of values with an upper bound; without another figure, a figure shows the ratios of values and bounds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["with_margins"]
 
 
 def with_margins(found: Sequence[tuple[str, float, float]], source: str, picture: Path) -> Iterator[Check]:
-    """Margins of rows (quantity, value, largest allowed value)."""
+    """Figure of rows (quantity, value, largest allowed value)."""
     if not picture.is_file():
         draw_margins(picture, found)
     for what, value, allowed in found:
@@ -21,7 +21,7 @@ def with_margins(found: Sequence[tuple[str, float, float]], source: str, picture
 
 
 def draw_margins(path: Path, found: Sequence[tuple[str, float, float]]) -> None:
-    """A bar a row: value over bound, on a logarithmic scale."""
+    """One bar for each row: value over bound, on a logarithmic scale."""
     shown = [(what, max(abs(value / allowed), 1e-6)) for what, value, allowed in found if allowed]
     with figure(path, (6.4, 0.9 + 0.28 * len(shown))) as fig:
         ax = fig.subplots()

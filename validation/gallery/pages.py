@@ -1,4 +1,4 @@
-"""The gallery as pages for Sphinx: one of all checks, out of checks.json."""
+"""The gallery as pages for Sphinx: one page of all checks, made from checks.json."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ No checks have been run for this copy of the pages: `make validate` runs them an
 
 
 def write_gallery(checks: Path, out: Path) -> None:
-    """Write gallery.md and its pictures into `out`.
+    """Write gallery.md and its figures into `out`.
 
     Parameters
     ----------
-    checks : checks.json of a run; if there is none the page says how to get one
-    out : folder, emptied first
+    checks : checks.json of a run; without it the page states how to create it
+    out : folder, which is emptied first
     """
     shutil.rmtree(out, ignore_errors=True)
     (out / PICTURES).mkdir(parents=True)
@@ -191,7 +191,7 @@ def _left_out(parts: dict[str, dict[str, Any]]) -> Iterable[str]:
 
 
 def anchor(key: str) -> str:
-    """Fit for a link: letters, digits and dashes."""
+    """Text for a link: letters, digits and dashes only."""
     return re.sub(r"[^a-z0-9]+", "-", key.lower()).strip("-")
 
 

@@ -1,4 +1,4 @@
-"""Checks, their criteria, and texts for references that are not compared.
+"""Checks, their criteria, and texts on references that are not compared.
 
 A folder of `validation/` is in the gallery by a module `gallery.py` or `check.py` with a `TITLE` and `PARTS`, a dict of
 functions `(place) -> iterator of Check or NotCompared`. The same functions serve the folder's own command line.
@@ -19,7 +19,7 @@ Kind = Literal["relative", "absolute", "bound", "said"]
 
 @dataclass(frozen=True)
 class Place:
-    """Folder for the pictures of a part, and whether the part may take long."""
+    """Folder for the figures of a part, and whether the part may take long."""
 
     out: Path
     full: bool = False
@@ -27,13 +27,13 @@ class Place:
 
 @dataclass(frozen=True)
 class Reason:
-    """Why a check is red, and for which value that was found: another value needs another reason.
+    """Reason why a check fails, and the value for which it was found; another value needs another reason.
 
     Attributes
     ----------
     text : why
-    value : what the check had when the reason was found
-    within : relative band about it in which the reason holds
+    value : value of the check when the reason was found
+    within : relative band about the value in which the reason is valid
     """
 
     text: str
@@ -41,7 +41,7 @@ class Reason:
     within: float
 
     def explains(self, value: float | None) -> bool:
-        """Whether the reason was found for this value."""
+        """Whether the reason is valid for this value."""
         return value is not None and abs(value - self.value) <= self.within * abs(self.value)
 
 
@@ -51,19 +51,19 @@ class Check:
 
     Attributes
     ----------
-    name : what is compared
-    what : the case, in words
-    reference, value : the reference's number (or words), and ours
+    name : compared quantity
+    what : description of the case
+    reference, value : number (or text) of the reference, and computed value
     source : where the reference comes from: paper with equation, table or figure, or closed form
-    error, tolerance : it passes if the error is finite and not above the tolerance
+    error, tolerance : the check passes if the error is finite and at most the tolerance
     kind : str
-        "relative" and "absolute" errors; "bound": the value itself must not be above the tolerance; "said": what a paper
-        says in words holds (error 0) or not (error 1).
-    unit : of reference, value and, if absolute, error
-    figure : our curve with the reference
-    reason : why it is red, if that is known, and the value for which it is known
-    number : what a statement hangs on, to hold its reason against; of other kinds, their value
-    detail : more of the run, for the command line and small print
+        "relative" and "absolute" errors; "bound": the value itself must be at most the tolerance; "said": a statement of a
+        paper is true (error 0) or not (error 1).
+    unit : unit of reference, value and, if absolute, error
+    figure : figure of the computed curve with the reference
+    reason : known reason of a failure, with the value for which it is known
+    number : value on which a statement depends, to which its reason refers; for other kinds, the value of the check
+    detail : further text on the run, for the command line and the small print
     """
 
     name: str
@@ -92,12 +92,12 @@ class Check:
 
     @property
     def explained(self) -> bool:
-        """Red, for a reason that holds for this value."""
+        """Whether the check fails for a known reason that is valid for this value."""
         return not self.passed and self.reason is not None and self.reason.explains(self.number)
 
     @property
     def told(self) -> str:
-        """Why it is red; empty if it is not."""
+        """Reason of the failure; empty if the check passes."""
         if self.passed:
             return ""
         if self.kind == "said":
@@ -114,7 +114,7 @@ class Check:
 
 @dataclass(frozen=True)
 class NotCompared:
-    """A statement or number of a source that nothing here is held against, and why."""
+    """Statement or number of a source that is not compared, with the reason."""
 
     name: str
     source: str
@@ -138,7 +138,7 @@ def against(
     reason: Reason | None = None,
     detail: str = "",
 ) -> Check:
-    """A number against a reference, within a relative or an absolute tolerance (one of both)."""
+    """A number compared with a reference, within a relative or an absolute tolerance (one of both)."""
     if (rtol is None) == (atol is None):
         raise ValueError("give rtol or atol")
     off = abs(float(value) - reference)
@@ -209,12 +209,12 @@ def said(
 
 
 def number(value: float | str) -> str:
-    """As it is shown."""
+    """Text of a number for display."""
     return value if isinstance(value, str) else f"{value:.7g}"
 
 
 def show(found: Iterable[Check | NotCompared]) -> int:
-    """Print a table as the checks come; 1 if one is red, for an exit code."""
+    """Print a table of the checks as they are completed; returns 1 as exit code if a check fails."""
     red = 0
     print("| check | case | value | reference | source | error | allowed | | detail |")
     print("|---" * 9 + "|")

@@ -1,4 +1,4 @@
-"""The runner: every part of every folder, each kept in checks.json as soon as it is done."""
+"""Runner of every part of every folder; each result is stored in checks.json as soon as it is complete."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def run(only: list[str], out: Path, full: bool = False, again: bool = False, say
                     "sources": sources,
                     "full": full,
                 }
-                for check in kept[key]["checks"]:  # beside checks.json, wherever that goes
+                for check in kept[key]["checks"]:  # figures are stored beside checks.json
                     check["figure"] = check["figure"] and os.path.relpath(check["figure"], out)
                 write(path, kept)
             checks = kept[key]["checks"]
@@ -60,7 +60,7 @@ def run(only: list[str], out: Path, full: bool = False, again: bool = False, say
 
 
 def collect(function: Part, place: Place) -> dict[str, Any]:
-    """The checks of a part as plain data, with the seconds since the one before; what it raises is a red check."""
+    """Checks of a part as plain data, with the seconds since the previous check; an exception counts as a failed check."""
     checks: list[dict[str, Any]] = []
     left_out: list[dict[str, str]] = []
     begun = last = time.perf_counter()
@@ -72,7 +72,7 @@ def collect(function: Part, place: Place) -> dict[str, Any]:
             continue
         checks.append(plain(item) | {"seconds": now - last})
         last = now
-    # pictures may be drawn when all is known, so they are looked for at the end
+    # figures may be drawn after all checks, so their existence is tested at the end
     for check in checks:
         figure = Path(check["figure"])
         if not (figure.is_file() and figure.stat().st_size):
@@ -84,14 +84,14 @@ def collect(function: Part, place: Place) -> dict[str, Any]:
 def _guarded(function: Part, place: Place) -> Iterator[Check | NotCompared]:
     try:
         yield from function(place)
-    except Exception as error:  # whatever it is, the other parts go on
+    except Exception as error:  # whatever the error is, the other parts continue
         traceback.print_exc()
         told = f"{type(error).__name__}: {error}".splitlines()[0]
         yield Check("the whole part", "", "", told, "", float("inf"), 0.0, "bound", place.out / "none.png")
 
 
 def plain(check: Check) -> dict[str, Any]:
-    """As JSON holds it."""
+    """Value in types of JSON."""
     data = asdict(check) | {
         "passed": check.passed,
         "explained": check.explained,
@@ -103,7 +103,7 @@ def plain(check: Check) -> dict[str, Any]:
 
 
 def write(path: Path, parts: dict[str, Any]) -> None:
-    """All or nothing: a run that is cut off leaves the last whole file. In the order of the page."""
+    """Write the file atomically: an interrupted run leaves the last complete file. Results in the order of the page."""
     parts = dict(sorted(parts.items(), key=lambda item: place_on_page(item[0].split("/")[0])))
     whole = {
         "commit": commit(),

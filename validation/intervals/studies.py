@@ -2,11 +2,11 @@
 
     python -m validation.intervals [--studies 200] [--seed 1] [--workers 2]
 
-Each study is drawn by its own seed: a folded strip of four panels, pulled at two fold angles, three to six whole repeats of
-each test. A repeat has a bending stiffness and a crease stiffness of its own (1.5 % each), a force scale and a zero of its
-own load cell (1 %, .5 % of the peak), and noise (.3 % of the peak). Half of the studies have creases that soften or stiffen
-by up to 30 % a radian, and are fitted with linear ones: the model has the wrong form. Then, the stiffness of the crease has
-no true value, and what is judged is the force.
+Each study has its own seed: a folded strip of four panels, pulled at two fold angles, with three to six complete repeats of
+each test. Each repeat has its own bending stiffness and crease stiffness (scatter 1.5 % each), force scale and zero of the
+load cell (1 % and 0.5 % of the peak), and noise (0.3 % of the peak). Half of the studies have creases that soften or stiffen
+by up to 30 % per radian, but are fitted with linear creases, so the model has the wrong form. In this case the stiffness of
+the crease has no true value, and only the force is compared.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ TRAVEL = 0.02
 
 @dataclass(frozen=True)
 class Covered:
-    """Values of a study that lie in their intervals: parameters, parts of both curves (fit, prediction), peak."""
+    """True values of a study that are inside their intervals: parameters, fractions of both curves (fit, prediction),
+    peak."""
 
     parameters: tuple[bool, ...]
     fitted: float
@@ -110,7 +111,8 @@ def study(seed: tuple[int, int]) -> Covered:
 
 
 def _predicted(estimate: Estimate, misfit: float, at: np.ndarray, crease: dict[str, object]) -> tuple[float, bool]:
-    """Share of the predicted curve that holds the truth, and whether the interval of its peak does."""
+    """Fraction of the predicted curve whose band contains the true curve, and whether the interval of the peak contains the
+    true peak."""
     values = dict(zip(estimate.names, estimate.values.tolist(), strict=True))
     response = force_response(with_values(strip(PREDICTED, linear()), values), at, list(estimate.names))
     band = linear_band(response, estimate, LEVEL)

@@ -2,8 +2,8 @@
 
     python -m validation.membrane.check [--parts frequencies precision energy strip] [--full]
 
-Exit code 1 if something is outside its limits. With --full also 24 x 24 cells, all meshes of `precision` and the long
-strip, some minutes each. Times: python -m validation.membrane.speed.
+Exit code 1 means that a result is outside its tolerance. --full adds 24 x 24 cells, all meshes of `precision` and the long
+strip, which take some minutes each. `python -m validation.membrane.speed` measures the times.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ EXACT = "closed form of the hinged plate under tension, ω² = (Dk⁴ + Nk²)/(�
 
 
 def frequencies(place: Place) -> Iterator[Check]:
-    """The six lowest of the tensioned square against the exact ones, and the order of convergence."""
+    """The six lowest frequencies of the tensioned square compared with the exact ones, and the order of convergence."""
     counts = (4, 6, 8, 12, 24) if place.full else (4, 6, 8, 12)
     exact = exact_frequencies(6)
     found = {}
@@ -67,7 +67,7 @@ def frequencies(place: Place) -> Iterator[Check]:
 
 
 def _vibration(n: int, settings: Settings, every: float) -> tuple[float, float, float]:
-    """Frequency (Hz), energy error and processor's seconds of a second of simulated time."""
+    """Frequency (Hz), energy error, and processor time (s) for one second of simulated time."""
     system, height = plucked_film(n)
     states: list[SavedState] = []
     begun = time.thread_time()
@@ -78,7 +78,7 @@ def _vibration(n: int, settings: Settings, every: float) -> tuple[float, float, 
 
 
 def precision(place: Place) -> Iterator[Check]:
-    """Frequency of the free vibration at an amplitude of 20 thicknesses against mesh, step and method."""
+    """Frequency of the free vibration at an amplitude of 20 thicknesses for different meshes, steps and methods."""
     duration, every = 0.1, 5e-4
     reference, _, _ = _vibration(12 if place.full else 8, Settings("Radau-blocks", 1e-5, duration), every)
     steps = (1e-3, 5e-4, 2.5e-4, 1.25e-4)
@@ -119,7 +119,7 @@ def precision(place: Place) -> Iterator[Check]:
 
 
 def energy(place: Place) -> Iterator[Check]:
-    """Balance of an undamped free vibration of 0.2 s."""
+    """Energy balance of an undamped free vibration of 0.2 s."""
     system, height = plucked_film(6 if place.full else 4, 2e-4)
     states: list[SavedState] = []
     _, energy_balance = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), np.linspace(0.0, 0.2, 401), states.append)
@@ -136,7 +136,7 @@ def energy(place: Place) -> Iterator[Check]:
 
 
 def strip(place: Place) -> Iterator[Check]:
-    """Wrinkles of the sheared strip, resolved, against the closed form and the tension field."""
+    """Wrinkles of the sheared strip that the mesh resolves, compared with the closed form and the tension field."""
     closed = strip_wrinkles(HEIGHT, FILM.thickness, FILM.poisson, SHEAR / HEIGHT)
     source = "closed form of the sheared strip (docs/theory.md), half-wavelength √(πHt)/[3(1-ν²)γ]^¼"
     picture = place.out / "strip.png"
@@ -196,7 +196,7 @@ def strip(place: Place) -> Iterator[Check]:
             rtol=0.02,
             unit="MPa",
         )
-        if length > 2 * HEIGHT:  # in a short strip the free edges give way, and wrinkles are higher
+        if length > 2 * HEIGHT:  # in a short strip the free edges yield, and wrinkles are higher
             yield against(
                 f"{name}: amplitude",
                 "4 mm cells, resolved",
@@ -220,7 +220,7 @@ def strip(place: Place) -> Iterator[Check]:
 
 
 def _listed(path: Path, starts: Sequence[tuple[float, float]], shapes: Sequence[Wrinkled]) -> None:
-    """All stable shapes that were found, a row each."""
+    """All stable shapes that were found, in one row each."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file)

@@ -1,4 +1,5 @@
-"""The film that this page and the peers measure: 300 x 300 x .025 mm, polyimide, edges moved out by 1e-3 and held."""
+"""Film that this page and the comparisons with other programs use: 300 x 300 x 0.025 mm, polyimide, edges moved outwards by
+1e-3 and held."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def tensioned_film(n: int) -> tuple[AncfSystem, FilmGrid]:
 
 
 def plucked_film(n: int, amplitude: float = AMPLITUDE) -> tuple[AncfSystem, int]:
-    """The tensioned film that passes through rest with the speed of its first mode, and the height of its centre."""
+    """Tensioned film that passes through its rest position with the velocity of its first mode, and the height of its
+    centre."""
     system, grid = tensioned_film(n)
     first = modes(system, 0.0, system.start, 1)
     height = int(grid.nearest(0.5 * SIDE, 0.5 * SIDE)) + 2
@@ -59,7 +61,7 @@ def exact_frequencies(count: int) -> np.ndarray:
 
 
 def frequency(time: np.ndarray, height: np.ndarray) -> float:
-    """From the first and the last time at which the height passes upwards through zero, Hz."""
+    """Frequency from the first and the last time at which the height passes upwards through zero, Hz."""
     here = np.flatnonzero((height[:-1] < 0.0) & (height[1:] >= 0.0))
     cuts = time[here] - height[here] * (time[here + 1] - time[here]) / (height[here + 1] - height[here])
     return float((len(cuts) - 1) / (cuts[-1] - cuts[0]))

@@ -1,7 +1,7 @@
-"""The sheared strip: wrinkles resolved by the mesh, the tension field, the closed form.
+"""Sheared strip: wrinkles resolved by the mesh, the tension field, and the closed form.
 
-A strip of Kapton, long edges clamped, the upper one moved along itself by 1 mm. The film starts
-with waves and goes down its energy to a stable shape.
+A strip of Kapton with clamped long edges; the upper edge is moved along itself by 1 mm. The film starts with waves, and its
+energy is decreased until it reaches a stable shape.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ class Wrinkled:
     resolved, tension_field : mean larger principal stress in the middle quarter of the length and half of the height
     smaller : mean smaller principal stress there, resolved
     energy : J
-        Of several stable shapes of one strip the one of least energy counts.
-    iterations : of going down the energy
-    seconds : of the processor
+        If one strip has several stable shapes, the shape of least energy is used.
+    iterations : number of iterations of the energy descent
+    seconds : processor time
     """
 
     half_wavelength: float
@@ -53,7 +53,7 @@ class Wrinkled:
 
 
 def sheared_strip(length: float, cell: float, tension_field: bool) -> tuple[AncfSystem, FilmGrid]:
-    """The strip with its upper edge to be moved; at time 1 it is where it goes. It starts in plain shear."""
+    """The strip with its upper edge to be moved; the motion is complete at time 1. The strip starts in plain shear."""
     builder = MeshBuilder()
     x, y = (np.linspace(0.0, size, round(size / cell) + 1) for size in (length, HEIGHT))
     grid = builder.film(x, y, (FILM,), tension_field=tension_field)
@@ -61,7 +61,7 @@ def sheared_strip(length: float, cell: float, tension_field: bool) -> tuple[Ancf
     builder.hold(grid.edge("bottom"))
     builder.hold(upper, (2,))
     for side in (0, -1):
-        builder.hold(grid.position[:, side] + 6, (2,))  # clamped: no slope across
+        builder.hold(grid.position[:, side] + 6, (2,))  # the edge is clamped, so it has no slope across
     mesh = builder.build()
     moved = np.concatenate([upper, upper + 1])
     is_position = moved % 9 < 3
@@ -84,8 +84,7 @@ def wrinkled_strip(length: float, cell: float, seed: float = 1.0, max_iterations
     Parameters
     ----------
     length, cell : m
-    seed : half-wavelength of the shape it starts from, over that of the closed form
-        Its amplitude is that of the closed form too.
+    seed : half-wavelength of the initial shape over that of the closed form The amplitude is that of the closed form.
     """
     begun = time.thread_time()
     system, grid = sheared_strip(length, cell, False)

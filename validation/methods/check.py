@@ -1,9 +1,9 @@
-"""Peak force of the demo strip by Radau, BDF and LSODA: three codes, one answer.
+"""Peak force of the demo strip by Radau, BDF and LSODA, which must agree.
 
     python -m validation.methods.check [--full] [--out out/validation/methods]
 
-4 segments per panel at rtol 1e-5; with --full 20 segments at rtol 1e-6, some minutes. Exit code 1 if two peaks are apart by
-more than 0.1 %.
+4 segments per panel at rtol 1e-5; with --full 20 segments at rtol 1e-6, some minutes. Exit code 1 means that two peaks
+differ by more than 0.1 %.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ TOLERANCE = 1e-3
 
 
 def peaks(place: Place) -> Iterator[Check]:
-    """Peak of the demo strip by methods that share nothing: implicit Runge-Kutta, multistep, statics."""
+    """Peak of the demo strip by independent methods: implicit Runge-Kutta, multistep, statics."""
     segments, rtol = (20, 1e-6) if place.full else (4, 1e-5)
-    # past the peak at 24 mm is far enough
+    # the travel must only exceed the peak at 24 mm
     overrides = [f"solve.rtol={rtol}", "expect=none", 'drive.0.travel="28 mm"', f"strip.segments_per_panel={segments}"]
     picture, curves = place.out / "methods.png", {}
     first = 0.0
@@ -57,7 +57,7 @@ def peaks(place: Place) -> Iterator[Check]:
             unit="N",
             detail=detail,
         )
-    # each at travels of its own, or they would hide one another
+    # each curve has points at different travels, because the curves would hide each other
     few = {
         f"{name}, every 3 mm": (x[2 * k :: 6], y[2 * k :: 6]) for k, (name, (x, y)) in enumerate(list(curves.items())[1:])
     }

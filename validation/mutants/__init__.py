@@ -1,1 +1,1 @@
-"""Faults put into the product's physics on purpose, each with the check that must catch it."""
+"""Faults that are put into the physics of the product on purpose, each with the check that must detect it."""

@@ -1,9 +1,10 @@
-"""Mutants of the product's physics, each with the test or check of the gallery that must catch it; README.md.
+"""Mutants of the physics of the product, each with the test or check of the gallery that must detect it; see README.md.
 
     python -m validation.mutants [--only NAME ...] [--workers 1] [--again] [--out out/mutants]
     python -m validation.mutants --list
 
-Goes on where it was stopped. Exit code 1 if a mutant survives or a guard fails without one, 2 if the list is out of date.
+An interrupted command continues where it stopped. Exit code 1 means that a mutant is not detected or that a test fails
+without one; 2 means that the list is out of date.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ BEGIN, END = "<!-- table -->", "<!-- end of table -->"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the mutants that are asked for; write what came of them."""
+    """Run the selected mutants and write the verdicts."""
     parser = argparse.ArgumentParser(prog="python -m validation.mutants", description="Faults put in on purpose.")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="names, or parts of them")
     parser.add_argument("--workers", type=int, default=1)
@@ -73,7 +74,7 @@ def _work(mutants: Sequence[Mutant], path: Path, found: dict[str, Any]) -> None:
 
 
 def write_table(readme: Path, found: dict[str, Any]) -> None:
-    """Put the verdicts of all mutants into the README, between its two marks; `found` has those that hold."""
+    """Write the verdicts of all mutants into the README, between its two marks; `found` contains the valid verdicts."""
     text = readme.read_text(encoding="utf-8")
     before, rest = text.split(BEGIN)
     after = rest.split(END)[1]

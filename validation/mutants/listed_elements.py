@@ -1,4 +1,4 @@
-"""Mutants of films, arrays, data, channels and joined models."""
+"""Mutants of films, arrays, data, channels and coupled models."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Mutant:
 
     Attributes
     ----------
-    name : of the fault, in plain words
+    name : description of the fault
     file : path relative to the repository
     old, new : the replaced text and its replacement; `old` occurs exactly once in the file
     guard : tests that must detect the fault and name its cause: nodes of pytest, or "gallery FOLDER/PART"

@@ -1,4 +1,4 @@
-"""Run guards on a copy of the repository, with a mutant in it and without."""
+"""Run tests on a copy of the repository, with and without a mutant."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FAILED = 1
 
 @contextmanager
 def work_copy() -> Iterator[Path]:
-    """A copy of what git has of the repository, as it is in the work tree now."""
+    """Copy of the files that git tracks, in their present state in the work tree."""
     listed = subprocess.run(["git", "-C", str(REPOSITORY), "ls-files", "-z"], capture_output=True, check=True).stdout
     with tempfile.TemporaryDirectory(prefix="fsm_mutants_") as folder:
         root = Path(folder)
@@ -37,7 +37,7 @@ def work_copy() -> Iterator[Path]:
 
 
 def judge(mutant: Mutant, root: Path) -> tuple[str, str]:
-    """Verdict, and what failed first: the guard with the mutant, then, if it fails, without."""
+    """Verdict and first failure: the test is run with the mutant and, if it fails, without it."""
     path = root / mutant.file
     whole = path.read_text(encoding="utf-8")
     path.write_text(mutant.changed(whole), encoding="utf-8")

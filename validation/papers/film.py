@@ -43,7 +43,7 @@ def _change(rows: dict[str, dict[str, Any]], name: str, key: str) -> float:
 
 
 def _draw(path: Path, rows: dict[str, dict[str, Any]], paper: dict[str, dict[str, float]], x: str) -> Path:
-    """Changes in % of frequency and amplitudes; the paper's as circles, its bin as a bar."""
+    """Changes in % of frequency and amplitudes; circles are values of the paper, and bars show its frequency resolution."""
     titles = {"frequency_hz": "frequency", "amplitude_center": "amplitude, centre", "amplitude_patch": "amplitude, patch"}
     with figure(path, (WIDE[0], 3.0)) as fig:
         for ax, (key, title), colour in zip(fig.subplots(1, 3), titles.items(), COLOURS, strict=False):

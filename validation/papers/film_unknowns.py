@@ -1,4 +1,4 @@
-"""Air, patch and pulse that would give the numbers of the paper on the film, which does not state them.
+"""Values of air, patch and pulse that would reproduce the numbers of the paper on the film, which does not state them.
 
     python -m validation.papers.film_unknowns
 
@@ -25,7 +25,7 @@ SIZE, PULL = (-4.88, -12.2, 7.32), (20.58, 38.24)
 
 
 def film(*overrides: str) -> VibrationAnalysis:
-    """The case, stretched, with its modes."""
+    """Tensioned film of the case, with its modes."""
     analysis = VibrationAnalysis(load_case(FOLDER / "case.toml", ("impact=none", *overrides)).case, "case.toml")
     analysis.initialise([])
     return analysis

@@ -1,4 +1,4 @@
-"""Scissor arrays with flexible bars: the paper of docs/scissor.md, whose table of sizes and materials is lost."""
+"""Scissor arrays with flexible bars: the paper of docs/scissor.md, whose table of sizes and materials is not available."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NEAR = 0.05
 
 
 def deployment(place: Place) -> Iterator[Check | NotCompared]:
-    """Three units deployed by 50 N at a1: flexible beside rigid bars, synchronism, more units."""
+    """Three units deployed by 50 N at a1: comparison of flexible and rigid bars, synchronism, more units."""
     summary = run_case(load_case(CASE), place.out / "run", progress=False)
     units, end, step = 3, 1.5, 5e-4
     run = move(steel_array(units, 0.02), end, step, 300)
@@ -113,7 +113,7 @@ def deployment(place: Place) -> Iterator[Check | NotCompared]:
         picture,
     )
     differs, apart_by = summary["max_difference_rigid"], summary["max_asynchronism"]
-    numbers = {  # the paper's, ours now, ours of 23 November 2026, unit, figure
+    numbers = {  # columns: value of the paper, present value, value of 23 November 2026, unit, figure
         "difference from rigid bars, displacement x": (0.01498, differs["displacement_x"], 0.02177, "m", 7),
         "difference from rigid bars, displacement y": (0.02503, differs["displacement_y"], 0.01676, "m", 7),
         "difference from rigid bars, velocity": (0.3889, differs["velocity"], 0.2139, "m/s", 7),
@@ -135,7 +135,7 @@ def deployment(place: Place) -> Iterator[Check | NotCompared]:
             unit=unit,
             reason=Reason(LOST, known, NEAR),
         )
-    # six units are heavier: until their bars have turned as far
+    # six units are heavier, so the motion continues until their bars have rotated as far
     long = np.linspace(0.0, 8.0, 1601)
     same = float(np.interp(-angle[-1], -rigid_angle(6, long, 0.02), long))
     more = move(steel_array(6, 0.02), same, step, 300)

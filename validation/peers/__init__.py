@@ -1,4 +1,4 @@
-"""The strip in other multibody codes, beside fsm."""
+"""The strip in other multibody codes, compared with fsm."""
 
 import sys
 

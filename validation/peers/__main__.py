@@ -1,8 +1,9 @@
-"""Exudyn and fsm in one run: time to 1 % and to 0.1 % of error for every problem that both can model.
+"""Exudyn and fsm in one run: time to an error of 1 % and of 0.1 % for every problem that both programs can model.
 
     python -m validation.peers [--only strip_10_plane A01 ...] [--repeat 3] [--out out/peers]
 
-Prints the table and writes table.md, and of every problem a CSV and a picture. Exit code 2 without Exudyn.
+The command prints the table and writes table.md, and a CSV file and a figure for every problem. Exit code 2 means that
+Exudyn is not installed.
 """
 
 from __future__ import annotations

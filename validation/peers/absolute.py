@@ -1,4 +1,4 @@
-"""Cables and films in absolute nodal coordinates: runs of both programs; without Exudyn, fsm's only."""
+"""Cables and films in absolute nodal coordinates: runs of both programs; without Exudyn, of fsm only."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = ["cantilever", "film_modes", "film_vibration", "flexible_pendulum"]
 
 
 def flexible_pendulum() -> PeerCase:
-    """A soft cable that swings."""
+    """A soft cable that swings as a pendulum."""
     times = np.array(list(PENDULUM))
     path = np.array(list(PENDULUM.values()))
 
@@ -83,7 +83,7 @@ def _swing(made: tuple, stepping: Any, times: np.ndarray, path: np.ndarray) -> C
 
 
 def cantilever() -> PeerCase:
-    """A cable that is bent far."""
+    """A cable cantilever with large deflection."""
 
     def error(moved: np.ndarray) -> float:
         return float(np.linalg.norm(moved - CABLE)) / LENGTH
@@ -129,7 +129,7 @@ def cantilever() -> PeerCase:
 
 
 def film_modes() -> PeerCase:
-    """A film's prestress and modes."""
+    """Prestress and modes of a film."""
     exact = exact_frequencies(6)
 
     def fsm(cells: int) -> tuple[float, float]:

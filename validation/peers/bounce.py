@@ -1,4 +1,4 @@
-"""Stack of balls that bounces on a fixed ball: an equation for each ball, and fsm's model.
+"""Stack of balls that bounces on a fixed ball: one equation for each ball, and the model of fsm.
 
 The balls are on one vertical line and touch by N = K d^(3/2) without damping, so that both programs have the same law.
 """
@@ -31,7 +31,7 @@ BOUNCE_TIMES = np.arange(1, 6) * 0.02
 
 
 def heights() -> np.ndarray:
-    """Centres at the start over the top of the fixed ball, m: gaps of 2 mm."""
+    """Initial heights of the centres above the top of the fixed ball, m, with gaps of 2 mm."""
     return RADIUS + 0.002 + np.arange(BALLS) * (2.0 * RADIUS + 0.002)
 
 
@@ -53,7 +53,7 @@ def bounce_path() -> np.ndarray:
 
 
 def bounce_model() -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
-    """Balls as bodies in space with spheres, each against its neighbours; the height of the highest."""
+    """Balls as bodies in space with spheres, each in contact with its neighbours; height of the highest ball."""
     bodies = tuple(
         Body(name=f"{i}", mass=MASS, inertia=(INERTIA,) * 3, position=(0.0, 0.0, float(z)))
         for i, z in enumerate(heights())

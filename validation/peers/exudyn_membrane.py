@@ -1,10 +1,10 @@
-"""The tensioned film in Exudyn's ANCF thin plate and in fsm: prestress, modes, a second of free vibration.
+"""The tensioned film with the ANCF thin plate of Exudyn and with fsm: prestress, modes, one second of free vibration.
 
     python -m validation.peers.exudyn_membrane [--cells 12] [--repeat 5] [--quick]
 
-Times of the solvers alone, models built and kernels compiled: medians of wall time and of the processor's time of the
-one thread, which other work on the machine disturbs less. Prints a table and writes out/peers/exudyn_membrane.csv;
-without Exudyn, fsm's rows only.
+The times are those of the solvers alone, with models built and kernels compiled: medians of wall time and of the processor
+time of the single thread, which depends less on other work of the machine. Prints a table and writes
+out/peers/exudyn_membrane.csv; without Exudyn, only the rows of fsm.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ MODES = 20
 
 @dataclass(frozen=True)
 class Row:
-    """One measurement: medians, s; error as named."""
+    """One measurement: medians of the times, s, and the named error."""
 
     tool: str
     task: str
@@ -60,7 +60,7 @@ class Row:
 
 
 def timed(run: Callable[[], Any], repeat: int) -> tuple[float, float, Any]:
-    """Medians of wall and processor time, s, after a first run that does not count; what it returns."""
+    """Medians of wall and processor time, s, after a warm-up run, and the result of the function."""
     result = run()
     walls, processors = [], []
     for _ in range(repeat):
@@ -123,7 +123,7 @@ def fsm_vibration(system: AncfSystem, height: int, step: float, duration: float 
 
 
 def reduced_model(system: AncfSystem, count: int, cubic: bool) -> tuple[ReducedModel, np.ndarray, float]:
-    """Model, initial rates, and the time to make it from the tensioned state, its modes included."""
+    """Model, initial rates, and time to build it from the tensioned state, including its modes."""
     begun = time.perf_counter()
     found: Modes = modes(system, 0.0, system.start, count)
     model = ReducedModel.of(system, 0.0, system.start, found.squared, found.shapes, cubic)
@@ -172,7 +172,7 @@ class ExudynFilm:
         self._hold(item, x, cells)
 
     def _hold(self, item: Any, x: np.ndarray, cells: int) -> None:
-        """Positions of the edge, and slopes along it, where the strain takes them."""
+        """Positions of the edge and slopes along it, at the given strain."""
         ground = self.system.AddMarker(
             item.MarkerNodeCoordinate(nodeNumber=self.system.AddNode(item.NodePointGround()), coordinate=0)
         )
@@ -201,7 +201,7 @@ class ExudynFilm:
         self.held = [self.system.GetNodeODE2Index(node) + coordinate for node, coordinate in held]
 
     def settings(self) -> Any:
-        """One thread, sparse, no files."""
+        """Settings: one thread, sparse matrices, no files."""
         options = self.exu.SimulationSettings()
         options.solution.file.write = False
         options.linearSolver.solverType = self.exu.LinearSolverType.EigenSparse
@@ -211,7 +211,7 @@ class ExudynFilm:
         return options
 
     def prestress(self) -> None:
-        """Static solution, kept as the initial state."""
+        """Static solution, which becomes the initial state."""
         self.system.SolveStatic(self.settings(), updateInitialValues=True)
 
     def frequencies(self, count: int = MODES) -> np.ndarray:
@@ -267,7 +267,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
     plucked, height = plucked_film(options.cells)
-    # of the same mesh, with the error control of Radau, over a tenth of the time
+    # the reference is on the same mesh, with the error control of Radau, over a tenth of the time
     true_frequency = fsm_vibration(plucked, height, 0.0, 0.1, "Radau-blocks")
     print(f"{machine()}\nfrequency at an amplitude of {1e3 * AMPLITUDE:g} mm: {true_frequency:.4f} Hz")
     rows = fsm_rows(options.cells, options.repeat, true_frequency, options.quick)

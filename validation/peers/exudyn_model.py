@@ -1,8 +1,8 @@
-"""A scene of fsm as an Exudyn system, body for body and spring for spring; and its solution, static or dynamic.
+"""A scene of fsm as an Exudyn system with the same bodies and springs, and its static or dynamic solution.
 
-Axes: Exudyn's (x, y, z) are fsm's (x, z, -y), so that the strip lies in Exudyn's x-y plane, as its planar bodies want, and
-bends about z. Exudyn's bushings measure a rotation in three angles, which lock at 90 degrees of the second;
-bending is the third.
+Axes: (x, y, z) of Exudyn are (x, z, -y) of fsm. The strip then lies in the x-y plane of Exudyn, as planar bodies of Exudyn
+require, and bends about z. Bushings of Exudyn measure a rotation by three angles, which are singular at 90 degrees of the
+second; bending is the third angle.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _ORDER = [0, 2, 1]
 
 @dataclass(frozen=True)
 class Contact:
-    """Points of the panel before the driven crease against the mirror plane.
+    """Contact points of the panel before the driven crease with the mirror plane.
 
     Attributes
     ----------
@@ -54,16 +54,18 @@ class ExudynSettings:
 
     Attributes
     ----------
-    steps : load steps, or steps of time
+    steps : number of load steps or of time steps
     planar : planar bodies instead of spatial ones
     dynamic : generalised alpha instead of static load steps
     solver : linear solver
-    modified : Newton's Jacobian is kept as long as the residual falls to `contractivity` of it in each iteration
-    each_step : the Jacobian is made new at the start of every step
+    modified : whether the Jacobian is reused as long as each iteration reduces the residual to `contractivity` times its
+    value
+    each_step : whether a new Jacobian is computed at the start of every step
     relative, absolute : tolerances of the residual
     radius : spectral radius of generalised alpha
-    exact : Jacobians of the springs with their geometric stiffness; without it Newton is cheaper, and surer in large steps
-    adaptive : a step that fails is cut
+    exact : whether Jacobians of the springs include their geometric stiffness; without it Newton's method is cheaper, and
+    more robust in large steps
+    adaptive : whether a failed step is shortened
     plain : number of steps and linear solver as given, contact by a function in Python, and all else as Exudyn has it by
         default: Newton's method to 1e-8 with the whole Jacobian (modified in dynamics, spectral radius 0.9), a file of the
         solution, sensors at every step
@@ -90,7 +92,7 @@ class ExudynStrip:
     Parameters
     ----------
     scene : Scene
-    motion : what the driven body does
+    motion : prescribed motion of the driven body
     settings : ExudynSettings
     contact : points against a plane, or None
     """
@@ -128,7 +130,7 @@ class ExudynStrip:
             raise RuntimeError(f"Exudyn found no solution with {self.settings}")
         data = np.asarray(self.mbs.GetSensorStoredData(self.sensor))
         data = data[np.concatenate([[True], np.diff(data[:, 0]) > 0])]
-        sign = -1.0 if self.settings.dynamic else 1.0  # Exudyn's static solver gives multipliers the other sign
+        sign = -1.0 if self.settings.dynamic else 1.0  # the static solver of Exudyn gives multipliers with the opposite sign
         travel = np.array([self._travel(t) for t in data[:, 0]])
         return taken, (travel, self.share * sign * data[:, 1])
 
@@ -190,7 +192,7 @@ class ExudynStrip:
         return self.motion.at(t)[0] if self.settings.dynamic else self.motion.travel * t
 
     def _contacts(self, contact: Contact) -> None:
-        """Points of the panel beside the plane, each a one-sided spring along x whose law Exudyn evaluates by itself."""
+        """Points of the panel beside the plane, each with a one-sided spring along x whose law Exudyn evaluates itself."""
         panel = max(body.panel for body in self.scene.bodies)
         segments = [body for body in self.scene.bodies if body.panel == panel]
         whole = sum(body.plate.length for body in segments if body.plate)
@@ -203,7 +205,7 @@ class ExudynStrip:
                 _one_sided,
                 "springForceUserFunction",
                 itemTypeName="ObjectConnectorCartesianSpringDamper",
-            )  # kept, as Exudyn does not own it
+            )  # stored here, because Exudyn does not own it
         for body in segments:
             assert body.plate is not None
             for at, weight in _points(contact.points):
@@ -252,7 +254,7 @@ class ExudynStrip:
         return options
 
     def _plain_options(self, options: Any) -> Any:
-        """Steps, and a place for the files."""
+        """Steps, and a folder for the files."""
         self.files = TemporaryDirectory()
         for part, name in ((options.solution.file, "name"), (options.solution, "solverInformationFileName")):
             setattr(part, name, str(Path(self.files.name) / name))
@@ -265,7 +267,8 @@ class ExudynStrip:
 
 
 def _one_sided(mbs: Any, t: Any, number: Any, shift: Any, rate: Any, stiffness: Any, damping: Any, offset: Any) -> Any:
-    """Hertz's force k d^1.5 of a point that has come d through the plane, in Exudyn's symbols: solving calls no Python."""
+    """Hertz force k d^1.5 of a point that has passed the plane by d, in symbols of Exudyn, so that the solution calls no
+    Python."""
     symbol = exu.symbolic
     depth = symbol.max(symbol.Real(0.0), shift[0])
     return symbol.Vector([stiffness[0] * depth * symbol.sqrt(depth), symbol.Real(0.0), symbol.Real(0.0)])
@@ -274,12 +277,12 @@ def _one_sided(mbs: Any, t: Any, number: Any, shift: Any, rate: Any, stiffness: 
 def _one_sided_in_python(
     mbs: Any, t: float, number: int, shift: Any, rate: Any, stiffness: Any, damping: Any, offset: Any
 ) -> list[float]:
-    """The same as a function that Exudyn calls."""
+    """The same law as a function that Exudyn calls."""
     return [stiffness[0] * max(0.0, shift[0]) ** 1.5, 0.0, 0.0]
 
 
 def _points(intervals: int) -> list[tuple[float, float]]:
-    """Gauss-Lobatto points on -1..1 and their weights, which add up to 1; as fsm's contact has them."""
+    """Gauss-Lobatto points on [-1, 1], and weights with the sum 1, as in the contact of fsm."""
     inner = np.polynomial.legendre.Legendre.basis(intervals).deriv().roots()
     points = np.concatenate([[-1.0], inner, [1.0]])
     weights = 1.0 / (intervals * (intervals + 1) * np.polynomial.legendre.legval(points, [0.0] * intervals + [1.0]) ** 2)
@@ -287,7 +290,7 @@ def _points(intervals: int) -> list[tuple[float, float]]:
 
 
 def _half(scene: Scene) -> Scene:
-    """The half of the strip before its driven crease; that crease turns against the line instead, twice as stiff."""
+    """Half of the strip before its driven crease; this crease rotates relative to the line, with twice the stiffness."""
     line = scene.drives[0].body
     assert line is not None
     last = next(e.outer for e in scene.elements if e.kind == "drive" and e.inner == line and e.point_outer[0] > 0)
@@ -301,7 +304,7 @@ def _half(scene: Scene) -> Scene:
 
 
 def _stiffened(half_joint: ForceElement, crease: ForceElement) -> ForceElement:
-    """Half a joint to the line with the crease's moment in it: its mirror image turns as far the other way."""
+    """Half a joint to the line with the moment of the crease; its mirror image rotates by the opposite angle."""
     k, c = list(half_joint.rotation), list(half_joint.rotation_damping)
     k[1], c[1] = 2.0 * crease.rotation[1], 2.0 * crease.rotation_damping[1]
     return half_joint.model_copy(update={"rotation": tuple(k), "rotation_damping": tuple(c)})

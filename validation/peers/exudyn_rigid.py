@@ -1,4 +1,4 @@
-"""The rigid mechanisms in Exudyn, with joints as constraints, and where that is quicker in independent coordinates."""
+"""Rigid mechanisms in Exudyn, with joints as constraints and, where this is faster, in independent coordinates."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _POSITION = exu.OutputVariableType.Position
 class Stepping:
     """Settings of Exudyn's time integration: step (s), solver, Newton, spectral radius of generalised alpha.
 
-    `smooth`: forces of contacts are continuous, and no iterations find out which contacts are closed.
+    `smooth`: contact forces are continuous, so no iterations determine which contacts are closed.
     """
 
     step: float
@@ -192,7 +192,8 @@ def top_free() -> Made:
 
 
 def bricard() -> Made:
-    """A04: five bodies with Euler parameters, six hinges; one of them leaves out a translation that the others hold."""
+    """A04: five bodies with Euler parameters and six hinges; one hinge omits a translation that the other hinges
+    constrain."""
     mbs = _system()
     ground = mbs.AddObject(item.ObjectGround())
     corners, bodies = BRICARD.corners, []
@@ -212,7 +213,7 @@ def bricard() -> Made:
         ]
         axis = BRICARD.axes[i]
         other = np.roll(axis, 1)
-        turned = np.stack([other, np.cross(axis, other), axis], 1)  # the third axis is free
+        turned = np.stack([other, np.cross(axis, other), axis], 1)  # rotation about the third axis is free
         mbs.AddObject(
             item.ObjectJointGeneric(
                 markerNumbers=markers, constrainedAxes=[1, 1, 1, 1, 1, 0] if i < 5 else [1, 1, 0, 1, 1, 0],

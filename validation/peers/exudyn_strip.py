@@ -47,7 +47,8 @@ CONVERGED = 1e-6
 
 @dataclass(frozen=True)
 class Row:
-    """One measurement: median and shortest time, s; error as a part of the peak, against the curve named in `reference`."""
+    """One measurement: median and shortest time, s; error relative to the peak, compared with the curve named in
+    `reference`."""
 
     segments: int
     contact: bool
@@ -75,7 +76,7 @@ class Bench:
 
 
 def exudyn_strip(segments: int, settings: ExudynSettings, contact: bool) -> ExudynStrip:
-    """fsm's strip in Exudyn; with contact half of it, against the mirror plane."""
+    """Strip of fsm in Exudyn; with contact, half of the strip with the mirror plane."""
     from validation.peers.exudyn_model import Contact, ExudynStrip
 
     case = strip_case(segments, contact)
@@ -84,7 +85,7 @@ def exudyn_strip(segments: int, settings: ExudynSettings, contact: bool) -> Exud
     if contact:
         assert case.contact is not None
         line = next(body for body in scene.bodies if body.name == scene.drives[0].body)
-        # two faces that come towards each other by 2 d press with K (2 d)^1.5; the plane sees d
+        # two faces that approach each other by 2 d have the force K (2 d)^1.5, and the plane sees the depth d
         points = Contact(case.contact.stiffness * 2.0**1.5, line.position[0], case.contact.points_per_segment)
     return ExudynStrip(scene, system.motions[0], settings, points)
 
@@ -95,7 +96,7 @@ def exudyn_curve(bench: Bench, settings: ExudynSettings, contact: bool = False, 
 
 
 def static_settings(planar: bool) -> Iterator[tuple[str, ExudynSettings]]:
-    """Load steps without contact: Newton whose Jacobian leaves out the springs' geometric stiffness."""
+    """Load steps without contact: Newton's method whose Jacobian omits the geometric stiffness of the springs."""
     from validation.peers.exudyn_model import ExudynSettings
 
     for tolerance in TOLERANCES:
@@ -104,7 +105,7 @@ def static_settings(planar: bool) -> Iterator[tuple[str, ExudynSettings]]:
 
 
 def dynamic_settings(bench: Bench, planar: bool, contact: bool = False) -> Iterator[tuple[str, ExudynSettings]]:
-    """Generalised alpha at the speed of the case, with all the numerical damping it has."""
+    """Generalised alpha at the speed of the case, with the largest numerical damping."""
     from validation.peers.exudyn_model import ExudynSettings
 
     end = compile_case(strip_case(bench.segments))[1].motions[0].end_time
@@ -114,7 +115,7 @@ def dynamic_settings(bench: Bench, planar: bool, contact: bool = False) -> Itera
 
 
 def contact_settings(planar: bool) -> Iterator[tuple[str, ExudynSettings]]:
-    """Load steps with contact: Newton with the whole Jacobian."""
+    """Load steps with contact: Newton's method with the complete Jacobian."""
     from validation.peers.exudyn_model import ExudynSettings
 
     for steps in CONTACT_STEPS:
@@ -134,7 +135,7 @@ def plain_settings(planar: bool, end: float = 0.0) -> Iterator[tuple[str, Exudyn
 
 
 def exudyn_converged(bench: Bench, contact: bool = False) -> Curve:
-    """Exudyn's curve at very fine load steps."""
+    """Curve of Exudyn with very small load steps."""
     from validation.peers.exudyn_model import ExudynSettings
 
     fine = ExudynSettings(FINE * (4 if contact else 1), planar=True, relative=1e-8, absolute=1e-9, exact=True)
@@ -142,7 +143,7 @@ def exudyn_converged(bench: Bench, contact: bool = False) -> Curve:
 
 
 def exudyn_rows(bench: Bench, reference: Curve, pressed: Curve) -> Iterator[Row]:
-    """All of Exudyn's rows of one number of segments."""
+    """All rows of Exudyn for one number of segments."""
     end = compile_case(strip_case(bench.segments))[1].motions[0].end_time
     for planar in (True, False):
         model = "plane" if planar else "space"
@@ -174,12 +175,13 @@ class _Exudyn:
 
 
 def fsm_converged(bench: Bench) -> Curve:
-    """fsm's curve at very fine travels."""
+    """Curve of fsm at very small increments of the travel."""
     return fsm_curve(strip_case(bench.segments), "Newton at even travels", FINE)[1:]
 
 
 def fsm_rows(bench: Bench, reference: Curve, pressed: Curve) -> Iterator[Row]:
-    """All of fsm's rows of one number of segments; with contact its own path against Exudyn's half strip."""
+    """All rows of fsm for one number of segments; with contact, the path of the whole strip is compared with the half strip
+    of Exudyn."""
     for name, method in FSM_METHODS.items():
         if bench.quick and name == "Radau":
             continue
@@ -215,7 +217,7 @@ class _Fsm:
 
 
 def _measured(row: Row, reference: Curve, run: Callable[[], tuple[Times, Curve]]) -> Row:
-    """The row with its time and error; both stay without a value if the solver gave up."""
+    """The row with its time and error; both are empty if the solver failed."""
     try:
         times, curve = run()
     except (RuntimeError, FsmError):
@@ -249,7 +251,7 @@ def fastest(rows: list[Row]) -> list[Row]:
 
 
 def write_csv(rows: list[Row], about: dict[str, str], path: Path) -> None:
-    """All rows, the machine in each."""
+    """All rows, each with the machine of the measurement."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
@@ -285,7 +287,7 @@ def plot(rows: list[Row], path: Path) -> None:
 
 
 def measure(bench: Bench) -> list[Row]:
-    """All rows of one number of segments, printed as they come."""
+    """All rows of one number of segments, printed as they are measured."""
     reference, own = fsm_converged(bench), exudyn_converged(bench)
     pressed = exudyn_converged(bench, contact=True)
     rows = []

@@ -1,4 +1,4 @@
-"""Times to an error beside Exudyn, for the gallery; where Exudyn is not installed, nothing is compared.
+"""Times to an error compared with Exudyn, for the gallery; without Exudyn nothing is compared.
 
 python -m validation.peers.gallery [--parts strip ...] [--out out/validation/peers]
 """
@@ -58,7 +58,7 @@ def strip_contact(place: Place) -> Iterator[Check | NotCompared]:
 
 
 def others(place: Place) -> Iterator[Check | NotCompared]:
-    """Pendulums, top, linkages, cables and films: fsm's error is within 0.1 %; times as they are."""
+    """Pendulums, top, linkages, cables and films: the error of fsm is within 0.1 %; times have no target."""
     if not THERE:
         yield MISSING
         return
@@ -85,7 +85,7 @@ def _measured(name: str, place: Place) -> tuple[PeerCase, Path]:
 
 
 def _faster(name: str, place: Place, target: float, least: float, why: str) -> Iterator[Check]:
-    """Fsm's time as a part of Exudyn's."""
+    """Time of fsm relative to the time of Exudyn."""
     case, picture = _measured(name, place)
     for peer, which in ((PLAIN, "default"), (PEER, "tuned")):
         yield below(

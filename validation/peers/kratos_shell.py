@@ -1,4 +1,4 @@
-"""The slit annulus by Kratos, in a process of its own.
+"""The slit annulus by Kratos, in a separate process.
 
     python -m validation.peers.kratos_shell ELEMENT CELLS_RADIAL CELLS_AROUND STEPS
 

@@ -1,4 +1,4 @@
-"""Pendulum, linkages and top, of rigid bodies: runs of both programs; without Exudyn, fsm's only."""
+"""Pendulum, linkages and top, of rigid bodies: runs of both programs; without Exudyn, of fsm only."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _fsm_rigid(
 
 
 def _exudyn_rigid(method: str, make: Callable, reference: np.ndarray, times: np.ndarray, **sweep: Any) -> list[Run]:
-    """`sweep`: `steps`, `size` of errors, and what else a `Stepping` has."""
+    """`sweep` contains `steps`, the `size` of errors, and further settings of a `Stepping`."""
     from validation.peers.exudyn_rigid import Stepping, solve
 
     runs = []

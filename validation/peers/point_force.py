@@ -4,7 +4,7 @@
 
 An eighth of the cylinder has one layer of C3D20R solids. The second run of each mesh has 100 times the stiffness against
 transverse shear, and is otherwise equal. Lines have the displacements of the points A (under the force), B and C at half and
-full force, m. A run that stops between them gives the first only.
+full force, m. A run that stops between half and full force prints only the first displacements.
 """
 
 from __future__ import annotations

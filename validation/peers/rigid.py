@@ -1,4 +1,4 @@
-"""Rigid mechanisms: their solutions in independent coordinates, and fsm's models, with stiff springs for joints.
+"""Rigid mechanisms: their solutions in independent coordinates, and models of fsm with stiff springs for joints.
 
 A01, A02 and A04 are problems of the IFToMM multibody benchmark library: simple pendulum, N four-bar linkages in a row,
 Bricard's linkage of six bars.
@@ -43,7 +43,7 @@ def _exact(rate: Callable, start: Sequence[float], times: np.ndarray) -> np.ndar
 def run_model(
     system: SegmentSystem, settings: Settings, times: np.ndarray, shown: Callable[[np.ndarray], np.ndarray]
 ) -> Path:
-    """The path of what `shown` takes from q, at these times."""
+    """Path at these times of the quantity that `shown` computes from q."""
     saved: list[SavedState] = []
     simulate(system, settings, [float(t) for t in times], saved.append)
     return np.array([shown(state.q) for state in saved])
@@ -53,13 +53,14 @@ def run_model(
 
 
 def pendulum_path() -> Path:
-    """1 kg on a rod of 1 m without mass, from horizontal: its direction."""
+    """Direction of a pendulum: 1 kg on a massless rod of 1 m, released from the horizontal."""
     angle = _exact(lambda t, y: [y[1], -GRAVITY * math.sin(y[0])], [-0.5 * math.pi, 0.0], TIMES)[0]
     return np.stack([np.sin(angle), -np.cos(angle)], 1)
 
 
 def pendulum_model(stiffness: float) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
-    """A body of the same equation of motion, as fsm wants an inertia: centre at d, (d^2 + I/m)/d = 1 m."""
+    """A body with the same equation of motion, because fsm requires a moment of inertia: its centre is at d with (d^2 +
+    I/m)/d = 1 m."""
     d = 0.75
     moments = (d - d * d,) * 3
     body = Body(name="bob", mass=1.0, inertia=moments, position=(-d, 0.0, 0.0))
@@ -71,7 +72,7 @@ def _pin(
     name: str, inner: str, at: tuple[float, float, float], outer: str, point: tuple[float, float, float],
     stiffness: float, mass: float,
 ) -> ForceElement:  # fmt: skip
-    """A joint that stiff springs hold, damped to a fifth of critical."""
+    """Joint of stiff springs with a fifth of critical damping."""
     damping = 0.4 * math.sqrt(stiffness * mass)
     return ForceElement(
         name=name, inner=inner, outer=outer, point_inner=at, point_outer=point, translation=(stiffness,) * 3,
@@ -89,14 +90,14 @@ def _compiled(bodies: Sequence[Body], elements: Sequence[ForceElement], spatial:
 
 
 def four_bars_path(windows: int = WINDOWS) -> Path:
-    """Upper end of the first bar, less its pivot: all upright bars turn alike, the tops go at 1 m/s at first."""
+    """Upper end of the first bar relative to its pivot; all upright bars rotate equally, and their tops start with 1 m/s."""
     inertia, weight = (windows + 1) / 3.0 + windows, GRAVITY * ((windows + 1) / 2.0 + windows)
     angle = _exact(lambda t, y: [y[1], weight / inertia * math.sin(y[0])], [0.0, 1.0], TIMES)[0]
     return np.stack([np.sin(angle), np.cos(angle)], 1)
 
 
 def four_bars_model(stiffness: float, windows: int = WINDOWS) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
-    """Bars of 1 m and 1 kg: windows + 1 upright, and one from top to top."""
+    """Bars of 1 m and 1 kg: windows + 1 upright bars, and one bar between each two tops."""
     moments = (1.0 / 12.0,) * 3
     up, down = (0.0, 0.0, 0.5), (0.0, 0.0, -0.5)
     left, right = (-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)
@@ -145,7 +146,7 @@ def top_path() -> Path:
 
 
 def top_model(stiffness: float) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
-    """15 kg, centre 1 m from the fixed point, 150 rad/s about its axis."""
+    """The body has 15 kg, its centre is 1 m from the fixed point, and it rotates with 150 rad/s about its axis."""
     top = Body(
         name="top", mass=15.0, inertia=(0.234375, 0.46875, 0.234375), position=(0.0, 1.0, 0.0), velocity=(4.61538, 0.0, 0.0),
         angular_velocity=(0.0, 150.0, -4.61538),
@@ -159,7 +160,8 @@ def top_model(stiffness: float) -> tuple[SegmentSystem, Callable[[np.ndarray], n
 
 @dataclass(frozen=True)
 class Linkage:
-    """Bars from corner to corner, the last one the ground; at every corner a hinge across the bars that meet there."""
+    """Bars between the corners, of which the last is the ground; at every corner there is a hinge normal to the two bars
+    that meet there."""
 
     corners: np.ndarray
     axes: np.ndarray
@@ -178,7 +180,8 @@ BRICARD = _cube()
 
 
 def _pose(angles: np.ndarray, linkage: Linkage) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Corners 0 to 6 and axes of the chain that starts with bar 0 and is turned at corners 0 to 5; the sixth bar too."""
+    """Corners 0 to 6 and axes of the chain that starts with bar 0 and is rotated at corners 0 to 5, including the sixth
+    bar."""
     bars = np.roll(linkage.corners, -1, axis=0) - linkage.corners
     turn = np.eye(3)
     at, points, axes = np.zeros(3), [np.zeros(3)], []
@@ -214,7 +217,8 @@ def _mass(rate: np.ndarray, angles: np.ndarray, linkage: Linkage) -> float:
 
 
 def bricard_path(step: float = 0.02, linkage: Linkage = BRICARD) -> Path:
-    """Corner 3 of the linkage. Its one way to move is followed first, by the length of the curve of its six angles."""
+    """Corner 3 of the linkage. The only motion of the linkage is first followed as a curve of its six angles, by the length
+    of this curve."""
 
     def tangent(angles: np.ndarray, before: np.ndarray) -> np.ndarray:
         found = np.linalg.svd(_closing(angles, linkage)[1])[2][-1]
@@ -247,7 +251,7 @@ def bricard_path(step: float = 0.02, linkage: Linkage = BRICARD) -> Path:
 
 
 def bricard_model(stiffness: float, linkage: Linkage = BRICARD) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
-    """Five bars and six hinges, each stiff in five ways; fsm does not mind that one of them is too many."""
+    """Five bars and six hinges, each stiff in five directions; fsm needs no removal of the redundant hinge constraint."""
     bars = np.roll(linkage.corners, -1, axis=0) - linkage.corners
     bodies = [
         Body(
@@ -287,7 +291,7 @@ def bricard_model(stiffness: float, linkage: Linkage = BRICARD) -> tuple[Segment
 
 
 def _quaternion_to(axis: np.ndarray) -> tuple[float, float, float, float]:
-    """Turns e2 onto one of the three axes or its opposite."""
+    """Rotation of e2 onto one of the three axes or its opposite."""
     half = math.sqrt(0.5)
     if abs(axis[1]) > 0.5:
         return (1.0, 0.0, 0.0, 0.0) if axis[1] > 0 else (0.0, 1.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""fsm and Exudyn with the same step, the same mesh and the same kind of method: times side by side.
+"""fsm and Exudyn with the same step, the same mesh and the same kind of method: comparison of times.
 
     python -m validation.peers.same_step [--only heavy_top ...] [--repeat 7]
 
@@ -29,7 +29,7 @@ _REDUCED = "about the point"
 
 
 def pairs(runs: list[Run], reduced: bool = False) -> list[tuple[str, list[Run], list[Run]]]:
-    """Settings that both programs run, with the runs of fsm and those of Exudyn, whose fastest method counts."""
+    """Settings that both programs run, with the runs of fsm and of Exudyn; for Exudyn the fastest method counts."""
     own: dict[str, list[Run]] = {}
     others: dict[str, list[Run]] = {}
     for run in runs:
@@ -67,7 +67,7 @@ def main() -> int:
             for number in range(options.repeat + 1):
                 for k, run in enumerate([*own, *others]):
                     seconds = run.solve()[0]
-                    if number:  # the first run compiles
+                    if number:  # the first run compiles kernels
                         taken.setdefault(k, []).append(seconds)
             mine = _median(taken[0])
             peer = min(_median(taken[k]) for k in range(len(own), len(own) + len(others)))

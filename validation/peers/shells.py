@@ -3,7 +3,7 @@
     python -m validation.peers.shells [--only fsm calculix kratos] [--quick]
 
 CalculiX is the program `ccx`. Kratos needs KratosMultiphysics, KratosStructuralMechanicsApplication and
-KratosLinearSolversApplication, possibly on PYTHONPATH. A program that is missing is skipped with a line.
+KratosLinearSolversApplication, possibly on PYTHONPATH. If a program is missing, one line states that it is skipped.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ def _fsm(name: str, mesh: tuple[int, int], folder: Path) -> Found:
         command += ["--set", setting]
     _, taken = _timed(command, folder, _MODULES)
     summary = json.loads((folder / "out" / "summary.json").read_text())
-    if summary["compile_time_s"]:  # the first run compiles
+    if summary["compile_time_s"]:  # the first run compiles kernels
         shutil.rmtree(folder / "out")
         return _fsm(name, mesh, folder)
     inner, outer = (float(summary["probe_displacement"][end][2]) for end in ("inner", "outer"))
@@ -177,7 +177,7 @@ PROGRAMS: dict[str, tuple[Callable[[str, tuple[int, int], Path], Found], Callabl
 
 
 def runs(chosen: Sequence[str], coarsest: int) -> Iterator[Found]:
-    """Run the programs that are there, on the coarsest meshes of each."""
+    """Run the installed programs on the coarsest meshes of each."""
     for name, meshes in MESHES.items():
         program = name.split()[0]
         solve, there = PROGRAMS[program]

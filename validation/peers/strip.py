@@ -1,4 +1,4 @@
-"""The strip that is compared, fsm's side of the comparison, and how far a force curve is from the converged one."""
+"""The compared strip, the models of fsm, and the difference of a force curve from the converged curve."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def strip_case(segments: int, contact: bool = False, spatial: bool = False, over
 
 @dataclass(frozen=True)
 class Times:
-    """Median and shortest time of `runs` runs, s; they are apart when the machine does other things too."""
+    """Median and shortest time of `runs` runs, s; they differ if the machine does other work."""
 
     median: float
     shortest: float
@@ -74,11 +74,11 @@ class FsmMethod:
 
     Attributes
     ----------
-    run : of a system and a setting, gives the curve
-    settings, unit : what is swept, and its name
-    overrides : of the case
-    contact : it can pass a touch
-    most, most_in_space : segments per panel up to which it is measured
+    run : function of a system and a setting that returns the curve
+    settings, unit : the varied settings, and the name of the quantity
+    overrides : changes of the case
+    contact : whether the method can solve a case with contact
+    most, most_in_space : largest number of segments per panel that is measured
     """
 
     run: Callable[[SegmentSystem, Any], Curve]
@@ -119,7 +119,7 @@ def _equilibrium(system: SegmentSystem, steps: int) -> Curve:
 
 
 def static_path(system: SegmentSystem, rtol: float, first: float = 2e-3) -> Curve:
-    """All states of the path, none asked for in particular; `first`: travel of the first step, m."""
+    """All states of the path, without requested states; `first`: travel of the first step, m."""
     motion = system.motions[0]
     statistics, _ = follow(system, PathSettings(motion.end_time, motion.time_of(first), rtol=rtol), [], lambda state: None)
     travel = np.array([drive.travel[0] for drive, *_ in statistics.points])
@@ -133,12 +133,12 @@ FSM_METHODS: dict[str, FsmMethod] = {
 }
 """Methods of fsm by name: a function of (system, setting) that gives (travel, force), and its settings."""
 if follow is not None:
-    # without the springs' damping, which is 0.1 % of the force; Radau needs it
+    # the damping of the springs, 0.1 % of the force, is omitted; Radau needs it
     FSM_METHODS["static"] = FsmMethod(static_path, (1e-2, 1e-3, 1e-4, 1e-6), "rtol", ("material.damping=0",), contact=True)
 
 
 def fsm_curve(case: Case, method: str, setting: Any, repeat: int = 1) -> tuple[Times, np.ndarray, np.ndarray]:
-    """Times of fsm's solver, without building and compiling the case; travel (m) and pull force (N)."""
+    """Times of the solver of fsm, without building and compiling the case; travel (m) and pull force (N)."""
     _, system = compile_case(case)
     times, (travel, force) = timed_runs(lambda: _clocked(FSM_METHODS[method].run, system, setting), repeat)
     return times, travel, force
@@ -151,7 +151,7 @@ def _clocked(run: Callable[..., Curve], *arguments: Any) -> tuple[float, Curve]:
 
 
 def timed_runs(run: Callable[[], tuple[float, Curve]], repeat: int) -> tuple[Times, Curve]:
-    """Times of `repeat` runs, of more if they are short and of one if it is long; after one that warms up."""
+    """Times of `repeat` runs after a warm-up run; more runs if they are short, and one run if it is long."""
     run()
     first, curve = run()
     count = max(repeat, min(MOST, round(AT_LEAST / first))) if repeat > 1 and first < LONG else 1

@@ -1,4 +1,5 @@
-"""Work against precision: runs of two programs in turn, the time each needs to an error, tables and pictures of that."""
+"""Work and precision: alternate runs of two programs, the time that each needs for an error, and tables and figures of these
+times."""
 
 from __future__ import annotations
 
@@ -35,8 +36,9 @@ class Run:
 
     Attributes
     ----------
-    tool, method, setting : what runs, as it is shown
-    solve : gives the processor time (s) of the solver alone, model built and kernels compiled, and the error (-)
+    tool, method, setting : names of the program, method and setting, for display
+    solve : function that returns the processor time (s) of the solver alone, with model built and kernels compiled, and the
+    error (-)
     """
 
     tool: str
@@ -63,11 +65,11 @@ class PeerCase:
 
     Attributes
     ----------
-    name, title : for files, for people
-    reference : what errors are measured against, and how
-    settings : of each program, what is the same in all its runs
-    runs : makes the runs
-    impossible : why fsm cannot, or not the whole of it
+    name, title : name for files, and title for display
+    reference : description of the reference of the errors
+    settings : for each program, the settings that all its runs have in common
+    runs : function that makes the runs
+    impossible : reason why fsm cannot solve the problem, or only a part of it
     """
 
     name: str
@@ -80,14 +82,14 @@ class PeerCase:
 
 
 def timed(solve: Callable[[], object]) -> tuple[float, object]:
-    """Processor time, s, and what it returns."""
+    """Processor time, s, and the return value."""
     begun = time.process_time()
     result = solve()
     return time.process_time() - begun, result
 
 
 def _solved(run: Run) -> tuple[list[float], float]:
-    """Processor times, s, of one solve or of several short ones, and the error, the same every time."""
+    """Processor times, s, of one solve or of several short ones, and the error, which is equal in all."""
     first, error = run.solve()
     taken = [first]
     while sum(taken) < ENOUGH and len(taken) < MOST:
@@ -96,7 +98,7 @@ def _solved(run: Run) -> tuple[list[float], float]:
 
 
 def measure(runs: Sequence[Run], repeat: int, say: Callable[[str], None] = print) -> list[Point]:
-    """Every run once to warm up, then in turns, one of each program after the other; what fails is left out."""
+    """Each run is made once as a warm-up, and then in turns, alternately with each program; failed runs are omitted."""
     own = [run for run in runs if run.tool == FSM]
     others = [run for run in runs if run.tool != FSM]
     turns = [run for pair in zip_longest(own, others) for run in pair if run is not None]
@@ -108,7 +110,7 @@ def measure(runs: Sequence[Run], repeat: int, say: Callable[[str], None] = print
                 continue
             try:
                 if number == 0:
-                    run.solve()  # compiles, and makes the reference
+                    run.solve()  # this run compiles kernels and computes the reference
                 taken, error = _solved(run)
             except (FsmError, RuntimeError, ValueError) as problem:
                 errors.pop(k, None)
@@ -128,7 +130,7 @@ def measure(runs: Sequence[Run], repeat: int, say: Callable[[str], None] = print
 
 @dataclass(frozen=True)
 class Reached:
-    """Time to an error, s; `bound`: the quickest run is already within it. Of the run that is the first to be within it."""
+    """Time to an error, s, and the first run with a smaller error; `bound`: the fastest run already has a smaller error."""
 
     seconds: float
     point: Point
@@ -136,7 +138,7 @@ class Reached:
 
 
 def front(points: Iterable[Point]) -> list[Point]:
-    """Points that no other point beats in both time and error; the fastest first."""
+    """Points that no other point exceeds in both time and error; the fastest comes first."""
     found: list[Point] = []
     for point in sorted(points, key=lambda p: (p.seconds, p.error)):
         if not found or point.error < found[-1].error:
@@ -145,9 +147,9 @@ def front(points: Iterable[Point]) -> list[Point]:
 
 
 def time_to_error(points: Iterable[Point], target: float) -> Reached | None:
-    """Time at which the sweep of one method comes to an error; None if it does not.
+    """Time at which one method reaches an error; None if it does not.
 
-    Of the points on the front (none is both quicker and more accurate), interpolated in both logarithms.
+    The time is interpolated logarithmically on the front of points, of which none is both faster and more accurate.
     """
     best_first = front(points)
     for before, point in zip([None, *best_first], best_first, strict=False):
@@ -169,13 +171,13 @@ def best(points: Sequence[Point], tool: str, target: float) -> Reached | None:
 
 
 def ratio(points: Sequence[Point], target: float, peer: str = PEER) -> float:
-    """Exudyn's time over fsm's; NaN if one of them does not get there."""
+    """Time of Exudyn over time of fsm; NaN if one of them does not reach the error."""
     own, other = (best(points, tool, target) for tool in (FSM, peer))
     return other.seconds / own.seconds if own and other else math.nan
 
 
 def verdict(points: Sequence[Point], target: float, peer: str = PEER) -> str:
-    """Who is faster, in words."""
+    """Name of the faster program, in words."""
     own, other = (best(points, tool, target) for tool in (FSM, peer))
     if own is None and other is None:
         return "neither gets there"
@@ -199,14 +201,14 @@ def _milliseconds(reached: Reached | None, named: bool = True) -> str:
 
 
 def _beside(points: Sequence[Point], target: float, peer: str) -> str:
-    """Time of Exudyn, and who is faster; nothing where it was not run so."""
+    """Time of Exudyn, and the faster program; empty if this was not run."""
     if not any(point.tool == peer for point in points):
         return " | "
     return f"{_milliseconds(best(points, peer, target))} | {verdict(points, target, peer)}"
 
 
 def table(cases: Sequence[PeerCase]) -> str:
-    """Times to the errors and who is faster; the same of every method; references and settings. Markdown."""
+    """Times to the errors and the faster program; the same for every method; references and settings. Markdown."""
     lines = [f"| case | error | {FSM} | {PEER}, tuned | | {PLAIN} | |", "|---" * 7 + "|"]
     for case in cases:
         own = case.impossible or "not run"
@@ -232,7 +234,7 @@ def table(cases: Sequence[PeerCase]) -> str:
 
 
 def write_csv(case: PeerCase, about: dict[str, str], path: Path) -> None:
-    """All points of a case, the machine in each row."""
+    """All points of a case, each row with the machine."""
     path.parent.mkdir(parents=True, exist_ok=True)
     names = ("case", "tool", "method", "setting", "processor_s", "error", "runs")
     with path.open("w", encoding="utf-8", newline="") as file:
@@ -247,7 +249,8 @@ def _drawn(points: Sequence[Point]) -> tuple[list[float], list[float]]:
 
 
 def plot(case: PeerCase, path: Path) -> Path:
-    """Processor time against error, the front of every method filled and with a line: full for fsm, dashed for Exudyn."""
+    """Processor time against error; the front of every method has filled markers and a line, which is solid for fsm and
+    dashed for Exudyn."""
     path.parent.mkdir(parents=True, exist_ok=True)
     methods = list(dict.fromkeys((point.tool, point.method) for point in case.points))
     with figure(path, (6.4, 4.0)) as fig:

@@ -1,1 +1,1 @@
-"""Is the slow dynamic pull slow enough?"""
+"""Check that the slow dynamic pull is slow enough."""

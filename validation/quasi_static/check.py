@@ -1,7 +1,7 @@
-"""Does the peak of the pulled strip depend on how slowly it is pulled, or on the damping?
+"""Check whether the peak of the pulled strip depends on the speed of the pull or on the damping.
 
-`python -m validation.quasi_static.check` from the root of the repository; exit code 1 if halving the speed moves the
-peak by 1 % or more.
+`python -m validation.quasi_static.check` runs it from the root of the repository; exit code 1 means that half the speed
+changes the peak by 1 % or more.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ BOUND = 0.01
 
 @dataclass(frozen=True)
 class Pull:
-    """One run: what was asked for (mm/s, ms) and its peak (N, mm)."""
+    """One run: requested speed and damping (mm/s, ms), and its peak (N, mm)."""
 
     speed: float
     damping: float
@@ -62,7 +62,7 @@ def pulls(table: Path = TABLE, speeds: tuple[float, ...] = SPEEDS, dampings: tup
 
 
 def changes(found: list[Pull]) -> tuple[float, float]:
-    """Largest relative change of the peak force when the speed is halved, and when the damping is."""
+    """Largest relative change of the peak force due to half the speed, and due to half the damping."""
     peak = {(pull.speed, pull.damping): pull.peak_force for pull in found}
     by_speed = [abs(peak[v / 2, b] / f - 1) for (v, b), f in peak.items() if (v / 2, b) in peak]
     by_damping = [abs(peak[v, b / 2] / f - 1) for (v, b), f in peak.items() if (v, b / 2) in peak]

@@ -1,4 +1,4 @@
-"""Quick pulled strips drawn at random, solved as rows of one table."""
+"""Random pulled strips with short solve times, solved as rows of one table."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ _SECTIONS = ("strip", "material", "crease", "contact", "friction", "gravity", "d
 
 
 def draw_strips(count: int, seed: int = SEED) -> list[Tables]:
-    """Strips of the campaign of strangers, up to 6 panels, with linear creases and a driven crease line, made quick.
+    """Strips of the campaign `validation.strangers`, up to 6 panels, with linear creases and a driven crease line; their
+    solve times are short.
 
     They have 4 to 6 segments per panel, and travel by half a panel at most.
     """
@@ -46,7 +47,7 @@ def draw_geometries(count: int, seed: int = SEED, panels: int = 12, part: float 
     """Strips without gravity and friction, with linear creases at rest as folded.
 
     2 to `panels` panels at 60 to 88 degrees, 0.05 to 0.6 mm thick, 1 to 100 GPa, creases of 0.1 to 10 EI/panel, six of ten
-    with contact. The drive pulls a crease line or the tip, by `part` of a feasible travel.
+    with contact. The drive pulls a crease line or the tip by `part` of a feasible travel.
     """
     return [_geometry(Dice(seed, number), panels, part) for number in range(count)]
 
@@ -83,7 +84,7 @@ def _millimetres(text: str) -> float:
 
 
 def _inline(value: Any) -> str:
-    """A value as TOML has it in one line."""
+    """Value as TOML text in one line."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {_inline(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list):
@@ -92,7 +93,7 @@ def _inline(value: Any) -> str:
 
 
 def solve(strips: list[Tables], folder: Path, workers: int | None = None) -> Iterator[tuple[Tables, Path, dict[str, Any]]]:
-    """Run the strips as a table; those that are solved with the folder of their results and their rows."""
+    """Run the strips as a table; return the solved strips with the folder of their results and their rows."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "case.toml").write_text('title = "drawn at random"\n', encoding="utf-8")
     lines = [",".join(("case", *_SECTIONS))]

@@ -1,6 +1,6 @@
-"""Do the summary, the table, the CSV files and the pictures say one peak?
+"""Check that the summary, the table, the CSV files and the figures give the same peak.
 
-`python -m validation.quasi_static.check` runs it with the other parts: 100 pulled strips drawn at random.
+`python -m validation.quasi_static.check` runs this check with the other parts: 100 random pulled strips.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ START_UP = 0.02
 
 @dataclass(frozen=True)
 class Peaks:
-    """Peaks of one strip as its files say them, N; dynamic ones NaN where there is none."""
+    """Peaks of one strip according to its files, N; dynamic peaks are NaN if there is none."""
 
     summary: float
     row: float
@@ -61,7 +61,7 @@ def peaks_of(folder: Path, row: Mapping[str, Any]) -> Peaks:
 
 
 def _drawn(folder: Path) -> Figure:
-    """The figure that becomes force.png; as SVG, because PNG files are not written by `savefig`."""
+    """Figure that becomes force.png; it is written as SVG, because PNG files are not written by `savefig`."""
     kept: list[Figure] = []
     with mock.patch.object(Figure, "savefig", lambda fig, part: (kept.append(fig), part.touch())):
         plot_force(read_solution(folder / "result.h5"), folder / "drawn.svg")
@@ -77,7 +77,7 @@ def _column(path: Path, start: float = 0.0) -> list[float]:
 
 
 def differences(found: Peaks) -> tuple[float, float, float]:
-    """Relative differences from the summary: of what must be the same number, of curves, of dynamic peaks."""
+    """Relative differences from the summary: of numbers that must be equal, of curves, and of dynamic peaks."""
     exact = max(_off(value, found.summary) for value in (found.row, found.drawn))
     curves = max(_off(value, found.summary) for value in (found.curve, found.csv))
     if np.isnan(found.dynamic) and np.isnan(found.dynamic_csv):
@@ -86,7 +86,7 @@ def differences(found: Peaks) -> tuple[float, float, float]:
 
 
 def _off(value: float, reference: float) -> float:
-    """Relative difference; all of it where one of both is missing."""
+    """Relative difference; 1 if only one of both values exists."""
     off = abs(value - reference) / abs(reference)
     return off if np.isfinite(off) else 1.0
 

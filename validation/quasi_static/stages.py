@@ -1,7 +1,7 @@
 """Beginnings of the stages of a pull, against shapes and energies of the saved states.
 
 `python -m validation.quasi_static.check --parts stages`: 20 strips drawn at random. First touch and energies are computed
-anew, out of the shapes in result.h5 and the stiffness in the case.
+independently from the shapes in result.h5 and the stiffness in the case.
 """
 
 from __future__ import annotations
@@ -39,15 +39,16 @@ SUNK = 0.002
 
 
 def bends(solution: Solution, case: dict[str, Any]) -> Floats:
-    """Angle (rad) of one panel as an arc with the energy of all panels, at every record, out of the turns of segments.
+    """Angle (rad) of one panel bent to an arc with the energy of all panels, at every record, from the rotations of the
+    segments.
 
-    A joint of a panel has the stiffness EI/h. Beside a crease, half a segment of each panel is bent by its moment; a held
-    panel is rigid.
+    A joint of a panel has the stiffness EI/h. Beside a crease, the half segment of each panel is bent by the moment of the
+    crease; a held panel is rigid.
     """
     line = _lines(solution)
     along = line[:, :, 1] - line[:, :, 0]
     length, panel = np.linalg.norm(along[0], axis=1), np.asarray(solution.layout.panel)
-    real = length > 1e-6 * length.max()  # a crease line has no length
+    real = length > 1e-6 * length.max()  # a crease line is a body without length
     segment = float(length[real].min())  # a held panel may be one body
     angle = np.unwrap(np.arctan2(along[:, real, 1], along[:, real, 0]), axis=0)
     turns, panel = np.diff(angle - angle[0], axis=1), panel[real]
@@ -70,7 +71,7 @@ def sags(solution: Solution) -> Floats:
         line = middle[:, panel == number]
         chord, away = line[:, -1] - line[:, 0], line - line[:, :1]
         length = np.linalg.norm(chord, axis=1)
-        if length.min() == 0.0:  # a crease line, which has no length
+        if length.min() == 0.0:  # a crease line is a body without length
             continue
         across = np.abs(away[..., 0] * chord[:, None, 1] - away[..., 1] * chord[:, None, 0]) / length[:, None]
         found = np.maximum(found, across.max(axis=1) / length)
@@ -78,7 +79,7 @@ def sags(solution: Solution) -> Floats:
 
 
 def gaps(solution: Solution, case: dict[str, Any]) -> Floats:
-    """Smallest distance of two panels at every record, m, less their thickness; infinite without contact.
+    """Smallest distance of two panels at every record, m, minus their thickness; infinite without contact.
 
     Panels beside a common crease touch where they have closed by half of their opening as folded, or by their thickness.
     """
@@ -107,7 +108,7 @@ def gaps(solution: Solution, case: dict[str, Any]) -> Floats:
 
 
 def _distances(points: Floats, pieces: Floats) -> Floats:
-    """Distance of every point to the nearest of the pieces (m, 2, 2)."""
+    """Distance of every point from the nearest of the pieces (m, 2, 2)."""
     start, along = pieces[:, 0], pieces[:, 1] - pieces[:, 0]
     offset = points[:, None] - start
     square = np.maximum(np.sum(along**2, axis=1), 1e-30)
@@ -123,13 +124,14 @@ def _lines(solution: Solution) -> Floats:
 
 @dataclass(frozen=True)
 class Begin:
-    """Distance between the stages of a strip and the stages of its shapes.
+    """Difference between the stages of a strip in the summary and those computed from its shapes.
 
     Attributes
     ----------
-    name : of the strip and its stages
-    bending, contact : travel over that of the drive; NaN if the stage is never reached
-    bend : by how much the angle is too small at the first records of bending, or too large before it, over the limit
+    name : name of the strip, with its stages
+    bending, contact : travel at the beginning of the stage over the travel of the drive; NaN if the stage is never reached
+    bend : difference of the angle from its limit: too small at the first records of bending, or too large before it, over
+    the limit
     sag : largest sag of a panel before bending, over its length
     sunk : deepest penetration of panels before "contact", over the length of a panel
     apart : smallest gap when "contact" has begun, over the length of a panel
@@ -169,7 +171,7 @@ def begin_of(folder: Path) -> Begin:
 
 
 def _off(travel: Floats, bend: Floats, begin: float, spacing: float) -> float:
-    """By how much `bend` is below 1 within two records of the beginning, or above 1 in two records before it."""
+    """Amount by which `bend` is below 1 within two records after the beginning, or above 1 in two records before it."""
     earlier = bend[~(travel >= begin)]
     large = float(np.minimum(earlier[:-1], earlier[1:]).max(initial=0.0)) - 1.0
     here = bend[(travel >= begin) & (travel <= begin + 2.0 * spacing)]

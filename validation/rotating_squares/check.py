@@ -1,8 +1,10 @@
-"""Rotating squares: forces against another program, hinges calibrated on two tests, gradients against whole solves.
+"""Rotating squares: forces compared with another program, hinges calibrated on two tests, gradients compared with complete
+solves.
 
     python -m validation.rotating_squares.check [--parts forces fit gradients]
 
-Exit code 1 if a bound is missed. What the prediction of shear hangs on: python -m validation.rotating_squares.report.
+Exit code 1 means that a bound is not met. `python -m validation.rotating_squares.report` shows the parameters that affect
+the prediction of shear.
 """
 
 from __future__ import annotations
@@ -32,8 +34,8 @@ STRIP = HERE.parents[1] / "folding_cases" / "strip_trial" / "case.toml"
 SHEAR = ("drive.0.direction=[1, 0, 0]", "drive.0.travel=3.75")
 SOURCE = {"lattice.axial": 120.0e3, "lattice.shear": 1191.7, "lattice.rotational": 1.5046e-3}
 """The source's own fit, to all its tests, shear among them; compared with, not used."""
-# Computed on 21 November 2026 by a dense program that shares nothing with this one: energies of 38 ligaments in
-# displacements from the start, differentiated by complex steps.
+# Computed on 21 November 2026 by an independent dense program: energies of 38 ligaments as functions of the displacements
+# from the start, differentiated by complex steps.
 REFERENCE = {
     "tension": ((0, 0, 1), [0.35, 0.70, 1.05], [0.8611835, 2.15106338, 4.36050354]),
     "compression": ((0, 0, -1), [0.25, 1.75, 3.75], [0.46479615, 2.05788684, 2.94385189]),
@@ -43,7 +45,8 @@ REFERENCE = {
 GRADIENTS = {
     "material.young": 1e-3,
     "crease.stiffness": 1e-3,
-    "contact.stiffness": 0.02,  # solves know the peak to 1e-9, up to 2e-5 of what this changes; twice it is not small
+    # complete solves give the peak to 1e-9, up to 2e-5 of this change; twice the change would not be small
+    "contact.stiffness": 0.02,
     "material.damping": 0.1,
     "strip.thickness": 1e-3,
     "strip.width": 1e-3,
@@ -56,7 +59,7 @@ TESTS = "bertoldi-collab/DifFlexMM (MIT), testing machine, digitised from the pu
 
 
 def forces(place: Place) -> Iterator[Check]:
-    """Forces in three loadings with the source's stiffness, against another program."""
+    """Forces in three loadings with the stiffness of the source, compared with another program."""
     curves, points = {}, {}
     for name, (direction, travel, force) in REFERENCE.items():
         changes = [f"drive.0.direction={list(direction)}", f"drive.0.travel={travel[-1]}"]
@@ -80,7 +83,7 @@ def forces(place: Place) -> Iterator[Check]:
 
 
 def fit(place: Place) -> Iterator[Check | NotCompared]:
-    """Three stiffnesses from tension and compression: does the model lie in the band of both tests?"""
+    """Three stiffnesses from tension and compression; check that the model lies in the band of both tests."""
     tests, parameters, priors = read_tests(read_study(STUDY), STUDY)
     found = identify(tests, parameters, priors, starts=3)
     picture = place.out / "fit.png"
@@ -124,7 +127,7 @@ def fit(place: Place) -> Iterator[Check | NotCompared]:
 
 
 def gradients(place: Place) -> Iterator[Check]:
-    """Gradient of the peak force of the trial strip, by implicit differentiation, against whole solves."""
+    """Gradient of the peak force of the trial strip by implicit differentiation, compared with complete solves."""
     case = load_case(STRIP, ["solve.rtol=1e-6"]).case
     peak = peak_response(case, TRAVEL, list(GRADIENTS))
     assert peak.gradient is not None

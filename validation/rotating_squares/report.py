@@ -2,7 +2,7 @@
 
     python -m validation.rotating_squares.report [--out out/validation/rotating_squares] [--write]
 
---write puts the prediction into validation/rotating_squares/shear_prediction.csv.
+--write writes the prediction to validation/rotating_squares/shear_prediction.csv.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def main() -> int:
 
 
 def _choices(tests: list[ForceTest], parameters: list[Parameter], priors: list[Prior]) -> None:
-    """Predictions of other choices at the end of shear."""
+    """Predictions with other assumptions at the end of the shear travel."""
     print("\n| choice | axial, N/mm | shear, N/mm | rotational, N mm/rad | shear l^2/rotational | force at 3.75 mm, N |")
     print("|---|---|---|---|---|---|")
     length = value_at(tests[0].case, "lattice.hinge_length")
@@ -107,7 +107,7 @@ def _shear_end(estimate: Estimate) -> tuple[float, float, float]:
 
 
 def _gaps(found: Calibration) -> None:
-    """Smallest distance of a corner from another square, hinges aside, along all three loadings."""
+    """Smallest distance between a corner and another square, without hinges, in all three loadings."""
     print("\n| loading | smallest gap, hinges aside, mm | at the start |")
     print("|---|---|---|")
     quantities = {one.name: one.value for one in found.quantities if one.name.startswith("lattice.")}
@@ -160,7 +160,7 @@ def _cost() -> None:
         lambda: peak_response(case, TRAVEL, paths[:4]),
         lambda: peak_response(case, TRAVEL, paths),
     )
-    # in turn, round by round: other work on the machine is the same for all
+    # the runs alternate, so that other work on the machine affects all of them equally
     alone, *more = np.min([[_timed(work) for work in works] for _ in range(9)], axis=0)
     print(f"\nforward solve {alone:.3f} s of one core; with the gradient by")
     for count, seconds in zip((2, 4, 8), more, strict=True):

@@ -1,4 +1,4 @@
-"""Arrays that the checks run: three steel units under a push at a1, as folding_cases/scissor_array has them."""
+"""Arrays of the checks: three steel units under a force at a1, as in folding_cases/scissor_array."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PUSH = -50.0
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """A motion: times (s), states, energy balance, time it took (s), steps."""
+    """A motion: times (s), states, energy balance, duration of the solve (s), steps."""
 
     system: ScissorSystem
     times: np.ndarray
@@ -51,7 +51,7 @@ class History:
 
 
 def steel_array(units: int, ramp: float, elements: int = 4, element: str = "section", stiffer: float = 1.0) -> ScissorSystem:
-    """Units of 1 m bars at 75 degrees; the push grows over `ramp` s (0: at once)."""
+    """Units with bars of 1 m at 75 degrees; the force grows over `ramp` s (0: suddenly)."""
     scissor = Scissor(
         units=units, bar_length=1.0, initial_angle=START, elements_per_bar=elements, element=element
     )  # type: ignore[arg-type]
@@ -62,7 +62,7 @@ def steel_array(units: int, ramp: float, elements: int = 4, element: str = "sect
 
 
 def move(system: ScissorSystem, end: float, step: float, count: int = 150, rho_inf: float = 0.6) -> History:
-    """The motion until `end`, at `count` times evenly spread."""
+    """The motion until `end`, at `count` equally spaced times."""
     times = np.linspace(0.0, end, count + 1)
     kept: list[tuple[np.ndarray, np.ndarray]] = []
     settings = Settings("generalized-alpha", 1e-4, end, rho_inf=rho_inf, step=step)

@@ -12,7 +12,7 @@ TITLE = "Scissor arrays"
 
 
 def alpha(place: Place) -> Iterator[Check]:
-    """High frequencies die as rho_inf falls, the displacement stays."""
+    """High frequencies decay faster with smaller rho_inf, and the displacement stays the same."""
     source = (
         "paper on scissor arrays in absolute nodal coordinates, section 5, figures 5 and 6: high "
         "frequencies are dissipated, the motion is preserved"
@@ -21,7 +21,7 @@ def alpha(place: Place) -> Iterator[Check]:
 
 
 def limit(place: Place) -> Iterator[Check]:
-    """Differences from rigid bars vanish as 1/E."""
+    """Differences from rigid bars are proportional to 1/E."""
     yield from with_margins(
         check_limit(not place.full, place.out),
         "Lagrange's equation of rigid bars, DOP853 at 1e-11",
@@ -30,7 +30,7 @@ def limit(place: Place) -> Iterator[Check]:
 
 
 def elements(place: Place) -> Iterator[Check]:
-    """Three kinds of element and more of them a bar, against eight of one kind."""
+    """Three kinds of elements with several numbers of elements per bar, compared with eight elements of one kind."""
     yield from with_margins(
         check_elements(False, place.out), "eight elements a bar; conservation of energy", place.out / "elements.png"
     )

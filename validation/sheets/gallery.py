@@ -1,4 +1,4 @@
-"""Folded sheets and flexible facets against published shells, plates, closed forms and bar-and-hinge models.
+"""Folded sheets and flexible facets compared with published shells, plates, closed forms and bar-and-hinge models.
 
 python -m validation.sheets.gallery [--parts slit_annulus plates ...] [--out out/validation/sheets] [--full]
 """

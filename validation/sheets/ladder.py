@@ -71,7 +71,7 @@ def square_twist(side: float = 0.04, half: float = 0.08) -> dict[str, Any]:
 
 def _strip(facets: str, cells: int, folder: Path) -> dict[str, Any]:
     data = by_flexible_facets(max(cells, 1), 0.3, travel=0.004)
-    if facets != "flexible":  # bend lines divide facets, and each part has a number
+    if facets != "flexible":  # bend lines divide facets, and each part has a separate number
         data["sheet"]["support"] = [{"at": "vertices 1, 2, 3, 4"}, {"at": "vertices 11, 12, 13, 14"}]
     return _with_facets(data, facets, PANEL / max(cells, 1))
 

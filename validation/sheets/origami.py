@@ -1,4 +1,5 @@
-"""Folded sheets against closed forms, and bar-and-hinge models of Liu and Paulino (2017) against independent programs."""
+"""Folded sheets compared with closed forms, and bar-and-hinge models of Liu and Paulino (2017) compared with independent
+programs."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Folded(NamedTuple):
     ----------
     name : str
     facets : number of facets
-    ended : "folded", "behind" (creases below half; `text` has the reason), "refused", "no end", "time", "crash"
+    ended : "folded", "behind" (some creases below half; `text` states the reason), "refused", "no end", "time", "crash"
     least, median : part of the rest angles
     behind : number of creases below half
     energy, gap : strain energy (J), largest gap of joints (m)
@@ -145,7 +145,7 @@ def table(found: Sequence[Folded]) -> str:
 
 
 def draw(found: Sequence[Folded], folder: Path, path: Path) -> None:
-    """Final states of all patterns."""
+    """Figure of the final states of all patterns."""
     done = [one for one in found if (folder / one.name / "run" / "result.h5").is_file()]
     columns = min(6, max(1, len(done)))
     rows = max(1, math.ceil(len(done) / columns))

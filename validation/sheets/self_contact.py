@@ -1,4 +1,4 @@
-"""Flexible sheets that touch themselves, seen by an independent test for intersections, `ipctk.has_intersections`.
+"""Flexible sheets that touch themselves, checked by an independent test for intersections, `ipctk.has_intersections`.
 
 A zigzag of six panels is pushed together until its panels lie on each other. The stiffness of its creases and of its
 contact is in proportion to that of its panels.

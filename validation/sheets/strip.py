@@ -71,7 +71,7 @@ def by_flexible_facets(cells: int, poisson: float = 0.0, travel: float = 0.04, w
 
 
 def by_rigid_facets(pieces: int, travel: float = 0.04) -> dict[str, Any]:
-    """Case of the strip by rigid facets: each panel is a row of them, with springs of its bending stiffness between.
+    """Case of the strip with rigid facets: each panel is a row of facets, joined by springs of its bending stiffness.
 
     Half of the springs beside a crease are in series with it, as in the strip by segments.
     """
@@ -154,7 +154,7 @@ def _of_elastica() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def pulled_strip(place: Place) -> Iterator[Check]:
-    """Pulled strip without contact: flexible facets and segments against the elastica; Poisson's ratio zero."""
+    """Pulled strip without contact: flexible facets and segments compared with the elastica, with Poisson's ratio zero."""
     exact, travels, curve = _of_elastica()
     cells, segments = (4, 8, 16, 32) if place.full else (4, 8, 16), (10, 20, 40, 80)
     facets = {n: forces_of(by_flexible_facets(n), place.out) for n in cells}
@@ -189,12 +189,12 @@ def strip_forms(place: Place) -> Iterator[Check]:
         rows.append((pieces, rigid[-1], segments[-1]))
     picture = beside(place.out / "strip_forms.png", curves, points, "travel (mm)", "force (N)")
     for pieces, value, reference in rows:
-        what = f"{pieces} rigid facets a panel"  # segments stretch, rigid facets do not
+        what = f"{pieces} rigid facets a panel"  # segments can stretch, but rigid facets cannot
         yield against("peak force", what, value, reference, "strip by segments", picture, rtol=1e-4, unit="N")
 
 
 def anticlastic(place: Place) -> Iterator[Check]:
-    """Poisson's ratio 0.3: wide panels bend without anticlastic curvature, narrow ones as beams."""
+    """Poisson's ratio 0.3: wide panels bend without anticlastic curvature, and narrow panels bend as beams."""
     cells = 16 if place.full else 8
     widths = (0.01, 0.02, 0.04, 0.08)
     alone = forces_of(by_flexible_facets(cells), place.out)[-1] / WIDTH

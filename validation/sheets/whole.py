@@ -2,8 +2,8 @@
 
 Each run is compared with runs of half the step and of other friction coefficients. The table has the length at the end, the
 peak force or the pressure at a length of 300 mm, the energy balance, and the largest number of facets in contact at a time.
-It has the number of saved states with intersections by `ipctk.has_intersections` (extra `peers`), and the largest difference
-of symmetric copies over the size of the folded structure.
+The table also has the number of saved states with intersections by `ipctk.has_intersections` (extra `peers`), and the
+largest difference of symmetric copies over the size of the folded structure.
 
     python -m validation.sheets.whole [--only z_tube/gas] [--variants step friction]
 """

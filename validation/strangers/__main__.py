@@ -1,10 +1,10 @@
-"""Cases that an engineer would type, by the thousand, each through `fsm run`; README.md says which, and what came of it.
+"""Thousands of cases as engineers would write them, each run by `fsm run`; README.md describes the cases and the results.
 
     python -m validation.strangers [--cases 1700] [--seed 1] [--workers 1] [--kinds strips,films] [--out out/strangers]
     python -m validation.strangers --seed 1 --only strips:17       (one case again; its folder is kept)
 
-Goes on where it was stopped. With --earlier, cases that earlier sources solved are not run again.
-Exit code 1 if less than 95 % of any kind is solved, or a second solver finds anything wrong.
+An interrupted command continues where it stopped. With --earlier, cases that earlier sources solved are not run again. Exit
+code 1 means that less than 95 % of any kind is solved, or that the second solver finds a wrong result.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ GOAL = 0.95
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the campaign, or one case of it."""
+    """Run the campaign, or one of its cases."""
     parser = argparse.ArgumentParser(prog="python -m validation.strangers", description="Cases that an engineer would type.")
     parser.add_argument("--cases", type=int, default=FULL, help="of all kinds together; scales each")
     parser.add_argument("--seed", type=int, default=1)

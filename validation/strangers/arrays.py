@@ -1,4 +1,4 @@
-"""Scissor arrays that are pushed open, or open by the springs in their hinges."""
+"""Scissor arrays that a force opens, or the springs in their hinges."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ BARS = (
 def draw_array(dice: Dice) -> Drawn:
     """An array of 1 to 20 units, slender to deep bars, opened by a force or by springs, with or without stops and latches.
 
-    It has an answer: the force, or the springs, strain the bars in bending by at most 1e-3, and the time ends where the
-    same array with rigid bars is still 10 degrees from flat (a ring: from all out), or a while after its stops are
-    reached; these are so stiff that they take the energy of the motion within 3 to 10 degrees.
+    The case has a solution. The force, or the springs, bend the bars with strains of at most 1e-3. The time ends where the
+    same array with rigid bars is still 10 degrees from flat (a ring: from fully open), or some time after its stops are
+    reached; the stops are stiff enough to absorb the energy of the motion within 3 to 10 degrees.
     """
     shape = dice.one_of(("linear", "linear", "arched", "ring"))
     length = nice(dice.decades(0.1, 3.0))
@@ -73,7 +73,8 @@ def draw_array(dice: Dice) -> Drawn:
             ramp = dice.one_of(("10 ms", "20 ms", "50 ms", "100 ms"))
             load["time"] = {"kind": "ramp", "end": ramp}
         tables["force"] = [load]
-    late = 0.6e-3 * float(ramp.split()[0]) if ramp and not springs else 0.0  # springs act at once, whatever a force does
+    # springs act suddenly, even if a force has a ramp
+    late = 0.6e-3 * float(ramp.split()[0]) if ramp and not springs else 0.0
     if dice.chance(0.4):
         part = dice.between(0.3, 0.8)
         stop = digits(start - part * (start - last))
@@ -88,14 +89,14 @@ def draw_array(dice: Dice) -> Drawn:
 
 
 def _folded(dice: Dice, shape: str) -> tuple[int, float, float]:
-    """Units, place of an arch's hinges (else 0), and the angle of the bars at the start, rad."""
+    """Number of units, position of the hinges of an arch (else 0), and initial angle of the bars, rad."""
     if shape == "ring":
         units = dice.count(5, 20)
         least = 180.0 / units
         return units, 0.0, math.radians(round(dice.between(least + 0.7 * (90.0 - 2.0 * least), 89.0 - least)))
     units, start = dice.count(1, 20), math.radians(round(dice.between(55.0, 86.0)))
     hinge = dice.one_of((0.46, 0.48, 0.52, 0.54)) if shape == "arched" else 0.0
-    if hinge:  # an arch that closes turns by more than a ring
+    if hinge:  # the bars of an arch that closes rotate more than those of a ring
         units = min(units, 6)
     return units, hinge, start
 
@@ -113,7 +114,7 @@ def _resisting(dice: Dice, moment: float) -> Tables:
 
 
 class _Opening:
-    """The array with rigid bars: what a force at a point does, and when an angle is reached."""
+    """The array with rigid bars: work of a force at a point, and time at which an angle is reached."""
 
     def __init__(self, rigid: Scissor, start: float, last: float, line_mass: float) -> None:
         self.rigid, self.line_mass = rigid, line_mass
@@ -126,7 +127,7 @@ class _Opening:
         return {name: np.array(place) - centre for name, place in array.points.items()}
 
     def _inertia(self, angle: float) -> float:
-        """Kinetic energy over half the rate of the angle squared, kg m^2."""
+        """Kinetic energy over half the squared rate of the angle, kg m^2."""
         one, two = self._places(angle - 1e-4), self._places(angle + 1e-4)
         move = {name: (two[name] - one[name]) / 2e-4 for name in one}
         total = 0.0
@@ -146,13 +147,14 @@ class _Opening:
         return {"point": "a1", "force": [0, newton(-force)]}, force * (places[0, 1] - places[:, 1])
 
     def at(self, values: np.ndarray, angle: float) -> float:
-        """A value at an angle."""
+        """Interpolated value at an angle."""
         return float(np.interp(-angle, -self.angles, values))
 
     def time(self, work: np.ndarray, angle: float) -> float:
-        """When an angle is reached from rest, s."""
+        """Time at which an angle is reached from rest, s."""
         middle = 0.5 * (self.mass[1:] + self.mass[:-1])
-        # the speed grows as a root at first, so times of steps follow from the growth of the work, not from a speed
+        # the speed first grows as a square root, so the durations of steps follow from the growth of the work, not from a
+        # speed
         speed = np.sqrt(2.0 * np.maximum(work, 1e-12 * work.max()) / self.mass)
         speed[0] = 0.0
         step = 2.0 * np.abs(np.diff(self.angles)) / (speed[1:] + speed[:-1])

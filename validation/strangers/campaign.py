@@ -1,4 +1,5 @@
-"""The campaign: rows by kind and number, each run as a user would, judged and kept as a line of a file; resumable."""
+"""Campaign: rows by kind and number, each run as a user would run it, judged and stored as a line of a file; it can be
+resumed."""
 
 from __future__ import annotations
 
@@ -62,7 +63,7 @@ def run_campaign(
 
 
 def _stands(line: Line) -> bool:
-    """Whether a line of other sources may count: the case was solved, and the second solver found nothing wrong."""
+    """Whether a line of other sources is valid: the case was solved, and the second solver found no error."""
     return line["code"] == 0 and line.get("second", "agrees") in ("agrees", "sensitive")
 
 
@@ -78,13 +79,13 @@ def read_lines(path: Path) -> list[Line]:
 
 
 def row_key(drawn: Drawn) -> str:
-    """Digest of the case as drawn."""
+    """Digest of the generated case."""
     content = json.dumps([drawn.text, drawn.files], sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
 def fsm_command(command: Command) -> int:
-    """The command line of fsm, in this process."""
+    """Command line of fsm, in this process."""
     from fsm.cli import cli
 
     try:
@@ -95,7 +96,7 @@ def fsm_command(command: Command) -> int:
 
 
 def course_of(row: Row, seed: int, folder: Path, limit: float, shared: Path, keep: bool = False) -> Course:
-    """Write the case as a user would, run it, and have a second solver look at it if the row is one of the sample."""
+    """Write the case as a user would, run it, and check it by a second solver if the row is in the sample."""
     drawn = draw(row.kind, row.index, seed)
     case = _written(drawn, folder, shared)
     first = yield Command(("run", str(case), "--out", str(folder / "out")), folder / "said.txt", limit)
@@ -111,7 +112,8 @@ def course_of(row: Row, seed: int, folder: Path, limit: float, shared: Path, kee
 
 
 def _checked(row: Row, drawn: Drawn, line: Line, case: Path, folder: Path, limit: float) -> Course:
-    """Verdict of a second solver: "agrees", "differs", "sensitive" (a changed case differs as much) or "failed"."""
+    """Verdict of the second solver: "agrees", "differs", "sensitive" (a slightly changed case differs as much) or
+    "failed"."""
     other = otherwise(row.kind, drawn.tables, line["method"])
     run = ("run", str(case), "--quiet", "--out")
     settings = [word for text in other.settings for word in ("--set", text)]
@@ -143,7 +145,7 @@ def _checked(row: Row, drawn: Drawn, line: Line, case: Path, folder: Path, limit
 
 
 def nudge_of(drawn: Drawn) -> list[str]:
-    """A setting that changes a case by a millionth."""
+    """Setting that changes a case by a millionth."""
     tables = drawn.tables
     places: list[tuple[str, object]] = [
         (f"{section}.{key}", tables.get(section, {}).get(key))
@@ -158,7 +160,7 @@ def nudge_of(drawn: Drawn) -> list[str]:
 
 
 def _written(drawn: Drawn, folder: Path, shared: Path) -> Path:
-    """The case file and all beside it."""
+    """The case file and all files that belong to it."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     case = folder / "case.toml"

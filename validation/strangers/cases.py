@@ -1,4 +1,4 @@
-"""The kinds of cases, how many there are of each, and the case of a number."""
+"""Kinds of cases, the number of each, and the case with a given number."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CHECKED = 0.1
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of case: how it is drawn, and how many there are at full size."""
+    """Kind of cases: the function that draws a case, and the number of cases of a complete campaign."""
 
     draw: Callable[[Dice], Drawn]
     cases: int
@@ -44,7 +44,7 @@ FULL = sum(kind.cases for kind in KINDS.values())
 
 @dataclass(frozen=True)
 class Row:
-    """A case by its kind and number, and whether it is one of the sample that is checked."""
+    """Case by its kind and number, and whether it is in the sample that is checked."""
 
     kind: str
     index: int
@@ -52,9 +52,9 @@ class Row:
 
 
 def rows(cases: int, kinds: tuple[str, ...], seed: int) -> list[Row]:
-    """All rows of a campaign, the kinds in turn, so that an unfinished one has some of each.
+    """All rows of a campaign, alternating between the kinds, so that an interrupted campaign has some rows of each.
 
-    `cases` scales every kind alike; a smaller campaign is the beginning of a larger one.
+    `cases` scales the numbers of all kinds equally; a smaller campaign is the beginning of a larger one.
     """
     found = []
     for name in kinds:
@@ -64,7 +64,7 @@ def rows(cases: int, kinds: tuple[str, ...], seed: int) -> list[Row]:
 
 
 def draw(kind: str, index: int, seed: int) -> Drawn:
-    """The case of a number: the same for the same kind, number and seed, whatever else is drawn."""
+    """Case with a number; it depends on the kind, the number and the seed only."""
     drawn = KINDS[kind].draw(_dice(kind, index, seed, 0))
     return Drawn(json.loads(json.dumps(drawn.tables)), drawn.files)
 

@@ -1,4 +1,4 @@
-"""A drawn case: what its file says, and the files beside it."""
+"""Generated case: the content of its file, and the other files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Drawn"]
 
 @dataclass(frozen=True)
 class Drawn:
-    """Tables of the case file, and texts of the files beside it by name."""
+    """Tables of the case file, and texts of the other files by name."""
 
     tables: Tables
     files: dict[str, str] = field(default_factory=dict)

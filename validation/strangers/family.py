@@ -15,9 +15,10 @@ __all__ = ["crease_family"]
 
 
 def crease_family(folder: Path) -> Path:
-    """The file, made by `fsm calibrate crease` unless it is there.
+    """File of the family, which `fsm calibrate crease` makes unless it exists.
 
-    Creases pressed longer are up to 20 % stiffer, every opening takes 8 %, and all soften as they open: M = k o/(1 + o/1.2).
+    Creases that are pressed longer are up to 20 % stiffer, every opening reduces the stiffness by 8 %, and all soften as
+    they open: M = k o/(1 + o/1.2).
     """
     made = folder / FAMILY_FILE
     if made.is_file():

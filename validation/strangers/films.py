@@ -1,4 +1,4 @@
-"""Tensioned films that are struck."""
+"""Tensioned films with an impact."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ PATCHES = ((200e9, 7850.0, 0.3), (70e9, 2700.0, 0.33), (20e9, 1800.0, 0.2), (3e9
 
 
 def draw_film(dice: Dice) -> Drawn:
-    """A rectangular film under tension, with patches, cables and air, struck by a short force.
+    """A rectangular film under tension, with patches, cables and air, and a short impact force.
 
-    It has an answer: stresses are .1 to 5 MPa and strains at most .2 % where the stress is even, cables carry at most
-    300 MPa, the blow moves the film by 2 % of its width at most. A film that carries compression ("plain") is stretched
-    along both axes, by no less than its Poisson contraction, so that nothing is compressed; one that is pulled at its
-    corners, whose edges wrinkle or go slack, is a tension field or has its wrinkles computed.
+    The case has a solution: stresses are 0.1 to 5 MPa and strains at most 0.2 % where the stress is uniform, cables carry at
+    most 300 MPa, and the impact moves the film by 2 % of its width at most. A film that carries compression ("plain") is
+    stretched along both axes, by at least its Poisson contraction, so that no part is compressed. A film that is pulled at
+    its corners has wrinkled or slack edges, so it is a tension field or its wrinkles are computed.
     """
     soft, stiff, poisson, density, thin, thick = dice.one_of(FILMS)
     young = digits(dice.between(soft, stiff))
@@ -82,7 +82,7 @@ def _mesh(dice: Dice, length: float, width: float) -> list[int]:
 
 
 def _strained(dice: Dice, strain: float, poisson: float) -> Tables:
-    """Edges moved apart; any model of the film."""
+    """Film with displaced edges, with any film model."""
     film = dice.one_of(("plain", "plain", "tension-field", "wrinkles"))
     along = digits(strain)
     tension: Tables = {"strain": along if dice.chance(0.5) else [along, digits(along * dice.between(0.3, 1.0), 2)]}
@@ -90,7 +90,7 @@ def _strained(dice: Dice, strain: float, poisson: float) -> Tables:
 
 
 def _pulled(dice: Dice, stress: float, width: float, length: float, thickness: float) -> Tables:
-    """Corners drawn out, mostly by cables."""
+    """Film with pulled corners, mostly by cables."""
     pull = digits(stress * thickness * width, 2)
     tables: Tables = {"tension": {"pull": newton(pull), "film": dice.one_of(("tension-field",) * 4 + ("wrinkles",))}}
     young, density = dice.one_of(CABLES)
@@ -105,7 +105,7 @@ def _pulled(dice: Dice, stress: float, width: float, length: float, thickness: f
 
 
 def _patch(dice: Dice, length: float, width: float, thickness: float, element: float) -> Tables:
-    """A stiff square that is thicker than the film, well inside of it, and no less than a third of an element wide."""
+    """Stiff square that is thicker than the film, well inside it, and at least a third of an element wide."""
     young, density, poisson = dice.one_of(PATCHES)
     patch: Tables = {
         "place": dice.one_of(("centre", "diagonal", "position")),

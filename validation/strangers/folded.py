@@ -16,11 +16,11 @@ _MOST_CELLS = 900
 
 
 def draw_folded(dice: Dice) -> Drawn:
-    """A sheet that is pushed, pulled, loaded, folded from flat, or whose natural modes are wanted.
+    """A sheet that is pushed, pulled, loaded, folded from flat, or whose natural modes are computed.
 
-    It has an answer: drives of folded sheets go by up to a quarter of their length, and pulls by up to half of the way to
-    the flat sheet. Tubes stretch while they fold, so they have bars or flexible facets; they go by up to a fifth of their
-    height.
+    The case has a solution: drives of folded sheets move by up to a quarter of the length, and pulls by up to half of the
+    way to the flat sheet. Tubes stretch while they fold, so they have bars or flexible facets; their drives move by up to a
+    fifth of the height.
     Plates bend by up to their length. Sheets that fold themselves have linear creases and patterns that can fold.
     """
     return dice.one_of((_miura, _miura, _miura, _zigzag, _zigzag, _tube, _tube, _folding, _plate, _plate))(dice)
@@ -41,7 +41,7 @@ def _crease(dice: Dice, plate: float, size: float) -> Tables:
 
 
 def _facets(dice: Dice, sheet: Tables, kinds: tuple[str, ...], size: float, panels: int) -> None:
-    """Facets of the sheet, with the mesh of flexible ones."""
+    """Facets of the sheet; flexible facets have a mesh."""
     kind = dice.one_of(kinds)
     if kind == "flexible":
         cells = max(1, min(dice.count(2, 6), math.isqrt(_MOST_CELLS // panels)))
@@ -51,7 +51,7 @@ def _facets(dice: Dice, sheet: Tables, kinds: tuple[str, ...], size: float, pane
 
 
 def _solved(dice: Dice, tables: Tables) -> Drawn:
-    """The case, half of the time with the method."""
+    """The case; half of the cases select the method."""
     if dice.chance(0.5):
         tables["solve"] = {"method": "static"} | tables.get("solve", {})
     return Drawn(tables)

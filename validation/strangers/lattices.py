@@ -1,4 +1,4 @@
-"""Rotating squares on ligaments, pulled, pressed or sheared at an edge."""
+"""Rotating squares on ligaments, pulled, compressed or sheared at an edge."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ MATERIALS = ((1e6, 5e6, 1100.0), (20e6, 100e6, 1150.0), (1.5e9, 3.5e9, 1240.0))
 
 
 def draw_lattice(dice: Dice) -> Drawn:
-    """A lattice whose hinges are ligaments of its own material, or measured in the proportions of such.
+    """A lattice whose hinges are ligaments of its own material, or have measured stiffness with similar ratios.
 
-    It has an answer: ligaments of length l and width h have an axial stiffness EA/l, a shear stiffness of 4 to 12 EI/l^3
-    and a bending stiffness EI/l. Pull and pressure end at 60 % of what turns the squares all the way (angle 0, or 45 deg)
-    and at 6 % of the height, shear at 5 %. The lattice's own weight is at most 2 % of what turns the squares. Squares do
-    not touch in the model.
+    The case has a solution: ligaments of length l and width h have an axial stiffness EA/l, a shear stiffness of 4 to 12
+    EI/l^3 and a bending stiffness EI/l. Tension and compression end at 60 % of the travel that rotates the squares fully
+    (angle 0, or 45 deg) and at 6 % of the height, shear at 5 %. The weight of the lattice is at most 2 % of the force that
+    rotates the squares. Squares do not touch in the model.
     """
     soft, stiff, density = dice.one_of(MATERIALS)
     young = digits(dice.between(soft, stiff))

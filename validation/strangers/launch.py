@@ -1,4 +1,5 @@
-"""Commands in forked processes of their own, with limits of time and memory: one may crash or hang without harm."""
+"""Commands in separate forked processes, with limits of time and memory; one of them may crash or hang without affecting the
+others."""
 
 from __future__ import annotations
 
@@ -36,9 +37,9 @@ class Ended:
 
     Attributes
     ----------
-    code : exit code, or minus the signal that ended it; None if its time was up
-    said : its output and errors
-    wall, cpu : time on the clock and of the processor, s
+    code : exit code, or minus the signal that ended the process; None if its time limit has passed
+    said : standard output and standard error
+    wall, cpu : wall time and processor time, s
     """
 
     code: int | None
@@ -52,9 +53,10 @@ Course = Generator[Command, Ended, Any]
 
 
 def side_by_side(courses: Iterable[Course], workers: int, run: Callable[[Command], int]) -> Generator[Any, None, None]:
-    """Run courses, several at a time, and yield their results as they end.
+    """Run commands, several at a time, and yield their results in the order in which they end.
 
-    `run` is called in the forked process and returns its exit code. If the consumer stops early, what runs is killed.
+    `run` is called in the forked process and returns its exit code. If the consumer stops early, the running processes are
+    killed.
     """
     waiting = iter(courses)
     running: dict[int, tuple[Course, Command, float]] = {}
@@ -99,7 +101,7 @@ def _start(command: Command, run: Callable[[Command], int]) -> int:
 
 
 def _end_with(parent: int) -> None:
-    """Be killed when the parent ends, where the system can do that."""
+    """Kill this process when its parent ends, if the system supports that."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(1, signal.SIGKILL)
         if os.getppid() != parent:

@@ -68,7 +68,7 @@ def _checks(lines: Sequence[Line]) -> Iterator[str]:
 
 
 def _failures(lines: Sequence[Line], seed: int) -> Iterator[str]:
-    """Every failure: how to run it again, what it said, and what became of it."""
+    """Every failure: the command that runs it again, its message, and its outcome."""
     yield f"Failures; each again with `python -m validation.strangers --seed {seed} --only KIND:INDEX`:"
     yield ""
     for line in lines:

@@ -1,4 +1,4 @@
-"""Mechanisms and stacks written out as a [scene]."""
+"""Mechanisms and stacks, written as a [scene]."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ DENSITIES = (600.0, 1200.0, 2700.0, 7850.0)
 
 
 def draw_scene(dice: Dice) -> Drawn:
-    """A mechanism of rods on springs that stand for hinges, a row of masses, panels that unfold, or plates that fall.
+    """A mechanism of rods on springs in place of hinges, a row of masses, panels that unfold, or plates that fall.
 
-    It has an answer: bodies start apart and at sensible speeds, hinges give way by less than a thousandth of a rod's
-    length under its weight and are damped, loops are closed at the start, and what falls, falls from up to .2 m on a
-    floor without end. All is an initial value problem, of half a second to a few seconds.
+    The case has a solution: bodies start apart and at moderate speeds; hinges are damped and deflect by less than a
+    thousandth of the length of a rod under its weight; loops are closed at the start; and plates fall from at most 0.2 m
+    onto an unbounded floor. Every case is an initial value problem over half a second to a few seconds.
     """
     draw = dice.one_of((_pendulum, _pendulum, _four_bar, _row, _ball_joint, _panels, _fall, _fall, _fall, _slide))
     tables, end = draw(dice)
@@ -32,7 +32,7 @@ def draw_scene(dice: Dice) -> Drawn:
 
 
 def _rod(dice: Dice, name: str, length: float, density: float, part: float = 0.1) -> Tables:
-    """A body with a plate's outline."""
+    """A body whose plate gives its outline."""
     width = digits(length * part, 2)
     thickness = digits(length * part * 0.3, 2)
     return _plate(name, length, width, thickness, density)
@@ -41,7 +41,7 @@ def _rod(dice: Dice, name: str, length: float, density: float, part: float = 0.1
 def _plate(name: str, length: float, width: float, thickness: float, density: float) -> Tables:
     mass = density * length * width * thickness
     about = (width**2 + thickness**2, length**2 + thickness**2, length**2 + width**2)
-    # rounded to the same digits in sum: no moment above the sum of the others
+    # the moments are rounded so that none exceeds the sum of the others
     inertia = [digits(0.9999 * mass * x / 12.0 if i == 2 else mass * x / 12.0, 5) for i, x in enumerate(about)]
     return {
         "name": name, "mass": f"{digits(1e3 * mass, 5):.12g} g", "inertia": inertia,
@@ -54,7 +54,7 @@ def _mass(body: Tables) -> float:
 
 
 def _placed(body: Tables, x: float, z: float, angle: float) -> Tables:
-    """In the plane, its x axis `angle` above the horizontal."""
+    """Orientation of a body in the plane, with its x axis at `angle` above the horizontal."""
     body["position"] = [mm(x, 8), 0, mm(z, 8)]
     if angle:
         body["orientation"] = [math.cos(angle / 2.0), 0, -math.sin(angle / 2.0), 0]
@@ -64,7 +64,7 @@ def _placed(body: Tables, x: float, z: float, angle: float) -> Tables:
 def _hinge(
     dice: Dice, name: str, inner: str, outer: str, inside: float, outside: float, load: float, length: float
 ) -> Tables:
-    """A hinge about y, at points on the x axes of both bodies; it gives way by 1e-4 of the length at most under the load."""
+    """A hinge about y at points on the x axes of both bodies; it deflects by at most 1e-4 of the length under the load."""
     stiffness = nice(1e4 * load / length * dice.decades(1.0, 10.0))
     damping = nice(2.0 * dice.between(0.02, 0.3) * math.sqrt(stiffness * load / G))
     about = nice(stiffness * length**2 * 0.01)
@@ -78,7 +78,7 @@ def _hinge(
 
 
 def _pendulum(dice: Dice) -> tuple[Tables, float]:
-    """A chain of one to five rods that hangs, or stands out, and is let go."""
+    """A chain of one to five rods that hangs down or stands out, and is released."""
     count, length = dice.count(1, 5), 1e-3 * nice(dice.decades(50.0, 1000.0))
     density, angle = dice.one_of(DENSITIES), -math.radians(float(round(dice.between(0.0, 85.0))))
     bodies, elements = [], []
@@ -93,7 +93,9 @@ def _pendulum(dice: Dice) -> tuple[Tables, float]:
         hinge = _hinge(
             dice, f"hinge {i + 1}", inner, f"rod {i + 1}", 0.5 * length if i else 0.0, -0.5 * length, load, length
         )
-        if i == 0:  # the ground's axes are along x, the rod's turned with it: its spring about y is free of moment there
+        # the axes of the ground are along x and those of the rod are rotated with it, so the spring about y has no moment at
+        # the start
+        if i == 0:
             hinge["rotation"][0] = hinge["rotation"][2]
         if dice.chance(0.5) or count > 2:
             hinge["rotation_damping"] = [0, nice(0.05 * load * length / count * math.sqrt(length / G)), 0]
@@ -144,7 +146,7 @@ def _four_bar(dice: Dice) -> tuple[Tables, float]:
 
 
 def _row(dice: Dice) -> tuple[Tables, float]:
-    """Masses in a row on springs, of which the first is struck, or is drawn slowly."""
+    """Masses in a row on springs, of which the first is struck or pulled slowly."""
     count, pitch = dice.count(2, 8), 1e-3 * nice(dice.decades(20.0, 200.0))
     mass, frequency = dice.decades(0.01, 10.0), dice.decades(1.0, 50.0)
     stiffness = nice(mass * (2.0 * math.pi * frequency) ** 2)
@@ -169,7 +171,7 @@ def _row(dice: Dice) -> tuple[Tables, float]:
         if dice.chance(0.5):
             bodies[-1] |= {"held": True}
     else:
-        if count > 2:  # of two masses, one driven and one held, nothing could move by itself
+        if count > 2:  # with two masses, one driven and one held, no mass could move freely
             bodies[-1] |= {"held": True}
         travel = nice(0.1 * pitch)
         speed = nice(travel * frequency * dice.between(0.02, 0.5))
@@ -179,7 +181,7 @@ def _row(dice: Dice) -> tuple[Tables, float]:
 
 
 def _ball_joint(dice: Dice) -> tuple[Tables, float]:
-    """A rod on a ball joint that is thrown sideways: in space."""
+    """A rod on a ball joint with an initial sideways velocity, in space."""
     length, density = 1e-3 * nice(dice.decades(50.0, 1000.0)), dice.one_of(DENSITIES)
     rod = _placed(_rod(dice, "rod", length, density), 0.5 * length, 0.0, 0.0)
     load = _mass(rod) * G
@@ -194,7 +196,7 @@ def _ball_joint(dice: Dice) -> tuple[Tables, float]:
 
 
 def _panels(dice: Dice) -> tuple[Tables, float]:
-    """Panels in a row that springs in their hinges fold up, with dampers, from flat."""
+    """Panels in a row that fold up from flat by springs and dampers in their hinges."""
     count, length = dice.count(2, 5), 1e-3 * nice(dice.decades(50.0, 1000.0))
     density = dice.one_of(DENSITIES[:3])
     width, thickness = nice(length * dice.between(0.3, 1.0)), nice(length * dice.between(0.005, 0.03))
@@ -226,7 +228,7 @@ def _panels(dice: Dice) -> tuple[Tables, float]:
 
 
 def _touching(dice: Dice) -> Tables:
-    """[contact] and [friction] of things that fall."""
+    """[contact] and [friction] of falling bodies."""
     contact: Tables = {"stiffness": dice.one_of(("1e6 N/m^1.5", "1e7 N/m^1.5", "1e8 N/m^1.5"))}
     if dice.chance(0.75):
         contact["restitution"] = round(dice.between(0.2, 0.8), 2)
@@ -243,7 +245,7 @@ def _touching(dice: Dice) -> Tables:
 
 
 def _fall(dice: Dice) -> tuple[Tables, float]:
-    """One to five plates over each other that fall on a floor, a box, a cylinder or a sphere above it."""
+    """One to five plates above each other that fall onto a floor, or onto a box, a cylinder or a sphere on it."""
     count, size = dice.count(1, 5), 1e-3 * nice(dice.decades(20.0, 200.0))
     width, thickness = nice(size * dice.between(0.5, 1.0)), nice(size * dice.between(0.02, 0.2))
     density, planar = dice.one_of(DENSITIES), dice.chance(0.6)
@@ -262,7 +264,7 @@ def _fall(dice: Dice) -> tuple[Tables, float]:
         room = 0.5 * size * abs(math.sin(tilt)) + 0.5 * thickness
         drop, aside = 1e-3 * nice(dice.decades(1.0, min(100.0, 500.0 * size))), size * dice.between(-0.2, 0.2)
         across, roll = (0.0, 0.0) if planar else (width * dice.between(-0.2, 0.2), math.radians(dice.between(-5.0, 5.0)))
-        room += 0.5 * width * abs(math.sin(roll))  # below the middle and above it
+        room += 0.5 * width * abs(math.sin(roll))  # below and above the middle
         height += room + drop
         body = _placed(_plate(name, size, width, thickness, density), aside, height, tilt)
         if not planar:
@@ -287,7 +289,8 @@ def _times(p: tuple[float, ...], q: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _slide(dice: Dice) -> tuple[Tables, float]:
-    """A plate that slides on a level floor, or down a slope (the weight is turned), until friction stops it, if it does."""
+    """A plate that slides on a level floor, or down a slope (the gravity is rotated), until friction stops it, if it
+    does."""
     size = 1e-3 * nice(dice.decades(20.0, 200.0))
     thickness = nice(size * dice.between(0.05, 0.2))
     body: Any = _placed(

@@ -1,4 +1,4 @@
-"""A second opinion on a case: another method, a finer mesh or a full model, and whether the key numbers agree."""
+"""Second solution of a case: another method, a finer mesh or a full model, and a comparison of the key numbers."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Other:
 
 
 def otherwise(kind: str, tables: Tables, method: str) -> Other:
-    """The same case for another solver, or on a finer mesh; `method` took it on at first."""
+    """The same case for another solver, or on a finer mesh; `method` solved it first."""
     if kind in ("strips", "lattices") and method == "static":
         drive = tables["drive"][0]
         if kind == "strips" and "body" not in drive:
@@ -84,7 +84,7 @@ def _other_sheet(tables: Tables) -> Other:
 
 
 def compared(kind: str, first: Path, second: Path, rtol: float) -> list[tuple[str, float, float]]:
-    """Key numbers of two runs: name, difference as a part of the first, and what it may be."""
+    """Key numbers of two runs: name, relative difference, and tolerance."""
     one, two = (json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (first, second))
     loads = _loads(first, second) if kind == "sheets" else []
     return list(_numbers(kind, one, two)) + list(_motions(kind, first, second, rtol)) + loads
@@ -101,7 +101,7 @@ def _loads(first: Path, second: Path) -> list[tuple[str, float, float]]:
 
 
 def worst(found: list[tuple[str, float, float]]) -> tuple[str, float, float]:
-    """The number that is off most, of what it may be."""
+    """Number with the largest difference relative to its tolerance."""
     return max(found, key=lambda item: item[1] / item[2])
 
 
@@ -110,7 +110,7 @@ def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Itera
     segments = UNSTATED + (one.get("mesh_error") or 0.0)
     if peak:
         yield "peak_force", abs(one["peak_force"] - two["peak_force"]) / peak, segments
-    # a last state that a summary calls unstable is on its way to another one, and has no force of its own
+    # a last state that the summary calls unstable moves to another state, so its force is not compared
     moving = one.get("unstable_at_end") or two.get("unstable_at_end")
     if kind in ("strips", "lattices", "sheets") and peak and one.get("final_force") is not None and not moving:
         off = abs(one["final_force"] - two["final_force"]) / max(peak, abs(one["final_force"]))
@@ -130,12 +130,12 @@ def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Itera
     stated = UNSTATED + max((one.get(name) or 0.0) for name in _STATED)
     for name, mesh in _MESH.items():
         if one.get(name) and two.get(name):
-            # which of several high lines is the highest may differ; the line itself must be there
+            # the highest of several lines may differ, but the line itself must exist in both
             others = (two.get("lines_hz") or [two[name]]) if name == "frequency_hz" else [two[name]]
             whole = two[name] if one.get("method") == "modal" else one[name]
             allowed = stated + (one.get(mesh) or 0.0)
             if name == "frequency_hz" and one[name] < _PERIODS * (one.get("frequency_resolution_hz") or 0.0):
-                continue  # the summary warns that the motion is too short to hold a frequency
+                continue  # the summary warns that the motion is too short for a frequency
             if name == "amplitude_center":
                 allowed += sum(one.get(error) or 0.0 for error in _OF_AMPLITUDE)
             yield name, min(abs(one[name] - other) for other in others) / abs(whole), allowed

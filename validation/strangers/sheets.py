@@ -1,4 +1,4 @@
-"""Sheets that folded strips are made of: sizes, materials, creases, contact, and how far a crease line can be drawn."""
+"""Sheets for folded strips: sizes, materials, creases, contact, and the largest travel of a crease line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FAMILY_STIFFNESS = 4.5e-3
 
 @dataclass(frozen=True)
 class Sheet:
-    """A strip of equal panels, SI; `segments` a panel."""
+    """A strip of equal panels, in SI, with `segments` per panel."""
 
     panels: int
     panel: float
@@ -55,14 +55,15 @@ class Sheet:
         return 2.0 * math.pi / 3.516 * self.panel**2 * math.sqrt(mass / self.bending)
 
     def crease_at(self, number: int) -> np.ndarray:
-        """Place of a crease line, (x, z), m."""
+        """Position of a crease line, (x, z), m."""
         return crease_at(number, self.panel, self.angle)
 
 
 def sheet(dice: Dice, panels: tuple[int, int], angles: tuple[float, float], slender: tuple[float, float]) -> Sheet:
-    """A sheet; panels are `slender` times as long as thick, and do not sag under their own weight by more than their length.
+    """A sheet; its panels are `slender` times as long as thick, and their sag under their own weight is at most their
+    length.
 
-    Panels part at the creases by more than twice their thickness, so that faces do not overlap as folded.
+    Panels are separated at the creases by more than twice their thickness, so that faces do not overlap in the folded state.
     """
     while True:
         soft, stiff, poisson, density, thin, thick = dice.one_of(MATERIALS)
@@ -97,8 +98,8 @@ def strip_tables(of: Sheet, held: list[int] | None = None, damping: str | None =
 def crease_tables(dice: Dice, of: Sheet, ratio: float, kinds: tuple[str, ...]) -> tuple[Tables, dict[str, str], float]:
     """[crease], files beside the case, and the stiffness at the folded state, N m/rad.
 
-    `ratio` is that of the stiffness to EI over the length of a panel. Half a segment on either side has a stiffness of
-    2 n EI/a, n segments per panel: a crease of up to 10 EI/a wants a few segments and always has them.
+    `ratio` is the stiffness over EI per length of a panel. Half a segment on each side has a stiffness of 2 n EI/a, with n
+    segments per panel; a crease of up to 10 EI/a needs a few segments, and always has them.
     """
     stiffness = digits(ratio * of.bending / of.panel)
     kind = dice.one_of(kinds)
@@ -122,7 +123,7 @@ def crease_tables(dice: Dice, of: Sheet, ratio: float, kinds: tuple[str, ...]) -
 
 
 def contact_tables(dice: Dice, friction: float = 0.5) -> Tables:
-    """[contact] as the guide's examples have it, or by the material of the faces; [friction] in a part of the cases."""
+    """[contact] as in the examples of the guide, or from the material of the faces; [friction] in a part of the cases."""
     contact: Tables = {"stiffness": dice.one_of(("1e8 N/m^1.5", "1e9 N/m^1.5", "1e10 N/m^1.5"))}
     if dice.chance(0.5):
         contact |= {"damping": "10 N s/m", "ramp": "10 um"}
@@ -138,7 +139,7 @@ def contact_tables(dice: Dice, friction: float = 0.5) -> Tables:
 
 
 def gravity(dice: Dice) -> Tables:
-    """Gravity along an axis or any direction in the plane; of the earth, seldom of the moon."""
+    """Gravity along an axis or in any direction of the plane; mostly of the earth, rarely of the moon."""
     size = 9.81 if dice.chance(0.85) else 1.62
     turn = dice.one_of((0.0, 90.0, 180.0, 270.0, float(round(dice.between(0.0, 360.0)))))
     x, z = (round(size * part, 3) for part in (math.cos(math.radians(turn)), math.sin(math.radians(turn))))

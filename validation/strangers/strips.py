@@ -1,4 +1,4 @@
-"""Folded strips: pulled, released from stowed, and drawn taut to vibrate."""
+"""Folded strips: pulled, released from the stowed state, and pulled taut to vibrate."""
 
 from __future__ import annotations
 
@@ -22,11 +22,10 @@ TYPED = {(0.0, 1.0): [0, 0, 1], (0.0, -1.0): [0, 0, -1], (1.0, 0.0): [1, 0, 0]}
 def draw_strip(dice: Dice) -> Drawn:
     """A strip of 2 to 12 panels, pulled at a crease line or its tip by a motion, or by a force.
 
-    It has an answer: the panels are 150 to 2000 times as long as thick, so that they buckle before they yield; every
-    motion ends before any panel is taut (95 % of the length in between, 88 % at a clamped tip), and where one panel
-    alone holds the crease line, that panel is shortened all the way and never stretched; with contact, no motion leads
-    through a held panel. A load is at most three times
-    what opens a crease.
+    The case has a solution. The panels are 150 to 2000 times as long as thick, so that they buckle before they yield. Every
+    motion ends before any panel is taut (95 % of the length in between, 88 % at a clamped tip). If a single panel holds the
+    crease line, this panel is always shortened and never stretched. With contact, no motion leads through a held panel. A
+    load is at most three times the load that opens a crease.
     """
     of = sheet(dice, (2, 12), (60.0, 88.0), (150.0, 2000.0))
     ratio = dice.decades(0.1, 10.0)
@@ -49,7 +48,7 @@ def draw_strip(dice: Dice) -> Drawn:
 
 
 def drive_of(dice: Dice, of: Sheet, touches: bool) -> tuple[list[int] | None, Tables]:
-    """Held panels (None: as the program does) and [[drive]]; what `touches` is not led through a held panel."""
+    """Held panels (None: the default) and [[drive]]; if `touches` is true, the drive does not lead through a held panel."""
     while True:
         way = dice.one_of((UP, UP, UP, DOWN, OUT, OBLIQUE))
         both = of.panels >= 4 and dice.chance(0.6)
@@ -86,7 +85,7 @@ def drive_of(dice: Dice, of: Sheet, touches: bool) -> tuple[list[int] | None, Ta
 
 
 def _crosses(of: Sheet, start: np.ndarray, way: np.ndarray, panel: int) -> bool:
-    """Whether a straight way crosses a panel as it is folded."""
+    """Whether a straight path crosses a panel in the folded state."""
     one, other = of.crease_at(panel - 1), of.crease_at(panel)
     matrix = np.column_stack([way, one - other])
     if abs(np.linalg.det(matrix)) < 1e-12 * float(np.linalg.norm(way)) * of.panel:
@@ -96,7 +95,7 @@ def _crosses(of: Sheet, start: np.ndarray, way: np.ndarray, panel: int) -> bool:
 
 
 def _loaded(dice: Dice, of: Sheet, stiffness: float) -> tuple[list[int] | None, Tables]:
-    """Held panels and a [[load]] that comes in slowly and stays for a while."""
+    """Held panels and a [[load]] that increases slowly and is then constant for some time."""
     both = of.panels >= 4 and dice.chance(0.5)
     panel = dice.count(2, of.panels - 1 if both else of.panels)
     lever = of.panel * (1.0 if both else max(1.0, panel - 1.0))
@@ -112,10 +111,10 @@ def _loaded(dice: Dice, of: Sheet, stiffness: float) -> tuple[list[int] | None, 
 
 
 def draw_released(dice: Dice) -> Drawn:
-    """A stowed strip that deploys by its creases: they are at rest when it is opened farther.
+    """A stowed strip that its creases deploy; their rest angles belong to a more open state.
 
-    It has an answer: it starts at rest as folded and moves under bounded moments (strain of the panels below 2 % at the
-    start), with damping, for two to ten times what it takes to deploy; nothing is prescribed but the time.
+    The case has a solution: the strip starts at rest as folded and moves under bounded moments (strain of the panels below 2
+    % at the start), with damping, for two to ten times the deployment time; no motion is prescribed.
     """
     of = sheet(dice, (2, 12), (60.0, 88.0), (150.0, 1500.0))
     rest = math.radians(round(2.0 * math.degrees(of.angle) * dice.between(0.0, 0.95)))
@@ -136,14 +135,14 @@ def draw_released(dice: Dice) -> Drawn:
 
 
 def draw_deployed(dice: Dice) -> Drawn:
-    """A strip that is drawn taut along its length and then struck.
+    """A strip that is pulled taut along its length and then struck.
 
-    It has an answer: the drive ends where the panels between the held one and the driven crease are straight, and
-    stretched by 10 to 300 millionths at 20 MPa at most; the blow moves the taut strip by 2 % of its length at most.
+    The case has a solution: the drive ends where the panels between the held panel and the driven crease are straight, and
+    stretched by 10 to 300 millionths at 20 MPa at most; the impact moves the taut strip by 2 % of its length at most.
     """
     of = sheet(dice, (4, 8), (50.0, 80.0), (150.0, 1500.0))
     last = of.panels - 1 if of.panels % 2 == 0 else of.panels - 2
-    crease = dice.one_of((last, last, max(3, last - 2)))  # as high as crease 1, so that it goes along the strip
+    crease = dice.one_of((last, last, max(3, last - 2)))  # at the height of crease 1, so that the pull is along the strip
     ratio = dice.decades(0.1, 2.0)
     of_crease, files, _ = crease_tables(dice, of, ratio, ("linear", "linear", "spline"))
     span = (crease - 1) * of.panel

@@ -1,4 +1,4 @@
-"""Quantities as an engineer types them: a few digits and a unit."""
+"""Quantities as engineers write them: a few digits and a unit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verdict on a run: solved, or the reason of the failure."""
+"""Verdict on a run: solved, or the cause of the failure."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def first_words(ended: Ended, folder: str) -> str:
 
 
 def numbers_of(folder: Path) -> dict[str, Any]:
-    """The numbers of a summary that are kept."""
+    """Numbers of a summary that are stored."""
     path = folder / "summary.json"
     if not path.is_file():
         return {}

@@ -4,7 +4,8 @@
                                 [--out out/stress]
     python -m validation.stress --seed 1 --only 1234         (one scene: its case file, and what becomes of it)
 
-Goes on where it was stopped. Exit code 1 if anything is wrong, or 5 % of the feasible scenes fail.
+An interrupted campaign continues where it stopped. Exit code 1 means that a result is wrong, or that 5 % of the feasible
+scenes fail.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ MOST_FAILED = 0.05
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the campaign, or one scene of it."""
+    """Run the campaign, or one of its scenes."""
     parser = argparse.ArgumentParser(prog="python -m validation.stress", description="Random scenes, solved and judged.")
     parser.add_argument("--scenes", type=int, default=5000)
     parser.add_argument("--first", type=int, default=0, help="number of the first scene")
@@ -65,7 +66,7 @@ def _show(seed: int, number: int, kinds: tuple[str, ...], limit: float) -> int:
     drawn = draw(seed, number, kinds)
     try:
         print(loaded(drawn.tables, "scene").text)
-    except Exception as error:  # the very thing to be shown
+    except Exception as error:  # the error itself is the result to be shown
         print(f"no case: {error}")
     line = examine(drawn, limit)
     print(json.dumps(line, indent=2))

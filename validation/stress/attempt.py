@@ -1,4 +1,4 @@
-"""One case solved within a limit of time, whatever happens."""
+"""Solution of one case within a time limit, whatever happens."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ class Attempt:
 
     Attributes
     ----------
-    end : "finished", "refused", "failed" (loudly), "cut off" (it took steps until its time was up), "hang" (it took none in
-        the second half of its time), "trace" (an error that nothing foresaw)
-    what : what was said
-    loaded, solution : what was solved, and the result, as far as it got
-    warned : what NumPy and others warned of
+    end : "finished", "refused", "failed" (with a message), "cut off" (it took steps until its time limit), "hang" (it took
+        no step in the second half of its time), "trace" (an unexpected error)
+    what : message of the run
+    loaded, solution : the solved case, and the result as far as it exists
+    warned : warnings of NumPy and other libraries
     cpu : s
-    method : that took it on
-    reached : part of its time or travel that was solved
+    method : method that was used
+    reached : solved fraction of the time or travel
     """
 
     end: str
@@ -60,7 +60,7 @@ class Attempt:
 
 
 class _TimeUp(BaseException):
-    """The time of a case is up; not an `Exception`, so that nothing takes it for one of its own."""
+    """The time limit of a case has passed; this class is no `Exception`, so that no other code catches it."""
 
 
 def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bool = False) -> Attempt:
@@ -68,10 +68,10 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
 
     Parameters
     ----------
-    tables : as its file would have them
-    limit : s of processor time for a small scene, compiling not counted
-    name : what it is called in messages
-    whole : as `fsm run` does, with curves and plots
+    tables : tables as in a case file
+    limit : time limit for a small scene, without compilation, s of processor time
+    name : name of the case in messages
+    whole : whether curves and plots are written, as by `fsm run`
     """
     found = Attempt("finished")
     begun = time.process_time()
@@ -105,7 +105,7 @@ def _closed(found: Attempt, caught: list[python_warnings.WarningMessage], begun:
 
 
 def _compiling(frame: FrameType | None) -> bool:
-    """Whether the compiler is at work, which must not be stopped half way."""
+    """Whether a compilation is running, which must not be interrupted."""
     while frame is not None:
         if "/numba/" in frame.f_code.co_filename or "/llvmlite/" in frame.f_code.co_filename:
             return True
@@ -145,7 +145,7 @@ def _limited(limit: float) -> Iterator[None]:
     def over(number: int, frame: FrameType | None) -> None:
         nonlocal granted
         more, granted = jit.compile_time() - granted, jit.compile_time()
-        # again if this one is lost: Python ignores errors that are raised while an object is finalised
+        # the alarm is repeated in case it is lost: Python ignores errors that are raised while an object is finalised
         signal.setitimer(signal.ITIMER_PROF, max(0.5, more))
         if not more and not _compiling(frame):
             raise _TimeUp

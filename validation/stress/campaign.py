@@ -86,7 +86,7 @@ def _died(job: Job, error: Sequence[str]) -> Line:
 
 
 def examine(drawn: Drawn, limit: float) -> Line:
-    """Solve a scene, judge it, and have a second solver look at it if it is one of the sample."""
+    """Solve a scene, judge it, and check it by a second solver if it is in the sample."""
     first = attempt(drawn.tables, limit, whole=drawn.number % _WHOLE == 0)
     line: Line = {"scene": drawn.number, "kind": drawn.kind}
     line["class"], line["what"] = _classified(first)
@@ -121,7 +121,7 @@ def examine(drawn: Drawn, limit: float) -> Line:
 def stated_error(solution: Solution) -> float:
     """Largest error of a reduced model of a film that the warnings of a run state; 0 without such a warning.
 
-    Infinite if the run states that it is not known.
+    The error is infinite if the run states that it is not known.
     """
     summary = solution.summary
     if not any(line.startswith("reduced model: ") for line in summary["warnings"]):
@@ -131,7 +131,7 @@ def stated_error(solution: Solution) -> float:
 
 
 def _classified(first: Attempt) -> tuple[str, str]:
-    """Class and first line of what was said."""
+    """Class and first line of the message."""
     said = first.what.splitlines()[0][:300] if first.what else ""
     if first.end == "refused" and not _clear(first.what):
         return "wrong", f"refused, but not clearly: {said}"
@@ -141,5 +141,5 @@ def _classified(first: Attempt) -> tuple[str, str]:
 
 
 def _clear(what: str) -> bool:
-    """Whether every line says where the fault is."""
+    """Whether every line of the message states the place of the fault."""
     return bool(what) and all(line.startswith(("scene: ", " ")) for line in what.splitlines())

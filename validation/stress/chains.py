@@ -40,7 +40,7 @@ def draw_chain(dice: Dice) -> Tables:
 
 
 def _body(dice: Dice, i: int, size: float, mass: float, speed: float, planar: bool) -> Tables:
-    """A body on a crooked line, with a plate or without; turned any way."""
+    """A body on an irregular line, with or without a plate, in any orientation."""
     flat = [1.0, 0.0, 1.0] if planar else [1.0, 1.0, 1.0]
     thin = dice.decades(1e-4, 0.5)
     inertia = [mass * size**2 * (a**2 + b**2) / 12.0 for a, b in ((1.0, thin), (1.0, thin), (1.0, 1.0))]
@@ -58,7 +58,7 @@ def _body(dice: Dice, i: int, size: float, mass: float, speed: float, planar: bo
 def _joint(
     dice: Dice, inner: str, outer: str, size: float, stiffness: float, period: float, ratio: float, planar: bool
 ) -> Tables:
-    """Springs and dampers whose ends do not lie on each other: the chain starts under load."""
+    """Springs and dampers whose ends do not coincide, so the chain starts under load."""
     damping = 0.0 if dice.chance(0.4) else period * dice.decades(1e-6, 1.0)
     along = [stiffness * dice.decades(1.0 / ratio, ratio) for _ in range(3)]
     about = [size**2 * stiffness * dice.decades(1.0 / ratio, ratio) for _ in range(3)]
@@ -91,7 +91,7 @@ def _load(dice: Dice, body: str, force: float, size: float, end_time: float, pla
 
 
 def draw_stack(dice: Dice) -> Tables:
-    """Plates that fall on a table and on each other, or fly into each other with nothing around them."""
+    """Plates that fall on a table and on each other, or that collide in free flight."""
     planar, floating = dice.chance(0.5), dice.chance(0.3)
     count = dice.count(2, 8)
     size = dice.decades(1e-3, 0.3)
@@ -103,7 +103,7 @@ def draw_stack(dice: Dice) -> Tables:
     for i in range(count):
         body = _body(dice, i, size, mass, speed if floating else 0.1 * speed, planar)
         tilt = 0.0 if dice.chance(0.3) else dice.between(-0.4, 0.4)
-        # floating, every one flies towards the next: up below, down above
+        # without gravity, every plate moves towards its neighbour: the lower ones upwards, the upper ones downwards
         velocity = [0.0, 0.0, speed * (1.0 - 2.0 * i / max(1, count - 1))] if floating else body["velocity"]
         lift = 0.7 * size + i * (thickness + size * abs(math.sin(0.4)) * dice.between(1.0, 1.4))
         body |= {
@@ -125,14 +125,14 @@ def draw_stack(dice: Dice) -> Tables:
         tables["obstacle"] = [_obstacle(dice, size, count)]
         pairs += [{"first": f"b{i}", "second": "table"} for i in range(count)]
     hit = max(speed, 0.0 if floating else math.sqrt(9.81 * size))
-    depth = thickness * dice.decades(1e-4, 0.1)  # how deep a plate goes in at that speed
+    depth = thickness * dice.decades(1e-4, 0.1)  # penetration of a plate at that speed
     tables |= laws_of_contact(dice, 1.25 * mass * hit**2 / depth**2.5, depth, hit)
     tables["solve"] = solve_section(dice, static=False, end_time=end_time)
     return tables
 
 
 def _obstacle(dice: Dice, size: float, count: int) -> Tables:
-    """A table, or something round, below all plates."""
+    """A table, or a round obstacle, below all plates."""
     kind = dice.one_of(("plane", "box", "cylinder", "sphere"), (5, 2, 1, 1))
     if kind == "plane":
         return {"name": "table", "shape": "plane"}

@@ -1,4 +1,4 @@
-"""Random numbers of a scene: the same for the same seed and number, whatever is drawn before or beside it."""
+"""Random numbers of a scene; they depend on the seed and the number only, not on other draws."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Dice:
         return items[int(self.rng.choice(len(items), p=part))]
 
     def vector(self, size: float) -> list[float]:
-        """In any direction, of that length."""
+        """Vector of a given length in a random direction."""
         way = self.rng.standard_normal(3)
         return [float(x) for x in size * way / np.linalg.norm(way)]
 
     def turn(self, planar: bool) -> list[float]:
-        """A unit quaternion; about y only in the plane."""
+        """Random unit quaternion; in the plane it is a rotation about y."""
         q = self.rng.standard_normal(4) * ([1, 0, 1, 0] if planar else [1, 1, 1, 1])
         return [float(x) for x in q / np.linalg.norm(q)]
 
@@ -70,7 +70,7 @@ def solve_section(dice: Dice, static: bool, end_time: float | None = None) -> Ta
         if end_time is not None and dice.chance(0.3):
             solve["step"] = end_time * dice.decades(1e-3, 0.1)
     if static and dice.chance(0.2):
-        side = dice.one_of((-1.0, 1.0, 0.3))  # drawn for every method, so that all that is drawn later stays the same
+        side = dice.one_of((-1.0, 1.0, 0.3))  # this number is drawn for every method, so that all later draws stay the same
         if solve["method"] in ("auto", "static"):
             solve["imperfection"] = side
     return solve

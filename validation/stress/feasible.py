@@ -1,4 +1,4 @@
-"""Whether a scene that failed has an answer: two proofs that it has none as it was asked for."""
+"""Whether a failed scene has a solution: two proofs that it has none with the given settings."""
 
 from __future__ import annotations
 
@@ -39,8 +39,9 @@ _KEPT = ("end_time", "spatial")
 def better_asked(tables: Tables, first: Attempt, limit: float) -> str:
     """Class of a scene that failed with its given method, step or tolerance, by a run with the default settings.
 
-    "asked": it is solved, at a tolerance that is ever smaller if the message advises that. The run said that it cannot be
-    done as asked, and what it advised helps. "cut off": it is past the failure when its time is up. "": it fails again.
+    "asked": it is solved; if the message advises a smaller tolerance, smaller tolerances are used. The run stated that the
+    scene cannot be solved with the given settings, and its advice helps. "cut off": the run is past the failure at its time
+    limit. "": it fails again.
     """
     asked, what = tables["solve"], first.what
     own: dict[str, Any] = {key: asked[key] for key in _KEPT if key in asked}
@@ -59,13 +60,13 @@ def better_asked(tables: Tables, first: Attempt, limit: float) -> str:
 
 
 def turned_right_over(tables: Tables, first: Attempt, limit: float) -> bool:
-    """Whether a joint of a chain had turned farther than its measures reach when the solve failed.
+    """Whether a joint of a chain had rotated beyond the range of its measures when the solve failed.
 
     A swing of half a turn has no direction, and the moment of its springs jumps from one side to the other. The twist is
-    continuous over a turn either way from where it starts, and jumps there. So does the shear angle of a ligament over half
-    a turn, as where its ends meet. The equations have no solution beyond. The program's own method solves the scene again up
-    to the failure, or to the end of the fixed step that failed, without regard to the energy. Its joints count only as far
-    as its energy balance holds.
+    continuous over one turn in each direction from its initial value, and jumps there. The shear angle of a ligament jumps
+    in the same way at half a turn, for example where its ends meet. The equations have no solution beyond these rotations.
+    The default method of the program solves the scene again up to the failure, or to the end of the fixed step that failed,
+    without the energy check. Its joints are examined only as long as its energy balance holds.
     """
     own = {key: tables["solve"][key] for key in _KEPT if key in tables["solve"]}
     own |= {"rtol": min(tables["solve"]["rtol"], _OWN_RTOL), "energy_abort": 1e30}
@@ -83,7 +84,7 @@ def turned_right_over(tables: Tables, first: Attempt, limit: float) -> bool:
 
 
 def _balanced_turn(tables: Tables, solution: Solution) -> float:
-    """Largest turn up to the first record after the energy balance was last good."""
+    """Largest rotation up to the first record after the last one with a closed energy balance."""
     energy = solution.energy
     size = np.maximum.accumulate(np.abs(energy["kinetic"]) + np.abs(energy["dissipated"]) + np.abs(energy["work"]))
     off = np.abs(energy["error"]) > _BALANCED * size
@@ -92,15 +93,15 @@ def _balanced_turn(tables: Tables, solution: Solution) -> float:
 
 
 def largest_turn(tables: Tables, solution: Solution) -> float:
-    """Largest turn of any joint in a run; see `turns`."""
+    """Largest rotation of any joint in a run; see `turns`."""
     return float(turns(tables, solution).max())
 
 
 def turns(tables: Tables, solution: Solution) -> np.ndarray:
-    """Largest turn of any joint at each record, part of what its measures reach.
+    """Largest rotation of any joint at each record, relative to the range of its measures.
 
     In space these are a swing of `_OVER` and a twist of `_ROUND` from its start, in the plane a shear angle of `_OVER` of a
-    ligament. Other joints in the plane turn without limit.
+    ligament. Other joints in the plane can rotate without limit.
     """
     bodies = {body["name"]: body for body in tables["scene"]["bodies"]}
     names = list(solution.layout.body_names)
@@ -135,7 +136,7 @@ def _pose(body: Tables, spatial: bool) -> np.ndarray:
 
 
 def _place(poses: np.ndarray, point: Sequence[float]) -> np.ndarray:
-    """Place (records, 2) of a point of a body in the plane."""
+    """Position (records, 2) of a point of a body in the plane."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     return np.column_stack([poses[:, 0] + c * point[0] + s * point[2], poses[:, 1] - s * point[0] + c * point[2]])
 

@@ -10,7 +10,7 @@ __all__ = ["draw_film", "draw_scissor"]
 
 
 def draw_film(dice: Dice) -> Tables:
-    """A film with or without patch, cables, air and damping, stretched anyhow and struck."""
+    """A film with or without patch, cables, air and damping, with random stretch and an impact."""
     length, thickness = dice.decades(1e-2, 10.0), dice.decades(1e-6, 1e-2)
     width = length * dice.decades(0.1, 10.0)
     young, density, poisson = dice.decades(1e6, 1e12), dice.decades(10.0, 2e4), dice.between(-0.5, 0.49)
@@ -80,7 +80,7 @@ def _patch(dice: Dice, length: float, width: float, thickness: float, young: flo
 
 
 def draw_scissor(dice: Dice) -> Tables:
-    """A linear, arched or ring-shaped array, of flexible or rigid bars, pushed or let go."""
+    """A linear, arched or ring-shaped array of flexible or rigid bars, pushed or released."""
     shape = dice.one_of(("linear", "arched", "ring"), (4, 2, 2))
     units = dice.count(3 if shape == "ring" else 1, 6)
     length = dice.decades(1e-2, 10.0)

@@ -1,4 +1,4 @@
-"""Whether what a solve gave can be true: numbers, books, momentum, and what passed through what."""
+"""Checks that a result can be correct: numbers, energy balance, momentum, and bodies that pass through each other."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _odd_numbers(value: Any, path: str) -> Iterator[str]:
 
 
 def _unfinished(case: Case, solution: Solution) -> Iterator[str]:
-    """Stopped early without a word."""
+    """Fault of a run that stopped early without a message."""
     end = case.solve.end_time
     if case.analysis == "vibrate":
         end = case.vibration.duration if case.vibration is not None and case.impact is not None else None
@@ -84,7 +84,7 @@ def turnover(solution: Solution) -> float:
 
 
 def _books(solution: Solution) -> Iterator[str]:
-    """The recorded energies against their own sum, and dissipation that gives."""
+    """Check that the recorded energies add up, and that no dissipation is negative."""
     energy, scale = solution.energy, turnover(solution)
     names = [name for name in energy if name not in ("error", "work", "dissipated", "kinetic")]
     potential = np.sum([energy[name] for name in names], axis=0)
@@ -100,7 +100,8 @@ def _books(solution: Solution) -> Iterator[str]:
 
 
 def _silence(solution: Solution, abort: float) -> Iterator[str]:
-    """A balance that is off, or states that are unstable, without a word; modes have no tolerance to tighten."""
+    """Fault of an open energy balance or of unstable states without a warning; modes have no tolerance that could be
+    reduced."""
     summary = solution.summary
     said = " ".join(summary["warnings"])
     # the error includes the round-off of stiff springs, which has a warning of its own
@@ -114,7 +115,7 @@ def _silence(solution: Solution, abort: float) -> Iterator[str]:
 
 
 def _turned(solution: Solution) -> Iterator[str]:
-    """Quaternions that are none."""
+    """Fault of quaternions without unit length."""
     if solution.layout.dimension == "spatial" and solution.layout.film is None and solution.array is None:
         length = np.linalg.norm(solution.q.reshape(len(solution), -1, 7)[:, :, 3:], axis=2)
         if np.abs(length - 1.0).max() > _UNIT:
@@ -122,7 +123,7 @@ def _turned(solution: Solution) -> Iterator[str]:
 
 
 def free_of_ground(case: Case) -> bool:
-    """Whether nothing acts on the scene from outside."""
+    """Whether no external force acts on the scene."""
     scene = case.scene
     if scene is None or any(body.held for body in scene.bodies) or case.load or case.obstacle or case.drive:
         return False
@@ -130,7 +131,7 @@ def free_of_ground(case: Case) -> bool:
 
 
 def _moving(case: Case, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Masses (n,), velocities and places of the free bodies (records, n, 3)."""
+    """Masses (n,), velocities and positions of the free bodies (records, n, 3)."""
     assert case.scene is not None
     masses = {body.name: body.mass for body in case.scene.bodies}
     n = len(solution.layout.body_names)
@@ -144,7 +145,7 @@ def _moving(case: Case, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def momentum_error(case: Case, solution: Solution) -> tuple[float, float]:
-    """Largest change of linear and of angular momentum, of the sum over the bodies of their magnitudes."""
+    """Largest change of linear and of angular momentum, relative to the sum of their magnitudes over the bodies."""
     assert case.scene is not None
     mass, v, x = _moving(case, solution)
     linear = np.einsum("i,tij->tj", mass, v)
@@ -179,7 +180,7 @@ def _momentum(case: Case, solution: Solution) -> Iterator[str]:
 
 
 def _kinetic(scene: Scene, solution: Solution) -> Iterator[str]:
-    """Kinetic energy from masses and velocities, without any kernel."""
+    """Kinetic energy from masses and velocities, computed without kernels."""
     n = len(solution.layout.body_names)
     bodies = {body.name: body for body in scene.bodies}
     u = solution.u.reshape(len(solution), n, -1)
@@ -195,7 +196,7 @@ def _kinetic(scene: Scene, solution: Solution) -> Iterator[str]:
 
 
 def _fallen(case: Case, solution: Solution) -> Iterator[str]:
-    """Plates that are below a flat table by more than their thickness, without a word."""
+    """Plates that are below a flat table by more than their thickness, without a warning."""
     if not case.obstacle or case.obstacle[0].shape != "plane":
         return
     lowest = float(solution.shape[..., 2].min())

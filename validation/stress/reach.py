@@ -1,4 +1,4 @@
-"""Largest travel of a crease line of a folded strip before a panel is taut, crushed or stretched."""
+"""Largest travel of a crease line of a folded strip before a panel is taut, closed or stretched."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ def crease_at(number: int, panel: float, angle: float) -> np.ndarray:
 def reach(
     panel: float, most: float, start: np.ndarray, direction: np.ndarray, anchors: Sequence[tuple[np.ndarray, float]]
 ) -> float:
-    """Travel, m, up to which a point can be drawn: nothing is taut or crushed, and a single panel is only shortened.
+    """Travel, m, up to which a point can be moved: no panel is taut or closed, and a single panel is only shortened.
 
     Parameters
     ----------
     panel, most : m
-        Length of a panel; the largest travel that is looked at.
+        Length of a panel; largest travel that is examined
     start, direction : (x, z) of the point, and a unit vector
-    anchors : of every side that holds it, the place it hangs on and the length of panels in between, m
+    anchors : for every side that holds the point, the position of the holding point and the length of the panels in between,
+    m
     """
     step = panel / 200.0
     first = [float(np.linalg.norm(start - place)) for place, _ in anchors]

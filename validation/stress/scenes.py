@@ -1,4 +1,4 @@
-"""The scenes of a campaign: which kind a number is, and what it is."""
+"""Scenes of a campaign: the kind and the content of a scene by its number."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ KINDS: dict[str, tuple[Callable[[Dice], Tables], int]] = {
 
 @dataclass(frozen=True)
 class Drawn:
-    """A scene of a campaign: its number, kind and case, and whether a second solver is to look at it."""
+    """Scene of a campaign: its number, kind and case, and whether a second solver checks it."""
 
     number: int
     kind: str
@@ -40,7 +40,7 @@ class Drawn:
 
 
 def draw(seed: int, number: int, kinds: tuple[str, ...] = tuple(KINDS), sample: float = 0.15) -> Drawn:
-    """Scene of a number; `sample` is the part of the scenes that a second solver looks at."""
+    """Scene with a number; `sample` is the fraction of the scenes that a second solver checks."""
     dice = Dice(seed, number)
     kind = dice.one_of(kinds, [KINDS[name][1] for name in kinds])
     second = dice.chance(sample)
@@ -48,7 +48,7 @@ def draw(seed: int, number: int, kinds: tuple[str, ...] = tuple(KINDS), sample: 
 
 
 def loaded(tables: dict[str, Any], name: str) -> LoadedCase:
-    """The case of these tables, as if read from a file; its text must give the same case again.
+    """Case of these tables, as if read from a file; its text must give the same case again.
 
     Raises
     ------

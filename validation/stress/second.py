@@ -1,4 +1,4 @@
-"""A second opinion: the same scene by another method, or with other increments."""
+"""Second solution: the same scene by another method, or with other increments."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Opinion:
 
 
 def second_opinion(tables: dict[str, Any], first: Attempt, limit: float) -> Opinion:
-    """Solve it again another way, and where the two differ, find out why.
+    """Solve the scene again in another way, and determine the cause of a difference.
 
-    "loose": they agree at a finer tolerance, so the tolerance asked for was too coarse; "sensitive": the finer ones differ
-    as much as when one of them is nudged by 1e-6; "none": the other could not, in the time it has.
+    "loose": both agree at a smaller tolerance, so the given tolerance was too large; "sensitive": the accurate solutions
+    differ as much as after a change of the scene by 1e-6; "none": the second solver could not solve the scene in its time.
     """
     other, by = _otherwise(tables, first.method)
     again = attempt(other, limit)
@@ -72,11 +72,11 @@ def _otherwise(tables: dict[str, Any], method: str) -> tuple[dict[str, Any], str
     if other.get("analysis") == "vibrate":
         other["vibration"]["model"] = "full"
         return other, "full model"
-    solve.pop("imperfection", None)  # of statics, which this is not
+    solve.pop("imperfection", None)  # a key of statics, which the other method does not use
     solve["method"] = "generalized-alpha" if method != "generalized-alpha" else "Radau-blocks"
     if _plates_touch(other):
         if solve["method"] == "Radau-blocks":
-            # it does not cut a step in which something passed through a face, nor one in which an impact begins
+            # this method does not repeat a step in which a body passed through a face, nor a step in which an impact begins
             solve["rtol"] = max(1e-10, _FINER * solve["rtol"])
             solve["max_step"] = _no_leap(other["scene"]["bodies"], other.get("gravity", [0.0]), solve["end_time"])
         return other, solve["method"]
@@ -87,21 +87,21 @@ def _otherwise(tables: dict[str, Any], method: str) -> tuple[dict[str, Any], str
 
 
 def _flat(tables: dict[str, Any]) -> bool:
-    """Whether the scene lies in its plane and is one that may be solved in space as well."""
+    """Whether the scene lies in its plane and may also be solved in space."""
     return "scene" in tables and "obstacle" not in tables and "load" not in tables
 
 
 def _plates_touch(tables: dict[str, Any]) -> bool:
     """Whether rigid plates may touch each other.
 
-    In space their edges touch besides their points, and where those of plates of one width lie over each other, as in every
-    motion in a plane, a contact is several times stiffer than in the plane: not the same problem.
+    In space the edges of plates touch in addition to their points. Where edges of plates of one width lie over each other,
+    as in every plane motion, a contact is several times stiffer than in the plane, so the problem is different.
     """
     return "scene" in tables and bool(tables["scene"].get("pairs")) and not tables["scene"].get("surfaces")
 
 
 def _no_leap(bodies: list[dict[str, Any]], gravity: list[float], duration: float) -> float:
-    """Step, s, in which no point moves by more than a quarter of the thinnest plate, as fast as they are at the start."""
+    """Step, s, in which no point moves by more than a quarter of the thinnest plate, at the initial speeds."""
     plates = [(body, body["plate"]) for body in bodies if body.get("plate")]
     speed = duration * float(np.linalg.norm(gravity))
     for body, plate in plates:
@@ -133,7 +133,8 @@ def _nudged(tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def difference_of(one: Solution, two: Solution, rtol: float) -> float:
-    """Largest distance of what both show at a time both have, of the way it has gone; motions within `rtol` count little."""
+    """Largest difference of the quantities that both results have at common times, relative to the displacement so far;
+    motions within `rtol` count little."""
     common, a, b = np.intersect1d(one.time, two.time, return_indices=True)
     if len(common) < 2:
         n = min(len(one), len(two))

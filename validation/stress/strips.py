@@ -14,7 +14,8 @@ __all__ = ["draw_lattice", "draw_strip"]
 
 
 def draw_strip(dice: Dice) -> Tables:
-    """A strip of 1 to 2000 segments per panel, any fold angle, creases up to 1e5 times softer or stiffer than its panels."""
+    """A strip of 1 to 2000 segments per panel, with any fold angle, and creases up to 1e5 times softer or stiffer than its
+    panels."""
     panels = dice.one_of((2, 3, 4, 5, 6, 8, 20), (0.3, 3, 4, 4, 6, 2, 1))
     segments = dice.count(1, 12) if dice.chance(0.96) else dice.count(20, 2000)
     thickness = dice.decades(1e-6, 1e-2)
@@ -28,7 +29,7 @@ def draw_strip(dice: Dice) -> Tables:
     travel = panel * dice.decades(1e-3, 1.0)
     speed = panel / period * dice.decades(1e-6, 1e2)
     if dice.chance(0.6):
-        travel = min(travel, speed * period * dice.decades(0.01, 10.0))  # a run of a few periods
+        travel = min(travel, speed * period * dice.decades(0.01, 10.0))  # the duration of a run of a few periods
     material: Tables = {"young": young, "poisson": dice.between(-0.9, 0.49), "density": density, "plate": dice.chance(0.3)}
     material["damping"] = 0.0 if dice.chance(0.2) else period * dice.decades(1e-5, 10.0)
     tables: Tables = {
@@ -50,7 +51,7 @@ def draw_strip(dice: Dice) -> Tables:
     if dice.chance(0.2):
         tables["gravity"] = dice.vector(panel / period**2 * dice.decades(1e-4, 1.0))
     if dice.chance(0.5):
-        press = bending / panel**2  # what bends a panel right round
+        press = bending / panel**2  # moment that bends a panel to a full circle
         tables |= laws_of_contact(dice, press / thickness**1.5 * dice.decades(1e-2, 1e8), thickness, speed)
     tables["solve"] = solve_section(dice, static=True) | ({"spatial": True} if dice.chance(0.15) else {})
     _damped(tables["material"], tables["solve"], period)
@@ -59,13 +60,14 @@ def draw_strip(dice: Dice) -> Tables:
 
 
 def _damped(section: Tables, solve: Tables, period: float) -> None:
-    """Damping for what may be solved by statics: without it the motion of a snap never dies, and no equilibrium follows."""
+    """Damping for scenes that statics may solve; without it the motion of a snap does not decay, and no equilibrium
+    follows."""
     if solve["method"] in ("auto", "static"):
         section["damping"] = max(section["damping"], 0.01 * period)
 
 
 def _within_reach(tables: Tables, panel: float) -> None:
-    """Turn a drive that would stretch a panel at once (round, up or down), and end it before anything is taut."""
+    """Reverse a drive that would stretch a panel at the start, and end it before any panel is taut."""
     strip, drive = tables["strip"], tables["drive"][0]
     panels, crease, held = strip["panels"], drive["crease"], strip["held"]
     place = partial(crease_at, panel=panel, angle=strip["fold_angle"])
@@ -87,7 +89,7 @@ def _within_reach(tables: Tables, panel: float) -> None:
 
 
 def _crease(dice: Dice, stiffness: float) -> Tables:
-    """A linear crease, or one with a curve that may fall again; N m/rad."""
+    """A linear crease, or a crease with a curve that may decrease; N m/rad."""
     stiffness *= dice.decades(1e-5, 1e5)
     rest: Tables = {} if dice.chance(0.5) else {"rest_angle": dice.between(0.0, math.pi)}
     if dice.chance(0.7):
@@ -104,14 +106,14 @@ def _crease(dice: Dice, stiffness: float) -> Tables:
 
 
 def draw_lattice(dice: Dice) -> Tables:
-    """Rotating squares, pulled, pressed or sheared at an edge."""
+    """Rotating squares, pulled, compressed or sheared at an edge."""
     columns, rows = dice.count(1, 6), dice.count(2, 3) if dice.chance(0.1) else dice.count(3, 7)
     if dice.chance(0.03):
         columns = rows = 20
     spacing, density, depth = dice.decades(1e-4, 1.0), dice.decades(1.0, 2e4), dice.decades(1e-4, 1.0)
     axial = dice.decades(1.0, 1e8)
     mass = density * depth * spacing**2 / 2.0
-    slowest = axial * dice.decades(1e-6, 1.0)  # stiffness of the softest way
+    slowest = axial * dice.decades(1e-6, 1.0)  # stiffness along the softest direction
     period = math.sqrt(mass / slowest)
     speed, travel = spacing / period * dice.decades(1e-6, 1e2), spacing * rows * dice.decades(1e-4, 0.3)
     if dice.chance(0.6):

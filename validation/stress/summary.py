@@ -32,7 +32,7 @@ def summarised(lines: Sequence[Mapping[str, Any]]) -> str:
 
 
 def failed_of_feasible(lines: Sequence[Mapping[str, Any]]) -> tuple[float, int]:
-    """Failed part of the feasible scenes, and their number; scenes that were cut off do not count."""
+    """Failed fraction of the feasible scenes, and their number; scenes that were cut off do not count."""
     counts = Counter(line["class"] for line in lines)
     feasible = sum(counts[name] for name in ("right", "warned", "failed", "wrong"))
     return counts["failed"] / max(1, feasible), feasible
@@ -70,6 +70,6 @@ def _said(lines: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _stripped(what: str) -> str:
-    """Without the numbers, so that the same message counts as the same."""
+    """Text without its numbers, so that equal messages are counted together."""
     words = what.split("Fastest changing body")[0]
     return "".join("#" if c.isdigit() else c for c in words).replace("##", "#").replace("##", "#")[:150]

@@ -1,8 +1,9 @@
-"""Peak force of the trial strip against independent quasi-static computations (validation/references.md, half_model.py).
+"""Peak force of the trial strip compared with independent quasi-static computations (validation/references.md,
+half_model.py).
 
     python -m validation.strip_trial.check [--out out/validation/strip_trial]
 
-Exit code 1 if a number is off by more than its tolerance.
+Exit code 1 means that an error exceeds its tolerance.
 """
 
 from __future__ import annotations
@@ -85,8 +86,9 @@ class Pull:
 
 RIGID = 2.0041
 """Peak with all contacts, N: a half model of another hand, whose penalty was raised to 1e9 and extrapolated."""
-# All contacts: the limit of many segments, and of a contact that is rigid. Panels 3 and 4 only: a value for each number of
-# segments, all with the half-cell correction, so the agreement is to be closer. validation/references.md.
+# With all contacts, the reference is the limit of many segments and of rigid contact. With contact of panels 3 and 4 only,
+# each number of segments has its own reference with the half-cell correction, so the tolerance is smaller; see
+# validation/references.md.
 PULLS = (
     Pull(20, "", RIGID, 0.012, "40 mm"),
     Pull(40, "", RIGID, 0.005, "40 mm"),
@@ -186,7 +188,8 @@ def followed(case: Case) -> tuple[np.ndarray, np.ndarray]:
 
 
 def split(place: Place) -> Iterator[Check]:
-    """The parts of the error, each with all else converged, against two elastic curves with rigid contact."""
+    """Parts of the error; for each part all other settings are converged; the reference is two elastic curves with rigid
+    contact."""
     for angle, end, other in ((80.0, 0.032, RIGID), (83.0, 0.022, 3.486)):
         exact, picture = HalfModel(angle).follow(end, EVERY), place.out / f"parts_{angle:g}.png"
         at, top = exact.peak
@@ -254,7 +257,7 @@ def orders(half_cell: bool) -> np.ndarray:
 
 
 def before_contact(place: Place) -> Iterator[Check]:
-    """Force at 4 mm, where nothing touches yet, and its order of convergence."""
+    """Force at 4 mm, before any contact, and its order of convergence."""
     errors = {
         name: [abs(static_force(count, half) / limit() - 1) for count in COUNTS]
         for name, half in (("with half a cell at creases", True), ("without", False))

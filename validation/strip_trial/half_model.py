@@ -1,15 +1,15 @@
-"""The trial strip as two elastic curves with rigid contact: an independent solution, no code of `fsm`.
+"""The trial strip as two elastic curves with rigid contact: an independent solution without code of `fsm`.
 
     python -m validation.strip_trial.half_model [--angle 80] [--travel 32]
 
-The strip is symmetric about the plane through crease 3, so panels 2 and 3 are all there is: inextensible elastic curves,
-EI theta'' = Fx sin(theta) - Fz cos(theta), integrated from crease 1 to crease 3. Contacts are rigid:
+The strip is symmetric about the plane through crease 3, so only panels 2 and 3 are modelled: inextensible elastic curves, EI
+theta'' = Fx sin(theta) - Fz cos(theta), integrated from crease 1 to crease 3. Contacts are rigid:
 
-* the bottom, crease 2, on the mirror plane, which is crease 4 (force `mirror`);
-* one point of panel 2 on the held panel 1, which it is tangent to (force `wall`, at the arc length `at`).
+* the bottom, crease 2, touches the mirror plane, which is crease 4 (force `mirror`);
+* one point of panel 2 touches the held panel 1, to which it is tangent (force `wall`, at the arc length `at`).
 
-The unknowns are the angle and the force at crease 1 and those of the contacts that are closed; the conditions are the place
-and the moment at crease 3 and the closed contacts. All are shot for at once, along the travel.
+The unknowns are the angle and the force at crease 1, and the forces of the closed contacts; the conditions are the position
+and the moment at crease 3, and the closed contacts. All unknowns are found together by shooting, along the travel.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Shot(NamedTuple):
 
 
 class NoSolution(RuntimeError):
-    """Nothing was found from a guess."""
+    """No solution was found from an initial guess."""
 
 
 _Point = tuple[float, np.ndarray]
@@ -48,7 +48,8 @@ _Point = tuple[float, np.ndarray]
 
 @dataclass(frozen=True)
 class Path:
-    """Travel (m), force (N); where the bottoms and then panels 1 and 2 touch, m; the peak's travel and force."""
+    """Travel (m), force (N); travels at which the bottoms, and then panels 1 and 2, touch, m; travel and force of the
+    peak."""
 
     travel: np.ndarray
     force: np.ndarray
@@ -57,23 +58,23 @@ class Path:
     peak: tuple[float, float]
 
     def force_at(self, travel: np.ndarray | float) -> np.ndarray:
-        """Linear between the points, N."""
+        """Force interpolated linearly between the points, N."""
         return np.asarray(np.interp(travel, self.travel, self.force))
 
 
 class HalfModel:
     """Panels 2 and 3 of the trial strip at a fold angle (degrees).
 
-    Lengths are over the panel's, forces over EI/a^2, moments over EI/a.
+    Lengths are relative to the length of a panel, forces to EI/a^2, moments to EI/a.
     """
 
     def __init__(self, angle: float) -> None:
         self.fold = math.radians(angle)
         self.crease = CREASE * PANEL / BENDING
-        self.plane = 2.0 * math.cos(self.fold)  # of the mirror, from crease 1
+        self.plane = 2.0 * math.cos(self.fold)  # position of the mirror plane, from crease 1
 
     def _panel(self, y: np.ndarray, force: np.ndarray, length: np.ndarray | float) -> np.ndarray:
-        """End (x, z, theta, moment) of curves, one a column, by Runge and Kutta's method of fourth order."""
+        """Ends (x, z, theta, moment) of curves, one for each column, by the fourth-order Runge-Kutta method."""
         fx, fz = force
         step = length / STEPS
 
@@ -89,12 +90,14 @@ class HalfModel:
         return y
 
     def shoot(self, x: np.ndarray, travel: float) -> Shot:
-        """Everything that follows from the unknowns (theta, fx, fz[, mirror[, wall, at]]) at crease 1, one set a column.
+        """Quantities that follow from the unknowns (theta, fx, fz[, mirror[, wall, at]]) at crease 1, with one set for each
+        column.
 
-        (fx, fz) is the force that what follows crease 1 exerts on what comes before.
+        (fx, fz) is the force that the part after crease 1 exerts on the part before it.
         """
         theta, force = x[0], x[1:3]
-        normal = np.array([[math.sin(self.fold)], [-math.cos(self.fold)]])  # away from panel 1, whose line starts at zero
+        # the direction is away from panel 1, whose line starts at zero
+        normal = np.array([[math.sin(self.fold)], [-math.cos(self.fold)]])
         nothing = np.zeros_like(theta)
         y = np.array([nothing, nothing, theta, self.crease * (theta + self.fold)])
         left, rest = [], 1.0
@@ -108,7 +111,7 @@ class HalfModel:
         if len(x) > 3:
             left.append(bottom - self.plane)
             force = force + np.array([x[3], nothing])
-        # the crease: M = k (turn of panel 3 less turn of panel 2)
+        # moment of the crease: M = k (rotation of panel 3 minus rotation of panel 2)
         turned = self.fold + (y[2] + self.fold) + y[3] / self.crease
         y = self._panel(np.array([y[0], y[1], turned, y[3]]), force, 1.0)
         left += [y[0] - self.plane, y[1] - travel / PANEL, y[3] + 2.0 * self.crease * (y[2] - self.fold)]
@@ -132,7 +135,8 @@ class HalfModel:
         return float(self.shoot(x[:, None], travel).pull[0])
 
     def height(self, x: np.ndarray) -> tuple[float, float]:
-        """Smallest height of panel 2 over panel 1, over a, and where (arc length); not beside the crease itself."""
+        """Smallest height of panel 2 over panel 1, over a, and its arc length; points beside the crease itself are
+        excluded."""
         normal = np.array([math.sin(self.fold), -math.cos(self.fold)])
         start = np.array([0.0, 0.0, x[0], self.crease * (x[0] + self.fold)])
 
@@ -148,7 +152,7 @@ class HalfModel:
         return float(best.fun), float(best.x)
 
     def follow(self, travel: float, step: float) -> Path:
-        """From rest to a travel (m), in steps (m)."""
+        """Solve from rest to a travel (m), in steps (m)."""
         points: list[_Point] = [(0.0, np.array([-self.fold, 0.0, 0.0]))]
         touched: list[float] = []
         size = step
@@ -176,7 +180,7 @@ class HalfModel:
         return Path(*np.array([(t, self.pull(x, t)) for t, x in points]).T, *touched[:2], self._peak(points))
 
     def _next(self, points: list[_Point], travel: float) -> np.ndarray:
-        """The solution at a travel, predicted from the last two of as many unknowns."""
+        """Solution at a travel, predicted from the last two solutions with the same number of unknowns."""
         (t1, x1), x0 = points[-1], None
         if len(points) > 1 and len(points[-2][1]) == len(x1):
             t0, x0 = points[-2]
@@ -184,7 +188,7 @@ class HalfModel:
         return self.solve(guess, travel)
 
     def _gap(self, x: np.ndarray, travel: float, touched: list[float]) -> float:
-        """Gap of the next contact, over a: first of the bottoms, then of panels 1 and 2."""
+        """Gap of the next contact, over a: first between the bottoms, then between panels 1 and 2."""
         if touched:
             return self.height(x)[0]
         return self.plane - float(self.shoot(x[:, None], travel).bottom[0])

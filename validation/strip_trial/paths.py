@@ -2,10 +2,10 @@
 
     python -m validation.strip_trial.paths [--angles 70,72,...] [--segments 5,10,20,40] [--first 0.5] [--limit 300]
 
-Prints a table with a line for each run of 0 to 120 mm. A run that ends early, or takes longer than the limit (s), says so.
-Saved states every 2 mm are looked at again: one at rest (forces left over without dampers below 1e-3 of the largest
-reaction) with a stiffness that is not positive definite would be an unstable equilibrium. Exit code 1 if a run ends early or
-there is such a state.
+Prints a table with a line for each run of 0 to 120 mm. The row of a run states if it ends early, or takes longer than the
+limit (s). Saved states every 2 mm are examined again: a state at rest (residual without dampers below 1e-3 of the largest
+reaction) whose stiffness is not positive definite is an unstable equilibrium. Exit code 1 means that a run ends early, or
+that a state with intersections exists.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ EVERY, AT_REST = 2e-3, 1e-3
 
 
 class OutOfTime(Exception):
-    """A run took longer than it may."""
+    """A run exceeded its time limit."""
 
 
 def stop(number: int, frame: FrameType | None) -> None:
@@ -58,7 +58,7 @@ def resting_unstably(system: SegmentSystem, state: SavedState, largest: float) -
 
 
 def line(angle: float, segments: int, first: float, limit: int) -> tuple[str, bool]:
-    """A line of the table, and whether all is well."""
+    """A line of the table, and whether the run passes."""
     system = strip(angle, segments)
     motion = system.motions[0]
     seen: list[tuple[DriveState, np.ndarray]] = []

@@ -1,4 +1,5 @@
-"""Thick strips at steep angles with contact, drawn at random: are they solved at every mesh, and do the peaks agree?
+"""Random thick strips with steep fold angles and contact: check that they are solved at every mesh, and that the peaks
+agree.
 
     python -m validation.strip_trial.thick [--segments 10,20,40] [--strips 0,1,2]
 
@@ -47,7 +48,7 @@ def draw(number: int) -> Drawn:
 
 
 def solved(number: int, segments: int, folder: Path) -> tuple[str, bool]:
-    """Peak and stated error of a strip with so many segments per panel, and whether it was solved."""
+    """Peak and stated error of a strip with a number of segments per panel, and whether it was solved."""
     path = folder / f"{number}_{segments}.toml"
     path.write_text(draw(number).text, encoding="utf-8")
     try:

@@ -76,7 +76,7 @@ def lugre(
     """Effort, its derivatives and the new deflection, see `FrictionLaw`.
 
     `params`: mu_s, mu_d, v_S (m/s), sigma_0 (1/m), sigma_1 (s/m), sigma_2 (s/m). If the deflection is beyond its elastic
-    limit, |v| has a kink at v = 0. The derivatives of unloading bristles, which are stiffer, are used there.
+    limit, |v| has a kink at v = 0. There, the function uses the derivatives of unloading bristles, which are stiffer.
     """
     v_stribeck, sigma_0, sigma_2 = params[2], params[3], params[5]
     count, components = slip.shape

@@ -2,7 +2,7 @@
 
     mu(v) = STEP(v, -v_s, -mu_s, v_s, mu_s) for |v| < v_s,  STEP(v, v_s, mu_s, v_d, mu_d) beyond
 
-Under a load below mu_s N the contact creeps slower than v_s.
+Under a load below mu_s N the contact creeps at a speed below v_s.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ def damping_factor(restitution: float) -> float:
         separation = _phi(-y) if s < 0.1 else (s - y) / y**2
         return _phi(y / c) - c * c * separation
 
-    from scipy.optimize import brentq  # few cases need SciPy's solver, and its import takes long
+    from scipy.optimize import brentq  # SciPy's solver is imported here, because few cases need it and the import takes long
 
     s = float(brentq(difference, 0.0, (1.0 + c) / c, xtol=1e-15, rtol=1e-14))
     return -math.expm1(-s) / c

@@ -23,7 +23,7 @@ def loads_on_mesh(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
     Raises
     ------
     CaseError
-        There is no such place, or a load acts along a line that is no edge.
+        There is no such place, or a load per length acts on a place that is not an edge.
     """
     assert case.sheet is not None
     mesh, found = flexible_mesh(case.sheet), list[Load]()
@@ -36,7 +36,7 @@ def loads_on_mesh(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
 
 
 def pressed_facets(mesh: FacetMesh, load: Load, path: str) -> tuple[int, ...]:
-    """Numbers of the facets on which a pressure acts, from 0; errors as in `loads_on_mesh`."""
+    """Numbers (from 0) of the facets on which a pressure acts; raises the same errors as `loads_on_mesh`."""
     assert isinstance(load.at, str)
     try:
         return facets_named(load.at, int(mesh.facet.max()) + 1)
@@ -45,7 +45,9 @@ def pressed_facets(mesh: FacetMesh, load: Load, path: str) -> tuple[int, ...]:
 
 
 def load_parts(mesh: FacetMesh, load: Load, path: str) -> list[tuple[Load, MeshPoint]]:
-    """Parts of a load on a place, with the points of their frames; arguments and errors as in `loads_on_mesh`."""
+    """Parts of a load on a place, with the points of their frames; takes the arguments and raises the errors of
+    `loads_on_mesh`.
+    """
     assert load.at is not None
     try:
         place = mesh_place(mesh, load.at)
@@ -73,7 +75,7 @@ def load_parts(mesh: FacetMesh, load: Load, path: str) -> list[tuple[Load, MeshP
 
 
 def place_points(mesh: FacetMesh, place: MeshPlace, name: str, oriented: bool) -> Iterator[tuple[str, MeshPoint, float]]:
-    """Points of a place, with names of their frames and shares of a load, which are equal for nodes."""
+    """Points of a place, with the names of their frames and their shares of a load; nodes have equal shares."""
     points = [(point, length) for edge in place.edges for point, length in mesh.on_edge(edge)]
     if not len(place.edges):
         points = [(mesh.at_node(sector, oriented), 1.0) for sector in place.sectors.tolist()]

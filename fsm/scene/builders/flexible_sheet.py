@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fsm.errors import CaseError, Fault
+from fsm.scene.builders.beside_sheet import frame_of_mesh
 from fsm.scene.builders.flexible_loads import load_parts, place_points, pressed_facets
 from fsm.scene.builders.sheet_contact import contact_of_nodes
 from fsm.scene.builders.sheet_folding import Folds, facet_damping
@@ -179,18 +180,8 @@ class _FlexibleBuilder:
 
     def _frame(self, name: str, point: MeshPoint) -> str:
         """Add a frame at a point of the mesh; returns its name."""
-        mesh = self.facets.mesh
-        vectors = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1).reshape(-1, 3)
-        place = point.weights @ vectors[point.vectors]
-        self.facets.points[name] = point
-        self.frames.append(SceneFrame(name=name, on=SHEET, at=()))
-        x, y, z = place.tolist()
-        body = Body(name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, y, z), held=True)
-        if point.along.any():
-            along, across = (part @ vectors[point.vectors] for part in (point.along, point.across))
-            axes = np.array([along, np.cross(np.cross(along, across), along), np.cross(along, across)])
-            turned = quaternions((axes / np.linalg.norm(axes, axis=1)[:, None]).T[None])[0]
-            body = body.model_copy(update={"orientation": tuple(turned.tolist())})
+        frame, body = frame_of_mesh(self.facets, name, point)
+        self.frames.append(frame)
         self.bodies.append(body)
         return name
 
@@ -207,7 +198,7 @@ class _FlexibleBuilder:
             yield self._in_time(part)
 
     def _in_time(self, load: Load) -> Load:
-        """Load that grows over the run if the run is static and the load has no function of time."""
+        """Load with a ramp over the run, if the run is static and the load has no function of time."""
         method, end = self.case.solve.method, self.case.solve.end_time
         if load.time is not None or self.case.step or end is None or method not in ("static", "arc-length"):
             return load
@@ -253,15 +244,18 @@ class _FlexibleBuilder:
         return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
 
     def _turn(self, drive: Drive, place: MeshPlace) -> Drive:
-        """Turn of a place that is clamped in a rigid end: springs join its points to a massless body that turns.
+        """Turn of a place that is clamped in a rigid end: springs join the points of the place to a massless body that
+        turns.
 
-        Without a guide the end can translate. Its points are then joined to the middle one of them in translation.
+        Without a guide the end can translate. The points of the place are then joined in translation to the middle point
+        only.
         """
         mesh, facets = self.facets.mesh, self.facets
         at, stiffness = mesh.positions[place.sectors], _DRIVEN * facets.young * facets.thickness
         size, extent = (float(np.ptp(of, axis=0).max()) or facets.thickness for of in (at, mesh.positions))
-        local = stiffness * facets.thickness**2 * size / (12.0 * float(mesh.lengths.min()))  # plate of a cell, all along
-        whole = stiffness * size**3 / (12.0 * extent)  # sheet as a beam with the end as its section
+        # plate whose whole size is one cell
+        local = stiffness * facets.thickness**2 * size / (12.0 * float(mesh.lengths.min()))
+        whole = stiffness * size**3 / (12.0 * extent)  # the sheet is a beam, and the driven end is its section
         parts = [(self._frame(name, point), share) for name, point, share in place_points(mesh, place, place.name, True)]
         known = {body.name: body for body in self.bodies}
         x, y, z = at.mean(axis=0).tolist()
@@ -279,7 +273,9 @@ class _FlexibleBuilder:
         return drive.model_copy(update={"edge": None, "at": None, "body": place.name, "guide": True})
 
     def _join(self, name: str, inner: Body, outer: Body, move: float, turn: float) -> None:
-        """Add springs (N/m, N m/rad) without force at the start between the centre of a body and a point of another one."""
+        """Add springs (N/m, N m/rad) between the centre of a body and a point of another body; they carry no force at the
+        start.
+        """
         from_inner, from_outer = (quaternion_matrix(body.orientation).T for body in (inner, outer))
         apart = from_outer @ (np.array(inner.position) - np.array(outer.position))
         axes = (tuple(quaternions(turned[None])[0].tolist()) for turned in (from_inner, from_outer))
@@ -306,7 +302,7 @@ def _folds(case: Case, mesh: FacetMesh) -> FoldData | None:
         return None
     assert case.sheet is not None and case.material is not None
     plate = case.material.young * case.sheet.thickness**3 / (12.0 * (1.0 - case.material.poisson**2))
-    if case.sheet.is_shell:  # a lenticular boom, whose seams are rigid
+    if case.sheet.is_shell:  # only a lenticular boom has such joints; its seams are rigid
         angles = np.concatenate([np.full(len(seam.lengths), seam_angle(case.sheet)) for seam in mesh.creases])
         stiffness = np.concatenate([_JOINED * plate / seam.lengths.min() * seam.lengths for seam in mesh.creases])
         return FoldData.linear(stiffness, angles, angles)

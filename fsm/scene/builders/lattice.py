@@ -66,7 +66,8 @@ def _bodies(lattice: Lattice, held: set[str]) -> Iterator[Body]:
     across = mass / 12.0 * (side**2 + lattice.depth**2)
     for row in range(1, lattice.rows + 1):
         for column in range(1, lattice.columns + 1):
-            half = -0.5 * (_turn(lattice, column, row) + math.pi / 4.0)  # a rotation about +y moves x towards -z
+            # a positive rotation about y moves the x axis towards -z
+            half = -0.5 * (_turn(lattice, column, row) + math.pi / 4.0)
             name = block_name(column, row)
             yield Body(
                 name=name,

@@ -1,4 +1,4 @@
-"""Mesh lines of a film along the edges of its patches, and the faults of its patches."""
+"""Mesh lines of a film along the edges of its patches, and checks of the patches."""
 
 from __future__ import annotations
 
@@ -93,8 +93,8 @@ def _on_arm(arm: str, distance: float, along: tuple[float, float]) -> tuple[floa
 
 
 def mesh_lines(membrane: Membrane, patches: Sequence[PlacedPatch]) -> MeshLines:
-    """Mesh lines on the edges of film and patches, with equal cells between these lines; cells are as fine as `mesh`
-    requires.
+    """Mesh lines on the edges of film and patches, with equal cells between these lines; the cells are at least as fine as
+    `mesh` requires.
     """
     return MeshLines(_lines(membrane, patches, 0), _lines(membrane, patches, 1))
 

@@ -15,7 +15,7 @@ __all__ = ["build_scene"]
 def build_scene(case: Case) -> Scene:
     """Scene of a case: from its strip, lattice or sheet, or its [scene] with the contact, loads and drives of the case.
 
-    A [scene] beside a [strip] adds its parts to the strip.
+    A [scene] beside a [strip] or a [sheet] adds its parts.
     """
     if case.step:
         case = _with_items_of_steps(case)
@@ -25,7 +25,13 @@ def build_scene(case: Case) -> Scene:
         from fsm.scene.builders.sheet import build_sheet  # imports patterns and meshes
         from fsm.scene.builders.sheet_bars import build_bars
 
-        return _with_parts(build_bars(case)) if case.sheet.facets == "bars" else build_sheet(case)
+        bars = case.sheet.facets == "bars"
+        scene = build_bars(case) if bars else build_sheet(case)
+        if case.scene is not None:
+            from fsm.scene.builders.beside_sheet import with_sheet_frames
+
+            scene = _added(*with_sheet_frames(case, scene, case.scene))
+        return _with_parts(scene) if bars or case.scene is not None else scene
     if case.strip is not None:
         scene = build_strip(case)
         return scene if case.scene is None else _with_parts(_added(scene, case.scene))
@@ -46,7 +52,7 @@ def build_scene(case: Case) -> Scene:
 
 
 def _with_items_of_steps(case: Case) -> Case:
-    """Case with the drives and loads of all its steps; of several drives with the same target, one is kept."""
+    """Case with the drives and loads of all its steps; of several drives with the same target, only the first is kept."""
     scene = case.scene
     if scene is not None:
         scene = scene.model_copy(update={"drives": (), "loads": ()})
@@ -54,15 +60,17 @@ def _with_items_of_steps(case: Case) -> Case:
     return case.model_copy(update={"drive": drives_of(case), "load": loads, "scene": scene})
 
 
-def _added(strip: Scene, more: Scene) -> Scene:
-    """Scene of a strip with the parts of another scene; contact, friction and gravity of the strip come first."""
+def _added(first: Scene, more: Scene) -> Scene:
+    """Scene with the parts of another scene; contact, friction and gravity of the first one have priority."""
     single = {"contact", "friction", "gravity"}
-    update = {name: (*getattr(strip, name), *getattr(more, name)) for name in set(Scene.model_fields) - single}
-    gravity = strip.gravity if any(strip.gravity) else more.gravity
-    laws = {"contact": strip.contact or more.contact, "friction": strip.friction or more.friction}
-    return strip.model_copy(update=update | laws | {"gravity": gravity})
+    update = {name: (*getattr(first, name), *getattr(more, name)) for name in set(Scene.model_fields) - single}
+    gravity = first.gravity if any(first.gravity) else more.gravity
+    laws = {"contact": first.contact or more.contact, "friction": first.friction or more.friction}
+    return first.model_copy(update=update | laws | {"gravity": gravity})
 
 
 def _with_parts(scene: Scene) -> Scene:
-    """Scene with the bodies and elements of its frames, unless it has faults, which are reported later."""
+    """Scene with its frames among the bodies and elements; a scene with faults is returned unchanged, and a later check
+    reports its faults.
+    """
     return scene if any(frame_faults(scene)) else with_frames(scene)

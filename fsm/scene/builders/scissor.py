@@ -47,7 +47,7 @@ class Array:
 
 
 def build_array(scissor: Scissor) -> tuple[Array, list[Fault]]:
-    """Array in its initial state, and the faults of an impossible one."""
+    """Array in its initial state, and the faults of an array that cannot exist."""
     array = array_at(scissor, scissor.initial_angle)
     faults = []
     least, given = math.pi / scissor.units, scissor.initial_angle
@@ -108,7 +108,7 @@ def _semi_lengths(scissor: Scissor) -> tuple[float, float]:
 
 
 def _right_ends(scissor: Scissor, angle: float) -> tuple[Point, Point]:
-    """Upper and lower right end of a unit, relative to its hinge."""
+    """Upper and lower right end of a unit, relative to the hinge of the unit."""
     p, q = _semi_lengths(scissor)
     kink = 2.0 * math.pi / scissor.units if scissor.shape == "ring" else 0.0
     above, below = angle - 0.5 * kink, angle + 0.5 * kink

@@ -93,7 +93,7 @@ def _hinge(
 ) -> ForceElement:
     a, b = bodies[inner], bodies[outer]
     initial = 2.0 * (math.atan2(a.orientation[2], a.orientation[0]) - math.atan2(b.orientation[2], b.orientation[0]))
-    initial = math.remainder(initial, 2.0 * math.pi)  # in a ring the angles of two bars may differ by more than pi
+    initial = math.remainder(initial, 2.0 * math.pi)  # the angles of two bars of a ring may differ by more than pi
     sense = 1.0 if initial < 0.0 else -1.0  # rotation about y of the first bar relative to the second in the deployment
     resists = hinge is not None and (hinge.at == "all" or (hinge.at == "middle") == name.startswith("h"))
     stiffness = hinge.stiffness if hinge is not None and resists else 0.0

@@ -39,8 +39,8 @@ pivot."""
 
 
 RIGID_OF_CHAIN = 1e6
-"""`RIGID` for a sheet without loops of facets. Its joints do not oppose each other, and a long chain is soft as a
-whole; round-off of stiff joints could exceed its forces."""
+"""Value that replaces `RIGID` for a sheet without loops of facets. The joints of a chain of facets do not act against each
+other, and a long chain is soft as a whole; the round-off of stiff joints could exceed the forces in the chain."""
 
 
 RIGID_OF_BEND_LINES = 1e7
@@ -254,8 +254,8 @@ class _Attachment(NamedTuple):
         name: str,
         along: np.ndarray | None = None,
     ) -> list[ForceElement]:
-        """One spring for each vertex. Its axes are the axes of the body; if a direction is given, the first axis is
-        along it.
+        """Each vertex has one spring. The axes of a spring are the axes of the body; if a direction is given, the first axis
+        is along it.
         """
         found = []
         facets = facets_of_vertices(self.pattern)

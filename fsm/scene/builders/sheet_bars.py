@@ -51,7 +51,12 @@ def build_bars(case: Case) -> Scene:
     touching = _touching(case, sheet, pattern)
     lines: list[Body] = []
     springs: list[ForceElement] = []
-    drives = [_drive(pattern, f"drive.{k}", drive, _RIGID * stiffest, lines, springs) for k, drive in enumerate(case.drive)]
+    beside = {body.name for body in case.scene.bodies} if case.scene is not None else set[str]()
+    drives = [
+        drive if drive.moved and beside.issuperset(drive.moved)
+        else _drive(pattern, f"drive.{k}", drive, _RIGID * stiffest, lines, springs)
+        for k, drive in enumerate(case.drive)
+    ]  # fmt: skip
     used = {load.target for load in loads if load.pressure is None} | {spring.inner for spring in springs}
     names = {vertex_name(vertex): vertex for vertex in range(len(pattern.vertices))}
     if touching is not None:
@@ -69,7 +74,7 @@ def build_bars(case: Case) -> Scene:
 
 
 def bar_areas(case: Case, pattern: Pattern) -> np.ndarray:
-    """Cross-section of the bar of each edge, (m,), m^2: as given, or a preset.
+    """Cross-section of the bar of each edge, (m,), m^2: the given value, or a preset.
 
     With the preset, bars and plate have the same energy in a uniform expansion. A triangle of area S and thickness t
     with bars of the lengths L gives each bar the area 2 S t/((1 - nu) sum L) (Filipov, Liu, Tachi, Schenk and Paulino,
@@ -143,7 +148,7 @@ def _truss(case: Case, sheet: Sheet, pattern: Pattern) -> tuple[SceneTruss, Fold
 
 
 def _fold(pattern: Pattern, edge: int) -> tuple[int, int, int, int]:
-    """Vertices of a hinge: of the left facet, both ends of the edge, of the right facet."""
+    """Vertices of a hinge: the vertex of the left facet, both ends of the edge, and the vertex of the right facet."""
     u, v = pattern.edges[edge].tolist()
     left, right = (next(w for w in pattern.faces[face] if w not in (u, v)) for face in pattern.edge_faces[edge].tolist())
     return left, u, v, right

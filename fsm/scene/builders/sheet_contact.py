@@ -1,4 +1,4 @@
-"""Contact of a sheet with nodes: of the sheet with itself and with every obstacle."""
+"""Contact of the nodes of a sheet with the sheet itself and with every obstacle."""
 
 from __future__ import annotations
 

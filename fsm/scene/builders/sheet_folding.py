@@ -29,9 +29,9 @@ def is_motion(case: Case) -> bool:
 
 
 def crease_damping(case: Case) -> float:
-    """Kelvin-Voigt time of creases and bend lines, s: the value of the case, else a part of the time of folding.
+    """Kelvin-Voigt time of creases and bend lines, s; it is the value of the case, or else a fraction of the folding time.
 
-    Without time of folding, a motion of rigid facets has the default of materials, and flexible facets and bars have no
+    If a motion has no folding time, rigid facets have the default of materials, and flexible facets and bars have no
     dampers.
     """
     assert case.sheet is not None and case.material is not None
@@ -80,7 +80,9 @@ def _has_fold_angles(sheet: Sheet) -> bool:
 
 
 def fold_turn(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) -> float:
-    """Change of the rest angle of a joint until the end of the run, rad; `angle` is its fold angle at the start."""
+    """Change of the rest angle of a joint from the start to the end of the run, rad; `angle` is the fold angle at the
+    start.
+    """
     assert case.sheet is not None
     if case.sheet.fold_to is None or joint.kind != "crease" or pattern.assignment[joint.edge] == "U":
         return 0.0
@@ -118,7 +120,9 @@ class Folds:
         self._names: list[str] = []
 
     def add(self, joint: SheetJoint, angle: float, lengths: np.ndarray) -> None:
-        """Add a crease or a bend line with a fold angle at the start (rad) that is shared by parts of these lengths (m)."""
+        """Add a crease or a bend line with a fold angle at the start (rad); parts of the given lengths (m) share its
+        stiffness.
+        """
         whole = float(self.pattern.lengths[joint.edge])
         law = len(self._laws) - 1 if joint.kind == "crease" else 0
         stiffness = joint.stiffness / whole
@@ -130,7 +134,7 @@ class Folds:
             self._rows.append((law, length if law else k, rest, angle, self._damping * k, k * turn, k, number, length))
 
     def add_linear(self, stiffness: np.ndarray, angle: float) -> None:
-        """Add linear folds (N m/rad each) without moment at the start."""
+        """Add linear folds (N m/rad each) whose moment is zero at the start."""
         for k in stiffness.tolist():
             self._rows.append((0, k, angle, angle, self._damping * k if is_motion(self.case) else 0.0, 0.0, k, -1, 0.0))
 

@@ -20,7 +20,7 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
     Raises
     ------
     CaseError
-        A chamber is open or empty, or an orifice joins gases that do not exist or differ.
+        A chamber is open or empty, or an orifice names an unknown gas or joins different gases.
     """
     if not case.gas:
         return scene
@@ -39,7 +39,7 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
 
 
 def _in_time(case: Case, gas: Gas) -> Gas:
-    """Gas whose supply grows over the run, if it is static and has no function of time."""
+    """Gas whose supply has a ramp over the run, if the run is static and the supply has no function of time."""
     method, end = case.solve.method, case.solve.end_time
     if gas.time is not None or end is None or method not in ("static", "arc-length"):
         return gas
@@ -50,7 +50,7 @@ def _in_time(case: Case, gas: Gas) -> Gas:
 
 
 def _check_path(case: Case) -> None:
-    """A path by arc length has no history: its time may decrease."""
+    """A path by arc length has no history, because its program time may decrease."""
     if case.solve.method != "arc-length" and not any(
         step.solve is not None and step.solve.method == "arc-length" for step in case.step
     ):

@@ -28,7 +28,8 @@ class SheetJoint(NamedTuple):
     kind : "crease", "bend line" or "rigid"
     name : "crease 1", "bend line 1" or "joint 1"
     stiffness : N m/rad, of the whole edge; for a measured curve its mean slope
-    rest : rad, size of the fold angle without moment; None: as the law of all creases, and flat for a bend line
+    rest : rad, magnitude of the fold angle without moment; None: the rest angle of the common crease law, or flat for a bend
+    line
     """
 
     edge: int
@@ -77,7 +78,7 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
 
 
 def rest_angle(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) -> float:
-    """Angle of a joint without moment: the angle at the start, unless a crease law gives another; zero for bend
+    """Fold angle of a joint without moment: the angle at the start, unless a crease law gives another value; zero for bend
     lines.
     """
     size = joint.rest
@@ -89,7 +90,7 @@ def rest_angle(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) ->
 
 
 def _own_laws(case: Case, pattern: Pattern) -> tuple[dict[str, list[SheetCrease]], dict[str, list[SheetCrease]]]:
-    """Items of `sheet.crease` by letter and by name of a joint."""
+    """Items of `sheet.crease` by the letter of an assignment and by the name of a joint."""
     by_letter: dict[str, list[SheetCrease]] = {}
     by_name: dict[str, list[SheetCrease]] = {}
     assert case.sheet is not None
@@ -119,7 +120,7 @@ def _kinds(pattern: Pattern) -> str:
 
 
 def _crease_per_length(case: Case) -> float:
-    """Stiffness of creases over their length, N m/rad per m; for a measured curve its mean slope."""
+    """Stiffness of creases over their length, N m/rad per m; for a measured curve, it is the mean slope."""
     crease = case.crease
     if isinstance(crease, LinearCrease):
         if crease.stiffness_per_length is None:

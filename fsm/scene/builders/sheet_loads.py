@@ -19,7 +19,7 @@ __all__ = ["facet_name", "facets_of_vertices", "placed_loads", "vertex_name"]
 
 
 def facet_name(number: int) -> str:
-    """Name of the body of a facet; facets are numbered from 0 here, and from 1 in names."""
+    """Name of the body of a facet; facet numbers start at 0 here, and at 1 in names."""
     return f"facet {number + 1}"
 
 
@@ -34,7 +34,8 @@ def facets_of_vertices(pattern: Pattern) -> dict[int, int]:
 
 
 def placed_loads(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
-    """Loads that each act on one body; a force on several vertices of a sheet acts on each of them in equal parts.
+    """Parts of the loads, each of which acts on one body; a force on several vertices of a sheet acts on each of them in
+    equal parts.
 
     Raises
     ------

@@ -12,14 +12,13 @@ from fsm.scene.patterns.places import place_of
 __all__ = ["check_supports", "free_motions"]
 
 _FREE = 1e-7
-"""Singular value relative to the largest below which a motion is free."""
+"""Relative singular value below which a motion is free; the reference is the largest singular value."""
 
 
 def check_supports(case: Case, pattern: Pattern) -> None:
     """Raise a CaseError if a static sheet can move as a whole.
 
-    Cases with steps, which may change drives, are not checked. Motions with inertia need no supports and are not
-    checked either.
+    Cases with steps, which may change drives, are not checked. Dynamic cases need no supports and are not checked either.
     """
     if case.step or case.solve.method not in ("static", "arc-length"):
         return
@@ -31,7 +30,7 @@ def check_supports(case: Case, pattern: Pattern) -> None:
 
 
 def free_motions(case: Case, pattern: Pattern) -> list[str]:
-    """Motions of the sheet as a rigid body that no support and no drive prevents, as text."""
+    """Text of the rigid-body motions of the sheet that no support and no drive prevents."""
     assert case.sheet is not None
     middle, size = pattern.vertices.mean(axis=0), max(pattern.extent(), 1e-300)
     rows = [np.zeros((1, 6))]
@@ -49,7 +48,9 @@ def free_motions(case: Case, pattern: Pattern) -> list[str]:
 
 
 def _rows(pattern: Pattern, at: object, directions: np.ndarray, middle: np.ndarray, size: float) -> np.ndarray:
-    """Displacements along directions (d, 3) at a place, by translation and rotation (6,)."""
+    """Displacements at a place along directions (d, 3) due to the six rigid-body motions, three translations and three
+    rotations.
+    """
     place = place_of(pattern, at)  # type: ignore[arg-type]
     vertices = place.vertices if place.facet is None else pattern.faces[place.facet]
     directions = directions if place.facet is None else np.eye(3)

@@ -51,7 +51,7 @@ def build_strip(case: Case) -> Scene:
 
 
 def strip_damping(case: Case, scene: Scene) -> float:
-    """Kelvin-Voigt time beta of a strip, s: the value of the case, else `DAMPING`, or less with a slow drive.
+    """Kelvin-Voigt time beta of a strip, s: the value of the case, else `DAMPING`, which is reduced for a slow drive.
 
     Dampers delay the force by beta, which causes an error where the force rises steeply, for example at first contact. With
     a slow drive beta is therefore a small part of the duration. Free and fast motions need dampers to come to rest.
@@ -84,7 +84,9 @@ def bending_stiffness(strip: Strip, material: Material) -> float:
 
 @dataclass(frozen=True)
 class _Segment:
-    """Segment during construction: name of its body, length, panel number (from 0), and whether it is held."""
+    """Segment during the construction of a strip: name of its body, length, number of its panel (from 0), and whether it is
+    held.
+    """
 
     name: str
     length: float
@@ -139,7 +141,7 @@ class _StripBuilder:
             contact=self.case.contact,
             friction=self.case.friction,
             loads=self.case.load,
-            # in the order of the case: the force curve and its peak belong to the first drive
+            # the drives keep the order of the case, because the force curve and its peak belong to the first drive
             drives=tuple(drive if drive.crease is None else lines[drive.crease] for drive in self.case.drive),
             gravity=self.case.gravity,
         )
@@ -178,7 +180,7 @@ class _StripBuilder:
         x, z = self.strip.crease_point(panel)
         axis = math.cos(turn), -math.sin(turn)
         bodies, at = [], 0.0
-        templates: dict[float, Body] = {}  # one validated body for each length, copied for the others
+        templates: dict[float, Body] = {}  # one body is validated for each length and copied for the other segments
         for segment in segments:
             centre = at + segment.length / 2
             at += segment.length
@@ -277,8 +279,8 @@ class _StripBuilder:
         )
 
     def _released(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
-        """Half joints of a drive. If a step releases the drive, half joints act until then, and the springs of a free
-        crease act afterwards.
+        """Half joints at a driven crease line. If a step releases the drive, half joints act until then, and the springs of
+        a free crease act afterwards.
         """
         half_joints = self._half_joints(number, inner, outer, drive)
         at = releases(self.case, drive.called)

@@ -1,4 +1,4 @@
-"""Small cases that together use all kernels, for compilation in advance."""
+"""Small cases that together use all kernels; they serve to compile the kernels in advance."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def warm_up_plates(spatial: bool) -> WarmUp:
 
 
 def warm_up_membrane(film: str) -> Case:
-    """Small film with a patch, cables and an impact; `film` as in `fsm.scene.membrane.Tension`."""
+    """Small film with a patch, cables and an impact; `film` is described in `fsm.scene.membrane.Tension`."""
     sheet = {"young": 2e11, "density": 7800.0}
     membrane: dict[str, Any] = {
         "analysis": "vibrate",

@@ -1,10 +1,10 @@
-"""Meshes of booms: shells with a curved section, straight along x, whose start is without stress.
+"""Meshes of booms: shells with a curved section and a straight axis along x; the initial state is free of stress.
 
 The section lies in the plane y-z and is symmetric about z. Its arc has the radius R, the normal points outwards:
 
     y = R sin(phi),  z = R (cos(phi) - 1),  phi from -a/2 to a/2 with the subtended angle a
 
-The slopes of a node are along the boom and along the section, so plies have their angle from the axis of the boom.
+The slopes of a node are along the boom and along the section, so angles of plies are measured from the axis of the boom.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ def _arc(flat: np.ndarray, radius: float, angle: float, pitch: float) -> tuple[n
     The layers of a tube of more than one turn are a spiral, whose radius grows by `pitch` (m) a turn.
     """
     growth = pitch / (2.0 * math.pi)
-    turn = flat[:, 1] / radius - 0.5 * angle  # of a circle with the mean radius
-    if growth:  # length along a spiral from its middle: radius phi + growth phi^2/2
+    turn = flat[:, 1] / radius - 0.5 * angle  # the mean radius gives the length of a full circle
+    if growth:  # arc length along a spiral from its middle: radius phi + growth phi^2/2
         turn = (np.sqrt(radius**2 + 2.0 * growth * radius * turn) - radius) / growth
     at = radius + growth * turn
     c, s, zero = np.cos(turn), np.sin(turn), np.zeros(len(flat))
@@ -61,9 +61,9 @@ def _arc(flat: np.ndarray, radius: float, angle: float, pitch: float) -> tuple[n
 
 
 def _lens(upper: FacetMesh, mesh: tuple[int, int], rise: float) -> FacetMesh:
-    """Closed section of a shell and its copy, turned by half a turn about x, with seams along both edges.
+    """Lenticular section: a curved shell and its copy, which is rotated by half a turn about x; seams join both edges.
 
-    Both shells share the positions along the seams and have their own slopes there.
+    Both shells have common positions along the seams, and each shell has its own slopes there.
     """
     count = len(upper.positions)
     middle = np.array([0.0, 0.0, -rise])  # of the chord

@@ -4,8 +4,8 @@ The volume is the flux of a field of divergence 1 through the facets and lids,
 
     V = 1/d sum_a int (x_a - o_a) n_a dA
 
-over the d axes a without two planes of symmetry normal to them; o_a is the position of the one plane, or anything. The
-planes then have no flux.
+over the d axes a that are not normal to two planes of symmetry; o_a is the position of the plane normal to a, or arbitrary
+without a plane. With this choice the planes have no flux.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from fsm.scene.patterns.places import facets_named
 __all__ = ["Chamber", "SheetSurface", "chamber_of"]
 
 _NEAR = 1e-9
-"""Distance from a plane over the size of the sheet, below which a node lies in it."""
+"""Distance of a node from a plane, relative to the size of the sheet, below which the node lies in the plane."""
 _EMPTY = 1e-12
-"""Volume over the 3/2 power of the area, below which a chamber is flat."""
+"""Volume relative to the 3/2 power of the area; a chamber below this value counts as flat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +59,9 @@ class Chamber:
     ----------
     gas : Gas
     facets : numbers of its facets
-    axes : axes a of the field
+    axes : axes a of the sum for the volume
     origin : (3,) array, m
-    caps : rings of nodes, in the order of the lid around its normal
+    caps : rings of nodes of the lids, ordered counter-clockwise around the normal of the lid
     sign : 1, or -1 if the normals of the facets point into the chamber
     volume : m^3
         At the start, with straight edges.
@@ -79,7 +79,7 @@ class Chamber:
 
 
 def chamber_of(gas: Gas, surface: SheetSurface, path: str) -> Chamber:
-    """Chamber of a gas.
+    """Chamber of a gas, with its closing planes and lids.
 
     Raises
     ------
@@ -127,13 +127,15 @@ def _field(gas: Gas, path: str) -> tuple[tuple[int, ...], np.ndarray]:
 
 
 def _open_edges(triangles: np.ndarray) -> dict[int, int]:
-    """Next node of every edge that has a triangle on its left only."""
+    """Next node along each open edge; an open edge has a triangle on its left side only."""
     pairs = {(a, b) for face in triangles.tolist() for a, b in zip(face, (*face[1:], face[0]), strict=True)}
     return {a: b for a, b in pairs if (b, a) not in pairs}
 
 
 def _ring(gas: Gas, number: int, surface: SheetSurface, free: dict[int, int], path: str) -> np.ndarray:
-    """Ring of a lid in the order around its normal; removes its edges from the open ones."""
+    """Ring of a lid, ordered counter-clockwise around the normal of the lid; removes the edges of the ring from the open
+    edges.
+    """
     cap = gas.closed_by[number].cap
     assert cap is not None
     key = f"{path}.closed_by.{number}.cap"
@@ -152,11 +154,12 @@ def _ring(gas: Gas, number: int, surface: SheetSurface, free: dict[int, int], pa
         here = free.pop(here)
     if len(found) < 3 or here != found[0]:
         raise CaseError(Fault(key, f"{cap} is not on a closed ring of open edges of the chamber, which a lid needs"))
-    return np.array(found[::-1], dtype=np.int64)  # the lid is on the other side of its edges
+    # the facets are on one side of the edges of the ring and the lid is on the other side
+    return np.array(found[::-1], dtype=np.int64)
 
 
 def _check_closed(gas: Gas, surface: SheetSurface, free: dict[int, int], path: str) -> None:
-    """Every open edge lies in a plane in which it is held."""
+    """Check that every open edge lies in a plane that supports hold it in."""
     planes = [("xyz".index(plane.axis), plane.at) for plane in gas.closed_by if plane.axis is not None]
     margin = _NEAR * float(np.ptp(surface.positions, axis=0).max())
     for edge in free.items():

@@ -33,12 +33,14 @@ def many(number: int) -> str:
 
 
 def graded(place: np.ndarray, grading: float | np.ndarray) -> np.ndarray:
-    """Places from -1 to 1 of a uniform mesh, moved towards both ends: (1 - g) x + g sin(pi x/2) with the grading g."""
+    """Positions from -1 to 1 of a uniform mesh, moved towards both ends: (1 - g) x + g sin(pi x/2) with the grading g."""
     return np.asarray((1.0 - grading) * place + grading * np.sin(0.5 * np.pi * place))
 
 
 class MeshPoint(NamedTuple):
-    """Point of the mesh: numbers of vectors, and their factors in the position and in two slopes; zero slopes: no axes."""
+    """Point of the mesh: numbers of vectors, and their factors in the position and in two slopes; a point with zero slopes
+    has no axes.
+    """
 
     vectors: np.ndarray
     weights: np.ndarray
@@ -73,11 +75,11 @@ class FacetMesh:
     Attributes
     ----------
     positions : (s, 3) array, m
-        Position of each sector at the start; those of one node are equal.
+        Position of each sector at the start; sectors of one node have equal positions.
     slopes : (s, 2, 3) array
         Slopes of each sector at the start.
     owner : (s,) int array
-        First sector of the node of each sector.
+        First sector of the node that a sector belongs to.
     triangles : (m, 3) int array
         Sectors at the corners, counter-clockwise in the plane of the facet.
     plane : (m, 3, 2) array, m
@@ -85,11 +87,12 @@ class FacetMesh:
     angle : (m, 3) array, rad
         Angle between the first slope of each corner and the first axis of the facet.
     vertices : (v,) int array
-        A sector of each vertex of the pattern.
+        One sector of each vertex of the pattern.
     facet : (s,) int array
         Facet of the pattern of each sector.
-    edges : named edges, (k, 2) int arrays of triangle and number of its edge (from its corner of this number)
-    curved : whether the start is curved and without stress
+    edges : named edges, (k, 2) int arrays of triangle and number of the edge in the triangle (the edge starts at the corner
+    of this number)
+    curved : whether the sheet starts curved, with zero stress
     creases : edges between facets that fold
     """
 
@@ -124,7 +127,7 @@ class FacetMesh:
 
     @property
     def nodes(self) -> np.ndarray:
-        """Sectors that own their node."""
+        """Sectors that are the first of their node."""
         return np.flatnonzero(self.owner == np.arange(len(self.owner)))
 
     @cached_property
@@ -152,7 +155,7 @@ class FacetMesh:
         return np.stack([c * x + s * y, -s * x + c * y], axis=-1)
 
     def along_edges(self, edge: np.ndarray) -> dict[int, set[int]]:
-        """Slopes (0, 1) that lie along edges, by sector; both slopes if an edge lies between them.
+        """Number (0 or 1) of the slope that lies along an edge, by sector; both slopes if the edge lies between them.
 
         At a node of a curved line, the direction of the line is the mean of both edges.
         """

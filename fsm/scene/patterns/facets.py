@@ -50,7 +50,7 @@ def facet_frames(pattern: Pattern) -> FacetFrames:
         axes = np.column_stack([first, np.cross(normal, first), normal])
         flat = (points - origin) @ axes[:, :2]
         area, centroid, tensor = _area_moments(flat)
-        # second moments x x^T over the area: the larger value belongs to the long side
+        # second moments x x^T over the area: the larger value belongs to the direction of the longer side
         values, vectors = np.linalg.eigh(tensor)
         turned = vectors[:, ::-1]
         if np.linalg.det(turned) < 0.0:

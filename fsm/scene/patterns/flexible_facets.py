@@ -1,4 +1,4 @@
-"""Flexible facets of a scene: mesh, material, supports of its nodes, points that are frames."""
+"""Flexible facets of a scene: mesh, material, supports of the nodes, and points with frames."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class FlexibleFacets:
     viscosity : s
         Kelvin-Voigt time of the facets.
     folds : folds at every node of the creases of the mesh, in order; None without creases
-    held : components (x, y, z: 0, 1, 2) of vectors that do not move, by the number of the vector
+    held : components (x, y, z: 0, 1, 2) of vectors that cannot move, by the number of the vector
     points : points of the mesh by the name of their frame
     probes : points by the name of a probe
-    laminate : stiffness of plies, in place of that of an isotropic plate
-    tension_field : whether facets carry no compression
+    laminate : stiffness of the plies, which replaces the stiffness of an isotropic plate
+    tension_field : whether facets carry no compressive stress
     """
 
     mesh: FacetMesh

@@ -28,7 +28,7 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
     Raises
     ------
     CaseError
-        The pattern is faulty, or the mesh too large.
+        The pattern is faulty, or the mesh is too large.
     """
     if sheet.kind == "plate":
         return plate_mesh(sheet)
@@ -39,7 +39,7 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
 
 
 def mesh_as_pattern(sheet: Sheet) -> Pattern:
-    """Pattern whose facets are the triangles of the mesh; edges inside of a facet are bend lines.
+    """Pattern whose facets are the triangles of the mesh; edges inside a facet become bend lines.
 
     The vertices are the nodes in the order of `FacetMesh.nodes`. The pattern is flat if the sheet starts flat.
     """
@@ -72,6 +72,6 @@ def mesh_of_result(case: Mapping[str, Any], triangles: int) -> FacetMesh | None:
     try:
         found = Case.model_validate(case).sheet
         mesh = flexible_mesh(found) if found is not None else None
-    except (CaseError, ValueError, TypeError, OSError):  # a case of another version
+    except (CaseError, ValueError, TypeError, OSError):  # the case was written by another version
         return None
     return mesh if mesh is not None and len(mesh.triangles) == triangles else None

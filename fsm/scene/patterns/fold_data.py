@@ -1,4 +1,4 @@
-"""Folds of flexible facets or of bars: laws, shares, rest angles, dampers."""
+"""Fold data of flexible facets or of bars: laws, shares of their moments, rest angles, dampers."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from fsm.scene.materials import Crease, LinearCrease
 __all__ = ["UNIT", "FoldData"]
 
 UNIT = LinearCrease(stiffness=1.0)
-"""Law of linear folds, whose share is their stiffness."""
+"""Law of linear folds; the share of such a fold is its stiffness."""
 
 
 @dataclass(frozen=True, eq=False)
 class FoldData:
-    """Folds; each array has one item for each fold.
+    """Data of folds; each array has one item for each fold.
 
     Attributes
     ----------
-    laws : laws that occur
+    laws : crease laws of the folds
     law : int array
         Number of the law of each fold.
     share : factor of the law; N m/rad for `UNIT`
@@ -29,7 +29,7 @@ class FoldData:
         Fold angles without moment, and at the start.
     damping : N m s/rad
     turning : N m
-        Stiffness times the change of the rest angle until `end`.
+        Stiffness times the change of the rest angle from the start to `end`.
     rise : N m/rad
         Stiffness of the moment that rises beyond `linear_to` (rad).
     end : s
@@ -66,6 +66,6 @@ class FoldData:
         )
 
     def part(self, chosen: slice) -> FoldData:
-        """Some of the folds."""
+        """Selected folds, as a new object."""
         names = "law", "share", "rest", "start", "damping", "turning", "rise", "joint", "length"
         return replace(self, **{name: getattr(self, name)[chosen] for name in names})

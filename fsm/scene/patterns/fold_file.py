@@ -25,13 +25,13 @@ _NEAR = 1e-9
 
 
 def read_fold(text: str, scale: float | None, number: int | None = None) -> Pattern:
-    """Pattern of a FOLD file: its first folded frame in space, else its first flat frame.
+    """Pattern of a FOLD file: the first folded frame in space; without a folded frame, the first flat frame.
 
     Parameters
     ----------
     text : content of the file
     scale : length of one unit, m; None: `frame_unit`
-    number : number of the frame, from 0; None: the first folded one, else the first
+    number : number of the frame, from 0; None: the first folded frame, else the first frame
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _frames(data: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _is_folded(frame: Mapping[str, Any]) -> bool:
-    """Whether a frame is a folded state: its class, or vertices out of one plane."""
+    """Whether a frame is a folded state, according to its class or because its vertices do not lie in one plane."""
     classes = frame.get("frame_classes") or []
     if not isinstance(classes, list):
         raise ValueError(f"has frame_classes {classes!r}; they must be a list of texts")
@@ -173,7 +173,7 @@ def _in_order(pattern: Pattern, points: np.ndarray, edges: list[tuple[int, int]]
     from scipy.spatial import KDTree
 
     assert pattern.flat is not None
-    listed = KDTree(pattern.flat).query(points)[1].tolist()  # vertex of the pattern of each vertex of the file
+    listed = KDTree(pattern.flat).query(points)[1].tolist()  # vertex of the pattern for each vertex of the file
     before = list(dict.fromkeys(listed))
     number = {old: new for new, old in enumerate(before)}
 
@@ -240,7 +240,7 @@ def _faces(frame: Mapping[str, Any], count: int) -> list[list[int]]:
 
 
 def _folded(frame: Mapping[str, Any], scale: float | None) -> Pattern:
-    """Pattern of a folded frame: the start of the sheet."""
+    """Pattern of a folded frame, which is the initial state of the sheet."""
     points = _vertices(frame)
     if not frame.get("faces_vertices"):
         raise ValueError("has a folded frame without faces_vertices; give the vertices of each face")
@@ -263,7 +263,7 @@ def _folded(frame: Mapping[str, Any], scale: float | None) -> Pattern:
         if letters[k] == "B":
             continue
         now = float(targets[k])
-        if abs(abs(now) - math.pi) < 1e-3:  # the sign of a closed crease follows from the assignment only
+        if abs(abs(now) - math.pi) < 1e-3:  # a closed crease has an ambiguous sign, so the sign comes from the assignment
             now = math.copysign(now, target) if math.isfinite(target) and target else now
         elif letter in "MV" and abs(now) > 1e-3 and (now > 0.0) != (letter == "V"):
             text = f"a {ASSIGNMENTS[letter]} that is folded by {math.degrees(now):.4g} deg"
@@ -318,7 +318,7 @@ def _check_planar(pattern: Pattern) -> None:
 
 
 def _sides_cross(corners: np.ndarray) -> bool:
-    """Whether two sides of a polygon (k, 3) cross, seen along the axis of its largest area."""
+    """Whether two sides of a polygon (k, 3) cross in the projection with the largest area."""
     count = len(corners)
     if count < 4:
         return False

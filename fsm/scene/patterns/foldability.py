@@ -1,9 +1,9 @@
 """Conditions for folding at the inner vertices of a flat pattern.
 
-Let all creases of a vertex fold from flat, mountains to one side and valleys to the other. Rigid facets allow this only
-if the creases of one kind span the plane with positive factors, and the other kind has a crease, too (Abel, Cantarella,
-Demaine, Eppstein, Hull, Ku, Lang and Tachi, 2016). Kawasaki (1989) and Maekawa give conditions for the state that is
-folded flat.
+Consider the creases at a vertex that all fold from flat, mountains to one side and valleys to the other. Rigid facets allow
+this only if two conditions hold: the creases of one kind span the plane with positive factors, and there is a crease of the
+other kind (Abel, Cantarella, Demaine, Eppstein, Hull, Ku, Lang and Tachi, 2016). Kawasaki (1989) and Maekawa give conditions
+for the state that is folded flat.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["Foldability", "foldability"]
 
 _CREASES = "MVU"
 _EITHER = "UFJ"
-"""Letters of creases and bend lines that fold to either side, or not at all."""
+"""Letters of creases and bend lines that can fold to either side or remain flat."""
 _STRAIGHT = 1e-6
 """Difference from 180 degrees below which two creases are one straight line, rad."""
 
@@ -95,8 +95,8 @@ def foldability(pattern: Pattern, bends: bool = False, tolerance: float = 1e-6) 
 
 
 def _folds_rigidly(lines: Sequence[tuple[float, str]]) -> bool:
-    """Whether rigid facets around a vertex can fold from flat about lines (angle, letter): mountains to one side,
-    valleys to the other.
+    """Whether rigid facets around a vertex can fold from flat about lines (angle, letter), mountains to one side and valleys
+    to the other.
     """
     free = [angle for angle, letter in lines if letter in _EITHER]
     for side, other in ("MV", "VM"):
@@ -110,7 +110,9 @@ def _folds_rigidly(lines: Sequence[tuple[float, str]]) -> bool:
 
 
 def _span_plane(angles: Sequence[float]) -> bool:
-    """Whether directions span the plane with positive factors: no gap between them reaches 180 degrees."""
+    """Whether directions span the plane with positive factors; this holds if every gap between neighbouring directions is
+    below 180 degrees.
+    """
     if len(angles) < 3:
         return False
     ordered = sorted(angles)

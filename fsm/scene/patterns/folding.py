@@ -1,4 +1,4 @@
-"""Folded state of a flat pattern with rigid facets, nearest to a part of its fold angles."""
+"""State of a flat pattern folded with rigid facets, nearest to a given fraction of its fold angles."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _RIGID = 1e-11
 
 
 _STAYS_FLAT = 1e-3
-"""Largest fold angle relative to its target below which a pattern has not folded."""
+"""Largest ratio of fold angle to target at which a pattern counts as not folded."""
 
 
 class _Constraints(NamedTuple):
@@ -37,7 +37,7 @@ class _Constraints(NamedTuple):
 
 
 class _Hinges(NamedTuple):
-    """Vertices (m, 4) of hinges: ends of the edge, and one vertex of the left and of the right face."""
+    """Vertices (m, 4) of hinges: both ends of the edge, one vertex of the left face and one vertex of the right face."""
 
     vertices: np.ndarray
     weights: np.ndarray
@@ -45,10 +45,10 @@ class _Hinges(NamedTuple):
 
 
 def fold_pattern(pattern: Pattern, part: float) -> Pattern:
-    """Pattern folded by a part of its fold angles; its first facet stays in place.
+    """Pattern folded by a fraction of its fold angles; the first facet stays in place.
 
-    The fold angles are a least-squares fit to the part of the target, weighted with the lengths of the creases. Distances in
-    facets and their planarity hold to round-off.
+    The fold angles are a least-squares fit to the part of the target, weighted with the lengths of the creases. Distances
+    within facets and planarity of facets hold to round-off.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def _constraints(pattern: Pattern) -> _Constraints:
 
 
 def _wide_corner(vertices: np.ndarray, face: tuple[int, ...]) -> tuple[int, int, int]:
-    """Three successive corners of a face with the largest area."""
+    """Three successive corners of a face; they are chosen for the largest area."""
     count = len(face)
     triples = [(face[k - 1], face[k], face[(k + 1) % count]) for k in range(count)]
     areas = [float(np.linalg.norm(np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a]))) for a, b, c in triples]
@@ -153,7 +153,9 @@ def _slopes(x: np.ndarray, c: _Constraints) -> Any:
 
 
 def _stacked(count: int, parts: list[tuple[int, list[tuple[np.ndarray, np.ndarray]]]], rows: int) -> Any:
-    """Sparse matrix of derivatives by vertices. A part has its first row, (m,) vertices and (m, 3) values."""
+    """Sparse matrix of derivatives with respect to the vertices. A part consists of the number of its first row, (m,)
+    vertices and (m, 3) values.
+    """
     from scipy import sparse
 
     row, column, value = [], [], []
@@ -185,7 +187,7 @@ def _angles(x: np.ndarray, hinges: _Hinges) -> tuple[np.ndarray, list[tuple[np.n
 
 
 def _fit(x: np.ndarray, c: _Constraints, hinges: _Hinges, part: float) -> np.ndarray:
-    """Vertices that fit a part of the fold angles, by the Levenberg-Marquardt method."""
+    """Vertices that best fit a fraction of the fold angles, by the Levenberg-Marquardt method."""
     from scipy import sparse
     from scipy.sparse.linalg import splu
 
@@ -216,7 +218,7 @@ def _fit(x: np.ndarray, c: _Constraints, hinges: _Hinges, part: float) -> np.nda
 
 
 def _project(x: np.ndarray, c: _Constraints) -> np.ndarray:
-    """Nearest vertices with rigid facets, by Gauss-Newton steps of least size."""
+    """Nearest vertices with rigid facets, by Gauss-Newton steps of minimum norm."""
     from scipy.sparse.linalg import lsmr
 
     best, least = x, math.inf
@@ -232,10 +234,10 @@ def _project(x: np.ndarray, c: _Constraints) -> np.ndarray:
 
 
 def _in_place(pattern: Pattern, x: np.ndarray) -> np.ndarray:
-    """Vertices moved as a whole, so that the first facet is where it was."""
+    """Vertices after a rigid-body motion that returns the first facet to its initial position."""
     one = replace(pattern, vertices=x, faces=pattern.faces[:1])
     before, after = facet_frames(replace(pattern, faces=pattern.faces[:1])), facet_frames(one)
-    # the signs of principal axes are arbitrary: the first corners decide them
+    # the signs of principal axes are arbitrary; the first corners of both facets determine them
     corners = list(pattern.faces[0][:2])
     old = _corner_axes(pattern.vertices[corners], before.axes[0][:, 2])
     new = _corner_axes(x[corners], after.axes[0][:, 2])

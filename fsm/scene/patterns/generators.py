@@ -87,7 +87,7 @@ def waterbomb(columns: int, rows: int, a: float) -> Pattern:
     faces: list[tuple[int, int, int]] = []
     for row in range(rows):
         for column in range(columns):
-            x, y = 2 * column + row % 2, 2 * row  # coordinates over a/2
+            x, y = 2 * column + row % 2, 2 * row  # coordinates are in units of a/2
             around = [(x, y), (x + 1, y), (x + 2, y), (x + 2, y + 2), (x + 1, y + 2), (x, y + 2), (x + 1, y + 1)]
             *corners, centre = [places.setdefault(place, len(places)) for place in around]
             faces += [(first, last, centre) for first, last in zip(corners, [*corners[1:], corners[0]], strict=True)]
@@ -118,12 +118,13 @@ def cone(sides: int, inner_radius: float, outer_radius: float) -> Pattern:
 
 
 def flasher(sides: int, outer_radius: float, height: float) -> Pattern:
-    """Regular polygon that wraps around a hub: walls of a height turn up at the sides of the hub, and its edge twists.
+    """Flasher: a regular polygon that wraps around a hub; walls of a given height turn up at the sides of the hub, and the
+    outer edge twists.
 
     The sides of the hub are valleys of 90 degrees. Two creases begin at each corner of the hub. A valley of 180 degrees
     runs along the radius. A mountain of 180 - 360/sides degrees runs at a right angle to the side before the corner.
     In the folded state the walls stand on the sides of the hub, and each wall continues as a double flap beyond a
-    corner. Between flat and folded, facets bend.
+    corner. During the motion between flat and folded, facets bend.
 
     Parameters
     ----------
@@ -134,7 +135,7 @@ def flasher(sides: int, outer_radius: float, height: float) -> Pattern:
     Raises
     ------
     ValueError
-        The walls leave no hub.
+        The walls are so high that no hub remains.
     """
     half = math.pi / sides
     inner_radius = outer_radius - height / math.cos(half)
@@ -144,7 +145,7 @@ def flasher(sides: int, outer_radius: float, height: float) -> Pattern:
     corner = np.arange(sides)
     turns = 2.0 * half * corner
     radial = np.column_stack([np.cos(turns), np.sin(turns)])
-    normal = np.column_stack([np.cos(turns - half), np.sin(turns - half)])  # of the side before a corner
+    normal = np.column_stack([np.cos(turns - half), np.sin(turns - half)])  # of the side before a corner of the hub
     hub = inner_radius * radial
     flat = np.concatenate([hub, outer_radius * radial, hub + height * normal])
     after = np.roll(corner, -1)
@@ -153,7 +154,7 @@ def flasher(sides: int, outer_radius: float, height: float) -> Pattern:
         faces += [(j, i, sides + i, 2 * sides + j), (i, 2 * sides + i, sides + i)]
     groups = {"hub": tuple(range(sides)), "outer": tuple(range(sides, 3 * sides))}
     pattern = Pattern.of_faces(np.column_stack([flat, np.zeros(len(flat))]), faces, flat, groups)
-    angles = (0.5 * math.pi, math.pi, 2.0 * half - math.pi)  # of the hub, along the radius, beside it
+    angles = (0.5 * math.pi, math.pi, 2.0 * half - math.pi)  # at a corner of the hub, along the radius, and beside it
     ends = pattern.edges.max(axis=1) // sides
     target = [0.0 if old == "B" else angles[end] for old, end in zip(pattern.assignment, ends.tolist(), strict=True)]
     return pattern.assigned(["B" if not angle else "V" if angle > 0.0 else "M" for angle in target], target)
@@ -162,9 +163,9 @@ def flasher(sides: int, outer_radius: float, height: float) -> Pattern:
 def tube(rows: int, radius: float, height: float) -> Pattern:
     """Flat pattern of a tube that is flattened and folded like a Z, with `rows` panels of a height.
 
-    The sheet has the width 2 pi radius, the circumference of the tube; its seam is on the edges "left" and "right". The line
-    in the middle and both edges are the sides of the flattened tube. Lines between panels are mountains on one half and
-    valleys on the other, and change roles from line to line. The target angle is 180 degrees.
+    The sheet has the width 2 pi radius, which is the circumference of the tube; the seam joins the edges "left" and "right".
+    The line in the middle and both edges are the sides of the flattened tube. Lines between panels are mountains on one half
+    and valleys on the other, and change roles from line to line. The target angle is 180 degrees.
     """
     width = math.pi * radius
     i, j = np.divmod(np.arange(3 * (rows + 1)), rows + 1)
@@ -229,7 +230,7 @@ def _grid_faces(columns: int, rows: int) -> list[tuple[int, int, int, int]]:
 
 
 def _grid_groups(columns: int, rows: int) -> dict[str, tuple[int, ...]]:
-    """Vertices of the four edges of a grid."""
+    """Vertices on the four edges of a grid."""
     height, count = rows + 1, (columns + 1) * (rows + 1)
     return {
         "left": tuple(range(height)), "right": tuple(range(count - height, count)),

@@ -15,7 +15,9 @@ _NUMBERS = re.compile(r"(?:vertex|vertices)\s+(\d+(?:\s*,\s*\d+)*)")
 
 
 class MeshPlace(NamedTuple):
-    """Place on a mesh: its name, its nodes (sectors), and its edges (k, 2) as in `FacetMesh`; none for single nodes."""
+    """Place on a mesh: its name, its nodes (sectors), and its edges (k, 2) as in `FacetMesh`; a place of single nodes has no
+    edges.
+    """
 
     name: str
     sectors: np.ndarray

@@ -20,11 +20,12 @@ ASSIGNMENTS = {
 """Letters of the FOLD format with their names; J is a join of one facet, here a bend line."""
 
 _FLAT = 1e-9
-"""Fold angle below which a crease is flat, rad."""
+"""Fold angle below which a crease counts as flat, rad."""
 _CLOSED = 1e-3
 """Distance of a fold angle from 180 degrees below which a crease is closed, rad."""
 _SAME = 1e-6
-"""Distance relative to the size of the pattern below which a vertex is on a side of the box around it."""
+"""Relative distance below which a vertex lies on a side of the bounding box of the pattern; the reference is the size of the
+pattern."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Pattern:
         First and last vertex of each edge; the first face of the edge is on its left.
     assignment : (m,) letters, see `ASSIGNMENTS`
     target : (m,) array
-        Fold angle of each edge in the folded state that the pattern describes, rad; NaN where it is not given.
+        Fold angle of each edge in the folded state that the pattern describes, rad; NaN for an edge without such an angle.
     faces : vertices of each face, counter-clockwise around its normal
     groups : vertices of named edges of the sheet, for example "left"
     """
@@ -93,7 +94,7 @@ class Pattern:
         return pattern.assigned(letters, angles)
 
     def assigned(self, letters: Sequence[str], target: Sequence[float] | np.ndarray) -> Pattern:
-        """Pattern with another assignment and other fold angles of the folded state."""
+        """Copy of the pattern with a new assignment and new target fold angles."""
         return replace(self, assignment=tuple(letters), target=np.asarray(target, dtype=float))
 
     @cached_property
@@ -111,7 +112,7 @@ class Pattern:
 
     @cached_property
     def creases(self) -> np.ndarray:
-        """Numbers of the edges that join two faces; cuts join none."""
+        """Numbers of the edges that join two faces; a cut joins no faces."""
         joined = (self.edge_faces >= 0).all(axis=1)
         return np.flatnonzero(joined & np.array([letter not in "BC" for letter in self.assignment], dtype=bool))
 
@@ -138,9 +139,9 @@ class Pattern:
         return np.where((left >= 0) & (right >= 0), angles, 0.0)
 
     def start_angles(self) -> np.ndarray:
-        """Fold angles at the start, (m,), rad; closed creases have the sign of their target."""
+        """Fold angles at the start, (m,), rad; the sign of a closed crease is the sign of its target."""
         angles = self.fold_angles()
-        closed = np.abs(angles) > np.pi - _CLOSED  # the positions do not give the sign of a closed crease
+        closed = np.abs(angles) > np.pi - _CLOSED  # the positions do not determine the sign of a closed crease
         return np.where(closed, np.copysign(angles, np.nan_to_num(self.target)), angles)
 
     def with_bend_lines(self, most: int = 3) -> Pattern:
@@ -188,7 +189,7 @@ def triangles_of_face(
             others = [v for v in rest if v not in (before, corner, after)]
             if _is_ear(vertices, (before, corner, after), others, normal):
                 diagonal = float(np.linalg.norm(vertices[after] - vertices[before]))
-                options.append((float(f"{diagonal:.9e}"), k))  # round-off must not decide between equal diagonals
+                options.append((float(f"{diagonal:.9e}"), k))  # equal diagonals must not be ordered by round-off
         k = min(options)[1] if options else 0
         before, corner, after = rest[k - 1], rest[k], rest[(k + 1) % len(rest)]
         pieces.append((before, corner, after))

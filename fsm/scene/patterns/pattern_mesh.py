@@ -1,9 +1,9 @@
 """Meshes of the facets of a crease pattern: grids of cells in triangles and quadrilaterals, equal along common edges.
 
-A face with more than four corners is divided into triangles by its shortest diagonals. All edges of a triangle have the
-same number of divisions, and so have opposite edges of a quadrilateral. The longest of these edges determines the
-number. Each face has separate slopes at its nodes (a sector for each node of a face), so faces can fold along all
-edges.
+A face with more than four corners is divided into triangles by its shortest diagonals. All edges of a triangle have the same
+number of divisions, and opposite edges of a quadrilateral also have equal numbers. The longest of the edges that must have
+equal numbers determines the number. Each face has its own slopes at each of its nodes (a sector for each node of a face), so
+faces can fold along all edges.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fsm.scene.patterns.pattern import Pattern
 __all__ = ["pattern_mesh"]
 
 _EQUAL = 1e-9
-"""Relative difference below which two diagonals are of one length."""
+"""Relative difference below which two diagonals have equal lengths."""
 
 
 def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0) -> FacetMesh:
@@ -98,7 +98,7 @@ class _Mesher:
     of_edge: dict[tuple[int, int], dict[int, list[int]]] = field(default_factory=dict)
 
     def mesh(self) -> FacetMesh:
-        """The whole mesh."""
+        """Complete mesh of the pattern."""
         for number, face in enumerate(self.fine.faces):
             grid = self._triangle(number, face) if len(face) == 3 else self._quadrilateral(number, face)
             self._cells(grid, len(face) == 3)
@@ -122,7 +122,9 @@ class _Mesher:
         )  # fmt: skip
 
     def _axes(self) -> np.ndarray:
-        """Axes in the plane of each face, (n, 3, 2), from the flat pattern if there is one; ply angles refer to them."""
+        """Axes in the plane of each face, (n, 3, 2), along the axes of the flat pattern if there is one; ply angles are
+        measured from them.
+        """
         axes = facet_frames(self.fine).axes[:, :, :2].copy()
         if self.fine.flat is None:
             return axes
@@ -150,7 +152,7 @@ class _Mesher:
         return self.sectors[face, node]
 
     def _parts(self, count: int) -> np.ndarray:
-        """Places of the divisions of an edge, from 0 to 1."""
+        """Positions of the divisions of an edge, from 0 to 1."""
         return 0.5 * (1.0 + graded(np.linspace(-1.0, 1.0, count + 1), self.grading))
 
     def _side(self, face: int, a: int, b: int) -> list[int]:
