@@ -3,8 +3,8 @@
 A zigzag of six panels is pushed together until its panels lie on each other. The stiffness of its creases and of its
 contact is in proportion to that of its panels.
 
-With `--random`, Miura sheets of bars with random shapes, thicknesses of 20 um to 1 mm and friction coefficients of 0 to 1 are
-packed as far as their thickness allows.
+With `--random`, Miura sheets of bars with random shapes, thicknesses of 20 um to 1 mm and friction coefficients of 0 to 1
+are packed to three thicknesses for each column.
 
     python -m validation.sheets.self_contact [--first 3] [--random 20]
 """
@@ -50,7 +50,7 @@ def closing_zigzag(thickness: float, friction: float) -> dict[str, Any]:
 def packed_miura(seed: int) -> tuple[dict[str, Any], str]:
     """Case of a random Miura sheet that is pushed together along x, and its text for the table.
 
-    Each column of facets needs at least its thickness, or 1 mm; the sheet is pushed until it has three times this length.
+    The sheet is pushed until its length is three thicknesses for each column, at least 3 mm.
     """
     dice = np.random.default_rng(seed)
     columns, rows = int(dice.integers(3, 6)), int(dice.integers(2, 4))
