@@ -239,6 +239,10 @@ class System(Protocol):
         """Largest contact force on a body at rest, N; 0 for most systems."""
         return 0.0
 
+    def sticking_damping(self, t: float, q: np.ndarray) -> BlockMatrix | None:
+        """Damping of contacts at rest, where regularised friction resists sliding most; None without friction."""
+        return None
+
     def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """Largest opening (m) of a joint of the structure, and the name of the joint."""
         return 0.0, "none"

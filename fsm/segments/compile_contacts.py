@@ -42,8 +42,10 @@ def compile_contacts(
         geometries += compile_shapes(scene, bodies, poses, spatial)
     normal, friction = _normal(contact), _friction(scene.friction)
     mobility = _mobility(scene, bodies, spatial)
-    joined = {name for element in scene.elements for name in (element.inner, element.outer)}
-    loose = mobility.any(axis=1) & np.array([body.name not in joined for body in bodies])
+    # points of films, cables, beams and facets yield when they are hit, like bodies with a force element
+    held = {name for element in scene.elements for name in (element.inner, element.outer)}
+    held |= {point.frame.name for points in contact_points(scene).values() for point in points}
+    loose = mobility.any(axis=1) & np.array([body.name not in held for body in bodies])
     count = len(scene.pairs)
     return tuple(ContactGroup(geometry, normal, friction, mobility, loose, count) for geometry in geometries)
 

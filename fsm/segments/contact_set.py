@@ -67,7 +67,8 @@ class ContactSet(tuple[ContactGroup, ...]):
         for group in self:
             crossed = group.geometry.crossed(poses)
             if crossed:
-                return StepRejection(0.5, f"{names[crossed[0]]} pass through each other")
+                depth = -float(group.geometry.find(poses, 0.0).gap.min(initial=0.0))
+                return StepRejection(0.5, f"{names[crossed[0]]} pass through each other (penetration {1e3 * depth:.3g} mm)")
         if step is None:
             return None
         part = min((group.fraction_before_impacts(t, poses, rates, step) for group in self), default=1.0)

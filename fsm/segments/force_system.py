@@ -191,6 +191,17 @@ class SegmentForces(Configuration):
         """See `System`."""
         return self._linearised(t, q, u, before)
 
+    def sticking_damping(self, t: float, q: np.ndarray) -> BlockMatrix | None:
+        """See `System`."""
+        if not any(group.friction is not None for group in self.contacts):
+            return None
+        poses, at_rest = self.place(t, q, None)
+        pattern = self._current_pattern(poses)
+        zeros = np.zeros(at_rest.shape), pattern.zeros(), pattern.zeros()
+        for contacts in self.contacts:
+            contacts.add_linearised(t, poses, at_rest, pattern, np.zeros(at_rest.shape), pattern.zeros(), zeros[2], None)
+        return self._assembled(t, q, None, None, pattern, zeros, None).damping
+
     # mixed Newton method ----------------------------------------------------------------------------------------------
 
     def linearise_mixed(

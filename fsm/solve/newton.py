@@ -127,18 +127,27 @@ def tangent_prediction(
     return predicted(RestModel(_CALLS, _AtRest(system, solver or LinearSolver())), before, t, q)
 
 
-def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None) -> int:
+def negative_pivots(
+    system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None, sticking: float | None = None
+) -> int:
     """Number of negative pivots of the tangent stiffness at rest; 0 where stable.
 
     Sylvester's law of inertia counts them for the symmetric part, by a factorisation without row exchanges between blocks.
     Friction bristles make the stiffness unsymmetric. If the symmetric part then has negative pivots, the negative real
     pivots of the stiffness itself count (see `fsm.solve.equilibrium_step`). With a given `solver` the pattern is not
     analysed again; the factorisation of the solver is overwritten.
+
+    With `sticking` (s), the stiffness includes the damping of regularised friction over this time. The result is then the
+    number of modes that grow by the factor e in less than this time although contacts stick.
     """
     if system.nu == 0:
         return 0
     solver = solver or LinearSolver()
     stiffness = system.linearise(t, q, None).stiffness
+    if sticking is not None:
+        damping = system.sticking_damping(t, q)
+        if damping is not None:
+            stiffness = stiffness.with_data(stiffness.data + damping.data / sticking)
     matrix = stiffness.symmetric()
     try:
         solver.factorise(matrix)

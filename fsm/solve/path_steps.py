@@ -172,7 +172,7 @@ class PathSteps:
         judged = duration > _KINK * self.first_step
         if judged and self._coarse(duration, recorder.imbalance(observed, step_energy), found.iterations):
             return Reason.COARSE
-        unstable = self.system.rate_dependent and bool(negative_pivots(self.system, t, found.q, self.newton.solver))
+        unstable = self._is_unstable(t, found.q)
         if unstable and self._rests(t, found.q):
             return Reason.UNSTABLE
         apart, self.joint = self.system.max_joint_opening(t, found.q)
@@ -253,6 +253,17 @@ class PathSteps:
         energy_balance = self.recorder.energy_balance
         turnover = max(energy_balance.turnover, abs(observed.energy.stored_at_rest - energy_balance.start))
         return self.system.rate_dependent and observed.energy.kinetic > max(MOVING * turnover, self.slow)
+
+    def _is_unstable(self, t: float, q: np.ndarray) -> bool:
+        """Whether an equilibrium with dampers is unstable at rest, and friction does not hold it.
+
+        Coulomb friction would hold contacts that stick. Regularised friction lets them creep, which is slow on the path.
+        """
+        system, solver = self.system, self.newton.solver
+        if not system.rate_dependent or not negative_pivots(system, t, q, solver):
+            return False
+        held = system.sticking_damping(t, q) is not None
+        return not held or bool(negative_pivots(system, t, q, solver, SHORT * self.first_step))
 
     def _rests(self, t: float, q: np.ndarray) -> bool:
         """Whether a state is an equilibrium without damper forces; these forces may hold an unstable state for a long

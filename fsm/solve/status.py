@@ -21,7 +21,10 @@ class Outcome(Enum):
         "the step size fell below its lower bound; use more damping, softer contacts or stops, a larger friction speed "
         "(v_static, friction_speed), or method = \"Radau\""
     )
-    TOO_SOFT = "bodies pass through each other at any step size; raise contact.stiffness"
+    TOO_SOFT = (
+        "bodies pass through each other at any step size; raise contact.stiffness, or press less: "
+        "packed faces need the room of their thickness"
+    )
     NO_SOLUTION = (
         "the equations of a step could not be solved; reduce or remove solve.step, use more damping, softer contacts or "
         "stops, or a larger friction speed (v_static, friction_speed)"
