@@ -1,6 +1,6 @@
 """Units of input values: a value is a plain number, or text with a unit.
 
-Each quantity is a type (`Length`, `Angle`, ...). Its value is
+Each quantity is a type (`Length`, `Angle`, ...). The value is
 
 * a plain number in the unit system of the file (``SI`` or ``mm-N-s``; angles are in radians in both), or
 * text, for example ``"80 deg"``, ``"9 N mm/rad"`` or ``"1e9 N/m^1.5"``; text without a unit is a plain number.

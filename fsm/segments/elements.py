@@ -159,7 +159,7 @@ class BushingGroup(TwoBodyGroup):
         return np.asarray(self._kernels.advance(poses, change, self.bodies, self._constants, *before))
 
     def gap(self, poses: np.ndarray) -> tuple[float, str]:
-        """Largest opening (m) of a structural joint, and its name."""
+        """Largest separation (m) of the two sides of a structural joint, and the name of the joint."""
         worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.structural)
         return apart, self.names[worst]
 

@@ -24,7 +24,7 @@ __all__ = ["HysteresisGroup"]
 
 @dataclass
 class HysteresisGroup(TwoBodyGroup):
-    """Sliders of the law `fsm.laws.crease_hysteresis`, each between two bodies. They start on the loading curve.
+    """Sliders of the law `fsm.laws.crease_hysteresis`, each between two bodies. All sliders start on the loading curve.
 
     The moment depends on the path, not on the speed, so the group is not rate-dependent.
 

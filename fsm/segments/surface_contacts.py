@@ -105,8 +105,8 @@ class SurfaceKernels(NamedTuple):
 class SurfaceContacts:
     """Probes on surfaces; see `ContactGeometry`.
 
-    The broad phase stores the window of pieces within reach of each probe. It is renewed when a body of a surface has moved
-    by a part of the margin. The contacts do not depend on the time of the renewal.
+    The broad phase stores the window of pieces within reach of each probe. The broad phase is renewed when a body of a
+    surface has moved by a part of the margin. The contacts do not depend on the time of the renewal.
 
     A probe over a surface keeps its side at any depth, unless it slides round the tip. A probe that passes over the end of a
     surface takes its present side; `fsm.segments.corner_sides` treats corners of joined panels.

@@ -10,7 +10,7 @@ from fsm.errors import NotConverged
 __all__ = ["TORN", "Event", "Outcome", "StepFailed"]
 
 TORN = 0.1
-"""Largest opening of a joint relative to the length of a segment, for all methods."""
+"""Largest separation of the two sides of a joint relative to the length of a segment, for all methods."""
 
 
 class Outcome(Enum):

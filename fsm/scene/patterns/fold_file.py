@@ -64,7 +64,7 @@ def _frames(data: Mapping[str, Any]) -> list[dict[str, Any]]:
     """All frames with the keys that they inherit."""
     listed = data.get("file_frames") or []
     if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
-        raise ValueError("has `file_frames` that is not a list of frames")
+        raise ValueError("has `file_frames` that is not a list; give a list of frames")
     top = {key: value for key, value in data.items() if not key.startswith("file_")}
     frames: list[dict[str, Any]] = [top]
     for number, frame in enumerate(listed, 1):
@@ -72,7 +72,7 @@ def _frames(data: Mapping[str, Any]) -> list[dict[str, Any]]:
         if frame.get("frame_inherit"):
             parent = frame.get("frame_parent", 0)
             if type(parent) is not int or not 0 <= parent < number:
-                raise ValueError(f"has frame {number} with the parent {parent!r}; a parent is an earlier frame")
+                raise ValueError(f"has frame {number} with the parent {parent!r}; give the number of an earlier frame")
             whole = {**frames[parent], **frame}
         frames.append(whole)
     return frames
@@ -82,7 +82,7 @@ def _is_folded(frame: Mapping[str, Any]) -> bool:
     """Whether a frame is a folded state, according to its class or because its vertices do not lie in one plane."""
     classes = frame.get("frame_classes") or []
     if not isinstance(classes, list):
-        raise ValueError(f"has frame_classes {classes!r}; they must be a list of texts")
+        raise ValueError(f"has frame_classes {classes!r}; give a list of texts")
     points = _vertices(frame)
     sides = np.ptp(points, axis=0)
     return "foldedForm" in classes or bool(sides[2] > _FLAT * sides.max())
