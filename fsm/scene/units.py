@@ -89,7 +89,7 @@ def parse_unit(text: str) -> tuple[float, Dimension]:
     for position, part in enumerate(text.translate(_TYPED).replace("**", "^").split("/")):
         factors = [f for f in re.split(r"[\s*·]+", part.strip()) if f]
         if not factors and (position > 0 or "/" in text):
-            raise ValueError(f"a factor is missing beside the / of the unit {text!r}")
+            raise ValueError(f"a factor is missing beside the / of the unit {text!r}; write, for example, N/m")
         for index, factor in enumerate(factors):
             match = _FACTOR.match(factor)
             if match is None or match[1] not in UNITS:
