@@ -54,7 +54,7 @@ def strip_wrinkles(height: float, thickness: float, poisson: float, shear_angle:
     ----------
     height, thickness : m
     poisson, shear_angle : -
-        gamma, the shear over the height.
+        Poisson's ratio, and the shear angle gamma: shear displacement over the height.
     """
     length = math.sqrt(math.pi * height * thickness) / (3.0 * (1.0 - poisson**2) * shear_angle) ** 0.25
     part = (1.0 - poisson) * shear_angle / (3.0 * (1.0 + poisson))

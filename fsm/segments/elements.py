@@ -182,7 +182,7 @@ class CreaseGroup(TwoBodyGroup):
     ----------
     bodies, geometry : see `TwoBodyGroup`
     rest, side : (m,) arrays
-        Opening o = rest - side psi.
+        Rest angle (rad) and side (+1 or -1) of each crease; the opening is o = rest - side psi.
     damping : (m,) array, N m s/rad
     curve : (m,) int array
         Curve of each crease in `table`.

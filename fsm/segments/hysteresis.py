@@ -32,7 +32,7 @@ class HysteresisGroup(TwoBodyGroup):
     ----------
     bodies, geometry : see `TwoBodyGroup`
     rest, side : (m,) arrays
-        Opening o = rest - side psi.
+        Rest angle (rad) and side (+1 or -1) of each crease; the opening is o = rest - side psi.
     start : (m,) array, rad
         Openings at the start.
     stiffness : (m,) array, N m/rad

@@ -53,7 +53,7 @@ class Probes(NamedTuple):
         Half the cell of the point, and half the largest cell of its panel, if the share is tapered at the ends of the
         surface (`fsm.interactions.end_taper`); else zeros.
     first_piece, last_piece : (n,) int arrays
-        Pieces of the surface within reach.
+        First and last piece of the surface within reach of each probe.
     """
 
     body: np.ndarray

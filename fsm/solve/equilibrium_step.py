@@ -100,7 +100,7 @@ class EquilibriumStep:
     mixed : MixedSystem or None
         The system, if the efforts of its springs are unknowns.
     iterations, evaluations : int
-        Sums of the counters over all steps so far.
+        Numbers of iterations and of force evaluations, summed over all steps so far.
     largest_reaction : N
         Largest reaction so far; the caller updates it.
     round_off : N

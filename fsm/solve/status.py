@@ -42,7 +42,7 @@ class Outcome(Enum):
         "solve with inertia: method = \"generalized-alpha\""
     )
     TORN = (
-        "a joint has opened by more than a tenth of a segment: the drive pulls beyond the full length of the "
+        "the sides of a joint are over a tenth of a segment apart: the drive pulls beyond the full length of the "
         "structure; shorten the travel of the drive"
     )
     TOO_MANY_STEPS = "more steps than solve.max_steps; raise solve.max_steps, loosen solve.rtol, or pull faster"
