@@ -152,7 +152,7 @@ class BlockMatrix:
         return sparse.bsr_matrix((self.data, self.pattern.indices, self.pattern.indptr), shape=(self.order, self.order))
 
     def bsr(self) -> sparse.bsr_matrix:
-        """Block matrix of SciPy. It shares the data, or is nearly full if there is a part of low rank."""
+        """Block matrix of SciPy. The result shares the data, or is nearly full if there is a part of low rank."""
         blocks = self.blocks()
         if self.low_rank is None:
             return blocks

@@ -2,8 +2,8 @@
 
     python -m fsm.compile_helper (--case CASE.toml [KEY=VALUE ...] | KIND ...)
 
-It begins with the linear solver and then compiles kernels in the reverse of the order in which a run needs them. It ends
-when its standard input is closed, so that it does not survive the process that started it.
+It begins with the linear solver and then compiles kernels in the reverse of the order in which a run needs them. The process
+ends when its standard input is closed, so that it does not survive the process that started it.
 """
 
 from __future__ import annotations

@@ -79,8 +79,8 @@ def add_builder(name: str, section: type[Built], build: Callable[[Built, Mapping
         Name of the section.
     section : model of the section, a `Section`
     build : function
-        ``build(section, others) -> Scene``. `others` holds the other sections of the case by name. It raises a `CaseError`
-        with the faults of the section.
+        ``build(section, others) -> Scene``. `others` holds the other sections of the case by name. The function raises a
+        `CaseError` with the faults of the section.
 
     Raises
     ------

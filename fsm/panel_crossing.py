@@ -58,7 +58,7 @@ def _depth(one: np.ndarray, other: np.ndarray, apart: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     one, other : (m, 2) arrays, m
-        Vector from the centre of a square to the middle of a side.
+        First and second square: vector from the centre of the square to the middle of a side.
     apart : (m, 2) array, m
         Vector from the centre of the first square to the centre of the second.
     """

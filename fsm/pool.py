@@ -71,7 +71,8 @@ def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> G
     -----
     A worker runs several jobs, so each worker imports modules and loads compiled kernels only once. If a worker dies
     (for example without memory), its job fails and a new worker replaces it. If the consumer stops early or is
-    interrupted, every worker is interrupted once, so that it can write its checkpoint. It is killed after `GRACE` seconds.
+    interrupted, every worker is interrupted once, so that it can write its checkpoint. The worker is killed after `GRACE`
+    seconds.
     """
     context = multiprocessing.get_context("spawn")
     waiting = deque(range(len(jobs)))

@@ -20,11 +20,11 @@ _PASSES = (
     (MOVING, 0.0),
 )
 """Passes of a tension field: remaining stiffness in compression, and largest last step relative to the size of an element.
-With 1e-3 in the last pass, a corner-pulled film of 8 x 8 elements keeps compression at its edges. Its second frequency is
-then 1 to 3 % too low. With three passes of 1e-3 in place of twelve, a slack film under .1 N keeps a compression of 2e-4 of
-its largest stress. After a single pass with 1e-4 the second frequency of a sail of 12 x 10 elements is 3 % too low. A
-pass takes about four iterations. The last pass hardly changes the state at rest. It gives the film the stiffness
-`MOVING`, with which the motion is solved."""
+With 1e-3 in the last pass, a corner-pulled film of 8 x 8 elements keeps compression at its edges. The film's second
+frequency is then 1 to 3 % too low. With three passes of 1e-3 in place of twelve, a slack film under .1 N keeps a compression
+of 2e-4 of its largest stress. After a single pass with 1e-4 the second frequency of a sail of 12 x 10 elements is 3 % too
+low. A pass takes about four iterations. The last pass hardly changes the state at rest. The last pass gives the film the
+stiffness `MOVING`, with which the motion is solved."""
 
 
 def tensioned(

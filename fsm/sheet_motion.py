@@ -33,10 +33,11 @@ _RESISTING = 0.01
 
 
 def vertices_of(solution: Solution) -> Floats:
-    """Positions of the vertices of a sheet at all records, (n, n_vertices, 3), m; of the nodes of flexible facets.
+    """Positions of the vertices of a sheet at all records, (n, n_vertices, 3), m. For flexible facets: positions of the
+    nodes.
 
-    Facets that meet in a vertex have the same corner there, except for the opening of their joints; the result is the
-    mean.
+    Facets that meet in a vertex have the same corner there, except for the separation of the facets at their joints. The
+    result is the mean of these corners.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def vertices_of(solution: Solution) -> Floats:
 def _nodes_of(solution: Solution, mesh: FacetMesh) -> Floats:
     """Positions of the nodes of flexible facets at all records, from the drawn triangles."""
     if len(mesh.triangles) != solution.shape.shape[1]:
-        raise CaseError("the result does not have the triangles of its case; it may come from another version, run it again")
+        raise CaseError("the result does not have the triangles of its case; run the case again with this version")
     owners, first = np.unique(mesh.owner[mesh.triangles].ravel(), return_index=True)
     assert np.array_equal(owners, mesh.nodes)
     return np.asarray(solution.shape[:, first // 3, first % 3], dtype=float)

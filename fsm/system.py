@@ -244,7 +244,7 @@ class System(Protocol):
         return None
 
     def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
-        """Largest opening (m) of a joint of the structure, and the name of the joint."""
+        """Largest separation (m) of the two sides of a joint of the structure, and the name of the joint."""
         return 0.0, "none"
 
 

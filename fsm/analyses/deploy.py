@@ -45,11 +45,11 @@ _NAMED = 3
 
 
 _STRETCHED = 0.01
-"""Opening of a joint relative to the length of a segment, above which a strip is pulled beyond its full length.
-Real sheets yield earlier."""
+"""Separation of the sides of a joint relative to the length of a segment. A larger value means that a strip is pulled beyond
+its full length. Real sheets yield earlier."""
 
 _TORN = 1e-3
-"""Opening of a crease relative to the length of a facet, above which the facets of a sheet cannot follow a motion."""
+"""Separation of the sides of a crease relative to the length of a facet, above which facets cannot follow a motion."""
 _DEEP = 0.2
 """Ratio of the penetration of contacts to the largest thickness, above which there is a warning."""
 _COARSE = 0.05
@@ -311,13 +311,13 @@ class Deployment(Analysis):
         return not self.plan.written or self.plan.steps[-1].kind != "dynamic"
 
     def _torn(self, summary: dict[str, Any]) -> list[str]:
-        """Warning if the joints of a sheet open, because its rigid facets cannot follow the drive."""
+        """Warning if the two sides of a joint of a sheet separate, because rigid facets cannot follow the drive."""
         length = self.system.scales().length
         if self.case.sheet is None or summary["joint_opening"] <= _TORN * length:
             return []
         return [
-            f"creases of the sheet open by up to {1e3 * summary['joint_opening']:.3g} mm, so its rigid facets cannot follow "
-            "this motion and the force is not physical; change drive or supports, or try facets = \"bend-lines\""
+            f"facets separate by up to {1e3 * summary['joint_opening']:.3g} mm at their creases, so rigid facets cannot "
+            "follow this motion and the force is not physical; change drive or supports, or try facets = \"bend-lines\""
         ]
 
     def _stretched(self, solution: Solution) -> list[str]:

@@ -1,6 +1,6 @@
 """Error of the drive force of a strip that its segments cause, from the energy that they do not resolve.
 
-The deformation of a joint is the difference of the mean angles of its two segments. Its curvature k is an average over two
+The deformation of a joint is the difference of the mean angles of its two segments. The curvature k is an average over two
 segments, so the energy EI (dk)^2 l/12 of each change dk from joint to joint is neglected. Segments are straight: an arc is
 shorter along its chord by k^2 l^3/24, and the normal force N does the work N k^2 l^3/24. At a crease the curvature is
 extrapolated geometrically, because it decays beside the crease of a taut panel.
@@ -169,7 +169,7 @@ def _turns(poses: np.ndarray) -> np.ndarray:
 
 
 def _openings(poses: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Openings of the joints between segments along the panel, (n - 1,), m."""
+    """Separations of neighbouring segments at their joints along the panel, (n - 1,), m."""
     if poses.shape[1] == 3:
         place = poses[:, :2]
         along = np.column_stack([np.cos(poses[:, 2]), -np.sin(poses[:, 2])])

@@ -46,7 +46,7 @@ _SLACKEST = 0.5
 """Largest part of the film that may be slack."""
 _RELEASED = 1e-3
 """Ratio of the largest stress to the stress of the requested tension, below which the supports have released the film.
-It is also the ratio of the force at a pulled point to the pull, above which the point counts as free."""
+The same number is also the ratio of the force at a pulled point to the pull, above which the point counts as free."""
 _GOOD = 0.02
 """Largest error of the reduced model against the full one for its use."""
 _STEPS = 40.0

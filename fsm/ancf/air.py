@@ -1,10 +1,10 @@
 """Added mass of the air around a vibrating film.
 
-A film of length l in still air has an added mass of 0.68 rho_air l per square metre, for both sides together. It does not
-depend on frequency and amplitude, if the film vibrates in its first modes (Minami 1998). Only motion normal to the film
-moves air, so the mass matrix is int m S_i S_j dA n n^T with the normal n of the film at rest. Motion in the film's plane has
-no added mass. Cables also have no added mass. Many models put the added mass into the whole mass matrix; their in-plane
-frequencies are therefore too low. Patches have the same added mass as the film around them.
+A film of length l in still air has an added mass of 0.68 rho_air l per square metre, for both sides together. The added mass
+does not depend on frequency and amplitude, if the film vibrates in its first modes (Minami 1998). Only motion normal to the
+film moves air, so the mass matrix is int m S_i S_j dA n n^T with the normal n of the film at rest. Motion in the film's
+plane has no added mass. Cables also have no added mass. Many models put the added mass into the whole mass matrix; their
+in-plane frequencies are therefore too low. Patches have the same added mass as the film around them.
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""Kernels of bars between points in a model of arrays, called by their addresses; see `fsm.ancf.arrays`."""
+"""Kernels of bars between points in a compiled model (`ArrayModel`), called by their addresses; see `fsm.ancf.arrays`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Kernels of planar beams in a model of arrays, called by their addresses; see `fsm.ancf.arrays`.
+"""Kernels of planar beams in a compiled model (`ArrayModel`), called by their addresses; see `fsm.ancf.arrays`.
 
-They also call the kernels of strains by address, so all elements use the same kernels of forces and tangents.
+The kernels also call the kernels of strains by address, so all elements use the same kernels of forces and tangents.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Kernels of cables in a model of arrays, called by their addresses; see `fsm.ancf.arrays`."""
+"""Kernels of cables in a compiled model (`ArrayModel`), called by their addresses; see `fsm.ancf.arrays`."""
 
 from __future__ import annotations
 

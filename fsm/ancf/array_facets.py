@@ -1,4 +1,4 @@
-"""Kernels of flexible facets in a model of arrays, called by their addresses; see `fsm.ancf.arrays`."""
+"""Kernels of flexible facets in a compiled model (`ArrayModel`), called by their addresses; see `fsm.ancf.arrays`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kernels of a mesh as a model of arrays: forces, tangents and equations; see `fsm.ancf.arrays`."""
+"""Kernels of a mesh as a compiled model (`ArrayModel`): forces, tangents and equations; see `fsm.ancf.arrays`."""
 
 from __future__ import annotations
 

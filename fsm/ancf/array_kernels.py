@@ -1,4 +1,4 @@
-"""Kernels of a mesh as a model of arrays that time steps call; see `fsm.ancf.arrays` and `fsm.stepping.model`."""
+"""Kernels of a mesh as a compiled model that time steps call; see `fsm.ancf.arrays` and `fsm.stepping.model`."""
 
 from __future__ import annotations
 

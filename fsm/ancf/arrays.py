@@ -1,6 +1,6 @@
-"""ANCF meshes as a model of arrays, for compiled steps and equilibria (see `fsm.stepping.model`).
+"""ANCF meshes as a compiled model (`ArrayModel`), for compiled steps and equilibria (see `fsm.stepping.model`).
 
-It covers all elements of the package with loads, moved and held coordinates, gravity and damping by mass. A mesh with
+The model covers all elements of the package with loads, moved and held coordinates, gravity and damping by mass. A mesh with
 other elements takes the same steps in Python. A new kind of element needs its kernels (`fsm.ancf.array_cables`) and a line
 in `fsm.ancf.arrays_of`.
 """

@@ -67,7 +67,7 @@ def has_arrays(system: AncfSystem) -> bool:
 
 
 class Compiled:
-    """Models of arrays of a system for which `has_arrays` is true: in motion, and at rest. They share all arrays."""
+    """Compiled models of a system for which `has_arrays` is true: in motion, and at rest. Both models share all arrays."""
 
     def __init__(self, system: AncfSystem, ready: Ready) -> None:
         self._arrays, self._held = coordinates_of(system, Matrices.of(system, ready))

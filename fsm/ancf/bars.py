@@ -4,8 +4,8 @@ At each node a bar has a separate position and separate slopes. At a common poin
 and slaves, Peng et al. 2019, eq. 13, positions only) and keep separate slopes. At its middle point a bar has one section
 vector r_y, which transmits the moment. The bar has a separate r_x on each side of this point, because the hinge causes a
 jump of axial and shear forces. The second half may be at an angle to the first. The section vectors of the second half are
-then stored rotated back by this angle, so both halves share r_y. A cable has no section vector. It has one r_x at the middle
-point. The second half stores it rotated back, as other bars do with r_y.
+then stored rotated back by this angle, so both halves share r_y. A cable has no section vector. A cable has one r_x at the
+middle point. The second half stores it rotated back, as other bars do with r_y.
 """
 
 from __future__ import annotations

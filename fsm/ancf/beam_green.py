@@ -7,7 +7,7 @@ Peng et al. print 2 mu; this misprint halves the shear energy. Poisson's ratio i
 paper's example, while mu = E/2(1 + nu). The section of this element stretches uniformly. With the full law, a bent bar could
 not expand on one side and contract on the other. A bar would then be too stiff by 1/(1 - nu^2). k = 5/6.
 
-The law is the St Venant-Kirchhoff law: the stress is linear in Green's strain. It differs from the strain of
+The law is the St Venant-Kirchhoff law: the stress is linear in Green's strain. This strain differs from the strain of
 `beam_section` by squares of strains. There are 3 x 2 Gauss points.
 """
 

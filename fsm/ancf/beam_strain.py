@@ -1,7 +1,7 @@
 """Kernels that all planar beams use: energy, forces and tangents of strains that depend on derivatives of r.
 
 At a point with weight w the strains s_i(z), for example with z = (r_x, r_y, r_xy) in R^6, store the energy w/2 c_i s_i^2.
-Their dampers dissipate w c_i beta s_i'^2. With the gradients g_i and the Hessians H_i of the strains
+The dampers dissipate w c_i beta s_i'^2. With the gradients g_i and the Hessians H_i of the strains
 
     effort  t_i = w c_i (s_i + beta g_i . z'),   dU/dz = sum t_i g_i,
     K_z = sum w c_i g_i (g_i + beta H_i z')^T + t_i H_i,   D_z = sum w c_i beta g_i g_i^T,

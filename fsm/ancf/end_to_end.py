@@ -2,7 +2,7 @@
 
 Each unit lists first the coordinates of its left boundary, then its inner coordinates, and last the coordinates of its right
 boundary. The right boundary of a unit is the left boundary of the next unit. B has a single 1 in each row and column, and
-maps the new order to the original one. Its inverse is its transpose. In the new order the matrices of an array are
+maps the new order to the original one. The inverse is its transpose. In the new order the matrices of an array are
 block-banded with the width of one unit.
 """
 

@@ -5,7 +5,7 @@ vectors. An edge from corner a to b has the length l, the tangent t and the norm
 
     m_t = 3 (r_b - r_a)/(2 l) - (r_t,a + r_t,b)/4,    m_n = (r_n,a + r_n,b)/2
 
-are the slopes along and across it at its middle. The slopes r_X, r_Y in the triangle are quadratic, with these values. Their
+are the slopes along and across it at its middle. The slopes r_X, r_Y in the triangle are quadratic, with these values. The
 symmetric gradient is the curvature, evaluated at the middles of the edges (discrete Kirchhoff triangle: Batoz, Bathe and Ho,
 1980).
 """

@@ -4,8 +4,9 @@ The rotation psi about c from a to b is the argument of
 
     z = p + i s,    p = (c.c)(a.b) - (a.c)(b.c),    s = |c| b.(a x c),
 
-which is invariant to rigid motions and to stretch. It is positive upwards: from x towards z for a line along y. Derivatives
-follow from log z: grad psi = Im(grad z/z), and the second derivatives are Im(grad grad z/z - grad z grad z^T/z^2).
+which is invariant to rigid motions and to stretch. The angle is positive upwards: from x towards z for a line along y.
+Derivatives follow from log z: grad psi = Im(grad z/z), and the second derivatives are Im(grad grad z/z - grad z grad
+z^T/z^2).
 """
 
 from __future__ import annotations

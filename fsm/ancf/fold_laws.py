@@ -8,8 +8,8 @@ M_c is the curve of `fsm.laws.crease`, with the friction slider of `fsm.laws.cre
 share of the fold. The second term acts beyond the angle p and becomes infinite where facets meet (Liu and Paulino,
 2017). The third is a load: the rest angle of a linear fold with the stiffness k moves by d_r.
 
-Fold angles are continuous. They differ by less than half a turn from the fold angles of the last accepted state, so they may
-exceed 180 degrees.
+Fold angles are continuous. Fold angles differ by less than half a turn from the fold angles of the last accepted state, so
+they may exceed 180 degrees.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Moments of hinges between bars: springs, dampers, dry friction, end stops, latches.
 
-A hinge joins two bars at a shared position. Its rotation (turn) follows from the angle between the slopes p and q of
+A hinge joins two bars at a shared position. The rotation (turn) follows from the angle between the slopes p and q of
 the bars,
 
     turn = sign (angle from p to q - initial angle),
 
-which is positive in deployment. Its moment against the turn,
+which is positive in deployment. The moment against the turn,
 
     M = k (turn - rest) + c turn' + M_f tanh(turn'/w_s) + K d^1.5 max(0, 1 + h d'),   d = max(0, turn - limit),
 

@@ -1,8 +1,9 @@
 """Vibration in a few modes about an equilibrium, with optional cubic stretch at large amplitudes.
 
-x = Phi a + x2(a, a) with the modes Phi (M-orthonormal) and the quasi-static response x2 = -K^-1 f2(Phi a, Phi a). The
-response is mainly the motion of the film within its plane, whose frequencies are much higher. With the elastic force
-K x + f2(x, x) + f3(x, x, x) + ... the potential in the modes is
+The displacement is x = Phi a + x2(a, a). Phi are the modes (M-orthonormal), a their amplitudes, and
+x2 = -K^-1 f2(Phi a, Phi a) is the quasi-static response to the quadratic forces of the modes. The response x2 is
+mainly the motion of the film within its plane, whose frequencies are much higher. With the elastic force K x + f2(x, x) +
+f3(x, x, x) + ... the potential in the modes is
 
     V(a) = 1/2 sum omega_i^2 a_i^2 + 1/3 sum T_ijk a_i a_j a_k + 1/4 sum C_ijkl a_i a_j a_k a_l
 
@@ -13,7 +14,7 @@ degree in the coordinates, so this is exact. Nonlinear bending is included up to
 
 A step has three parts (Strang splitting): half the impulse of the nonlinear forces, the exact motion of damped
 oscillators, and the other half of the impulse. The load is linear over the step. The step is exact for the linear model
-if loads are linear between steps, else of second order. It has no numerical damping.
+if loads are linear between steps, else of second order. The step has no numerical damping.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Systems of ANCF meshes: M u' = h(t, q, u), q' = u with a constant sparse M (Sun et al. 2024, eqs. 23, 36).
 
 Coordinates are positions and slopes in inertial axes, so the configuration is a vector space without gyroscopic forces.
-Held, moved and unused coordinates stay in q and u, whose blocks are nodes. Their rows and columns of M, K and D are those
-of separate stiff oscillators at rest. Moved coordinates are set to their motion before each evaluation.
+Held, moved and unused coordinates stay in q and u, whose blocks are nodes. The corresponding rows and columns of M, K and D
+are those of separate stiff oscillators at rest. Moved coordinates are set to their motion before each evaluation.
 
 With `before` (quasi-statics), velocities are mean velocities since that state, and dampers use them at the end of the step.
 """

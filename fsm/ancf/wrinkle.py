@@ -12,8 +12,8 @@ Corner: a wedge with a half-angle of 45 degrees under a force T at its tip (Mich
     e = u/rho - nu sigma_r/E = sigma_r/E (ln(R/rho) - nu),
 
 which ends at R_w = R exp(-nu), the wrinkled radius. (In the paper, the radicand of A is negative, because its integral
-starts at R.) The paper also has terms for patches on the diagonal. They contain lengths (R_c, alpha, d) that the paper does
-not define, so they are omitted here.
+starts at R.) The paper also has terms for patches on the diagonal. These terms contain lengths (R_c, alpha, d) that the
+paper does not define, so they are omitted here.
 
 References
 ----------
@@ -54,7 +54,7 @@ def strip_wrinkles(height: float, thickness: float, poisson: float, shear_angle:
     ----------
     height, thickness : m
     poisson, shear_angle : -
-        gamma, the shear over the height.
+        Poisson's ratio, and the shear angle gamma: shear displacement over the height.
     """
     length = math.sqrt(math.pi * height * thickness) / (3.0 * (1.0 - poisson**2) * shear_angle) ** 0.25
     part = (1.0 - poisson) * shear_angle / (3.0 * (1.0 + poisson))

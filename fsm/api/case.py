@@ -132,7 +132,8 @@ class Case:
         Parameters
         ----------
         path : str or mapping
-            Dotted path as for ``--set``, ``"drive.0.speed"``; or a mapping from paths to values, which are set together.
+            Dotted path as for ``--set``, for example ``"drive.0.speed"``. A mapping from paths to values sets several
+            values at once.
         value : object
             Value as in a case file: ``"70 deg"``, a plain number in the unit system of the case, a list, or a dict for a
             section. None removes the key or the section.

@@ -218,7 +218,7 @@ class Model:
         Parameters
         ----------
         steps : iterable of Step or dict, optional
-            Steps of the run, each of which begins where the last one ended. They replace the steps of the model.
+            Steps of the run, each of which begins where the last one ended. The given steps replace the steps of the model.
         out, channels : see `Case.run`
 
         Raises

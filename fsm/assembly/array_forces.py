@@ -1,4 +1,4 @@
-"""Kernels of bodies, ANCF elements and frames as a model of arrays: places, forces, tangents; see `fsm.assembly.arrays`."""
+"""Kernels of bodies, ANCF elements and frames as a compiled model: places, forces, tangents; see `fsm.assembly.arrays`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kernels of bodies and ANCF elements as a model of arrays that time steps call; see `fsm.assembly.arrays`."""
+"""Kernels of bodies and ANCF elements as a compiled model (`ArrayModel`) that time steps call; see `fsm.assembly.arrays`."""
 
 from __future__ import annotations
 

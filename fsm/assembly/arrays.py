@@ -1,6 +1,6 @@
-"""Bodies and ANCF elements with their frames as a model of arrays, for compiled steps (see `fsm.stepping.model`).
+"""Bodies and ANCF elements with their frames as a compiled model (`ArrayModel`) for steps (see `fsm.stepping.model`).
 
-Its parts are the model of bodies (`fsm.segments.arrays`) and the model of coordinates (`fsm.ancf.arrays`). The block
+The model consists of the model of bodies (`fsm.segments.arrays`) and the model of coordinates (`fsm.ancf.arrays`). The block
 data of the coordinates, with blocks of three rows, are the data of the joined matrix, which also contains the rows of
 bodies.
 """

@@ -39,7 +39,7 @@ def joined_arrays_of(
     system: JoinedSystem, pattern: BodyPattern, joined: JoinedPattern, slots: list[np.ndarray], fixed: np.ndarray,
     members: tuple[np.ndarray, np.ndarray, np.ndarray], near: np.ndarray, ready: Ready, contacts: ContactModel,
 ) -> tuple[ArrayModel, tuple[object, ...]]:  # fmt: skip
-    """Model of arrays of a system for which `has_arrays` is true, and the arrays; the caller must keep the arrays as long as
+    """Compiled model of a system for which `has_arrays` is true, and its arrays; the caller must keep the arrays as long as
     the model.
 
     Parameters

@@ -1,6 +1,6 @@
 """Chambers of gas in a system: volumes, forces along their gradients, tangents, power and energy.
 
-The force of the gas i is (p_i - p_outside) dV_i/dx. Its tangent is the sum of a sparse part, (p_i - p_outside) d2V_i/dx2,
+The force of the gas i is (p_i - p_outside) dV_i/dx. The tangent is the sum of a sparse part, (p_i - p_outside) d2V_i/dx2,
 and of a part of low rank, sum_j dp_i/dV_j dV_i/dx (dV_j/dx)^T, which `fsm.blocks.LowRank` holds. The volume of a chamber
 with closed facets is their flux (`fsm.scene.patterns.chamber`), and its gradient is the force of a unit pressure
 (`fsm.ancf.pressure`). A sheet of one facet has the cubic shape of its elements. At a crease both facets have

@@ -114,7 +114,7 @@ class GasState:
     Attributes
     ----------
     volume, mass, entropy : m^3, kg, Pa m^(3 gamma)
-        `entropy` is p V^gamma.
+        Volume of each chamber, mass of its gas, and p V^gamma as a measure of the entropy.
     pressure, temperature : Pa, K
     by_volume : (k, k) array, Pa/m^3
         Derivatives of the pressures with respect to the volumes.

@@ -1,7 +1,8 @@
 """System of rigid bodies and ANCF elements that act on each other through frames.
 
 A frame is a body without degrees of freedom that a material point of an element carries. Springs, creases, contacts and
-loads act on it as on any body. Its wrenches and tangents go to the nodal vectors of the element (`fsm.assembly.frames`).
+loads act on it as on any body. The body's wrenches and tangents go to the nodal vectors of the element
+(`fsm.assembly.frames`).
 """
 
 from __future__ import annotations

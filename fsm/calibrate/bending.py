@@ -5,7 +5,7 @@ A strip of free length L is clamped at one end. A transverse force F of constant
 
     w/L = g(F L^2/EI) .
 
-The function g is computed once with the segment model, for large deflections too. Its slope follows from implicit
+The function g is computed once with the segment model, for large deflections too. The slope follows from implicit
 differentiation of the equilibrium, K dq/dF = dh/dF. EI is fitted by least squares.
 The small-angle formula EI = F L^3/(3 w) is evaluated for comparison.
 

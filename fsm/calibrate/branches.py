@@ -77,9 +77,10 @@ def split_sweeps(table: MeasuredTable, value: str = "moment") -> list[Sweep]:
     Parameters
     ----------
     table : Table
-        Has the columns `angle` and `value`, and optionally `press_time`, `opening`, `repeat`, `branch`.
+        Table with a column `angle`, the column that `value` names, and optionally the columns `press_time`, `opening`,
+        `repeat` and `branch`.
     value : str
-        Measured column, which is searched for outliers.
+        Name of the measured column. The function searches this column for outliers.
 
     Raises
     ------

@@ -8,9 +8,9 @@ correlation along the curve.
 
 The mean residual e_k = F_k - F_k(p) contains scatter and the model discrepancy (Kennedy and O'Hagan 2001). The discrepancy
 is modelled as a stationary Gaussian process of variance s_k^2 along the travel, with the correlation exp(-(x - x')^2/(2
-l^2)). Its mean number of sign changes is z = range/(pi l), and 1/l^2 is its mean squared slope over its variance (Rice
-1944). Slope and variance of the residual are reduced by the slope and variance of the scatter, with 1 <= z <= sign changes
-of the residual. The variances s_k^2 explain the squared residuals:
+l^2)). The process's mean number of sign changes is z = range/(pi l), and 1/l^2 is its mean squared slope over its variance
+(Rice 1944). Slope and variance of the residual are reduced by the slope and variance of the scatter, with 1 <= z <= sign
+changes of the residual. The variances s_k^2 explain the squared residuals:
 
     |e_k|^2 = sum_j tr(P_kj (S_j + s_j^2 C_j) P_kj^T) ,     P_kj = delta_kj - J_k H_j ,
 

@@ -315,7 +315,10 @@ def _identification(
     values = np.concatenate([problem.to_parameters(unknowns), unknowns[len(problem.paths) :]])
     points = sum(len(test.travel) for test in tests)
     if len(residuals) < len(names) or (len(residuals) == len(names) and not all(test.known for test in tests)):
-        text = f"{points} points are too few for {len(names)} parameters and their scatter; add points or remove parameters"
+        text = (
+            f"{points} data points cannot determine {len(names)} parameters and the scatter of the data; "
+            "add points or remove parameters"
+        )
         raise CaseError(Fault("parameter", text))
     spread = _spread(problem, unknowns, residuals, jacobian)
     freedom = spread.freedom if math.isfinite(spread.freedom) else 0

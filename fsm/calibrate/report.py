@@ -73,7 +73,7 @@ class Quantity:
     unit : str
         SI unit.
     low, high : float or None
-        Confidence interval, if known.
+        Lower and upper end of the confidence interval, if known.
     standard_error : float or None
     """
 

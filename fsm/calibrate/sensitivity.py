@@ -10,10 +10,10 @@ previous state: A dx_k = dh/dp + (dh/dx_{k-1}) dx_{k-1}. The adjoint of this rec
 not available.
 
 dh/dp and dr/dp at a fixed configuration are central differences of two systems compiled with p (1 + d) and p (1 - d).
-Stiffness, damping and factors enter h linearly. Their differences are exact except for round-off, about 1e-16/d of the
+Stiffness, damping and factors enter h linearly. The differences are exact except for round-off, about 1e-16/d of the
 largest effort, with d = 1e-6. Lengths and angles move bodies and rest states; their differences have an additional error of
 d^2 times the third derivative. Contact forces are nonlinear over a micrometre, but they are not differences of large
-numbers. Their differences are computed separately with d = 1e-8. No further equilibrium has to be solved.
+numbers. The differences are computed separately with d = 1e-8. No further equilibrium has to be solved.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ def laplace(
     Raises
     ------
     ValueError
-        There are too few residuals.
+        There are fewer residuals than parameters, or equally many while `scale` is None.
 
     Notes
     -----
@@ -111,7 +111,10 @@ def laplace(
     count, size = jacobian.shape
     freedom = 0 if scale is not None else count - size
     if count < size or (scale is None and freedom == 0):
-        raise ValueError(f"{count} data are too few for {size} parameters and their scatter")
+        raise ValueError(
+            f"{count} data points cannot determine {size} parameters and the scatter of the data; "
+            f"give at least {size + 1} data points"
+        )
     inverse = fit_gain(jacobian)
     squared = scale**2 if scale is not None else float(residuals @ residuals) / freedom
     covariance = squared * (inverse @ inverse.T)

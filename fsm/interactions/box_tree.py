@@ -52,7 +52,7 @@ def fit_tree(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     lower, upper : (n, D) arrays, m
-        Corners. A box with NaN in a corner is left out of the tree.
+        Lower and upper corner of each box. A box with NaN in a corner is left out of the tree.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def nearest_piece(
     ----------
     point : (D,) array, m
     first, last : int
-        Pieces of the surface, `last` excluded.
+        First and last piece of the surface that may be nearest, `last` excluded.
     chords : see `fsm.interactions.chord`
     tree : `fit_tree` of the boxes of all these chords
     start : int
@@ -261,7 +261,7 @@ def window_pieces(
     points : (n, D) array, m
         Probes.
     first_piece, last_piece : (n,) int arrays
-        Pieces of the surface that each probe may touch, the last one excluded.
+        First and last piece of the surface that each probe may touch, the last one excluded.
     chords, tree : see `nearest_piece`
     reach : (n,) array, m
         Pieces at this distance or farther are ignored.

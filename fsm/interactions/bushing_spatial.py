@@ -243,7 +243,7 @@ def force_pose_spatial(
     Parameters
     ----------
     poses, rates : (n_bodies, 7) and (n_bodies, 6) arrays
-        Quaternions of unit length.
+        Poses with quaternions of unit length, and rates of all bodies.
     bodies : (m, 2) int array
         Inner and outer body.
     constants : (m, 35) array of `pose_constants_spatial`

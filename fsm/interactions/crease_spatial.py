@@ -63,7 +63,7 @@ def force_crease_spatial(
     Parameters
     ----------
     poses, rates : (n_bodies, 7) and (n_bodies, 6) arrays
-        Quaternions of unit length.
+        Poses with quaternions of unit length, and rates of all bodies.
     bodies : (m, 2) int array
         Inner and outer body.
     axes_inner, axes_outer, angle_offset : as in `measure_hinge_spatial`

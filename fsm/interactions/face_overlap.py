@@ -2,8 +2,8 @@
 
 The contact force of two faces is proportional to T = O/A. O is the area of their overlap, and A the area of the smaller
 face. The points of each face over the other face, and the crossing edges, share T in proportion to their weights. The face
-with the larger covered fraction gets most of T. Faces tilted by more than rounding/size do not meet as faces. Their corners
-and edges then have separate weights. The weights change smoothly from one case to the other.
+with the larger covered fraction gets most of T. Faces tilted by more than rounding/size do not meet as faces. The faces'
+corners and edges then have separate weights. The weights change smoothly from one case to the other.
 
 `fsm.interactions.face_weights` defines the change of the weights within a step.
 """

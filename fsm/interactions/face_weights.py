@@ -133,8 +133,10 @@ class ShapePoints(NamedTuple):
     ----------
     start : (s + 1,) int array
         First point of every shape.
-    place, weight : (p, 3), (p,) arrays
-        Positions in the shapes' axes, m.
+    place : (p, 3) array
+        Position of each point in the axes of its shape, m.
+    weight : (p,) array
+        Fraction of a face that each point represents.
     on_axis : (p,) bool array
         Whether a point lies on the axis of a cylinder.
     """

@@ -1,4 +1,4 @@
-"""Hinge angle between two bodies in the plane: psi = phi_a - phi_b + psi_0. Its second derivative is zero."""
+"""Hinge angle between two bodies in the plane: psi = phi_a - phi_b + psi_0. The angle's second derivative is zero."""
 
 from __future__ import annotations
 

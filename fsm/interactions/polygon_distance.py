@@ -87,7 +87,7 @@ def polygon_passed(size: np.ndarray, start: np.ndarray, end: np.ndarray, inside:
     Parameters
     ----------
     start, end : (3,) arrays, m
-        Ends of its straight path.
+        First and last position of the point on a straight path.
     inside : float
         Fraction of the polygon that counts; it is measured from the mean of the corners.
     """

@@ -68,7 +68,8 @@ def turned_sides(
     side : (n,) array
         Sides so far; for new probes the present sides.
     height, limit : (n,) arrays, m
-        The depth limit scales the depth on the wrong side above which a point has moved round the corner.
+        Height of each probe over its surface, and depth limit. The depth limit scales the depth on the wrong side above
+        which a point has moved round the corner.
     near : (m,) int array
         Probes over the end piece of a surface.
     at_end : (m,) int array

@@ -7,7 +7,7 @@
     rectangle    half sizes (a, b, 0): a box without height; phi is unsigned, a plate's thickness is a radius around it
     polygon      convex; sizes as in `fsm.interactions.polygon_distance`; unsigned like a rectangle
 
-Outside the shape phi is the exact distance. It is C1 there; its Hessian jumps where the closest feature changes from a face
+Outside the shape phi is the exact distance. phi is C1 there; its Hessian jumps where the closest feature changes from a face
 to an edge or a corner. Inside the shape phi is minus the distance to the nearest face, side or cap.
 
 All kinks are inside the shape or on its surface. A box and a cylinder have kinks where two faces are equally near. The axis

@@ -1,4 +1,4 @@
-"""Linear equations of a model of arrays: their pattern, factorisation and solution (`fsm.kernels.block_lu`)."""
+"""Linear equations of a compiled model: their pattern, factorisation and solution (`fsm.kernels.block_lu`)."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Multifrontal LDL^T factorisation of symmetric block-sparse matrices, in dense products of matrices.
 
-Rows with nearly equal patterns form a supernode. Its front is the dense matrix of its own rows and of all later rows that
-they couple. The front sums the entries of A and the Schur complements of its children in the elimination tree. Its own rows
-are eliminated, and the Schur complement of the others goes to its parent (Duff and Reid, 1983; Liu, 1992). Rows are
-exchanged only inside a panel, a few blocks of a supernode.
+Rows with nearly equal patterns form a supernode. The front of a supernode is the dense matrix of its own rows and of all
+later rows that they couple. The front sums the entries of A and the Schur complements of its children in the elimination
+tree. The supernode's own rows are eliminated, and the Schur complement of the others goes to its parent (Duff and Reid,
+1983; Liu, 1992). Rows are exchanged only inside a panel, a few blocks of a supernode.
 
 The method has more operations than `fsm.kernels.block_lu`, since it does not skip zeros, but products of long matrices run
 several times as fast as products of blocks. The number of negative eigenvalues of A is the sum over its pivots.

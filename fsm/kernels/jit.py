@@ -74,7 +74,7 @@ def kernel(function: F | None = None, *, inline: bool = False) -> F | Callable[[
 def shared(function: F) -> F:
     """Allow kernels to call a Python function, which remains unchanged in Python.
 
-    An algorithm over models of any kind is written once with such functions. A kernel compiles it for models of arrays, and
+    An algorithm over models of any kind is written once with such functions. A kernel compiles it for compiled models, and
     Python runs it for all others.
     """
     return function if numba.config.DISABLE_JIT else numba.extending.register_jitable(**OPTIONS)(function)

@@ -28,7 +28,7 @@ def scatter_efforts(
     Parameters
     ----------
     bodies : (m, b) int array
-        Bodies of each interaction. Its coordinates x are those of the bodies in this order.
+        Bodies of each interaction. An interaction's coordinates x are those of the bodies in this order.
     gradient : (m, k, b d) array
         dm_k/dx of each measure of deformation.
     effort : (m, k) array

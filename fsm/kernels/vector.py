@@ -105,7 +105,7 @@ def error_norm(
     error_x, error_u : (n,) arrays
         Local errors of increments and of velocities.
     tolerance : (n,) array
-        Tolerance of the increments. That of the velocities is rtol (velocity + max(|u|, |later_u|)).
+        Tolerance of the increments. The tolerance of the velocities is rtol (velocity + max(|u|, |later_u|)).
     rtol, velocity, u, later_u : relative tolerance, and (n,) arrays: scale, and velocities at both ends
     """
     total = 0.0

@@ -31,7 +31,7 @@ class _State:
 
 
 class Sliders:
-    """Sliders of (m,) creases. They start on the loading curve.
+    """Sliders of (m,) creases. All sliders start on the loading curve.
 
     Parameters
     ----------

@@ -98,7 +98,7 @@ def plot_stress(solution: Solution, path: str | Path) -> None:
 
 def _motion(solution: Solution) -> ArrayMotion:
     if solution.array is None:
-        raise ValueError("the result is not a finished run of a scissor array")
+        raise ValueError("the result is not a finished run of a scissor array; give the result of a finished run")
     return solution.array
 
 

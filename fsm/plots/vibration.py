@@ -36,7 +36,7 @@ _LIGHT = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.35, 1.0, 2
 def _film(solution: Solution) -> Film:
     film = solution.layout.film
     if film is None:
-        raise ValueError("the result is not of a film")
+        raise ValueError("the result is not of a film; give a result of the analysis \"vibrate\"")
     return film
 
 

@@ -33,7 +33,7 @@ class ForceCurve(ShortRepr):
     path : (n,) array of int
         Even: twice the number of a quasi-static path. Odd: motion between two such paths.
     panels, creases : (n,) arrays, J
-        Elastic energy.
+        Elastic energy of the panels and of the creases.
     """
 
     travel: Floats

@@ -1,6 +1,6 @@
 """Reading of an HDF5 file whose writer was killed or is still running.
 
-HDF5 marks a file that is open for writing, and refuses to open a marked file again. Its SWMR mode (single writer,
+HDF5 marks a file that is open for writing, and refuses to open a marked file again. The SWMR mode (single writer,
 multiple readers) would open it, but retries a damaged block with ever longer pauses, practically without end.
 This module copies the file to memory, clears the marks in the first block, and reads the copy.
 Flushed data are consistent on disk, because the writer uses SWMR mode.

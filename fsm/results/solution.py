@@ -87,7 +87,8 @@ class Record(ShortRepr):
     step : int
         Number of the step of the run, from 1.
     program_time : s
-        Time at which loads and drives are evaluated. It differs from `time` on a path by arc length; absent: `time`.
+        Time at which loads and drives are evaluated. The program time differs from `time` on a path by arc length; absent:
+        `time`.
     """
 
     time: float

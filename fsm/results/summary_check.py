@@ -34,10 +34,10 @@ def check_summary(summary: dict[str, Any]) -> dict[str, Any]:
     for key, (name, numbers) in _ITEMS.items():
         items = summary.get(key, [])
         if not isinstance(items, list) or not all(_is_item(item, name, numbers) for item in items):
-            raise ValueError(f"{key} in the summary are not a list of {key}")
+            raise ValueError(f"`{key}` in the summary is not a list of entries with `{name}` and finite numbers")
     warnings = summary.get("warnings", [])
     if not isinstance(warnings, list) or not all(isinstance(text, str) for text in warnings):
-        raise ValueError("warnings in the summary are not a list of texts")
+        raise ValueError("`warnings` in the summary is not a list of texts")
     for key in _NUMBERS:
         if not isinstance(summary.get(key), int | float | None):
             raise ValueError(f"{key} in the summary is not a number")

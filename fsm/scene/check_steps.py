@@ -38,7 +38,8 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
         elif wanted is not None and path.startswith("drive"):
             step = sections.steps.get(names.index(wanted))
             if step is not None and step.kind in _INSTANT:
-                yield Fault(f"{path}.step", f'{wanted!r} has kind = "{step.kind}" and takes no time, so nothing is driven')
+                text = f'{wanted!r} has kind = "{step.kind}" and takes no time, so a drive cannot act'
+                yield Fault(f"{path}.step", f"{text}; name another step")
     for index, element in enumerate(sections.scene.elements if sections.scene is not None else ()):
         path = f"scene.elements.{index}"
         for wanted in element.steps or ():
@@ -46,7 +47,7 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
                 hint = nearest_name(wanted, names) if names else "; there is no [[step]]"
                 yield Fault(f"{path}.steps", f"no step is called {wanted!r}{hint}")
         if element.latch and element.steps is None:
-            yield Fault(f"{path}.latch", "needs `steps`, the names of the steps in which it acts")
+            yield Fault(f"{path}.latch", "needs `steps`; give the names of the steps in which the latch acts")
         if element.latch and (element.crease is not None or element.frame == "chord" or element.law is not None):
             yield Fault(f"{path}.latch", "is for linear joints, without `crease`, `frame` and `law`")
     if "step" not in sections.written:

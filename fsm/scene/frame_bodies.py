@@ -212,7 +212,7 @@ def _film_faults(frame: SceneFrame, film: SceneFilm, path: str) -> Iterator[Faul
         return
     for value, side, name in zip(frame.at, (film.length, film.width), "xy", strict=True):
         if abs(value) > 0.5 * side * (1.0 + 1e-9):
-            text = f"{name} = {value:g} m lies outside the film, which reaches from {-0.5 * side:g} to {0.5 * side:g} m"
+            text = f"{name} = {value:g} m lies outside the film; give {-0.5 * side:g} to {0.5 * side:g} m"
             yield Fault(f"{path}.at", text)
 
 

@@ -99,7 +99,7 @@ class Gas(Model):
         if len(given) > 1:
             raise ValueError(f"`{given[0]}` and `{given[1]}` are given; give one supply")
         if isinstance(self.time, Table) and self.time.amount is not None:
-            raise ValueError(f"the table of a supply has the column `value` (factors), not `{self.time.amount}`")
+            raise ValueError(f"the table of a supply has `{self.time.amount}`; give the column `value` (factors) instead")
         if self.time is not None and not given:
             raise ValueError("`time` multiplies a supply, and there is none; give `supply_mass`, or remove `time`")
         if self.supply_pressure is not None and self.pressure is not None:
@@ -144,7 +144,10 @@ class Orifice(Model):
             raise ValueError(f"give `area`, or `crease` with `area_by_angle`; {both}")
         angles = [angle for angle, _ in self.area_by_angle]
         if (self.crease is None) != (not angles) or len(angles) == 1:
-            raise ValueError("`crease` needs at least two pairs of `area_by_angle`, and these need `crease`")
+            raise ValueError(
+                "`crease` and `area_by_angle` belong together; "
+                "give both, with two or more pairs, or remove both"
+            )
         if any(b <= a for a, b in pairwise(angles)):
             raise ValueError("the angles of `area_by_angle` must increase")
         return self

@@ -164,10 +164,11 @@ class SplineCrease(Model):
             if self.reversal is not None:
                 raise ValueError("`reversal` is used with `unloading` only; remove `reversal`, or give `unloading`")
         elif self.angle is None:
-            raise ValueError("`unloading` is used with the lists `angle` and `moment` only; a CSV file has one curve")
+            raise ValueError("`unloading` needs the lists `angle` and `moment`; give both lists, or remove `unloading`")
         elif len(self.unloading) != len(self.angle):
             raise ValueError(
-                f"`unloading` has {len(self.unloading)} moments, but `angle` has {len(self.angle)}; give equal numbers"
+                f"`unloading` has {len(self.unloading)} moments, but `angle` has {len(self.angle)} angles; "
+                "give one moment for each angle"
             )
         return self
 

@@ -1,6 +1,7 @@
 """Sections of a case with `analysis = "vibrate"`: the tensioned film.
 
-The film lies in the plane z = 0 with its centre at the origin. Its length is along x, its width along y, its normal along z.
+The film lies in the plane z = 0 with its centre at the origin. The film's length is along x, its width along y, its normal
+along z.
 """
 
 from __future__ import annotations

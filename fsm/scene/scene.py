@@ -122,12 +122,13 @@ class ForceElement(Model):
         Change of the rest angle of a linear spring, times `rest_time`, in space.
     rest_time : function of time of this change
     initial_angle : rad
-        Twist at the start (0 flat; +-160 degrees for a strip folded at 80 degrees). It must agree with the positions of the
-        bodies; absent: it follows from them.
+        Twist at the start (0 flat; +-160 degrees for a strip folded at 80 degrees). The angle must agree with the positions
+        of the bodies; absent: it follows from them.
     frame : str
-        "outer": Z in the joint axes of the outer body. "chord" (planar only): a ligament from P- to P+. Its first
-        translation is the change of its length from the initial length. Its third translation is the initial length times
-        the rotation of the chord relative to the mean rotation of both bodies. It is symmetric in both bodies.
+        "outer": Z in the joint axes of the outer body. "chord" (planar only): a ligament from P- to P+. The ligament's first
+        translation is the change of its length from the initial length. The third translation is the initial length times
+        the rotation of the chord relative to the mean rotation of both bodies. The third translation is symmetric in both
+        bodies.
     swing_axes : str or None
         Axes of the swing (s1, s3). "outer": axes of the outer body, for a hinge or a universal joint. "half-way": axes
         half-way between both bodies, rotated by psi/2 about e2, for an elastic joint with bending about several axes.
@@ -135,7 +136,7 @@ class ForceElement(Model):
         degrees; else "outer". In planar motion both are equal.
     crease : law of the twist, instead of rotation[1]
     crease_flexibility : rad/(N m)
-        Flexibility of the half-cell correction, in series with the crease law or with rotation[1]. Its energy counts as
+        Flexibility of the half-cell correction, in series with the crease law or with rotation[1]. The energy counts as
         energy of the panels.
     kind : role of the element in the model
     steps : names of the steps in which the element acts; absent: in all

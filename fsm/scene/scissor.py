@@ -177,5 +177,8 @@ class PointForce(Model):
         if (self.force is None) == (self.radial is None):
             raise ValueError("give either `force` = [x, y] or `radial`")
         if isinstance(self.time, Table) and self.time.amount is not None:
-            raise ValueError(f"the table of a point force has the column `value` (factors), not `{self.time.amount}`")
+            raise ValueError(
+                f"the table of a point force has `{self.time.amount}`; "
+                "give the column `value` (factors) instead"
+            )
         return self

@@ -397,7 +397,7 @@ class Sheet(Model):
                     f"inner_radius = {self.inner_radius:g} m must be less than outer_radius = {self.outer_radius:g} m"
                 )
             if self.mesh is not None and self.mesh[1] < 4:
-                raise ValueError(f"an annulus needs at least 4 cells around, not mesh = {list(self.mesh)}")
+                raise ValueError(f"mesh = {list(self.mesh)} has too few cells; give at least 4 cells around an annulus")
         return self
 
     @model_validator(mode="after")

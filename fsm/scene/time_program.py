@@ -55,7 +55,7 @@ class Table(Model):
     ----------
     time : s
     value : -
-        Factor of each row. Give this or one of the next five keys.
+        Factor of each row. Give `value` or one of the next five keys.
     travel, turn, force, moment, pressure : m, rad, N, N m, Pa
         Travel or turn of a drive, force, moment or pressure of a load, instead of factors.
     file : str
@@ -90,7 +90,7 @@ class Table(Model):
             return self
         if self.time is None or len(columns) != 1:
             given = f"; it has {' and '.join(columns)}" if columns else ""
-            raise ValueError(f"a table needs `time` and one of value, {', '.join(AMOUNTS)}, or a `file`{given}")
+            raise ValueError(f"a table needs a `file`, or `time` and exactly one of value, {', '.join(AMOUNTS)}{given}")
         rows = len(getattr(self, columns[0]))
         if len(self.time) != rows or rows < 2:
             raise ValueError(
@@ -98,7 +98,7 @@ class Table(Model):
                 f"{rows} {columns[0]}s"
             )
         if any(b <= a for a, b in zip(self.time, self.time[1:], strict=False)):
-            raise ValueError("the times of a table must increase")
+            raise ValueError("the times of a table must increase; sort the rows, and give each time once")
         return self
 
 

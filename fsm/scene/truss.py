@@ -79,16 +79,16 @@ class SceneTruss(Model):
         for name, rows in (("bars", self.bars), ("folds", self.folds), ("faces", self.faces)):
             for number, row in enumerate(rows):
                 if max(row) >= count or len(set(row)) < len(row):
-                    text = f"give different numbers of points from 0 to {count - 1}"
+                    text = f"its point numbers must differ and lie between 0 and {count - 1}"
                     raise ValueError(f"{name}.{number} is {list(row)}; {text}")
         for number, (first, last) in enumerate(self.bars):
             if self.points[first] == self.points[last]:
                 raise ValueError(f"bars.{number} has no length: points {first} and {last} are at the same place")
         for point, _ in self.held:
             if point >= count:
-                raise ValueError(f"`held` names point {point}; the numbers of points are 0 to {count - 1}")
+                raise ValueError(f"`held` names point {point}; give a point number between 0 and {count - 1}")
         if self.law == "ogden" and self.exponents[0] == self.exponents[1]:
-            raise ValueError(f"both `exponents` are {self.exponents[0]:g}; they must differ")
+            raise ValueError(f"both `exponents` are {self.exponents[0]:g}; give two different exponents")
         if self.bend_lines > len(self.folds):
             raise ValueError(f"`bend_lines` is {self.bend_lines}, and there are {len(self.folds)} folds; reduce it")
         return self

@@ -1,6 +1,6 @@
 """Units of input values: a value is a plain number, or text with a unit.
 
-Each quantity is a type (`Length`, `Angle`, ...). Its value is
+Each quantity is a type (`Length`, `Angle`, ...). The value is
 
 * a plain number in the unit system of the file (``SI`` or ``mm-N-s``; angles are in radians in both), or
 * text, for example ``"80 deg"``, ``"9 N mm/rad"`` or ``"1e9 N/m^1.5"``; text without a unit is a plain number.
@@ -89,7 +89,7 @@ def parse_unit(text: str) -> tuple[float, Dimension]:
     for position, part in enumerate(text.translate(_TYPED).replace("**", "^").split("/")):
         factors = [f for f in re.split(r"[\s*·]+", part.strip()) if f]
         if not factors and (position > 0 or "/" in text):
-            raise ValueError(f"a factor is missing beside the / of the unit {text!r}")
+            raise ValueError(f"a factor is missing beside the / of the unit {text!r}; write, for example, N/m")
         for index, factor in enumerate(factors):
             match = _FACTOR.match(factor)
             if match is None or match[1] not in UNITS:

@@ -1,4 +1,4 @@
-"""Contacts of one state for a model of arrays: contact search, forces, and sums of the forces on each body.
+"""Contacts of one state for a compiled model (`ArrayModel`): contact search, forces, and sums of the forces on each body.
 
 The results are in the first rows of arrays of the table `g`; see `fsm.segments.contact_arrays`.
 """

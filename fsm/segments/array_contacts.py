@@ -1,6 +1,6 @@
-"""Kernels of contacts of a model of arrays, called by their addresses; see `fsm.segments.contact_arrays`.
+"""Kernels of contacts of a compiled model (`ArrayModel`), called by their addresses; see `fsm.segments.contact_arrays`.
 
-They apply to all geometries and laws. `fsm.segments.contacts` computes the same in Python.
+The kernels apply to all geometries and laws. `fsm.segments.contacts` computes the same in Python.
 """
 
 from __future__ import annotations

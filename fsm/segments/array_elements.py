@@ -1,4 +1,4 @@
-"""Kernels of creases and ligaments of a model of arrays, called by their addresses; see `fsm.segments.arrays`."""
+"""Kernels of creases and ligaments of a compiled model, called by their addresses; see `fsm.segments.arrays`."""
 
 from __future__ import annotations
 

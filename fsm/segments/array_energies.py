@@ -1,4 +1,4 @@
-"""Energies and powers of a model of arrays, and the record of a step; see `fsm.segments.arrays`."""
+"""Energies and powers of a compiled model (`ArrayModel`), and the record of a step; see `fsm.segments.arrays`."""
 
 from __future__ import annotations
 

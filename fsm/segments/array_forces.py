@@ -1,4 +1,4 @@
-"""Kernels of a model of arrays: poses, forces and tangents; see `fsm.segments.arrays`."""
+"""Kernels of a compiled model (`ArrayModel`): poses, forces and tangents; see `fsm.segments.arrays`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kernels of a model of arrays that time steps call; see `fsm.segments.arrays` and `fsm.stepping.model`."""
+"""Kernels of a compiled model (`ArrayModel`) that time steps call; see `fsm.segments.arrays` and `fsm.stepping.model`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Check for a model of arrays whether shapes have passed through each other in a step; see `fsm.interactions.swept`."""
+"""Check for a compiled model whether shapes have passed through each other in a step; see `fsm.interactions.swept`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of contacts of shapes for a model of arrays: indices of the arrays, and kernels that fetch them."""
+"""Tables of contacts of shapes for a compiled model (`ArrayModel`): indices of the arrays, and kernels that fetch them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Weights of faces in contacts of shapes for a model of arrays; see `fsm.segments.overlaps`."""
+"""Weights of faces in contacts of shapes for a compiled model (`ArrayModel`); see `fsm.segments.overlaps`."""
 
 from __future__ import annotations
 

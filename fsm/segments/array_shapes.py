@@ -1,4 +1,4 @@
-"""Kernels of contacts of shapes for a model of arrays; see `fsm.segments.contact_arrays` and `fsm.segments.shape_contacts`.
+"""Kernels of contacts of shapes for a compiled model; see `fsm.segments.contact_arrays` and `fsm.segments.shape_contacts`.
 
 All pairs of shapes have their slots in the tables. The broad phase only selects the pairs that are near.
 """

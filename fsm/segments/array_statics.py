@@ -1,4 +1,4 @@
-"""Kernels of a model of arrays that quasi-static steps call; see `fsm.segments.arrays` and `fsm.stepping.quasi_static`."""
+"""Kernels of a compiled model that quasi-static steps call; see `fsm.segments.arrays` and `fsm.stepping.quasi_static`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kernels of contacts of panels in segments for a model of arrays; see `fsm.segments.surface_contacts`."""
+"""Kernels of contacts of panels in segments for a compiled model (`ArrayModel`); see `fsm.segments.surface_contacts`."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Segments as a model of arrays, for compiled time steps and quasi-static steps (see `fsm.stepping`).
+"""Segments as a compiled model (`ArrayModel`), for compiled time steps and quasi-static steps (see `fsm.stepping`).
 
-It covers free, held and driven bodies with springs, dampers, creases, ligaments, loads, gravity and contacts. Hysteresis,
-laws added by users, and friction that depends on the direction have no arrays yet; such systems take the same steps
-in Python.
+The model covers free, held and driven bodies with springs, dampers, creases, ligaments, loads, gravity and contacts.
+Hysteresis, laws added by users, and friction that depends on the direction have no arrays yet; such systems take the same
+steps in Python.
 """
 
 from __future__ import annotations

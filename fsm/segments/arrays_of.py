@@ -86,7 +86,7 @@ def _elements_known(system: SegmentSystem) -> bool:
 def arrays_of(
     system: SegmentSystem, pattern: BodyPattern, ready: Ready, contacts: ContactModel
 ) -> tuple[ArrayModel, tuple[Arrays, ...]]:
-    """Model of arrays of a system for which `has_arrays` is true, and the arrays; the caller must keep the arrays as long as
+    """Compiled model of a system for which `has_arrays` is true, and its arrays; the caller must keep the arrays as long as
     the model.
     """
     model, arrays = segments_of(system, pattern, *ready(pattern), contacts)

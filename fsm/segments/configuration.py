@@ -1,6 +1,6 @@
 """Configuration of rigid bodies: poses from q, rates from u, and the inverse (the kinematic part of `System`).
 
-Held and driven bodies have no degrees of freedom. Their poses are constant, or given by the drive as a function of time.
+Held and driven bodies have no degrees of freedom. The poses are constant, or given by the drive as a function of time.
 """
 
 from __future__ import annotations

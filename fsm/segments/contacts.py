@@ -34,9 +34,9 @@ _PRESLIDING = 1e-6
 class ContactGroup(Group):
     """Contacts of one geometry.
 
-    The memory is stored by the keys of slots. It holds the closing speed at the start of a contact, for laws with a
-    coefficient of restitution. It also holds the deflection of the bristles and the memory of the geometry. It
-    changes only when a step is accepted, so forces between steps are functions of the state.
+    The memory is stored by the keys of slots. The memory holds the closing speed at the start of a contact, for laws with a
+    coefficient of restitution. The memory also holds the deflection of the bristles and the memory of the geometry. The
+    memory changes only when a step is accepted, so forces between steps are functions of the state.
 
     Parameters
     ----------

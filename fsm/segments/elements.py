@@ -159,7 +159,7 @@ class BushingGroup(TwoBodyGroup):
         return np.asarray(self._kernels.advance(poses, change, self.bodies, self._constants, *before))
 
     def gap(self, poses: np.ndarray) -> tuple[float, str]:
-        """Largest opening (m) of a structural joint, and its name."""
+        """Largest separation (m) of the two sides of a structural joint, and the name of the joint."""
         worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.structural)
         return apart, self.names[worst]
 
@@ -182,7 +182,7 @@ class CreaseGroup(TwoBodyGroup):
     ----------
     bodies, geometry : see `TwoBodyGroup`
     rest, side : (m,) arrays
-        Opening o = rest - side psi.
+        Rest angle (rad) and side (+1 or -1) of each crease; the opening is o = rest - side psi.
     damping : (m,) array, N m s/rad
     curve : (m,) int array
         Curve of each crease in `table`.

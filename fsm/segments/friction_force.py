@@ -6,7 +6,7 @@ slip A v; the friction is A times its effort:
     f = A f_law(A v)        f.v = f_law(A v).(A v) >= 0
 
 The friction therefore dissipates energy if the law does. If the law has a potential of v, the friction has one too. For
-a coefficient mu(s) with s = |A v| the friction is f = mu N A^2 v/s. Its magnitude is mu N along the first axis and a mu
+a coefficient mu(s) with s = |A v| the friction is f = mu N A^2 v/s. The magnitude is mu N along the first axis and a mu
 N along the second.
 """
 

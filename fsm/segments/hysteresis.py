@@ -24,7 +24,7 @@ __all__ = ["HysteresisGroup"]
 
 @dataclass
 class HysteresisGroup(TwoBodyGroup):
-    """Sliders of the law `fsm.laws.crease_hysteresis`, each between two bodies. They start on the loading curve.
+    """Sliders of the law `fsm.laws.crease_hysteresis`, each between two bodies. All sliders start on the loading curve.
 
     The moment depends on the path, not on the speed, so the group is not rate-dependent.
 
@@ -32,7 +32,7 @@ class HysteresisGroup(TwoBodyGroup):
     ----------
     bodies, geometry : see `TwoBodyGroup`
     rest, side : (m,) arrays
-        Opening o = rest - side psi.
+        Rest angle (rad) and side (+1 or -1) of each crease; the opening is o = rest - side psi.
     start : (m,) array, rad
         Openings at the start.
     stiffness : (m,) array, N m/rad

@@ -1,4 +1,4 @@
-"""Groups of applied wrenches and of gravity, in the plane and in space."""
+"""Interactions of applied loads (`LoadGroup`) and of weight (`GravityGroup`), in the plane and in space."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def _planar_rotation(angle: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class GravityGroup(Group):
-    """Weight of every body: `mass` (n_bodies,), `acceleration` (2 or 3,) m/s^2. Its energy is zero at the origin."""
+    """Weight of every body: `mass` (n_bodies,), `acceleration` (2 or 3,) m/s^2. The energy is zero at the origin."""
 
     mass: np.ndarray
     acceleration: np.ndarray

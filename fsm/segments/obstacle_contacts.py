@@ -1,9 +1,9 @@
 """Contacts of plates with rigid obstacles: half-spaces, boxes, cylinders and spheres, fixed to the ground or to a body.
 
-A sphere touches at one point. Its centre, rounded by its radius, is a probe on the plate's rectangle. This is exact, and the
-point has the whole stiffness. A cylinder in the plane is treated in the same way. All other obstacles are probed by the
-points of the plate's grid. A curved or pointed obstacle can touch the plate between these points. Such an obstacle therefore
-also has probes on the rectangle, and each side has half the weight:
+A sphere touches at one point. The sphere's centre, rounded by its radius, is a probe on the plate's rectangle. This is
+exact, and the point has the whole stiffness. A cylinder in the plane is treated in the same way. All other obstacles are
+probed by the points of the plate's grid. A curved or pointed obstacle can touch the plate between these points. Such an
+obstacle therefore also has probes on the rectangle, and each side has half the weight:
 
 * a box has the points of a grid over its faces, and in space its edges are also paired with the edges of the plate;
 * a cylinder has points along its axis, rounded by its radius and at least that far from the caps, and points on its caps.

@@ -416,7 +416,7 @@ class _Planner:
                 moved[name] = k
 
     def _load(self, step: Step, new: list[Load], let_go: list[_Acting], start: float, end: float) -> None:
-        """Loads of a step. They begin and end with a ramp in a static step, and suddenly in a dynamic step."""
+        """Loads of a step. Loads begin and end with a ramp in a static step, and suddenly in a dynamic step."""
         named = {load.called for load in new}
         kept: list[_Acting] = []
         for acting in self.loads:

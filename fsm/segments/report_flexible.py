@@ -91,4 +91,4 @@ def approximations_of_films(view: CheckContext) -> Iterator[str]:
     if view.scene.cables:
         yield "cables have no torsion: a moment about a cable acts on its frame and does not travel along it"
     if view.scene.seams:
-        yield "seams are springs: they open by the force per length of the edge over seam.stiffness"
+        yield "seams are springs: their two sides separate by the force per length of the edge over seam.stiffness"

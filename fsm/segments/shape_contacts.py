@@ -65,9 +65,9 @@ DEEP = 0.25
 class ShapeContacts:
     """Contacts of the points and edges of listed pairs of shapes.
 
-    The broad phase finds the units (pairs of shapes) whose gap may come below the margin before the next renewal. It builds
-    tables of their slots, so memory grows with the number of nearby pairs. It is renewed when a body has moved by 0.4 of
-    the margin. The contacts do not depend on the time of the renewal.
+    The broad phase finds the units (pairs of shapes) whose gap may come below the margin before the next renewal. The broad
+    phase builds tables of their slots, so memory grows with the number of nearby pairs. The broad phase is renewed when a
+    body has moved by 0.4 of the margin. The contacts do not depend on the time of the renewal.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Contacts between rigid solids: spheres with all shapes, boxes and cylinders with half-spaces.
 
-A sphere touches at one point. Its centre, rounded by its radius, is a probe on the other shape. This is exact. The
-point has the whole stiffness. A box and a cylinder have points as probes on a half-space.
+A sphere touches at one point. The sphere's centre, rounded by its radius, is a probe on the other shape. This contact is
+exact. The point has the whole stiffness. A box and a cylinder have points as probes on a half-space.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ class Probes(NamedTuple):
         Half the cell of the point, and half the largest cell of its panel, if the share is tapered at the ends of the
         surface (`fsm.interactions.end_taper`); else zeros.
     first_piece, last_piece : (n,) int arrays
-        Pieces of the surface within reach.
+        First and last piece of the surface within reach of each probe.
     """
 
     body: np.ndarray
@@ -105,8 +105,8 @@ class SurfaceKernels(NamedTuple):
 class SurfaceContacts:
     """Probes on surfaces; see `ContactGeometry`.
 
-    The broad phase stores the window of pieces within reach of each probe. It is renewed when a body of a surface has moved
-    by a part of the margin. The contacts do not depend on the time of the renewal.
+    The broad phase stores the window of pieces within reach of each probe. The broad phase is renewed when a body of a
+    surface has moved by a part of the margin. The contacts do not depend on the time of the renewal.
 
     A probe over a surface keeps its side at any depth, unless it slides round the tip. A probe that passes over the end of a
     surface takes its present side; `fsm.segments.corner_sides` treats corners of joined panels.

@@ -59,7 +59,7 @@ class SegmentSystem(SegmentForces):
         return SegmentSystem(bodies, motions, groups, contacts, self.pair_names)
 
     def all_states(self, t: float, q: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
-        """Poses and rates of all bodies, and coordinates and velocities of nodes. Their form is the same in all steps."""
+        """Poses and rates of all bodies, and coordinates and velocities of nodes. The form is the same in all steps."""
         poses, rates = self.place(t, q, u)
         return {"poses": poses.copy(), "rates": rates.copy(), "nodes": np.zeros(0), "node_rates": np.zeros(0)}
 
@@ -75,8 +75,8 @@ class SegmentSystem(SegmentForces):
         name.
 
         `start` and `end` are times (s) and configurations. The parts of a load on several vertices or along an edge are
-        one load. Its displacement is the mean over the parts, weighted by their sizes. A name that occurs again gets a
-        number.
+        one load. The load's displacement is the mean over the parts, weighted by their sizes. A name that occurs again gets
+        a number.
         """
         first = self.place(*start, None)[0].copy()
         (t, q), parts = end, dict[str, list[tuple[float, float, float]]]()
@@ -189,7 +189,7 @@ class SegmentSystem(SegmentForces):
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
     ) -> tuple[ArrayModel, tuple[object, ...]]:
-        """Model of arrays, and the arrays that it needs."""
+        """Compiled model (`ArrayModel`), and the NumPy arrays that it needs."""
         from fsm.segments.arrays_of import arrays_of
 
         return arrays_of(self, pattern, ready, contacts)

@@ -1,6 +1,6 @@
 """Driven bodies that rotate about fixed axes: poses, rates, and reactions.
 
-A body with the start pose (p0, R0) rotates by the angle w about the axis a through the point c. Its pose is then
+A body with the start pose (p0, R0) rotates by the angle w about the axis a through the point c. The body's pose is then
 
     p = c + R(a, w) (p0 - c),     R = R(a, w) R0
 

@@ -44,7 +44,7 @@ class StepMethod(ABC):
     rules: Any
     in_python: ClassVar[Any]
     in_kernel: ClassVar[Any]
-    """Functions with the arguments of `fsm.stepping.march.march`, for any model and for models of arrays."""
+    """Functions with the arguments of `fsm.stepping.march.march`, for any model and for compiled models."""
 
     def __init__(self, system: System, model: SystemModel, controlled: bool) -> None:
         self.system, self.model, self.controlled = system, model, controlled

@@ -100,7 +100,7 @@ class EquilibriumStep:
     mixed : MixedSystem or None
         The system, if the efforts of its springs are unknowns.
     iterations, evaluations : int
-        Sums of the counters over all steps so far.
+        Numbers of iterations and of force evaluations, summed over all steps so far.
     largest_reaction : N
         Largest reaction so far; the caller updates it.
     round_off : N
@@ -167,8 +167,8 @@ class EquilibriumStep:
     ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None] | None:
         """Solve the equations in one call of a kernel.
 
-        The result has the efforts and the last matrix. It is None if the system has no arrays, or if the kernel could not
-        solve the equations; the methods in Python may then solve them.
+        The result has the efforts and the last matrix. The result is None if the system has no arrays, or if the kernel
+        could not solve the equations; the methods in Python may then solve them.
         """
         arrays = None if self._with_arrays is None else self._with_arrays.static_arrays(self.solver.ready)
         if arrays is None or efforts is None:

@@ -2,7 +2,7 @@
 
 * ``block``: LU on the blocks (`fsm.kernels.block_lu`), rows in minimum-degree order. Default. Large symmetric matrices are
   factorised by dense fronts in nearly the same order (`fsm.kernels.fronts`).
-* ``splu``: SuperLU. It replaces ``block`` for one matrix if a pivot fails or the residual is poor.
+* ``splu``: SuperLU. SuperLU replaces ``block`` for one matrix if a pivot fails or the residual is poor.
 * ``pardiso``: PARDISO of Intel MKL, for large membranes; requires the extra ``mkl``.
 
 `fsm.solve.low_rank` adds a part of low rank to solutions and to the number of negative pivots.

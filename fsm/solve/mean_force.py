@@ -39,7 +39,7 @@ class MeanForce(StepMethod):
     t, q, u : time and state to start from
     rtol : -
     step : s
-        Fixed step size. It is reduced to divide the time to the next end time, and divided where steps need many
+        Fixed step size. The step is reduced to divide the time to the next end time, and divided where steps need many
         iterations or do not conserve the energy. None: error control.
     max_step : s
         Largest step of error control.

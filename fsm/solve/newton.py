@@ -43,7 +43,7 @@ def equilibrium(
     Returns
     -------
     (nq,) array
-        Equilibrium at the last time. Its stability is not checked; see `negative_pivots`.
+        Equilibrium at the last time. The stability is not checked; see `negative_pivots`.
 
     Raises
     ------

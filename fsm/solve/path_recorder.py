@@ -41,7 +41,8 @@ class PathRecorder:
     system : System
     statistics : updated during the solve
     request, initial_state : OutputRequest and InitialState
-        If the solve continues from a restart point, the caller must call `resume` next.
+        Requested output, and state at the start. If the solve continues from a restart point, the caller must call `resume`
+        next.
     time, q, u : initial state
     """
 

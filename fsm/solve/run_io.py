@@ -60,7 +60,7 @@ class CurvePoint(NamedTuple):
         Even: twice the number of a quasi-static path, that is equilibria, or motion with negligible inertia
         (`inertia_counts`); a snap counts only near a stable equilibrium. Odd: motion between two paths.
     panels, creases : J
-        Elastic energy.
+        Elastic energy of the panels and of the creases.
     """
 
     drive: DriveState

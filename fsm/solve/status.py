@@ -10,7 +10,7 @@ from fsm.errors import NotConverged
 __all__ = ["TORN", "Event", "Outcome", "StepFailed"]
 
 TORN = 0.1
-"""Largest opening of a joint relative to the length of a segment, for all methods."""
+"""Largest separation of the two sides of a joint relative to the length of a segment, for all methods."""
 
 
 class Outcome(Enum):
@@ -42,7 +42,7 @@ class Outcome(Enum):
         "solve with inertia: method = \"generalized-alpha\""
     )
     TORN = (
-        "a joint has opened by more than a tenth of a segment: the drive pulls beyond the full length of the "
+        "the sides of a joint are over a tenth of a segment apart: the drive pulls beyond the full length of the "
         "structure; shorten the travel of the drive"
     )
     TOO_MANY_STEPS = "more steps than solve.max_steps; raise solve.max_steps, loosen solve.rtol, or pull faster"

@@ -1,1 +1,1 @@
-"""Steps of time integrators. Models of arrays run the steps in compiled kernels, all other models in Python."""
+"""Steps of time integrators. Compiled models run the steps in compiled kernels, all other models in Python."""

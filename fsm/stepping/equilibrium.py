@@ -1,6 +1,6 @@
 """Static equilibrium h(t, q, 0) = 0 by Newton's method with the exact tangent.
 
-As for time steps, Python runs these functions for any system, and a kernel compiles them for models of arrays.
+As for time steps, Python runs these functions for any system, and a kernel compiles them for compiled models.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SMALLEST = 1e-300
 
 
 class RestCalls(NamedTuple):
-    """Functions of a model at rest, or `Pointer`s to kernels. Their first argument is the model, or its arrays.
+    """Functions of a model at rest, or `Pointer`s to kernels. The first argument is the model, or its arrays.
 
     Attributes
     ----------
@@ -132,5 +132,5 @@ def _follow(
 
 
 follow_arrays = kernel(_follow)
-"""`_follow` for models of arrays."""
+"""`_follow` for compiled models."""
 typed_by(RestModel)

@@ -7,7 +7,7 @@ A step from t_n to t_{n+1} = t_n + h, with x the increment of the configuration 
     u_{n+1} = u_n + (1 - gamma) h a_n + gamma h a_{n+1}                                                  (3)
     M u'_{n+1} = h(t_{n+1}, q_{n+1}, u_{n+1})                                                            (4)
 
-Newton's method solves for x; (1) to (3) give a, u and u' from x. Its matrix, for increments d at q_{n+1}, is
+Newton's method solves for x; (1) to (3) give a, u and u' from x. The matrix, for increments d at q_{n+1}, is
 
     S = K + (c_d D + c_m M) increment_map(x),   c_d = gamma/(beta h),   c_m = (1 - alpha_m)/((1 - alpha_f) beta h^2)
 

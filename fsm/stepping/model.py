@@ -53,7 +53,7 @@ class Calls(NamedTuple):
 
 
 class ArrayModel(NamedTuple):
-    """Model of arrays. `calls` holds `Pointer`s to kernels, and `arrays` is their first argument."""
+    """Compiled model. `calls` holds `Pointer`s to kernels, and the NumPy arrays `arrays` are their first argument."""
 
     calls: Calls
     arrays: Any

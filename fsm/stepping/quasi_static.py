@@ -1,7 +1,7 @@
 """One quasi-static step by Newton's method: h(t, q, u) = 0 with u the mean velocity since the last state.
 
-As for time steps, Python runs `settle` for any system, and a kernel compiles it for models of arrays. The model stores
-the time and the last state. It also stores the efforts of springs and the depths of contacts if they are separate
+As for time steps, Python runs `settle` for any system, and a kernel compiles it for compiled models. The model stores
+the time and the last state. The model also stores the efforts of springs and the depths of contacts if they are separate
 unknowns (see `fsm.system.MixedSystem`).
 """
 
@@ -96,7 +96,7 @@ class Settled(NamedTuple):
 
 
 class StaticCalls(NamedTuple):
-    """Functions of a model, or `Pointer`s to kernels. Their first argument is the model, or its arrays.
+    """Functions of a model, or `Pointer`s to kernels. The first argument is the model, or its arrays.
 
     Attributes
     ----------
@@ -222,5 +222,5 @@ def _shortened(model: StaticModel, q: np.ndarray, step: np.ndarray, work: float,
 
 
 settle_arrays = kernel(settle)
-"""`settle` for models of arrays."""
+"""`settle` for compiled models."""
 typed_by(StaticModel)

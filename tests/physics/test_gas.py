@@ -205,7 +205,7 @@ def test_flow_between_two_storeys(tmp_path: Path) -> None:
 
 
 def test_limit_points(tmp_path: Path) -> None:
-    """A Kresling tube collapses when gas is removed. Its equilibria do not depend on the supply, but their stability does.
+    """A Kresling tube collapses when gas is removed. The equilibria do not depend on the supply, but the stability does.
 
     With a given pressure the tube is unstable from the extremum of the pressure on, and with a given mass from that of the
     mass on, which comes later.

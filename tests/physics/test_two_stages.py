@@ -84,7 +84,7 @@ def test_the_film_begins_where_the_strip_ended(results: Path) -> None:
 
 
 def test_the_taut_strip_is_a_string(results: Path) -> None:
-    """Two panels under the tension that the strip has at the end; the line of the spectrum is at sqrt(F/m)/(2 l)."""
+    """Two deployed panels under the final force F vibrate like a string: f = sqrt(F/m)/(2 l), m is the mass per length."""
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     pull = summary["deploy"]["final_force"]
     string = math.sqrt(pull / (DENSITY * WIDTH * THICKNESS)) / (4.0 * PANEL)

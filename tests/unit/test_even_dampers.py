@@ -193,7 +193,7 @@ end_time = "0.8 s"
 
 
 def test_a_rod_on_a_ball_joint_turns_all_the_way(tmp_path: Path) -> None:
-    """Its swing passes 180 degrees at 0.54 s."""
+    """The swing passes 180 degrees at 0.54 s."""
     case = tmp_path / "case.toml"
     case.write_text(ROD, encoding="utf-8")
     summary = run_case(load_case(case), tmp_path / "out", progress=False)

@@ -38,7 +38,8 @@ def test_corrections_learn_what_the_tangent_does_not_know() -> None:
 
 
 def test_steps_are_halved_while_they_cost_much() -> None:
-    """They are halved at most twice, and doubled again once they are cheap; another object continues with the same steps."""
+    """Steps are halved at most twice, and doubled again once they are cheap; another object continues with the same
+    steps."""
     builder = MeshBuilder()
     grid = builder.film(np.linspace(0, 1, 3), np.linspace(0, 1, 3), (FilmMaterial(1e9, 0.3, 1000.0, 1e-4),))
     builder.hold(grid.edge())

@@ -1,6 +1,6 @@
 """Case of a tape spring in bending, and the theory of its folds.
 
-The tape spring is one half of a symmetric one: its left edge lies in a plane of symmetry, where the fold forms. Its right
+The tape spring is one half of a symmetric one: its left edge lies in a plane of symmetry, where the fold forms. The right
 edge is clamped in a rigid end, which turns and can translate, so that the bending moment is the same everywhere.
 """
 

@@ -3,8 +3,8 @@
     python -m validation.kresling_tube.measured FOLDER
 
 FOLDER has the files kresling_L0.69_FS_A.csv ... of the directory Kresling_Analysis of the public repository
-PARSES-Lab/kresling-structure (commit 547b5cb). It has no licence, so no file of it is here. Other commands read the folder
-that the environment variable FSM_KRESLING_TESTS names.
+PARSES-Lab/kresling-structure (commit 547b5cb). The repository has no licence, so no file of it is here. Other commands read
+the folder that the environment variable FSM_KRESLING_TESTS names.
 """
 
 from __future__ import annotations

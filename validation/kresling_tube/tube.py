@@ -16,7 +16,7 @@ SIDES = 6
 RADIUS, WALL, COMPRESSED = 30e-3, 1e-3, 10e-3
 """Circumradius of the outer polygons, wall along the radius, height of the compressed tube, m; from the script."""
 POISSON, DENSITY = 0.45, 1200.0
-"""Values of a polyurethane. They do not affect the force: the stiffnesses are calibrated, and the test is slow."""
+"""Values of a polyurethane. These values do not affect the force: the stiffnesses are calibrated, and the test is slow."""
 
 
 def angles(ratio: float) -> tuple[float, float]:

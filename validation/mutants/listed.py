@@ -268,14 +268,14 @@ SOLVERS = (
         physics_test("generalized_alpha", "test_newmark_is_the_method_without_its_two_shifts"),
     ),
     Mutant(
-        "dissipation not booked",
+        "dissipation not counted",
         "fsm/stepping/march.py",
         "stored - start + dissipated - work",
         "stored - start - work",
         physics_test("energy_balance", "test_strip_with_contact_and_friction"),
     ),
     Mutant(
-        "work of a step booked half",
+        "half of the work of a step counted",
         "fsm/solve/energy_balance.py",
         "self.work += work",
         "self.work += 0.5 * work",

@@ -65,8 +65,8 @@ MESHES: dict[str, tuple[tuple[int, int], ...]] = {
     "Kratos thin 4N": ((4, 30), (6, 40), (10, 80), (14, 112)),
     "Kratos thin 3N": ((4, 30), (6, 40), (10, 80), (14, 112)),
 }
-"""Cells along the radius and around. Those of fsm are graded along the radius; the other programs have smaller errors with
-equal cells."""
+"""Cells along the radius and around. The cells of fsm are graded along the radius; the other programs have smaller errors
+with equal cells."""
 
 
 def radii(cells: int) -> np.ndarray:

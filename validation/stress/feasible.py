@@ -66,7 +66,7 @@ def turned_right_over(tables: Tables, first: Attempt, limit: float) -> bool:
     continuous over one turn in each direction from its initial value, and jumps there. The shear angle of a ligament jumps
     in the same way at half a turn, for example where its ends meet. The equations have no solution beyond these rotations.
     The default method of the program solves the scene again up to the failure, or to the end of the fixed step that failed,
-    without the energy check. Its joints are examined only as long as its energy balance holds.
+    without the energy check. The joints are examined only as long as its energy balance holds.
     """
     own = {key: tables["solve"][key] for key in _KEPT if key in tables["solve"]}
     own |= {"rtol": min(tables["solve"]["rtol"], _OWN_RTOL), "energy_abort": 1e30}

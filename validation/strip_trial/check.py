@@ -48,7 +48,7 @@ SOURCE = "independent quasi-static computation (validation/references.md)"
 
 
 class Setting(NamedTuple):
-    """Settings of a run: segments per panel, contact stiffness (N/m^1.5), time of the damper (ms), speed (mm/s)."""
+    """Settings of a run: segments per panel, contact stiffness (N/m^1.5), Kelvin-Voigt time (ms), speed (mm/s)."""
 
     segments: int
     stiffness: float

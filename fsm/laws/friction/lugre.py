@@ -125,7 +125,7 @@ def lugre(
 def _params(friction: FrictionDescription) -> np.ndarray:
     v_stribeck, presliding, damping = friction.v_stribeck, friction.presliding, friction.bristle_damping
     if v_stribeck is None or presliding is None:
-        raise ValueError("LuGre friction needs v_stribeck and presliding")
+        raise ValueError("LuGre friction needs v_stribeck and presliding; give both parameters")
     return np.array(
         [
             friction.mu_static,

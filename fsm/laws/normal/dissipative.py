@@ -56,7 +56,7 @@ def restitution_law(damping_factor: Callable[[float], float]) -> NormalLaw:
 
     def params(contact: ContactDescription) -> np.ndarray:
         if contact.restitution is None:
-            raise ValueError("this law needs a coefficient of restitution")
+            raise ValueError("this law needs a coefficient of restitution; give `restitution`")
         return np.array([contact.stiffness, contact.exponent, damping_factor(contact.restitution), contact.speed_floor])
 
     return NormalLaw(dissipative, power_energy, params, restitution=True, rate_dependent=_damped)

@@ -2,7 +2,8 @@
 
     N = w max(0, K d^e + STEP(d, 0, 0, ramp, C) d')
 
-The weight w is the point's share of its face. With e > 1 the law is C1 at d = 0. It is unilateral, and by default undamped.
+The weight w is the point's share of its face. With e > 1 the law is C1 at d = 0. The law is unilateral, and by default
+undamped.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class PlacedPatch:
     ----------
     number : number of its section in the case, from 0
     x, y : m
-        Coordinates of its centre from the centre of the film.
+        Coordinates of the centre of the patch, from the centre of the film.
     size : m
         Side of the patch.
     """

@@ -1,8 +1,8 @@
 """Points and bars of a scissor array, by the kinematics of rigid units.
 
-A unit has its hinge at the origin and is symmetric about y. Its semi-lengths are p (hinge to upper ends) and q (hinge to
-lower ends). Each bar has a kink kappa at the hinge. Its angle with x is phi + kappa/2 below the hinge, and phi - kappa/2
-above it. The right ends of the unit are
+A unit has its hinge at the origin and is symmetric about y. The semi-lengths are p (hinge to upper ends) and q (hinge to
+lower ends). Each bar has a kink kappa at the hinge. The bar's angle with x is phi + kappa/2 below the hinge, and phi -
+kappa/2 above it. The right ends of the unit are
 
     p (cos(phi - kappa/2), sin(phi - kappa/2)) above,   q (cos(phi + kappa/2), -sin(phi + kappa/2)) below,
 

@@ -85,7 +85,7 @@ def build_sheet(case: Case) -> Scene:
 def vertex_springs(
     pattern: Pattern, vertices: Iterable[int], body: str, at: np.ndarray, stiffness: float, drive: Drive
 ) -> list[ForceElement]:
-    """Springs between frames at vertices and a driven body at a point. They act in all directions, or along the drive
+    """Springs between frames at vertices and a driven body at a point. The springs act in all directions, or along the drive
     only.
     """
     turn = np.eye(3) if drive.guide else _axes_along(np.array(drive.direction) / np.linalg.norm(drive.direction))

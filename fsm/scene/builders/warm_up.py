@@ -47,7 +47,7 @@ def warm_up_strip(spatial: bool, hysteresis: bool = False) -> WarmUp:
 
 
 def warm_up_springs(spatial: bool, curved: bool = False) -> Case:
-    """Strip without contact. Its creases are linear springs; if `curved`, they have a measured curve."""
+    """Strip without contact. The creases are linear springs; if `curved`, they have a measured curve."""
     curve = {"law": "spline", "angle": [0.0, 1.5, 3.0], "moment": [0.0, 0.01, 0.015], "rest_angle": 3.0}
     strip: dict[str, Any] = {
         "strip": {

@@ -1,6 +1,6 @@
 """Meshes of booms: shells with a curved section and a straight axis along x; the initial state is free of stress.
 
-The section lies in the plane y-z and is symmetric about z. Its arc has the radius R, the normal points outwards:
+The section lies in the plane y-z and is symmetric about z. The arc has the radius R, the normal points outwards:
 
     y = R sin(phi),  z = R (cos(phi) - 1),  phi from -a/2 to a/2 with the subtended angle a
 

@@ -42,7 +42,7 @@ def _read(sheet: Sheet, kind: str, text: str) -> Pattern:
     if kind == ".fold":
         return read_fold(text, sheet.scale, sheet.frame)
     if kind != ".svg":
-        raise ValueError("is neither a .fold nor an .svg file")
+        raise ValueError("is neither a .fold nor an .svg file; give a file of one of these formats")
     if sheet.frame is not None:
         raise ValueError("an SVG file has no frames; remove sheet.frame")
     if sheet.scale is None:

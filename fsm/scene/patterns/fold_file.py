@@ -43,14 +43,14 @@ def read_fold(text: str, scale: float | None, number: int | None = None) -> Patt
     except (ValueError, RecursionError) as error:
         raise ValueError(f"is not a FOLD file: {error}") from None
     if not isinstance(data, dict):
-        raise ValueError("is not a FOLD file: it has no object at its top level")
+        raise ValueError("is not a FOLD file; the top level of a FOLD file is a JSON object")
     version = data.get("file_spec", 1)
     if not isinstance(version, int | float) or not 1.0 <= version < 2.0:
         raise ValueError(f"has file_spec {version!r}; versions 1.0 to 1.2 are supported")
     listed = _frames(data)
     frames = [frame for frame in listed if frame.get("vertices_coords")]
     if not frames:
-        raise ValueError("has no vertices_coords")
+        raise ValueError("has no vertices_coords; give the coordinates of the vertices")
     if number is not None:
         if number >= len(listed) or not listed[number].get("vertices_coords"):
             raise ValueError(f"has no frame {number} with vertices_coords; its frames are 0 to {len(listed) - 1}")
@@ -64,7 +64,7 @@ def _frames(data: Mapping[str, Any]) -> list[dict[str, Any]]:
     """All frames with the keys that they inherit."""
     listed = data.get("file_frames") or []
     if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
-        raise ValueError("has `file_frames` that is not a list of frames")
+        raise ValueError("has `file_frames` that is not a list; give a list of frames")
     top = {key: value for key, value in data.items() if not key.startswith("file_")}
     frames: list[dict[str, Any]] = [top]
     for number, frame in enumerate(listed, 1):
@@ -72,7 +72,7 @@ def _frames(data: Mapping[str, Any]) -> list[dict[str, Any]]:
         if frame.get("frame_inherit"):
             parent = frame.get("frame_parent", 0)
             if type(parent) is not int or not 0 <= parent < number:
-                raise ValueError(f"has frame {number} with the parent {parent!r}; a parent is an earlier frame")
+                raise ValueError(f"has frame {number} with the parent {parent!r}; give the number of an earlier frame")
             whole = {**frames[parent], **frame}
         frames.append(whole)
     return frames
@@ -82,7 +82,7 @@ def _is_folded(frame: Mapping[str, Any]) -> bool:
     """Whether a frame is a folded state, according to its class or because its vertices do not lie in one plane."""
     classes = frame.get("frame_classes") or []
     if not isinstance(classes, list):
-        raise ValueError(f"has frame_classes {classes!r}; they must be a list of texts")
+        raise ValueError(f"has frame_classes {classes!r}; give a list of texts")
     points = _vertices(frame)
     sides = np.ptp(points, axis=0)
     return "foldedForm" in classes or bool(sides[2] > _FLAT * sides.max())
@@ -105,13 +105,13 @@ def _edges(frame: Mapping[str, Any], count: int) -> list[tuple[int, int, str, fl
     """Edges with letter and fold angle, rad."""
     pairs = frame.get("edges_vertices")
     if not pairs:
-        raise ValueError("has no edges_vertices, so it has no creases")
+        raise ValueError("has no edges_vertices, so it has no creases; give pairs of vertex numbers")
     if not isinstance(pairs, list):
-        raise ValueError("has edges_vertices that are not a list of pairs of numbers")
+        raise ValueError("has edges_vertices that are not a list; give pairs of vertex numbers")
     letters = frame.get("edges_assignment") or ["U"] * len(pairs)
     angles = frame.get("edges_foldAngle") or frame.get("edges_foldAngles") or [None] * len(pairs)
     if not isinstance(letters, list) or not isinstance(angles, list):
-        raise ValueError("has edges_assignment or edges_foldAngle that are not lists")
+        raise ValueError("has edges_assignment or edges_foldAngle that are not lists; give one entry for each edge")
     if len(letters) != len(pairs) or len(angles) != len(pairs):
         lists = f"{len(pairs)} edges, {len(letters)} assignments and {len(angles)} fold angles"
         raise ValueError(f"has {lists}; these numbers must be equal")
@@ -232,7 +232,7 @@ def _faces(frame: Mapping[str, Any], count: int) -> list[list[int]]:
     """Faces of a frame: lists of three or more different vertices."""
     faces = frame["faces_vertices"]
     if not isinstance(faces, list):
-        raise ValueError("has faces_vertices that are not a list of faces")
+        raise ValueError("has faces_vertices that are not a list; give a list of vertex numbers for each face")
     for number, face in enumerate(faces):
         if not _are_numbers(face, count) or len(face) < 3 or len(set(face)) < len(face):
             raise ValueError(f"has face {number} with the vertices {face}; it needs three or more different vertices")
@@ -259,7 +259,7 @@ def _folded(frame: Mapping[str, Any], scale: float | None) -> Pattern:
             raise ValueError(f"has an edge of zero length between the vertices {u} and {v}; remove it")
         k = numbers.get(frozenset((u, v)))
         if k is None:
-            raise ValueError(f"has the edge {u}, {v}, which is a side of no face")
+            raise ValueError(f"has the edge {u}, {v}, which is a side of no face; remove the edge or add the face")
         if letters[k] == "B":
             continue
         now = float(targets[k])
@@ -311,7 +311,10 @@ def _check_planar(pattern: Pattern) -> None:
             raise ValueError(f"{text}; list them around the face")
         off = float(np.abs((corners - corners.mean(axis=0)) @ normal).max())
         if not normal.any():
-            raise ValueError(f"has face {number} with the vertices {list(face)}, whose area is zero")
+            raise ValueError(
+                f"has face {number} with the vertices {list(face)}, whose area is zero; "
+                "move its vertices or remove the face"
+            )
         if off > _FLAT * size:
             text = f"a vertex is {1e3 * off:.3g} mm off its plane; divide it into triangles"
             raise ValueError(f"has face {number}, which is not planar: {text}")

@@ -110,7 +110,7 @@ def _folds_rigidly(lines: Sequence[tuple[float, str]]) -> bool:
 
 
 def _span_plane(angles: Sequence[float]) -> bool:
-    """Whether directions span the plane with positive factors; this holds if every gap between neighbouring directions is
+    """Whether directions span the plane with positive factors; this holds if every angle between neighbouring directions is
     below 180 degrees.
     """
     if len(angles) < 3:

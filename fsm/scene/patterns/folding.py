@@ -66,7 +66,10 @@ def fold_pattern(pattern: Pattern, part: float) -> Pattern:
         raise ValueError("`fold` folds a flat pattern, and this pattern starts folded; remove it")
     hinges = _hinges(pattern)
     if not len(hinges.vertices) or not np.any(hinges.targets):
-        raise ValueError("`fold` needs mountains or valleys with fold angles, and the pattern has none")
+        raise ValueError(
+            "`fold` needs mountains or valleys with fold angles, but the pattern has none; "
+            "assign creases or remove `fold`"
+        )
     constraints = _constraints(pattern)
     x = pattern.vertices.copy()
     steps = max(2, math.ceil(part * float(np.abs(hinges.targets).max()) / _INCREMENT))

@@ -80,8 +80,8 @@ def zigzag(columns: int, a: float, width: float, fold_angle: float) -> Pattern:
 def waterbomb(columns: int, rows: int, a: float) -> Pattern:
     """Flat waterbomb sheet of `columns` by `rows` square cells of side a; every second row is shifted by half a cell.
 
-    The diagonals of a cell are valleys. Its sides, and the vertical line through its centre, are mountains. The target
-    angle is 180 degrees.
+    The diagonals of a cell are valleys. The cell's sides, and the vertical line through its centre, are mountains. The
+    target angle is 180 degrees.
     """
     places: dict[tuple[int, int], int] = {}
     faces: list[tuple[int, int, int]] = []

@@ -76,7 +76,10 @@ class Pattern:
         for face in faces:
             for pair in _sides(face):
                 if pair in numbers:
-                    raise ValueError(f"the edge of the vertices {pair[0] + 1} and {pair[1] + 1} has two faces on one side")
+                    raise ValueError(
+                        f"the edge of the vertices {pair[0] + 1} and {pair[1] + 1} has two faces on one side; "
+                        "remove one of these faces"
+                    )
                 reverse = numbers.get((pair[1], pair[0]))
                 numbers[pair] = len(edges) if reverse is None else reverse
                 if reverse is None:

@@ -95,7 +95,7 @@ def _in_box(pattern: Pattern, corners: np.ndarray) -> Place:
     inside = ((pattern.vertices >= low - margin) & (pattern.vertices <= high + margin)).all(axis=1)
     if not inside.any():
         sides = "; ".join(f"{x} {a:.4g} to {b:.4g} m" for x, a, b in zip("xyz", *_bounds(pattern), strict=True))
-        raise ValueError(f"the box contains no vertex of the sheet, which extends over {sides}")
+        raise ValueError(f"the box contains no vertex of the sheet, which extends over {sides}; move or enlarge the box")
     return Place("box " + " ".join(f"{x:g}" for x in corners.ravel()), tuple(np.flatnonzero(inside).tolist()))
 
 

@@ -62,10 +62,10 @@ def planar_pattern(lines: list[Line], scale: float, split: bool = True, toleranc
         of a facet, or separate parts.
     """
     if not lines:
-        raise ValueError("the pattern has no lines")
+        raise ValueError("the pattern has no lines; draw the outline and the creases")
     ends = np.array([(line.first, line.last) for line in lines], dtype=float)
     if not np.isfinite(ends).all():
-        raise ValueError("a coordinate of the pattern is not a finite number")
+        raise ValueError("a coordinate of the pattern is not a finite number; correct the coordinate")
     with np.errstate(over="ignore"):
         size = float(np.ptp(ends.reshape(-1, 2), axis=0).max())
         if size:
@@ -78,7 +78,7 @@ def planar_pattern(lines: list[Line], scale: float, split: bool = True, toleranc
             raise ValueError(f"the {ASSIGNMENTS[lines[k].letter]} crease at ({x:g}, {y:g}) has zero length; remove it")
     kept = [line for line, gone in zip(lines, short, strict=True) if not gone]
     if not kept:
-        raise ValueError("all lines of the pattern have zero length")
+        raise ValueError("all lines of the pattern have zero length; correct the coordinates or the scale")
     points, edges = _split(kept, ends[~short], near, split)
     return _with_faces(points * scale, edges)
 
@@ -192,7 +192,7 @@ def _with_faces(flat: np.ndarray, edges: dict[tuple[int, int], tuple[str, float]
         if _area(flat[face]) > 0.0:
             faces.append(face)
     if not faces:
-        raise ValueError("the lines of the pattern enclose no facet")
+        raise ValueError("the lines of the pattern enclose no facet; close the outline")
     for face in faces:
         if len(set(face)) < len(face):
             x, y = flat[next(v for v in face if face.count(v) > 1)]

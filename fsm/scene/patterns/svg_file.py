@@ -70,7 +70,10 @@ def read_svg(text: str, scale: float) -> Pattern:
         raise ValueError(f"has more than {_MOST_LINES:,} lines, the limit; give fewer lines")
     if not lines:
         colours = ", ".join(f"#{colour}" for colour in COLOURS)
-        raise ValueError(f"has no lines with the stroke colours of a crease pattern: {colours}")
+        raise ValueError(
+            f"has no lines with the stroke colours of a crease pattern; "
+            f"draw lines with these colours: {colours}"
+        )
     return planar_pattern(lines, scale)
 
 
@@ -145,7 +148,7 @@ def _fraction(text: str | None) -> float:
     except ValueError:
         value = math.nan
     if math.isnan(value):
-        raise ValueError(f"has the opacity {text!r}, which is not a number")
+        raise ValueError(f"has the opacity {text!r}, which is not a number; give a number from 0 to 1")
     return min(max(value, 0.0), 1.0)
 
 
