@@ -228,3 +228,14 @@ def test_cables_beside_rigid_panels_with_gas(tmp_path: Path) -> None:
 def test_faults(gas: dict[str, Any], text: str, tmp_path: Path) -> None:
     with pytest.raises(CaseError, match=text):
         fsm.load(case(TUBE, [gas]), folder=tmp_path).check()
+
+
+@pytest.mark.parametrize("supply", [1.2 * OUTSIDE, 0.9 * OUTSIDE])
+def test_a_pressure_without_a_time_begins_outside(supply: float, tmp_path: Path) -> None:
+    """In statics, a supply of pressure goes from the pressure outside to its value in proportion to time."""
+    gas = {"closed_by": LIDS, "supply_pressure": supply, "outside_pressure": OUTSIDE}
+    more = {"solve": {"method": "static", "end_time": 1.0}, "save": {"interval": 0.1, "channels": ["gas.*"]}}
+    run = fsm.load(case(TUBE | {"thickness": 2e-3}, [gas], crease={"stiffness_per_length": 500.0}, **more), folder=tmp_path)
+    solution = run.run(tmp_path / "out", figures=False).solution
+    pressure = solution.channels["gas.gas.pressure"].values
+    np.testing.assert_allclose(pressure, OUTSIDE + (supply - OUTSIDE) * solution.time, rtol=1e-12)

@@ -15,7 +15,7 @@ from fsm.scene.patterns.facets import FacetFrames
 from fsm.scene.patterns.panel_surface import PanelSurface, panel_triangles, sealed
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.scene import Scene
-from fsm.scene.time_program import Ramp
+from fsm.scene.time_program import Ramp, Table
 
 __all__ = ["with_gas", "with_gas_of_panels"]
 
@@ -94,14 +94,22 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
 
 
 def _in_time(case: Case, gas: Gas) -> Gas:
-    """Gas whose supply has a ramp over the run, if the run is static and the supply has no function of time."""
+    """Gas whose supply has a ramp over the run, if the run is static and the supply has no function of time.
+
+    A pressure grows from the pressure outside, at which the sheet carries no load.
+    """
     method, end = case.solve.method, case.solve.end_time
     if gas.time is not None or end is None or method not in ("static", "arc-length"):
         return gas
     if all(getattr(gas, name) is None for name in SUPPLIES):
         return gas
     shape = "unbounded" if method == "arc-length" else "linear"
-    return gas.model_copy(update={"time": Ramp(kind="ramp", start=0.0, end=end, shape=shape)})
+    first = gas.outside_pressure / gas.supply_pressure if gas.supply_pressure else 0.0  # factor at the start
+    if first >= 1.0:  # the pressure falls to the supply
+        table = {"kind": "table", "time": [0.0, end], "value": [first, 1.0], "interpolation": "linear"}
+        return gas.model_copy(update={"time": Table.model_validate(table)})
+    start = -first * end / (1.0 - first)
+    return gas.model_copy(update={"time": Ramp(kind="ramp", start=start, end=end, shape=shape)})
 
 
 def _check_path(case: Case) -> None:
