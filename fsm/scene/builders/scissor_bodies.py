@@ -1,7 +1,7 @@
 """Scene of a scissor array with rigid bars: a body for each bar, and a stiff spring element for each hinge.
 
-The axes x, y of the array are x, z of the scene. The parts of a hinge separate by the force over `HINGE_STIFFNESS`. This
-stiffness is far above the stiffness of metal bars, and low enough for double precision.
+The axes x, y of the array are x, z of the scene. The parts of a hinge separate by the force over
+`HINGE_STIFFNESS`. This stiffness is far above the stiffness of metal bars, and low enough for double precision.
 """
 
 from __future__ import annotations
