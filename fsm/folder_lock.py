@@ -21,7 +21,7 @@ if sys.platform != "win32":
 __all__ = ["LOCK", "locked_folder"]
 
 LOCK = ".fsm.lock"
-"""Name of the lock file. The file names its owner in one line; it is removed when the owner ends."""
+"""Name of the lock file. The file names its owner in one line; the file is removed when the owner ends."""
 
 _POLL = 0.1
 """Seconds between two attempts."""

@@ -36,7 +36,7 @@ UNIT = 100.0
 STIFFNESS = 1e6
 """Stiffness of a crease in these units; with it, panels come to rest within a small part of the animation."""
 WORK_BUDGET = 350_000
-"""Number of steps times number of bodies; this number takes about a third of a second."""
+"""Number of steps times number of bodies; a product of this size takes about a third of a second."""
 SIZE = (480, 400)
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 

@@ -1,8 +1,8 @@
 """Creases of a film: lines along which its slope jumps, with a torsional spring.
 
 The slopes a = r_X before the line and b = r_X behind it are separate. The tangent c = r_Y of the line is common.
-`fsm.ancf.fold_angle` defines the rotation psi from a to b. The moment is k (psi - psi_free) + tau k psi'; it is positive
-upwards: from x towards z for a line along y. Each node has a share of k in proportion to its share of the width.
+`fsm.ancf.fold_angle` defines the rotation psi from a to b. The moment is k (psi - psi_free) + tau k psi'; the moment is
+positive upwards: from x towards z for a line along y. Each node has a share of k in proportion to its share of the width.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ f3(x, x, x) + ... the potential in the modes is
     T_ijk = phi_i.f2(phi_j, phi_k),   C_ijkl = phi_i.f3(phi_j, phi_k, phi_l) - 2 f2(phi_i, phi_j).K^-1 f2(phi_k, phi_l)
 
 f2 and f3 are computed from forces at displaced states by polarisation. The forces of stretch are polynomials of third
-degree in the coordinates, so this is exact. Nonlinear bending is included up to third degree.
+degree in the coordinates, so the polarisation is exact. Nonlinear bending is included up to third degree.
 
 A step has three parts (Strang splitting): half the impulse of the nonlinear forces, the exact motion of damped
 oscillators, and the other half of the impulse. The load is linear over the step. The step is exact for the linear model

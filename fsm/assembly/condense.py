@@ -1,7 +1,7 @@
 """One block matrix for bodies and ANCF nodes: frames are replaced by the nodal vectors that carry them.
 
 Bodies have blocks of six rows, and ANCF nodes have vectors of three rows. In the joined matrix all blocks have three
-rows. A body has two blocks (translation, rotation), and a vector has one block. A frame has no rows; its forces and
+rows. A body has two blocks (translation, rotation), and a vector has one block. A frame has no rows; the frame's forces and
 tangents go to its vectors by the maps of `fsm.assembly.frames`.
 """
 

@@ -386,8 +386,8 @@ class Gases:
     def power(self, t: float, state: GasState, before: float | None) -> float:
         """Power of the supply and of flow through orifices, W.
 
-        Gas that expands in the flow between isothermal chambers gives its power to the surroundings as heat; it counts as
-        negative. The supply is the mean between `before` (s) and t, or its value at t if `before` is None.
+        Gas that expands in the flow between isothermal chambers gives its power to the surroundings as heat; this power
+        counts as negative. The supply is the mean between `before` (s) and t, or its value at t if `before` is None.
         """
         if before is not None and before != t:
             flow = np.array([(supply.mass(t) - supply.mass(before)) / (t - before) for supply in self.supplies])

@@ -15,7 +15,7 @@ Use with surfaces, at every renewal of the broad phase (in space with `chords_sp
     tree = fit_tree(*chord_boxes(chords))
     window_pieces(points, first_piece, last_piece, chords, tree, reach, margin, nearest, window)
 
-`nearest` is reused from one renewal to the next (-1 at first); this saves work and does not change the result. A piece
+`nearest` is reused from one renewal to the next (-1 at first); the reuse saves work and does not change the result. A piece
 outside its window cannot become the nearest before some distance has changed by half the margin. A surface differs from
 its chords: the chord of the closest piece is farther than the nearest chord by at most twice the deviation. Therefore
 

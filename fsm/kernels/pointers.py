@@ -126,7 +126,8 @@ else:
 
     @numba.extending.intrinsic
     def call_at(context: Any, address: Any, first: Any, second: Any, number: Any) -> Any:
-        """Call the kernel at an address, with two tables of `fsm.kernels.addresses` and a number; it returns a number.
+        """Call the kernel at an address, with two tables of `fsm.kernels.addresses` and a number; the kernel returns a
+        number.
 
         Kernels of elements have this form, so that a model holds the addresses of any combination of them in one array.
         """

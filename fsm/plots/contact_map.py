@@ -77,7 +77,7 @@ def _name_rows(ax: Axes, names: Sequence[str]) -> None:
 
 
 def _draw_bands(ax: Axes, x: Floats, force: Floats, area: Floats) -> PolyCollection:
-    """Draw a rectangle for each pair in contact in a record; it extends halfway to the neighbouring records."""
+    """Draw a rectangle for each pair in contact in a record; the rectangle extends halfway to the neighbouring records."""
     largest = np.nanmax(area, initial=0.0)
     known = np.isfinite(area) & (largest > 0.0)
     height = MIN_HALF_HEIGHT + (HALF_HEIGHT - MIN_HALF_HEIGHT) * area / (largest or 1.0)

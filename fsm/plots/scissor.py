@@ -66,7 +66,7 @@ def plot_rigid(solution: Solution, path: str | Path) -> None:
 
 
 def plot_synchronism(solution: Solution, path: str | Path) -> None:
-    """Draw the difference in deployment of neighbouring units over time; it is zero with rigid bars."""
+    """Draw the difference in deployment of neighbouring units over time; the difference is zero with rigid bars."""
     motion = _motion(solution)
     with figure(path) as fig:
         ax = fig.subplots()

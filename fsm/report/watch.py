@@ -27,7 +27,7 @@ _GRACE = 4.0
 
 
 class Watch:
-    """Server of the page of a run, as a context manager; it listens on 127.0.0.1 only.
+    """Server of the page of a run, as a context manager; the server listens on 127.0.0.1 only.
 
     The address contains a random token. Requests without it, and requests for another host name, are refused. The server
     reads the results file of the run, and nothing else.

@@ -195,7 +195,7 @@ def bent_energy(case: Mapping[str, Any]) -> float | None:
 
 
 def bending_onset(curve: ForceCurve, bent: float | None) -> float | None:
-    """Travel at which the panels begin to bend: their energy has changed by `bent` (J) since the start.
+    """Travel at which the panels begin to bend: the panels' energy has changed by `bent` (J) since the start.
 
     The square root of this energy is proportional to the angle of bending. The onset is interpolated linearly in this
     root between the last point below `bent` and the first point above. The energy must remain above `bent` at two

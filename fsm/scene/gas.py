@@ -114,7 +114,7 @@ class Gas(Model):
 class Orifice(Model):
     """Orifice through which gas flows between two chambers, or between a chamber and the surroundings.
 
-    The mass flow is that of an ideal gas through a nozzle; it is choked below the critical ratio of pressures.
+    The mass flow is that of an ideal gas through a nozzle; the flow is choked below the critical ratio of pressures.
 
     Attributes
     ----------

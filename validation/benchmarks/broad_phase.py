@@ -86,7 +86,7 @@ def folded(count: int, seed: int, spatial: bool = False, warm: bool = True, flat
 
 
 def rolled(count: int, seed: int) -> Job:
-    """A sheet of 60 mm, rolled up in ten coils; its points are probes on another sheet beside it."""
+    """A sheet of 60 mm, rolled up in ten coils; the sheet's points are probes on another sheet beside it."""
     turned = 20 * np.pi * np.sqrt(np.linspace(0.02, 1.0, count // 2))
     length = 0.12 / count
     one = _pack(turned, length, seed)

@@ -118,7 +118,7 @@ def integrator(name: str, tolerances: tuple[float, ...] = TOLERANCES) -> Method:
 
 
 def follower(tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)) -> Method:
-    """The quasi-static path follower; it applies to static problems."""
+    """The quasi-static path follower; the follower applies to static problems."""
 
     def solve(
         system: SegmentSystem, problem: Problem, tolerance: float, on_save: OnSave, on_step: OnStep

@@ -1,6 +1,6 @@
 """Guided damage: atheris changes files so that they reach branches that no earlier file reached.
 
-`run_guided` starts a process for every reader, because libFuzzer ends the process in which it runs; this module is that
+`run_guided` starts a process for every reader, because libFuzzer ends the process in which it runs; this module runs in that
 process.
 """
 

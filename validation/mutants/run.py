@@ -37,7 +37,7 @@ def work_copy() -> Iterator[Path]:
 
 
 def judge(mutant: Mutant, root: Path) -> tuple[str, str]:
-    """Verdict and first failure: the test is run with the mutant and, if it fails, without it."""
+    """Verdict and first failure: the test is run with the mutant and, if the test fails, without it."""
     path = root / mutant.file
     whole = path.read_text(encoding="utf-8")
     path.write_text(mutant.changed(whole), encoding="utf-8")

@@ -19,7 +19,7 @@ def rms(path: np.ndarray, reference: np.ndarray, size: float) -> float:
 
 
 def quiet() -> None:
-    """Exudyn does not print that a run failed; it still raises an error."""
+    """Exudyn does not print that a run failed; the call still raises an error."""
     import exudyn
 
     exudyn.config.printToConsole = False

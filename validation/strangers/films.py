@@ -32,7 +32,7 @@ def draw_film(dice: Dice) -> Drawn:
     The case has a solution: stresses are 0.1 to 5 MPa and strains at most 0.2 % where the stress is uniform, cables carry at
     most 300 MPa, and the impact moves the film by 2 % of its width at most. A film that carries compression ("plain") is
     stretched along both axes, by at least its Poisson contraction, so that no part is compressed. A film that is pulled at
-    its corners has wrinkled or slack edges, so it is a tension field or its wrinkles are computed.
+    its corners has wrinkled or slack edges, so the model is a tension field or its wrinkles are computed.
     """
     soft, stiff, poisson, density, thin, thick = dice.one_of(FILMS)
     young = digits(dice.between(soft, stiff))
