@@ -11,6 +11,7 @@ from validation.strangers.drawn import Drawn
 from validation.strangers.films import draw_film
 from validation.strangers.folded import draw_folded
 from validation.strangers.lattices import draw_lattice
+from validation.strangers.packed import draw_packed
 from validation.strangers.scenes import draw_scene
 from validation.strangers.strips import draw_deployed, draw_released, draw_strip
 from validation.stress.dice import Dice
@@ -38,6 +39,7 @@ KINDS: dict[str, Kind] = {
     "arrays": Kind(draw_array, 200),
     "scenes": Kind(draw_scene, 200),
     "sheets": Kind(draw_folded, 200),
+    "packed": Kind(draw_packed, 500),
 }
 FULL = sum(kind.cases for kind in KINDS.values())
 

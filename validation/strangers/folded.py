@@ -9,7 +9,7 @@ from validation.strangers.sheets import MATERIALS
 from validation.strangers.typed import deg, digits, gpa, mm, newton, nice
 from validation.stress.dice import Dice, Tables
 
-__all__ = ["draw_folded"]
+__all__ = ["draw_crease", "draw_drive", "draw_facets", "draw_folded", "draw_material"]
 
 _MOST_CELLS = 900
 """Largest number of cells of flexible facets."""
@@ -26,7 +26,7 @@ def draw_folded(dice: Dice) -> Drawn:
     return dice.one_of((_miura, _miura, _miura, _zigzag, _zigzag, _tube, _tube, _folding, _plate, _plate))(dice)
 
 
-def _material(dice: Dice, size: float) -> tuple[Tables, float, float]:
+def draw_material(dice: Dice, size: float) -> tuple[Tables, float, float]:
     """[material], the thickness (m) of panels of a size, and the bending stiffness of the sheet over its width (N m)."""
     soft, stiff, poisson, density, thin, thick = dice.one_of(MATERIALS)
     thickness = nice(min(max(size / dice.decades(40.0, 400.0), thin), thick))
@@ -35,12 +35,12 @@ def _material(dice: Dice, size: float) -> tuple[Tables, float, float]:
     return material, thickness, young * thickness**3 / (12.0 * (1.0 - poisson**2))
 
 
-def _crease(dice: Dice, plate: float, size: float) -> Tables:
+def draw_crease(dice: Dice, plate: float, size: float) -> Tables:
     """[crease] whose stiffness is a part of the stiffness of a panel."""
     return {"stiffness_per_length": f"{digits(dice.decades(0.02, 1.0) * plate / size):.12g} N m/rad/m"}
 
 
-def _facets(dice: Dice, sheet: Tables, kinds: tuple[str, ...], size: float, panels: int) -> None:
+def draw_facets(dice: Dice, sheet: Tables, kinds: tuple[str, ...], size: float, panels: int) -> None:
     """Facets of the sheet; flexible facets have a mesh."""
     kind = dice.one_of(kinds)
     if kind == "flexible":
@@ -57,7 +57,7 @@ def _solved(dice: Dice, tables: Tables) -> Drawn:
     return Drawn(tables)
 
 
-def _drive(dice: Dice, edge: str, direction: list[int], travel: float, guide: bool = False) -> Tables:
+def draw_drive(dice: Dice, edge: str, direction: list[int], travel: float, guide: bool = False) -> Tables:
     drive: Tables = {
         "edge": edge, "direction": direction, "speed": dice.one_of(("0.5 mm/s", "1 mm/s", "5 mm/s")),
         "travel": mm(travel, 3),
@@ -71,7 +71,7 @@ def _miura(dice: Dice) -> Drawn:
     b = nice(a * dice.between(0.7, 1.4))
     sector, fold = math.radians(round(dice.between(45.0, 80.0))), math.radians(round(dice.between(15.0, 65.0)))
     size = min(a, b)
-    material, thickness, plate = _material(dice, size)
+    material, thickness, plate = draw_material(dice, size)
     sheet: Tables = {
         "kind": "miura", "columns": columns, "rows": rows, "a": mm(a), "b": mm(b), "sector_angle": deg(sector),
         "fold_angle": deg(fold), "thickness": mm(thickness),
@@ -79,7 +79,7 @@ def _miura(dice: Dice) -> Drawn:
             {"at": "edge left", "fixed": ["x"]}, {"at": "vertex 1", "fixed": ["y", "z"]}, {"at": "vertex 3", "fixed": ["z"]},
         ],
     }  # fmt: skip
-    _facets(dice, sheet, ("rigid", "rigid", "bend-lines", "bars", "flexible"), size, columns * rows)
+    draw_facets(dice, sheet, ("rigid", "rigid", "bend-lines", "bars", "flexible"), size, columns * rows)
 
     def length(angle: float) -> float:
         along = math.cos(angle) * math.sin(sector)
@@ -87,9 +87,9 @@ def _miura(dice: Dice) -> Drawn:
 
     push = dice.chance(0.6)
     way = dice.between(0.05, 0.25) * length(fold) if push else dice.between(0.1, 0.5) * (length(0.0) - length(fold))
-    tables: Tables = {"sheet": sheet, "material": material, "crease": _crease(dice, plate, size)}
+    tables: Tables = {"sheet": sheet, "material": material, "crease": draw_crease(dice, plate, size)}
     if dice.chance(0.8):
-        return _solved(dice, tables | {"drive": [_drive(dice, "right", [-1 if push else 1, 0, 0], way)]})
+        return _solved(dice, tables | {"drive": [draw_drive(dice, "right", [-1 if push else 1, 0, 0], way)]})
     stiffness = float(tables["crease"]["stiffness_per_length"].split()[0])
     force = dice.between(0.02, 0.2) * stiffness * rows * (-1 if push else 1)
     tables["load"] = [{"at": "edge right", "force": [newton(force), "0 N", "0 N"]}]
@@ -101,18 +101,18 @@ def _zigzag(dice: Dice) -> Drawn:
     columns = dice.count(2, 10)
     a = 1e-3 * nice(dice.decades(10.0, 80.0))
     b, fold = nice(a * dice.decades(0.3, 3.0)), math.radians(round(dice.between(20.0, 80.0)))
-    material, thickness, plate = _material(dice, a)
+    material, thickness, plate = draw_material(dice, a)
     sheet: Tables = {
         "kind": "zigzag", "columns": columns, "a": mm(a), "b": mm(b), "fold_angle": deg(fold), "thickness": mm(thickness),
         "support": [{"at": "facet 1" if dice.chance(0.5) else "edge left"}],
     }  # fmt: skip
     small = min(a, b)
     kinds = ("rigid", "rigid", "bend-lines", "bars", "flexible", "flexible")
-    _facets(dice, sheet, kinds, small, round(columns * max(a, b) / small))
+    draw_facets(dice, sheet, kinds, small, round(columns * max(a, b) / small))
     length = columns * a * math.cos(fold)
     travel = dice.between(0.1, 0.5) * (columns * a - length)
-    tables: Tables = {"sheet": sheet, "material": material, "crease": _crease(dice, plate, a)}
-    return _solved(dice, tables | {"drive": [_drive(dice, "right", [1, 0, 0], travel, dice.chance(0.5))]})
+    tables: Tables = {"sheet": sheet, "material": material, "crease": draw_crease(dice, plate, a)}
+    return _solved(dice, tables | {"drive": [draw_drive(dice, "right", [1, 0, 0], travel, dice.chance(0.5))]})
 
 
 def _tube(dice: Dice) -> Drawn:
@@ -120,17 +120,18 @@ def _tube(dice: Dice) -> Drawn:
     sides, rows = dice.count(4, 8), dice.count(1, 3)
     radius = 1e-3 * nice(dice.decades(10.0, 80.0))
     height = nice(radius * dice.between(0.6, 1.5))
-    material, thickness, plate = _material(dice, radius)
+    material, thickness, plate = draw_material(dice, radius)
     sheet: Tables = {
         "kind": "kresling" if kresling else "yoshimura", "sides": sides, "rows": rows, "radius": mm(radius),
         "height": mm(height), "thickness": mm(thickness), "support": [{"at": "edge bottom"}],
     }  # fmt: skip
     if kresling:
         sheet["twist"] = deg(math.radians(round(dice.between(15.0, 60.0))))
-    _facets(dice, sheet, ("bars", "bars", "flexible"), radius, 2 * sides * rows)
+    draw_facets(dice, sheet, ("bars", "bars", "flexible"), radius, 2 * sides * rows)
     travel = dice.between(0.02, 0.2 if kresling else 0.06) * height * rows
-    tables: Tables = {"sheet": sheet, "material": material, "crease": _crease(dice, plate, radius)}
-    return _solved(dice, tables | {"drive": [_drive(dice, "top", [0, 0, -1], travel, not kresling and dice.chance(0.5))]})
+    tables: Tables = {"sheet": sheet, "material": material, "crease": draw_crease(dice, plate, radius)}
+    push = draw_drive(dice, "top", [0, 0, -1], travel, not kresling and dice.chance(0.5))
+    return _solved(dice, tables | {"drive": [push]})
 
 
 def _folding(dice: Dice) -> Drawn:
@@ -142,12 +143,12 @@ def _folding(dice: Dice) -> Drawn:
         sheet = {"sides": dice.count(4, 12), "inner_radius": mm(nice(0.3 * size)), "outer_radius": mm(size)}
     else:
         sheet = {"rows": dice.count(2, 6), "radius": mm(nice(0.5 * size)), "height": mm(size)}
-    material, thickness, plate = _material(dice, size)
+    material, thickness, plate = draw_material(dice, size)
     sheet = {"kind": kind} | sheet | {
         "thickness": mm(thickness), "fold_to": round(dice.between(0.2, 0.9), 2), "support": [{"at": "facet 1"}],
     }  # fmt: skip
-    _facets(dice, sheet, ("rigid", "bend-lines"), size, 1)
-    tables: Tables = {"sheet": sheet, "material": material, "crease": _crease(dice, plate, size)}
+    draw_facets(dice, sheet, ("rigid", "bend-lines"), size, 1)
+    tables: Tables = {"sheet": sheet, "material": material, "crease": draw_crease(dice, plate, size)}
     return Drawn(tables | {"solve": {"method": "static", "end_time": "100 s"}})
 
 
@@ -155,7 +156,7 @@ def _plate(dice: Dice) -> Drawn:
     ring = dice.chance(0.3)
     length = 1e-3 * nice(dice.decades(20.0, 500.0))
     width = nice(length * dice.decades(0.2, 2.0))
-    material, thickness, plate = _material(dice, length)
+    material, thickness, plate = draw_material(dice, length)
     sheet: Tables = {"kind": "plate", "facets": "flexible", "thickness": mm(thickness)}
     if ring:
         inner = nice(length * dice.between(0.3, 0.7))
@@ -171,7 +172,7 @@ def _plate(dice: Dice) -> Drawn:
     if task == "modes":
         return Drawn(tables | {"step": [{"kind": "modes", "modes": 6}]})
     if task == "drive":
-        return _solved(dice, tables | {"drive": [_drive(dice, moved, [0, 0, 1], dice.between(0.05, 0.4) * length)]})
+        return _solved(dice, tables | {"drive": [draw_drive(dice, moved, [0, 0, 1], dice.between(0.05, 0.4) * length)]})
     force = dice.between(0.1, 3.0) * plate * width / arm**2
     tables["load"] = [{"at": f"edge {moved}", "force": ["0 N", "0 N", newton(force)]}]
     return Drawn(tables | {"solve": {"method": "static", "end_time": "1 s"}})

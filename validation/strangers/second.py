@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fsm.results.store import read_solution
+from validation.sheets.self_contact import intersecting
 from validation.stress.dice import Tables
 from validation.stress.second import difference_of
 
@@ -59,7 +60,7 @@ def otherwise(kind: str, tables: Tables, method: str) -> Other:
         )
         finer = (f"deployed.elements_per_panel={round(1.5 * along)}", f"deployed.elements_across={round(1.5 * across)}")
         return Other(finer, f"{round(1.5 * along)} x {round(1.5 * across)} elements a panel")
-    if kind == "sheets":
+    if kind in ("sheets", "packed"):
         return _other_sheet(tables)
     if kind == "arrays":
         finer = ("scissor.elements_per_bar=8", "solve.rtol=1e-7", "solve.max_steps=2000000")
@@ -87,7 +88,24 @@ def compared(kind: str, first: Path, second: Path, rtol: float) -> list[tuple[st
     """Key numbers of two runs: name, relative difference, and tolerance."""
     one, two = (json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (first, second))
     loads = _loads(first, second) if kind == "sheets" else []
-    return list(_numbers(kind, one, two)) + list(_motions(kind, first, second, rtol)) + loads
+    packed = [*_volumes(first, second), *_intersections(first)] if kind == "packed" else []
+    return list(_numbers(kind, one, two)) + list(_motions(kind, first, second, rtol)) + loads + packed
+
+
+def _volumes(first: Path, second: Path) -> Iterator[tuple[str, float, float]]:
+    """Volume of the gas at the end."""
+    one, two = (read_solution(folder / "result.h5").channels for folder in (first, second))
+    for name in one:
+        if name.startswith("gas.") and name.endswith(".volume"):
+            a, b = float(one[name].values[-1]), float(two[name].values[-1])
+            yield "volume of the gas", abs(a - b) / max(abs(a), 1e-300), UNSTATED
+
+
+def _intersections(folder: Path) -> Iterator[tuple[str, float, float]]:
+    """Number of saved states of a sheet with contact in which facets pass through each other, by the IPC Toolkit."""
+    shape = read_solution(folder / "result.h5").shape
+    if shape.size and (folder / "contact.csv").is_file():
+        yield "states with intersections", float(len(intersecting(shape))), 0.5
 
 
 def _loads(first: Path, second: Path) -> list[tuple[str, float, float]]:
@@ -112,7 +130,7 @@ def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Itera
         yield "peak_force", abs(one["peak_force"] - two["peak_force"]) / peak, segments
     # a last state that the summary calls unstable moves to another state, so its force is not compared
     moving = one.get("unstable_at_end") or two.get("unstable_at_end")
-    if kind in ("strips", "lattices", "sheets") and peak and one.get("final_force") is not None and not moving:
+    if kind in ("strips", "lattices", "sheets", "packed") and peak and one.get("final_force") is not None and not moving:
         off = abs(one["final_force"] - two["final_force"]) / max(peak, abs(one["final_force"]))
         yield "final_force", off, UNSTATED + (one.get("mesh_error_final") or 0.0)
     for step, other in zip(one.get("step", ()), two.get("step", ()), strict=False):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["deg", "digits", "gpa", "mm", "newton", "nice", "stiffness_text", "um"]
+__all__ = ["deg", "digits", "gpa", "mm", "newton", "nice", "pascal", "stiffness_text", "um"]
 
 
 def digits(value: float, count: int = 3) -> float:
@@ -44,6 +44,11 @@ def gpa(pascals: float, count: int = 3) -> str:
 def newton(force: float, count: int = 3) -> str:
     """Newtons."""
     return f"{_text(force, count)} N"
+
+
+def pascal(pressure: float, count: int = 6) -> str:
+    """Pascals."""
+    return f"{_text(pressure, count)} Pa"
 
 
 def stiffness_text(stiffness: float, count: int = 3) -> str:
