@@ -126,7 +126,7 @@ def test_closed_crease_has_the_sign_of_its_assignment() -> None:
          "has 2 separate parts: no creases join the faces 0 and 1"),
         (SQUARE, {"vertices_coords": [[0, 0], [10**400, 0], [2, 2], [0, 2]]}, "lists of two or three finite numbers"),
         (SQUARE, {"vertices_coords": [[0, 0], [1e300, 0], [2, 2], [0, 2]]}, "size of 1e.300 m; it must be"),
-        (SQUARE, {"frame_classes": 3}, "has frame_classes 3; they must be a list"),
+        (SQUARE, {"frame_classes": 3}, "has frame_classes 3; give a list of texts"),
         (SQUARE, {"file_frames": [{"frame_inherit": True, "frame_parent": 1}]}, "frame 1 with the parent 1"),
         (SQUARE, {"file_frames": [{"frame_inherit": True, "frame_parent": False}]}, "frame 1 with the parent False"),
     ],

@@ -177,7 +177,7 @@ def test_contact_and_friction() -> None:
         "decreases to zero",
         "a rounded tip of 2.5 % of its length; ends of other panels touch the whole tip, their other points half",
 
-        "at most at v = v_static tan(a)/mu_static, 1 mm/s",
+        "at most v = v_static tan(a)/mu_static, 1 mm/s",
     )
     not_said(text, "contact: no", "friction: no", "edges")
 
