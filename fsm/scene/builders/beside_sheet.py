@@ -34,7 +34,7 @@ __all__ = ["frame_of_mesh", "with_sheet_frames"]
 
 
 def with_sheet_frames(case: Case, scene: Scene, more: Scene) -> tuple[Scene, Scene]:
-    """Scene of a sheet and the [scene] beside it, with the frames and seams on the sheet in place of their places.
+    """Scene of a sheet and the [scene] beside it; frames and seams on the sheet refer to its facets or points.
 
     Parameters
     ----------
