@@ -77,6 +77,7 @@ class AncfSystem(System):
         others = [part for part in mesh.masses if part.vectors.shape[1] > 1]
         material += mass_data(points, self.pattern)
         self.weight = self._bsr(material) @ self._translation(np.array(self.loading.gravity))
+        self._weighs = bool(np.any(self.weight))
         self.full_mass = material + mass_data(others, self.pattern)
         self.full_mass_matrix = self._bsr(self.full_mass).tocsr()
         self.full_mass_matrix.eliminate_zeros()  # two thirds of every block: x, y and z are not coupled
@@ -402,7 +403,7 @@ class AncfSystem(System):
         potential: dict[str, float] = {}
         for group in self.mesh.groups:
             potential[group.name] = potential.get(group.name, 0.0) + group.energy(q, None)[0]
-        if np.any(self.weight):
+        if self._weighs:
             potential["gravity"] = -float(self.weight @ q)
         return potential
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
+from itertools import repeat
 
 import numpy as np
 
@@ -116,11 +117,8 @@ class StepwiseRun(Run):
         first, points = self.last.drive, self.statistics.points
         path = points[-1].path if points else 0
         path += path % 2  # without drives, no drive force can be dynamic
-        energies = records[:, [TIME, PANELS, CREASES]].tolist()
-        points.extend(
-            CurvePoint(first, force, t, path, panels, creases)
-            for force, (t, panels, creases) in zip(forces, energies, strict=True)
-        )
+        times, panels, creases = records[:, [TIME, PANELS, CREASES]].T.tolist()
+        points.extend(map(CurvePoint, repeat(first), forces, times, repeat(path), panels, creases))
 
     def _solver(self) -> StepMethod:
         """New solver at the present state; it continues from the last restart point, if any."""
