@@ -74,8 +74,9 @@ class ArcRun:
             )
         if last.time < settings.end_time:
             self.warnings.append(
-                f"arc-length: the path ended before the program time {settings.end_time:.4g} s of its step: the loads decreased "
-                f"after a program time of {max(p.time for p in points):.4g} s, then changed sign and reached their full size"
+                f"arc-length: the path ended before the program time {settings.end_time:.4g} s of its step: the loads "
+                f"decreased after a program time of {max(p.time for p in points):.4g} s, then changed sign and reached "
+                "their full size"
             )
         return last.q
 
