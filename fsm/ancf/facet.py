@@ -23,7 +23,7 @@ from fsm.ancf.facet_tension import relax_efforts, relax_energy, relax_moduli
 from fsm.kernels.jit import kernel
 
 __all__ = [
-    "FacetArrays", "add_facet_force", "add_facet_tangent", "add_geometric", "bend_point", "facet_curvatures",
+    "FacetArrays", "add_facet_force", "add_facet_tangent", "add_geometric", "bend_point", "columns_of", "facet_curvatures",
     "facet_efforts", "facet_energy", "facet_strains", "gather", "stretch_efforts", "stretch_gradients", "stretch_strains",
 ]  # fmt: skip
 
@@ -258,7 +258,7 @@ def add_facet_force(facets: FacetArrays, q: np.ndarray, force: np.ndarray) -> No
 
 
 @kernel(inline=True)
-def _columns(strain: int) -> tuple[int, int]:
+def columns_of(strain: int) -> tuple[int, int]:
     """First and last column of the derivatives of a strain: the columns of the slopes for a corner strain, else all
     columns.
     """
@@ -272,8 +272,8 @@ def _columns(strain: int) -> tuple[int, int]:
 def stretch_gradients(
     edges: np.ndarray, across: np.ndarray, slopes: np.ndarray, e: np.ndarray, out: np.ndarray
 ) -> None:
-    """Derivatives (15, 27) of the strains with respect to the nodal vectors. Derivatives of corner strains are in `_columns`
-    only.
+    """Derivatives (15, 27) of the strains with respect to the nodal vectors. Those of corner strains are zero outside the
+    columns of `columns_of`, and are not written.
     """
     for edge in range(3):
         for i in range(9):
@@ -387,12 +387,12 @@ def add_facet_tangent(
             weighed[i] = 0.0
             for j in range(15):
                 w = moduli[i, j]
-                first, last = _columns(j)
+                first, last = columns_of(j)
                 for v in range(first, last):
                     weighed[i, v] += w * gradients[j, v]
         h[:] = 0.0
         for i in range(15):
-            first, last = _columns(i)
+            first, last = columns_of(i)
             for v in range(first, last):
                 w = gradients[i, v]
                 for j in range(v, 27):

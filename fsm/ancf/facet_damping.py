@@ -18,6 +18,7 @@ from fsm.ancf.facet import (
     FacetArrays,
     add_geometric,
     bend_point,
+    columns_of,
     gather,
     stretch_efforts,
     stretch_gradients,
@@ -133,81 +134,125 @@ def add_facet_damping(
     stiffness, damping : flat block data, changed in place
     """
     e, v, slopes, strains = np.empty((9, 3)), np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3))
-    moving, efforts = np.empty((3, 4, 3)), np.empty((5, 3))
+    rising, efforts = np.empty((3, 4, 3)), np.empty((5, 3))
     gradients, changes, weighed = np.zeros((15, 27)), np.zeros((15, 27)), np.empty((15, 27))
-    h, d, plain = np.empty((27, 27)), np.empty((27, 27)), np.empty((9, 9))
+    h, d, others, plain = np.empty((27, 27)), np.empty((27, 27)), np.zeros((27, 27)), np.empty((9, 9))
     g, w, n, c, work = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty((8, 6))
-    gradient, change, moments = np.empty((3, 15)), np.empty((3, 15)), np.empty((3, 15))
-    m, unit = np.empty(3), np.empty(3)
-    of_q, of_u, half = np.empty((15, 15)), np.empty((15, 15)), np.empty((15, 27))
+    gradient, change, m, unit = np.empty((3, 15)), np.empty((3, 15)), np.empty(3), np.empty(3)
+    turn, moments, turn_change = np.empty((3, 27)), np.empty((3, 27)), np.empty((3, 27))
+    of_q, half, moving = np.empty((15, 15)), np.empty((15, 27)), _any(u)
     for k in range(facets.vectors.shape[0]):
         gather(facets.vectors[k], q, e)
-        gather(facets.vectors[k], u, v)
-        stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], v, moving, strains)
-        stretch_gradients(facets.edges[k], facets.across[k], moving, v, changes)  # strains are quadratic
         stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
         stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
         for s in range(15):
-            for i in range(27):
-                total = 0.0
-                for r in range(15):
-                    total += tau * facets.moduli[k, s, r] * gradients[r, i]
-                weighed[s, i] = total
+            weighed[s] = 0.0
+            for r in range(15):
+                x = tau * facets.moduli[k, s, r]
+                first, last = columns_of(r)
+                for i in range(first, last):
+                    weighed[s, i] += x * gradients[r, i]
         stretch_efforts(facets.moduli[k], stretching[k], efforts)
         efforts *= tau
         h[:] = 0.0
         d[:] = 0.0
-        for s in range(15):
-            for i in range(27):
-                x, y = gradients[s, i], weighed[s, i]
-                for j in range(27):
+        for s in range(15):  # h and d are symmetric, so only their upper triangles are summed; `others` is not
+            first, last = columns_of(s)
+            for i in range(first, last):
+                x = gradients[s, i]
+                for j in range(i, 27):
                     d[i, j] += x * weighed[s, j]
-                    h[i, j] += y * changes[s, j]
+        if moving:
+            gather(facets.vectors[k], u, v)
+            stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], v, rising, strains)
+            stretch_gradients(facets.edges[k], facets.across[k], rising, v, changes)  # strains are quadratic
+            others[:] = 0.0
+            _add_products(weighed, changes, others)
         plain[:] = 0.0
         add_geometric(facets.edges[k], facets.across[k], efforts, plain)
         for i in range(9):
-            for j in range(9):
+            for j in range(i, 9):
                 for a in range(3):
                     h[3 * i + a, 3 * j + a] += plain[i, j]
         for point in range(3):
             bend_point(rows[k, point], e, g)
-            bend_point(rows[k, point], v, w)
             length = normal(g, n)
             curvature_gradient(g, n, length, c, gradient)
+            _map(gradient, rows[k, point], turn)
             _moments(facets.bend_moduli[k], tau, turning[k, point], m)
             for i in range(3):
-                unit[:] = 0.0
-                unit[i] = 1.0
-                of_q[:] = 0.0
-                add_curvature_hessian(g, n, length, unit, work, of_q)
-                for j in range(15):
-                    change[i, j] = moments[i, j] = 0.0
-                    for r in range(15):
-                        change[i, j] += of_q[j, r] * w[r]
+                for j in range(27):
+                    moments[i, j] = 0.0
                     for r in range(3):
-                        moments[i, j] += tau * facets.bend_moduli[k, i, r] * gradient[r, j]
+                        moments[i, j] += tau * facets.bend_moduli[k, i, r] * turn[r, j]
+            for r in range(3):
+                for i in range(27):
+                    x = turn[r, i]
+                    for j in range(i, 27):
+                        d[i, j] += x * moments[r, j]
+            if moving:
+                bend_point(rows[k, point], v, w)
+                for i in range(3):
+                    unit[:] = 0.0
+                    unit[i] = 1.0
+                    of_q[:] = 0.0
+                    add_curvature_hessian(g, n, length, unit, work, of_q)
+                    for j in range(15):
+                        change[i, j] = 0.0
+                        for r in range(15):
+                            change[i, j] += of_q[j, r] * w[r]
+                _map(change, rows[k, point], turn_change)
+                _add_products(moments, turn_change, others)
             of_q[:] = 0.0
             add_curvature_hessian(g, n, length, m, work, of_q)
-            for i in range(15):
-                for j in range(15):
-                    of_u[i, j] = 0.0
-                    for r in range(3):
-                        of_u[i, j] += gradient[r, i] * moments[r, j]
-                        of_q[i, j] += moments[r, i] * change[r, j]
             _add_mapped(of_q, rows[k, point], half, h)
-            _add_mapped(of_u, rows[k, point], half, d)
+        for i in range(27):
+            for j in range(i):
+                h[i, j], d[i, j] = h[j, i], d[j, i]
         for i in range(9):
             for j in range(9):
                 slot = slots[k, i, j]
                 for a in range(3):
                     for b in range(3):
-                        stiffness[slot + a * size + b] += h[3 * i + a, 3 * j + b]
+                        stiffness[slot + a * size + b] += h[3 * i + a, 3 * j + b] + others[3 * i + a, 3 * j + b]
                         damping[slot + a * size + b] += d[3 * i + a, 3 * j + b]
 
 
 @kernel(inline=True)
+def _any(values: np.ndarray) -> bool:
+    found = False
+    for i in range(values.shape[0]):
+        found = found or values[i] != 0.0
+    return found
+
+
+@kernel
+def _add_products(left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
+    """Add the product (27, 27) of the transpose of a matrix (r, 27), and a matrix (r, 27)."""
+    for r in range(left.shape[0]):
+        for i in range(27):
+            x = left[r, i]
+            for j in range(27):
+                out[i, j] += x * right[r, j]
+
+
+@kernel
+def _map(inner: np.ndarray, rows: np.ndarray, out: np.ndarray) -> None:
+    """Derivatives (3, 27) by nodal vectors from derivatives (3, 15) by slopes and curvature vectors."""
+    for i in range(3):
+        for v in range(9):
+            for a in range(3):
+                total = 0.0
+                for d in range(5):
+                    total += inner[i, 3 * d + a] * rows[d, v]
+                out[i, 3 * v + a] = total
+
+
+@kernel
 def _add_mapped(inner: np.ndarray, rows: np.ndarray, half: np.ndarray, out: np.ndarray) -> None:
-    """Add the matrix (27, 27) by nodal vectors of a matrix (15, 15) by slopes and curvature vectors."""
+    """Add the upper triangle of the matrix (27, 27) by nodal vectors of a symmetric matrix (15, 15) by slopes and curvature
+    vectors.
+    """
     for i in range(15):
         for v in range(9):
             for a in range(3):
@@ -219,5 +264,5 @@ def _add_mapped(inner: np.ndarray, rows: np.ndarray, half: np.ndarray, out: np.n
         for d in range(5):
             w = rows[d, v]
             for a in range(3):
-                for j in range(27):
+                for j in range(3 * v + a, 27):
                     out[3 * v + a, j] += w * half[3 * d + a, j]

@@ -120,9 +120,10 @@ def driven_power(driven: Driven, inertia: np.ndarray, rates: np.ndarray, wrenche
 
 @kernel
 def fill_reactions(driven: Driven, t: float, inertia: np.ndarray, wrenches: np.ndarray, out: np.ndarray) -> float:
-    """Write travels (n_motions,), and forces or moments of the drives against wrenches and inertia, to `out`.
+    """Write the travels (n_motions,) of the drives and their forces or moments to `out`. The force of a drive balances the
+    wrenches on its bodies and their inertial forces.
 
-    Returns the largest force or moment against inertia.
+    Returns the largest inertial part of the force (N) or moment (N m) of a drive.
     """
     count, n = driven.directions.shape
     against_inertia = np.zeros(count)

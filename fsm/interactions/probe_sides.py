@@ -139,7 +139,7 @@ def round_tips(
 def passed_through(
     side: np.ndarray, limit: np.ndarray, height: np.ndarray, before: np.ndarray, deepest: float
 ) -> np.ndarray:
-    """Probes (m,) that are deeper than their limit, but not deeper than a given displacement can explain.
+    """Indices (m,) of the probes whose depth exceeds their limit by at most `deepest`, m.
 
     `before` contains the heights at the last accepted state. If it is empty, probes without a side in that state are
     included too.

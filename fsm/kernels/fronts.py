@@ -19,7 +19,7 @@ from fsm.kernels.block_lu import backward_error
 from fsm.kernels.jit import kernel
 from fsm.kernels.small_blocks import is_zero, negative_eigenvalues
 
-__all__ = ["Supernodes", "count_nonzero", "count_negative_pivots", "factorise_fronts", "solve_by_fronts"]
+__all__ = ["Supernodes", "count_nonzero", "count_negative_pivots", "factorise_fronts", "solve_by_fronts", "solve_columns"]
 
 _STRIP = 48
 """Rows of the Schur complement that are computed at once, up to the diagonal of the last one."""
@@ -224,24 +224,27 @@ def factorise_fronts(
 
 @kernel
 def _gather(nodes: Supernodes, s: int, y: np.ndarray, part: np.ndarray) -> int:
-    """Write the numbers of a supernode's own steps and of its rows to `part`; return how many are its own."""
+    """Write the rows of y (n d, k) of a supernode's own steps and of its rows to `part`; return how many are its own."""
     size, first, own = nodes.size, nodes.first[s], (nodes.first[s + 1] - nodes.first[s]) * nodes.size
     for i in range(own):
-        part[i] = y[first * size + i]
+        for c in range(y.shape[1]):
+            part[i, c] = y[first * size + i, c]
     for k in range(nodes.start[s], nodes.start[s + 1]):
         for a in range(size):
-            part[own + (k - nodes.start[s]) * size + a] = y[nodes.rows[k] * size + a]
+            for c in range(y.shape[1]):
+                part[own + (k - nodes.start[s]) * size + a, c] = y[nodes.rows[k] * size + a, c]
     return int(own)
 
 
 @kernel
-def _solve(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solve A x = b with the factors of `factorise_fronts`; b and x are (n d,)."""
-    size, count, step = nodes.size, nodes.order.shape[0], nodes.width * nodes.size
-    y, part = np.empty(count * size), np.empty(nodes.largest)
+def solve_columns(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solve A X = B with the factors of `factorise_fronts`; B and X are (n d, k)."""
+    size, count, step, columns = nodes.size, nodes.order.shape[0], nodes.width * nodes.size, right.shape[1]
+    y, part = np.empty((count * size, columns)), np.empty((nodes.largest, columns))
     for i in range(count):
         for a in range(size):
-            y[i * size + a] = right[nodes.order[i] * size + a]
+            for c in range(columns):
+                y[i * size + a, c] = right[nodes.order[i] * size + a, c]
     for s in range(nodes.children.shape[0]):
         own, at = _gather(nodes, s, y, part), nodes.factors[s]
         whole = own + (nodes.start[s + 1] - nodes.start[s]) * size
@@ -255,10 +258,12 @@ def _solve(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> np.ndar
             if below > 0:
                 part[end:whole] -= np.dot(column, np.dot(pivot, part[begin:end]))
         for i in range(own):
-            y[nodes.first[s] * size + i] = part[i]
+            for c in range(columns):
+                y[nodes.first[s] * size + i, c] = part[i, c]
         for k in range(nodes.start[s], nodes.start[s + 1]):
             for a in range(size):
-                y[nodes.rows[k] * size + a] = part[own + (k - nodes.start[s]) * size + a]
+                for c in range(columns):
+                    y[nodes.rows[k] * size + a, c] = part[own + (k - nodes.start[s]) * size + a, c]
     for s in range(nodes.children.shape[0] - 1, -1, -1):
         own, at = _gather(nodes, s, y, part), nodes.factors[s + 1]
         whole = own + (nodes.start[s + 1] - nodes.start[s]) * size
@@ -273,11 +278,13 @@ def _solve(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> np.ndar
                 part[begin:end] -= np.dot(column.T, part[end:whole])
             part[begin:end] = np.dot(pivot, part[begin:end])
         for i in range(own):
-            y[nodes.first[s] * size + i] = part[i]
-    x = np.empty(count * size)
+            for c in range(columns):
+                y[nodes.first[s] * size + i, c] = part[i, c]
+    x = np.empty((count * size, columns))
     for i in range(count):
         for a in range(size):
-            x[nodes.order[i] * size + a] = y[i * size + a]
+            for c in range(columns):
+                x[nodes.order[i] * size + a, c] = y[i * size + a, c]
     return x
 
 
@@ -293,14 +300,14 @@ def solve_by_fronts(
     trusted: bool,
 ) -> tuple[np.ndarray, float, bool]:
     """Solve A x = b with the factors of `factorise_fronts`; see `fsm.kernels.block_lu.solve_refined`."""
-    x = _solve(nodes, factors, right)
+    x = solve_columns(nodes, factors, right.reshape(-1, 1)).reshape(-1)
     if trusted:
         return x, 0.0, False
     residual = np.empty(right.shape[0])
     error = backward_error(rows, columns, data, x, right, residual)
     refined = error > refine_above
     if refined:
-        x += _solve(nodes, factors, residual)
+        x += solve_columns(nodes, factors, residual.reshape(-1, 1)).reshape(-1)
         error = backward_error(rows, columns, data, x, right, residual)
     return x, error, refined
 

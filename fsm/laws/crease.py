@@ -93,9 +93,9 @@ def add_flexibility(curve: MomentCurve, flexibility: float, subdivisions: int = 
     if stretch.min() <= 0.0:
         worst = int(np.argmin(stretch))
         raise ValueError(
-            f"at an opening of {np.degrees(opening[worst]):.4g} deg the crease softens by {slope[worst]:.4g} N m/rad; with "
-            f"the half segments its slope must be above {-1.0 / flexibility:.4g} N m/rad; use shorter segments or "
-            "half_cell = false"
+            f"at an opening of {np.degrees(opening[worst]):.4g} deg the tangent stiffness of the crease is "
+            f"{slope[worst]:.4g} N m/rad; in series with its half segments it must be above {-1.0 / flexibility:.4g}; use "
+            "shorter segments or half_cell = false"
         )
     total = opening + moment * flexibility
     return _hermite(total, moment, slope / stretch)

@@ -1,4 +1,4 @@
-"""Checks of the steps of a case that need no bodies."""
+"""Check the steps of a case before its bodies exist."""
 
 from __future__ import annotations
 

@@ -144,7 +144,7 @@ class SheetCrease(Model):
         Flat edges that are named here become creases.
     stiffness_per_length : N m/rad per m
     rest_angle : rad
-        Fold angle without moment, on the side of the assignment.
+        Fold angle at which the moment is zero, on the side of the assignment.
     """
 
     of: Name

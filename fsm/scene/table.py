@@ -222,7 +222,7 @@ def _name_faults(rows: Sequence[_Row], named: bool) -> list[Fault]:
 
 
 def _base(file: Path, pairs: Sequence[tuple[str, str]], source: str) -> tuple[dict[str, Any], list[Fault]]:
-    """Tables of the base case, and faults of overrides for all rows."""
+    """Read the base case, and list the faults of the overrides that apply to every row."""
     try:
         data = read_toml(file)
     except CaseError as error:

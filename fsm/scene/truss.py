@@ -41,7 +41,7 @@ class SceneTruss(Model):
         A point of the left triangle, both ends of the line, a point of the right triangle. Angles follow `Pattern`.
     fold_stiffness : N m/rad
     fold_rest : rad
-        Fold angle of each spring without moment.
+        Fold angle of each spring at which its moment is zero.
     bend_lines : number of springs at the end of the list that are bend lines; their energy counts as energy of the panels
     linear_to : rad
         Fold angle beyond which the moment of a spring rises like a tangent function, to infinity at 180 degrees.

@@ -46,8 +46,8 @@ def crease_faults(scene: Scene, of_strip: bool) -> Iterator[Fault]:
         else:
             remedy = f"use segments {math.ceil(1.01 * -slope / limit)} times shorter, or half_cell = false"
         what = (
-            f"at an opening of {np.degrees(opening):.4g} deg the crease softens by {slope:.4g} N m/rad; with the half "
-            f"segments beside it, it may soften by {-limit:.4g} at most; {remedy}"
+            f"at an opening of {np.degrees(opening):.4g} deg the tangent stiffness of the crease is {slope:.4g} N m/rad; in "
+            f"series with its half segments it must be above {-limit:.4g}; {remedy}"
         )
         yield Fault(path, what)
 

@@ -74,9 +74,9 @@ class ArcRun:
             )
         if last.time < settings.end_time:
             self.warnings.append(
-                f"arc-length: the path did not reach the end of its step, program time {settings.end_time:.4g} s; "
-                f"the loads decreased after a program time of {max(p.time for p in points):.4g} s, and the path ended at "
-                "the opposite loads"
+                f"arc-length: the path ended before the program time {settings.end_time:.4g} s of its step: the loads "
+                f"decreased after a program time of {max(p.time for p in points):.4g} s, then changed sign and reached "
+                "their full size"
             )
         return last.q
 

@@ -34,6 +34,7 @@ from fsm.kernels.fronts import (
     count_nonzero,
     factorise_fronts,
     solve_by_fronts,
+    solve_columns,
 )
 from fsm.solve.low_rank import LowRankSolution, shifted
 from fsm.solve.supernodes import supernodes
@@ -170,17 +171,17 @@ class LinearSolver:
         base, terms = shifted(matrix, self._places)
         try:
             self._factorise_blocks(base)
-            found = LowRankSolution(matrix, terms, self._solve_blocks)
+            found = LowRankSolution(matrix, terms, self._solve_blocks, self._solve_all)
             self._places = found.places
         # the matrix has a mode without any stiffness; the component along this mode follows from a slightly stiffer matrix
         except NotConverged:
             data, diagonal, entries = base.data.copy(), matrix.pattern.diagonal, range(matrix.pattern.size)
             data[diagonal[:, None], entries, entries] += _SHIFT * np.abs(data).max(initial=0.0)
             self._factorise_blocks(base.with_data(data))
-            self._places = LowRankSolution(matrix, terms, self._solve_blocks).places
+            self._places = LowRankSolution(matrix, terms, self._solve_blocks, self._solve_all).places
             base, terms = shifted(matrix, self._places)
             self._factorise_blocks(base)
-            found = LowRankSolution(matrix, terms, self._solve_blocks)
+            found = LowRankSolution(matrix, terms, self._solve_blocks, self._solve_all)
         return found
 
     def _factorise_blocks(self, matrix: BlockMatrix) -> None:
@@ -260,6 +261,15 @@ class LinearSolver:
             return np.asarray(self._other(right))
         self._trusted = not refined
         return np.asarray(x)
+
+    def _solve_all(self, rights: np.ndarray) -> np.ndarray:
+        """Solutions (n, k) for k right sides (k, n), together if the first solution shows that the factors are accurate."""
+        found = [self._solve_blocks(right) for right in rights[:1]]
+        if len(rights) > 1 and self._supernodes is not None and self._other is None and self._trusted:
+            return np.column_stack([
+                *found, solve_columns(self._supernodes, self._front_factors, np.ascontiguousarray(rights[1:].T))
+            ])  # fmt: skip
+        return np.column_stack([*found, *(self._solve_blocks(right) for right in rights[1:])])
 
     def negative_pivots(self, recount: bool = True) -> int:
         """Number of negative eigenvalues of a symmetric matrix; by a dense solver if the block pivots failed.

@@ -52,18 +52,23 @@ class LowRankSolution:
         The whole matrix, for residuals.
     low_rank : LowRank
         V and W.
-    solve : solution with the factors of A
+    solve, solve_all : solution (n,) with the factors of A, and solutions (n, k) for k right sides (k, n)
     """
 
-    def __init__(self, matrix: BlockMatrix, low_rank: LowRank, solve: Callable[[np.ndarray], np.ndarray]) -> None:
-        self._matrix, self._low_rank, self._solve_blocks = matrix, low_rank, solve
+    def __init__(
+        self,
+        matrix: BlockMatrix,
+        low_rank: LowRank,
+        solve: Callable[[np.ndarray], np.ndarray],
+        solve_all: Callable[[np.ndarray], np.ndarray],
+    ) -> None:
+        self._matrix, self._low_rank, self._solve_blocks, self._solve_all = matrix, low_rank, solve, solve_all
         self._blocks = matrix.blocks()
 
     @cached_property
     def _columns(self) -> np.ndarray:
         """A^-1 V^T, (n, k)."""
-        kind = self._matrix.data.dtype
-        return np.column_stack([self._solve_blocks(vector.astype(kind)) for vector in self._low_rank.vectors])
+        return self._solve_all(self._low_rank.vectors.astype(self._matrix.data.dtype))
 
     @cached_property
     def _inner(self) -> np.ndarray:

@@ -10,8 +10,8 @@ x = P a in the tangent space as unknown
 
     [(gamma M + D) G + K] x = M g + (gamma M + D) G c,      c = P R f,   G = (P R T)^-1,   b = G (x - c),
 
-where the matrix has the pattern of K. Where the configurations are a vector space (the plane), G = gamma I and this is
-(gamma^2 M + gamma D + K) a = M g + (gamma M + D) f, b = gamma a - f. M is constant.
+where the matrix has the pattern of K. In planar motion the configurations are a vector space. Then G = gamma I, and the
+equation becomes (gamma^2 M + gamma D + K) a = M g + (gamma M + D) f, with b = gamma a - f. M is constant.
 """
 
 from __future__ import annotations

@@ -224,7 +224,7 @@ def test_a_crease_that_would_snap_is_a_fault_of_the_case() -> None:
         compiled(crease=steep, strip={"segments_per_panel": 1})
     (fault,) = caught.value.faults
     assert fault.path == "crease.data"
-    assert "deg the crease softens by" in fault.message
+    assert "deg the tangent stiffness of the crease is -" in fault.message
     assert "half_cell = false" in fault.message
     assert compiled(crease=steep, strip={"segments_per_panel": 1, "half_cell": False}).nu > 0
 

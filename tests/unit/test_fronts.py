@@ -16,7 +16,7 @@ from fsm.ancf.time_functions import Ramp
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import fill_in
-from fsm.kernels.fronts import Supernodes, count_negative_pivots, factorise_fronts, solve_by_fronts
+from fsm.kernels.fronts import Supernodes, count_negative_pivots, factorise_fronts, solve_by_fronts, solve_columns
 from fsm.segments.pattern import body_pattern
 from fsm.solve import linear
 from fsm.solve.linear import LinearSolver
@@ -66,6 +66,8 @@ def test_fronts_solve_as_a_dense_solver_and_count_negative_eigenvalues(
     dense = matrix.bsr().toarray()
     np.testing.assert_allclose(dense @ x, right, atol=1e-9)
     assert error < 1e-10
+    several = solve_columns(nodes, factors, np.column_stack([right, -2.0 * right]))
+    np.testing.assert_allclose(several, np.column_stack([x, -2.0 * x]), rtol=1e-9, atol=1e-12 * np.abs(x).max())
     assert count_negative_pivots(nodes, factors) == int(np.sum(np.linalg.eigvalsh(dense) < 0.0))
 
 

@@ -28,7 +28,7 @@ class SheetJoint(NamedTuple):
     kind : "crease", "bend line" or "rigid"
     name : "crease 1", "bend line 1" or "joint 1"
     stiffness : N m/rad, of the whole edge; for a measured curve its mean slope
-    rest : rad, magnitude of the fold angle without moment; None: the rest angle of the common crease law, or flat for a bend
+    rest : rad, magnitude of the rest angle; None: the rest angle of the common crease law, or flat for a bend
     line
     """
 
@@ -78,8 +78,8 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
 
 
 def rest_angle(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) -> float:
-    """Fold angle of a joint without moment: the angle at the start, unless a crease law gives another value; zero for bend
-    lines.
+    """Rest angle of a joint: zero for a bend line, the value of the crease law if the law gives one, else the fold angle at
+    the start.
     """
     size = joint.rest
     if size is None and joint.kind == "crease" and case.crease is not None:

@@ -26,7 +26,7 @@ class FoldData:
         Number of the law of each fold.
     share : factor of the law; N m/rad for `UNIT`
     rest, start : rad
-        Fold angles without moment, and at the start.
+        Rest angles, and fold angles at the start.
     damping : N m s/rad
     turning : N m
         Stiffness times the change of the rest angle from the start to `end`.

@@ -46,7 +46,7 @@ def read_fold(text: str, scale: float | None, number: int | None = None) -> Patt
         raise ValueError("is not a FOLD file; the top level of a FOLD file is a JSON object")
     version = data.get("file_spec", 1)
     if not isinstance(version, int | float) or not 1.0 <= version < 2.0:
-        raise ValueError(f"has file_spec {version!r}; versions 1.0 to 1.2 are supported")
+        raise ValueError(f"has file_spec {version!r}; versions 1.0 to 1.9 are read")
     listed = _frames(data)
     frames = [frame for frame in listed if frame.get("vertices_coords")]
     if not frames:
