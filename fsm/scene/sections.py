@@ -94,7 +94,11 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
 
 def static_faults(solve: Solve | None) -> Iterable[Fault]:
     """Faults of keys of statics with another method; "auto" may select statics."""
-    if solve is None or solve.method in ("auto", "static"):
+    if solve is None or solve.method == "static":
+        return
+    if solve.force_limit is not None and solve.method == "auto":
+        yield Fault("solve.force_limit", 'is used by method = "static" only; set solve.method = "static", or remove this key')
+    if solve.method == "auto":
         return
     for key in static_keys(solve):
         used = 'is used by method = "static" and "auto" only'
@@ -103,4 +107,4 @@ def static_faults(solve: Solve | None) -> Iterable[Fault]:
 
 def static_keys(solve: Solve) -> list[str]:
     """Keys of statics with a value other than the default; complete case files also contain the defaults."""
-    return [key for key in ("increment", "imperfection") if getattr(solve, key)]
+    return [key for key in ("increment", "imperfection", "force_limit") if getattr(solve, key)]
