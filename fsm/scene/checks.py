@@ -307,7 +307,8 @@ def _force_limit(sections: Sections) -> Iterable[Fault]:
     scene_drives = sections.scene.drives if sections.scene is not None else ()
     first = [*sections.drives.values(), *scene_drives][:1]
     if limited and first and first[0].turn is not None:
-        yield Fault("solve.force_limit", "the first drive has a `turn`, whose effort is a moment; remove this key, or give `travel`")
+        text = "the first drive has a `turn`, whose effort is a moment; remove this key, or give `travel`"
+        yield Fault("solve.force_limit", text)
 
 
 def _release(sections: Sections) -> Iterable[Fault]:

@@ -96,12 +96,13 @@ def static_faults(solve: Solve | None) -> Iterable[Fault]:
     """Faults of keys of statics with another method; "auto" may select statics."""
     if solve is None or solve.method == "static":
         return
-    if solve.force_limit is not None and solve.method == "auto":
-        yield Fault("solve.force_limit", 'is used by method = "static" only; set solve.method = "static", or remove this key')
     if solve.method == "auto":
+        if solve.force_limit is not None:
+            text = 'is used by method = "static" only; set solve.method = "static", or remove this key'
+            yield Fault("solve.force_limit", text)
         return
     for key in static_keys(solve):
-        used = 'is used by method = "static" and "auto" only'
+        used = 'is used by method = "static" only' if key == "force_limit" else 'is used by method = "static" and "auto" only'
         yield Fault(f"solve.{key}", f'{used}, not by "{solve.method}"; remove this key')
 
 

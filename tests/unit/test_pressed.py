@@ -96,7 +96,7 @@ def test_advanced_they_are_the_new_depths_to_first_order(spatial: bool, damping:
     assert errors[0] > 3.0 * errors[1]
 
 
-@pytest.mark.parametrize("name, exponent", [("linear", 1.0), ("hertz", 1.5)])
+@pytest.mark.parametrize(("name", "exponent"), [("linear", 1.0), ("hertz", 1.5)])
 @pytest.mark.parametrize("depth", [2e-6, 2e-5], ids=["in the ramp", "beyond the ramp"])
 @pytest.mark.parametrize("closing", [0.0, 1e-4, -1e-5])
 def test_depths_converge_to_the_geometric_depth(name: str, exponent: float, depth: float, closing: float) -> None:

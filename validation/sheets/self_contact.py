@@ -5,8 +5,8 @@ contact is in proportion to that of its panels.
 
 With `--random`, Miura sheets of bars with random shapes, thicknesses of 20 um to 1 mm and friction coefficients of 0 to 1
 are packed to three thicknesses for each column, or until the force is 20 N for each N m/rad/m of the creases. With
-`--flashers`, flashers of bars with random shapes fold themselves from flat. With `--released`, the same Miura sheets are packed
-without friction and pulled back; a sheet that is not stuck has its first shape again.
+`--flashers`, flashers of bars with random shapes fold themselves from flat. With `--released`, the same Miura sheets are
+packed without friction and pulled back; a sheet that is not stuck has its first shape again.
 
     python -m validation.sheets.self_contact [--first 3] [--random 100] [--flashers 20] [--released 20]
 """
@@ -53,9 +53,9 @@ def closing_zigzag(thickness: float, friction: float) -> dict[str, Any]:
 def packed_miura(seed: int) -> tuple[dict[str, Any], str]:
     """Case of a random Miura sheet that is pushed together along x, and its text for the table.
 
-    The sheet is pushed until its length is three thicknesses for each column, at least 3 mm, or until it locks: the force of
-    the creases alone is at most a few N for each N m/rad/m of their stiffness k. At k in N, a whole face has a penetration of
-    1/5000 of the thickness.
+    The sheet is pushed until its length is three thicknesses for each column, at least 3 mm, or until it locks. The force of
+    the creases alone is at most a few N for each N m/rad/m of their stiffness. Under one N for each N m/rad/m, a whole face
+    has a penetration of 1/5000 of the thickness.
     """
     dice = np.random.default_rng(seed)
     columns, rows = int(dice.integers(3, 6)), int(dice.integers(2, 4))
@@ -192,7 +192,8 @@ def main() -> None:
         print(f"\n{solved} of {len(drawn)} solved; {found} of {states} saved states have intersections")
     if given.released:
         ends = "travel (mm) | largest difference from the first shape, over the size | final over peak force"
-        print(f"| seed | size | thickness (um) | friction (not used) | saved states | with intersections | {ends} |\n|{'---|' * 9}")
+        columns = f"seed | size | thickness (um) | friction (not used) | saved states | with intersections | {ends}"
+        print(f"| {columns} |\n|{'---|' * 9}")
         for k in range(given.released):
             print(_released(given.begin + k), flush=True)
     if drawn or given.released:

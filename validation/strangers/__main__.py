@@ -4,8 +4,8 @@
     python -m validation.strangers --seed 1 --only strips:17       (one case again; its folder is kept)
 
 An interrupted command continues where it stopped. With --earlier, cases that earlier sources solved are not run again. Exit
-code 1 means that less than 95 % of any kind is solved, that the second solver finds a wrong result, or that facets of a saved
-state pass through each other.
+code 1 means that less than 95 % of any kind is solved, that the second solver finds a wrong result, or that facets of a
+saved state pass through each other.
 """
 
 from __future__ import annotations

@@ -27,13 +27,14 @@ def _contact(dice: Dice, crease: Tables, thickness: float) -> Tables:
     """[contact] with a law for slow motions, and [friction] in two cases of three.
 
     A crease that is turned by pi presses its facets together with a force of about pi k, where k is its stiffness per
-    length. Under 100 to 10,000 times this force a whole face has a penetration of half the thickness. Softer contact could not
-    keep the facets apart, because a point or an edge has only a small part of the stiffness of a face.
+    length. Under 100 to 10,000 times this force a whole face has a penetration of half the thickness. Softer contact could
+    not keep the facets apart, because a point or an edge has only a small part of the stiffness of a face.
     """
     hertz = dice.chance(0.5)
     force = 10.0 ** dice.count(2, 4) * math.pi * float(crease["stiffness_per_length"].split()[0])
     exponent, unit = (1.5, "N/m^1.5") if hertz else (1.0, "N/m")
-    section: Tables = {"law": "hertz" if hertz else "linear", "stiffness": f"{force / (0.5 * thickness) ** exponent:.0e} {unit}"}
+    stiffness = f"{force / (0.5 * thickness) ** exponent:.0e} {unit}"
+    section: Tables = {"law": "hertz" if hertz else "linear", "stiffness": stiffness}
     if dice.chance(0.8):
         section["damping"] = f"{10.0 ** dice.count(1, 3):g} N s/m"
     tables: Tables = {"contact": section}
