@@ -102,8 +102,8 @@ def static_faults(solve: Solve | None) -> Iterable[Fault]:
             yield Fault("solve.force_limit", text)
         return
     for key in static_keys(solve):
-        used = 'is used by method = "static" only' if key == "force_limit" else 'is used by method = "static" and "auto" only'
-        yield Fault(f"solve.{key}", f'{used}, not by "{solve.method}"; remove this key')
+        methods = '"static"' if key == "force_limit" else '"static" and "auto"'
+        yield Fault(f"solve.{key}", f'is used by method = {methods} only, not by "{solve.method}"; remove this key')
 
 
 def static_keys(solve: Solve) -> list[str]:
