@@ -219,7 +219,10 @@ class Deployment(Analysis):
             drive_names=tuple(
                 " + ".join(drive.moved) + (" (turn)" if drive.turn is not None else "") for drive in self.scene.drives
             ),
-            thickness=max((plate.thickness for _, plate, _ in bodies.plates), default=0.0),
+            thickness=max(
+                (plate.thickness for _, plate, _ in bodies.plates),
+                default=0.0 if self.case.sheet is None else self.case.sheet.thickness,
+            ),
         )
 
     def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:

@@ -22,7 +22,7 @@ from fsm.assembly.frames import FramePoint, Frames
 from fsm.assembly.panel_gas import PanelGas, PanelGasSystem
 from fsm.assembly.system import JoinedSystem
 from fsm.errors import CaseError, Fault
-from fsm.scene.contact_points import contact_points
+from fsm.scene.contact_points import contact_points, points_inside
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
 from fsm.scene.gas import Orifice
@@ -30,6 +30,7 @@ from fsm.scene.patterns.facet_mesh import MeshPoint, facet_vectors
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.patterns.panel_surface import PanelSurface
+from fsm.scene.patterns.touching import SheetPoint
 from fsm.scene.scene import Scene
 from fsm.scene.truss import SceneTruss
 from fsm.segments.check_scene import check_scene
@@ -72,7 +73,8 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     row = {body.name: 1 + i for i, body in enumerate(scene.bodies)}  # the first body is the ground
     rows = np.array([row[frame.name] for frame in scene.frames], dtype=np.int64)
     touching = {point.frame.name for points in contact_points(scene).values() for point in points}
-    points = (parts.point(frame) for frame in scene.frames)
+    inside = points_inside(scene)
+    points = (_frame_point(parts, scene, frame, inside) for frame in scene.frames)
     frames = Frames.of(
         rows,
         tuple(_unoriented(p) if frame.name in touching else p for frame, p in zip(scene.frames, points, strict=True)),
@@ -84,6 +86,17 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     chambers = parts.chambers(scene, faces)
     joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), faces, pressures, chambers)
     return compiler.switched(joined)
+
+
+def _frame_point(parts: _Parts, scene: Scene, frame: SceneFrame, inside: dict[str, SheetPoint]) -> FramePoint:
+    """Frame as sums of nodal vectors; a contact point inside a triangle of the sheet is a weighted sum of its nodes."""
+    if frame.name not in inside or scene.touching is None:
+        return parts.point(frame)
+    point = inside[frame.name]
+    nodes = [parts.point(scene.touching.frames[node]) for node in point.nodes]
+    weights = np.concatenate([weight * node.weights for weight, node in zip(point.weights, nodes, strict=True)])
+    none = np.zeros(len(weights))
+    return FramePoint(np.concatenate([node.vectors for node in nodes]), weights, none, none, np.zeros(3))
 
 
 def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:

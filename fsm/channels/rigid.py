@@ -60,7 +60,7 @@ def in_space(rows: np.ndarray, turned: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def rotated(turned: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Vectors (n, 3) rotated by quaternions (n, 4)."""
-    return np.asarray(rotate_by(turned, vectors[:, None, :])[:, 0])
+    return np.asarray(rotate_by(turned, vectors))
 
 
 def rotation_since(start: np.ndarray, turned: np.ndarray) -> np.ndarray:

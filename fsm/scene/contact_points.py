@@ -1,25 +1,32 @@
-"""Points of films, cables, beams and flexible facets that touch bodies and obstacles: frames that each represent an area.
+"""Points of films, cables, beams and sheets that touch bodies and obstacles: frames that each represent an area.
 
 A film has two Gauss points along each side of each element, or the number in `contact.points_per_segment`, or more near
 round obstacles. A cable and a beam have such points along each element; the area is diameter or width times length. The sum
-of the areas does not depend on the mesh. Flexible facets have a point at each node of the mesh.
+of the areas does not depend on the mesh. Flexible facets and facets of bars have a grid of points on each triangle. A round
+obstacle penetrates by at most 2 % of its radius between these points, and a plate or a box has four of them along a side.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.patterns.flexible_facets import SHEET
-from fsm.scene.patterns.touching import TouchingSheet
+from fsm.scene.patterns.touching import SheetPoint, TouchingSheet
 from fsm.scene.scene import Scene
 
-__all__ = ["ContactPoint", "point_spacing", "contact_points", "points_along", "penetration_between"]
+__all__ = [
+    "ContactPoint", "contact_points", "penetration_between", "point_spacing", "points_along", "points_inside", "sheet_parts",
+    "sheet_spacing",
+]  # fmt: skip
 
 MOST = 5
 """Largest number of points along a side of an element."""
+_ALONG_SIDE = 4
+"""Points of a sheet along the smaller side of the face of a plate or a box."""
 _SUNK = 0.02
 """Ratio of the depth between two points to the radius of a round obstacle, above which more points are used."""
 
@@ -48,7 +55,7 @@ def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
     named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
     found = {film.name: _of_film(film, points_along(scene, film)) for film in scene.films if film.name in named}
     if scene.touching is not None and SHEET in named:
-        found[SHEET] = _of_sheet(scene.touching)
+        found[SHEET] = _of_sheet(scene.touching, sheet_parts(scene))
     return found | {name: _of_line(line, points_along(scene, line)) for name, line in scene.lines.items() if name in named}
 
 
@@ -107,12 +114,49 @@ def _of_line(cable: SceneCable | SceneBeam, count: int) -> tuple[ContactPoint, .
     )
 
 
-def _of_sheet(sheet: TouchingSheet) -> tuple[ContactPoint, ...]:
+def sheet_spacing(scene: Scene) -> tuple[float, float]:
+    """Wanted distance of the points of a sheet, m, and the distance at which a body could pass between them.
+
+    Both are infinite if the sheet touches nothing but itself and planes. An obstacle counts as a body.
+    """
+    others = {name for pair in scene.pairs if SHEET in (pair.first, pair.second) for name in (pair.first, pair.second)}
+    bodies = {name for group in scene.groups if group.name in others for name in group.bodies} | others
+    sides = [min(body.plate.length, body.plate.width) for body in scene.bodies if body.plate and body.name in bodies]
+    wanted, passing = [side / _ALONG_SIDE for side in sides], sides
+    for obstacle in (obstacle for obstacle in scene.obstacles if obstacle.name in others):
+        if obstacle.size is not None:
+            side = sorted(obstacle.size)[1]
+            wanted.append(side / _ALONG_SIDE)
+            passing.append(side)
+        elif obstacle.radius is not None:
+            # a sphere between three points of an equilateral triangle with the side s penetrates by s^2/(6 R)
+            wanted.append(math.sqrt(6.0 * _SUNK) * obstacle.radius)
+            passing.append(math.sqrt(3.0) * obstacle.radius if obstacle.length is None else obstacle.length)
+    return min(wanted, default=math.inf), min(passing, default=math.inf)
+
+
+def sheet_parts(scene: Scene) -> int:
+    """Parts into which the points divide each edge of the triangles of a sheet."""
+    assert scene.touching is not None
+    return scene.touching.parts(sheet_spacing(scene)[0])
+
+
+def points_inside(scene: Scene) -> dict[str, SheetPoint]:
+    """Contact points of the sheet inside and on the edges of its triangles, by name; without the nodes."""
+    named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
+    if scene.touching is None or scene.contact is None or SHEET not in named:
+        return {}
+    points = scene.touching.points(sheet_parts(scene))
+    return {name: point for name, point in points.items() if len(point.nodes) > 1}
+
+
+def _of_sheet(sheet: TouchingSheet, parts: int) -> tuple[ContactPoint, ...]:
     radius, density = 0.5 * sheet.thickness, sheet.areal_density
     return tuple(
-        ContactPoint(frame, area, radius, density * area)
-        for frame, area in zip(sheet.frames, sheet.areas.tolist(), strict=True)
-    )
+        ContactPoint(SceneFrame(name=point.name, on=SHEET), point.area, radius, density * point.area)
+        if len(point.nodes) > 1 else ContactPoint(sheet.frames[point.nodes[0]], point.area, radius, density * point.area)
+        for point in sheet.points(parts).values()
+    )  # fmt: skip
 
 
 def _frame(

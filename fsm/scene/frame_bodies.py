@@ -10,9 +10,10 @@ from typing import get_args
 import numpy as np
 
 from fsm.errors import Fault
-from fsm.scene.contact_points import contact_points
+from fsm.scene.contact_points import contact_points, points_inside
 from fsm.scene.flexible import Edge, SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam, unstressed_length
 from fsm.scene.known_names import nearest_name
+from fsm.scene.patterns.touching import SheetPoint
 from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 
 __all__ = [
@@ -82,7 +83,8 @@ def with_frames(scene: Scene) -> Scene:
     frames += [frame for frame in touching if frame.name not in present]
     scene = scene.model_copy(update={"frames": tuple(frames), "elements": tuple(elements)})
     known = {body.name for body in scene.bodies}
-    bodies = [_frame_body(frame, scene) for frame in scene.frames if frame.name not in known]
+    inside = points_inside(scene)
+    bodies = [_frame_body(frame, scene, inside) for frame in scene.frames if frame.name not in known]
     if not bodies:
         return scene
     of_frames = {frame.name for frame in scene.frames}
@@ -134,8 +136,11 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
                 yield Fault(f"scene.seams.{i}.bodies", f"no body is called {name!r}{nearest_name(name, bodies)}")
         if not seam.bodies:
             yield Fault(f"scene.seams.{i}.bodies", "there are none; give at least one body")
+    inside = points_inside(scene)
     for i, frame in enumerate(scene.frames):
         path = f"scene.frames.{i}"
+        if frame.name in inside:
+            continue
         if (frame.point is not None) != (frame.on in trusses):
             text = "`point` is the number of a point of a truss; a film, a cable or a beam has `at`"
             yield Fault(f"{path}.point", text)
@@ -229,11 +234,16 @@ def _cable_faults(frame: SceneFrame, cable: SceneCable | SceneBeam, path: str) -
         yield Fault(f"{path}.normal", f"{frame.normal} is parallel to the cable; give a vector across it")
 
 
-def _frame_body(frame: SceneFrame, scene: Scene) -> Body:
+def _frame_body(frame: SceneFrame, scene: Scene, inside: dict[str, SheetPoint]) -> Body:
     """Massless body at the initial position of a frame."""
     film = next((film for film in scene.films if film.name == frame.on), None)
     if film is not None:
         return _on_film(frame, film)
+    if frame.name in inside:
+        assert scene.touching is not None
+        point = inside[frame.name]
+        place = np.array(point.weights) @ scene.touching.positions[list(point.nodes)]
+        return _body(frame.name, place, (1.0, 0.0, 0.0, 0.0))
     truss = next((truss for truss in scene.trusses if truss.name == frame.on), None)
     if truss is not None and frame.point is not None:
         return _body(frame.name, np.array(truss.points[frame.point]), (1.0, 0.0, 0.0, 0.0))

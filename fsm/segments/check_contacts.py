@@ -6,10 +6,12 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 
 from fsm.errors import Fault
+from fsm.scene.contact_points import sheet_parts, sheet_spacing
 from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.frame_bodies import norm_faults
 from fsm.scene.known_names import nearest_name
 from fsm.scene.patterns.flexible_facets import SHEET
+from fsm.scene.patterns.touching import MOST_POINTS
 from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 
 __all__ = ["contact_faults"]
@@ -24,8 +26,23 @@ def contact_faults(scene: Scene) -> Iterator[Fault]:
     shapes = {obstacle.name: obstacle.shape for obstacle in scene.obstacles}
     for i, pair in enumerate(scene.pairs):
         yield from _pair(pair, known, bodies, shapes, f"scene.pairs.{i}")
+    if scene.touching is not None and scene.contact is not None:
+        yield from _sheet_points(scene)
     if scene.friction is not None and scene.contact is None:
         yield Fault("friction", "friction needs a [contact] section; add [contact], or remove [friction]")
+
+
+def _sheet_points(scene: Scene) -> Iterator[Fault]:
+    """Fault of a body or an obstacle that could pass between the contact points of the sheet."""
+    assert scene.touching is not None
+    apart, passing = scene.touching.longest_edge / sheet_parts(scene), sheet_spacing(scene)[1]
+    if apart > passing:
+        yield Fault(
+            "contact",
+            f"the sheet touches bodies and obstacles at points, at most {MOST_POINTS:,}; they are {1e3 * apart:.4g} mm "
+            f"apart, and the smallest body or obstacle could pass between points {1e3 * passing:.4g} mm apart; enlarge it, "
+            "or use a smaller sheet",
+        )
 
 
 def _surfaces(scene: Scene) -> Iterator[Fault]:

@@ -12,6 +12,7 @@ from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
 from fsm.report_text import count, millimetres
 from fsm.scene.case import contact_scale
 from fsm.scene.contact import Contact
+from fsm.scene.contact_points import sheet_parts, sheet_spacing
 from fsm.scene.scene import Body
 from fsm.segments.report_view import CheckContext
 
@@ -81,6 +82,10 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
         else:
             yield "parts of one facet touch only if they are more than three longest edges of the mesh apart"
         yield "facets with a common vertex have no contact where they touch at the start"
+        wanted, _ = sheet_spacing(view.scene)
+        if math.isfinite(wanted):
+            apart = millimetres(view.scene.touching.longest_edge / sheet_parts(view.scene))
+            yield f"bodies and obstacles touch the sheet at points up to {apart} apart; {millimetres(wanted)} is wanted"
         yield "with contact, steps of flexible facets and bars are computed in Python and take several times as long"
     if view.scene.obstacles:
         yield "overlap with obstacles at the start is checked by the run, not here"

@@ -242,6 +242,45 @@ tip = {{ body = "rotor", at = ["200 mm", 0, 0] }}
     assert refused.exit_code == 2 and "save.points.tip.body: no body is called 'roter'" in refused.output
 
 
+def test_angular_velocity_of_bodies_that_tumble_is_in_inertial_axes(tmp_path: Path) -> None:
+    """The angular momentum of each free body is constant, and its point moves at the rate of its position."""
+    bodies, inertia = "", {"brick": [1e-3, 2e-3, 2.5e-3], "plank": [3e-3, 1e-3, 3.5e-3]}
+    for name, spin in (("brick", [1.0, 8.0, 2.0]), ("plank", [6.0, -3.0, 1.0])):
+        bodies += f"""
+[[scene.bodies]]
+name = "{name}"
+mass = 1.0
+inertia = {inertia[name]}
+orientation = [0.8, 0.0, 0.6, 0.0]
+angular_velocity = {spin}
+"""
+    text = bodies + """
+[solve]
+end_time = "1 s"
+rtol = 1e-8
+[save]
+interval = "0.01 s"
+channels = ["point.*", "body.*.orientation", "body.*.angular_velocity"]
+[save.points]
+tip = { body = "plank", at = ["100 mm", "50 mm", 0] }
+"""
+    found = solved(text, tmp_path)
+    for name, of_body in inertia.items():
+        w, x, y, z = value(found, f"body.{name}.orientation").T
+        turn = np.array([
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ])  # fmt: skip
+        spin = value(found, f"body.{name}.angular_velocity")
+        momentum = np.einsum("abt,b,cbt,tc->ta", turn, of_body, turn, spin)
+        assert np.ptp(spin, axis=0).max() > 1.0
+        np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), axis=0), atol=1e-5 * np.abs(momentum).max())
+    place, speed = value(found, "point.tip.position"), value(found, "point.tip.velocity")
+    between = (place[2:] - place[:-2]) / 0.02
+    np.testing.assert_allclose(speed[1:-1], between, atol=2e-3 * np.abs(speed).max())
+
+
 def test_a_crease_with_hysteresis_knows_its_memory_at_each_record(tmp_path: Path) -> None:
     """The moment by the law equals the moment on the inner body; both need the sliders of that record, not of the end."""
     curve = """

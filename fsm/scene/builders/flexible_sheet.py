@@ -129,9 +129,9 @@ class _FlexibleBuilder:
         place[mesh.nodes] = np.arange(len(mesh.nodes))
         names = [self._frame(f"node {row + 1}", mesh.at_node(node)) for row, node in enumerate(mesh.nodes.tolist())]
         return TouchingSheet(
-            tuple(SceneFrame(name=name, on=SHEET) for name in names), mesh.node_areas, place[mesh.owner[mesh.triangles]],
-            mesh.facet[mesh.triangles[:, 0]], mesh.plane, float(mesh.facet_areas.mean()), facets.thickness,
-            facets.areal_density,
+            tuple(SceneFrame(name=name, on=SHEET) for name in names), mesh.positions[mesh.nodes], mesh.node_areas,
+            place[mesh.owner[mesh.triangles]], mesh.facet[mesh.triangles[:, 0]], mesh.plane,
+            float(mesh.facet_areas.mean()), facets.thickness, facets.areal_density,
         )  # fmt: skip
 
     def _place(self, at: str | Box, path: str) -> MeshPlace:

@@ -104,7 +104,7 @@ def _touching(case: Case, sheet: Sheet, pattern: Pattern) -> TouchingSheet | Non
     frames = tuple(SceneFrame(name=vertex_name(k), on=SHEET, point=k) for k in range(len(pattern.vertices)))
     local = facet_frames(pattern)
     return TouchingSheet(
-        frames, own, triangles, np.arange(len(triangles)), np.stack(local.outlines),
+        frames, pattern.vertices, own, triangles, np.arange(len(triangles)), np.stack(local.outlines),
         float(areas.sum()) / (len(triangles) - bent), sheet.thickness, case.material.density * sheet.thickness,
     )  # fmt: skip
 

@@ -1,14 +1,38 @@
-"""Surface of a sheet whose nodes and edges touch the sheet itself and obstacles."""
+"""Surface of a sheet whose points and edges touch the sheet itself, bodies and obstacles."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.scene.flexible import SceneFrame
 
-__all__ = ["TouchingSheet"]
+__all__ = ["MOST_POINTS", "SheetPoint", "TouchingSheet"]
+
+MOST_POINTS = 20_000
+"""Largest number of points of a sheet that touch bodies and obstacles."""
+
+
+class SheetPoint(NamedTuple):
+    """Point of a triangle: a weighted sum of the positions of its nodes.
+
+    Attributes
+    ----------
+    name : of the frame at the point
+    nodes : numbers of the nodes
+    weights : weights of the nodes; their sum is 1
+    area : m^2
+        Area that the point represents.
+    """
+
+    name: str
+    nodes: tuple[int, ...]
+    weights: tuple[float, ...]
+    area: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +42,8 @@ class TouchingSheet:
     Attributes
     ----------
     frames : (n,) frames at the nodes
+    positions : (n, 3) array, m
+        Positions of the nodes at the start.
     areas : (n,) array, m^2
         Area that each node represents.
     triangles : (m, 3) int array of nodes
@@ -31,6 +57,7 @@ class TouchingSheet:
     """
 
     frames: tuple[SceneFrame, ...]
+    positions: np.ndarray
     areas: np.ndarray
     triangles: np.ndarray
     facet: np.ndarray
@@ -38,3 +65,47 @@ class TouchingSheet:
     mean_facet: float
     thickness: float
     areal_density: float
+    _known: dict[int, dict[str, SheetPoint]] = field(default_factory=dict)
+
+    @cached_property
+    def longest_edge(self) -> float:
+        """Longest edge of the flat triangles, m."""
+        return float(np.linalg.norm(self.plane - np.roll(self.plane, 1, axis=1), axis=2).max())
+
+    def parts(self, spacing: float) -> int:
+        """Parts of each edge between points at most `spacing` (m) apart, or as many parts as `MOST_POINTS` permits."""
+        most = max(1, math.isqrt(2 * MOST_POINTS // len(self.triangles)))
+        return min(most, max(1, math.ceil(self.longest_edge / spacing))) if spacing > 0.0 else most
+
+    def points(self, parts: int) -> dict[str, SheetPoint]:
+        """Points of a regular grid on every triangle, by name; with one part, the nodes.
+
+        Triangles with a common edge or node share the points there. Each point represents a third of the area of the small
+        triangles around it.
+        """
+        if parts not in self._known:
+            self._known[parts] = self._grid(parts)
+        return self._known[parts]
+
+    def _grid(self, parts: int) -> dict[str, SheetPoint]:
+        if parts == 1:
+            return {
+                frame.name: SheetPoint(frame.name, (node,), (1.0,), area)
+                for node, (frame, area) in enumerate(zip(self.frames, self.areas.tolist(), strict=True))
+            }
+        one, two = self.plane[:, 1] - self.plane[:, 0], self.plane[:, 2] - self.plane[:, 0]
+        sizes = (0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) / parts**2).tolist()
+        areas = dict[tuple[tuple[int, int], ...], float]()  # by nodes and their numbers of parts
+        for nodes, size in zip(self.triangles.tolist(), sizes, strict=True):
+            for i in range(parts + 1):
+                for j in range(parts + 1 - i):
+                    on = zip(nodes, (i, j, parts - i - j), strict=True)
+                    key = tuple(sorted((node, count) for node, count in on if count))
+                    around = {1: 1, 2: 3, 3: 6}[len(key)]  # small triangles of this triangle at the point
+                    areas[key] = areas.get(key, 0.0) + around * size / 3.0
+        found = dict[str, SheetPoint]()
+        for number, (key, area) in enumerate(areas.items(), 1):
+            nodes = tuple(node for node, _ in key)
+            name = self.frames[nodes[0]].name if len(nodes) == 1 else f"contact point {number} of the sheet"
+            found[name] = SheetPoint(name, nodes, tuple(count / parts for _, count in key), area)
+        return found
