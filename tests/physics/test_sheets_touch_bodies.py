@@ -25,7 +25,7 @@ GUIDE = 5.0
 
 def sheet(facets: str, *support: dict[str, Any], **more: Any) -> dict[str, Any]:
     """Roof of two facets with a crease in the middle, or a flat flexible facet."""
-    shape: dict[str, Any] = {"kind": "plate", "length": SIDE, "width": WIDTH, "mesh": [8, 6]}
+    shape: dict[str, Any] = {"kind": "plate", "length": SIDE, "width": WIDTH, "mesh": [4, 3]}
     if facets != "flexible":
         shape = {"kind": "zigzag", "columns": 2, "a": SIDE / 2, "b": WIDTH, "fold_angle": "30 deg"}
     held = support or ({"at": "edge left"}, {"at": "edge right"})
@@ -62,7 +62,7 @@ def guided(facets: str) -> dict[str, Any]:
     }  # fmt: skip
     guide = {
         "name": "guide", "inner": "plate", "outer": "ground", "point_outer": [x, y, z], "translation": [GUIDE] * 3,
-        "rotation": [1.0] * 3,
+        "rotation": [1e3] * 3,
     }  # fmt: skip
     return {"bodies": [plate], "elements": [guide], "pairs": [{"first": "sheet", "second": "plate"}]}
 
@@ -76,8 +76,8 @@ def carries(solution: Solution, scene: dict[str, Any], pressing: float) -> float
     sunk = scene["bodies"][0]["position"][2] - solution.channels["body.plate.position"].values[-1, 2]
     assert sunk > START
     force = float(solution.pair_force[-1, -1])
-    # normals at the round edges of rigid facets are tilted by up to 2 degrees: 6e-4
-    assert force == pytest.approx(pressing - GUIDE * sunk, rel=1e-3)
+    # normals at the round edges of rigid facets are tilted by up to 4 degrees, so that their sum is larger: 2.5e-3
+    assert force == pytest.approx(pressing - GUIDE * sunk, rel=4e-3)
     return force
 
 
@@ -89,7 +89,7 @@ def test_a_sheet_carries_the_weight_of_a_plate(facets: str, tmp_path: Path) -> N
     data["save"] |= {"channels": ["body.plate.position"]}
     summary, solution = run(data, tmp_path)
     carries(solution, scene, weight)
-    assert summary["energy_error"] < 1e-4
+    assert summary["energy_error"] < 1e-3
 
 
 def test_a_cylinder_bends_a_clamped_plate(tmp_path: Path) -> None:
@@ -105,6 +105,7 @@ def test_a_cylinder_bends_a_clamped_plate(tmp_path: Path) -> None:
         drive=[{"body": "roller", "direction": [0, 0, -1], "travel": travel, "speed": "0.1 mm/s"}],
     )  # fmt: skip
     data["solve"] = {"method": "static", "rtol": 1e-6}
+    data["sheet"] |= {"mesh": [8, 6]}
     summary, solution = run(data, tmp_path)
     bent = -solution.shape[-1][..., 2].min()
     bending = YOUNG * WIDTH * THICKNESS**3 / 12.0
@@ -131,8 +132,10 @@ def test_a_plate_that_slides_on_a_sheet_has_the_force_of_friction(facets: str, t
         solve={"method": "static", "rtol": 1e-7}, save={"every": "1 mm", "channels": ["body.plate.position"]},
     )  # fmt: skip
     summary, solution = run(data, tmp_path)
+    pulling = summary["final_force"] - GUIDE * travel
     normal = carries(solution, scene, pressing)
-    assert summary["final_force"] == pytest.approx(mu * normal + GUIDE * travel, rel=1e-3)
+    assert solution.pair_friction[-1, -1] == pytest.approx(mu * normal, rel=1e-6)
+    assert pulling == pytest.approx(mu * normal, rel=1e-3)
     assert summary["energy_error"] < 1e-4
 
 
