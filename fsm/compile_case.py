@@ -122,7 +122,7 @@ def path_settings(case: Case, system: SegmentSystem, end: float, start: float = 
             first = motion.time_of(solve.increment or motion.travel / 200.0)
     return PathSettings(
         end, first, solve.max_step or math.inf, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort,
-        start,
+        start, solve.force_limit or math.inf,
     )
 
 

@@ -298,7 +298,7 @@ class RecordedSolve:
 
     def _save(self, writer: ResultWriter, saved: SavedState) -> None:
         """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
-        if _due(self.records_due, saved.time):
+        if _due(self.records_due, saved.time) or saved.final:
             self._record(writer, saved)
         if _due(self.samples_due, saved.time):
             writer.sample(saved.time, self.analysis.probes(saved.q))

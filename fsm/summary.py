@@ -128,6 +128,8 @@ def _event_text(event: Event, turns: bool) -> str:
     way, effort, unit = ("mrad", "moment", "N m") if turns else ("mm", "force", "N")
     if event.kind == "bifurcation":
         return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
+    if event.kind == "force limit":
+        return f"the force of the drive reached solve.force_limit {where}, {event.end_force:.4g} N; the run ends there"
     until = f"{1e3 * event.end_travel:.4g} {way}" if event.end_travel else f"{event.end_time:.4g} s"
     forces = f"{effort} {event.force:.4g} {unit} before, {event.end_force:.4g} {unit} after"
     if event.kind == "release":

@@ -58,6 +58,8 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
         yield Fault("release", 'cannot be used with [[step]]; use hold = ["all"] and then release = ["all"]')
     if sections.solve is not None and sections.solve.end_time is not None:
         yield Fault("solve.end_time", "cannot be used with [[step]]; give the `duration` of each step")
+    if sections.solve is not None and sections.solve.force_limit is not None:
+        yield Fault("solve.force_limit", "cannot be used with [[step]]; remove this key")
     for number, step in sections.steps.items():
         path = f"step.{number}"
         if names.index(names[number]) != number:
@@ -94,6 +96,8 @@ def _of_kind(step: Step, path: str) -> Iterable[Fault]:
 def _settings(step: Step, solve: Solve, path: str) -> Iterable[Fault]:
     if solve.end_time is not None:
         yield Fault(f"{path}.solve.end_time", "is not used in a step; give `duration`")
+    if solve.force_limit is not None:
+        yield Fault(f"{path}.solve.force_limit", "cannot be used with [[step]]; remove this key")
     if solve.spatial:
         yield Fault(f"{path}.solve.spatial", "belongs to the whole case; move this key to [solve]")
     is_path = solve.method in ("static", "arc-length")

@@ -79,6 +79,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_friction(sections),
         *_obstacles(sections),
         *_end(sections),
+        *_force_limit(sections),
         *_release(sections),
         *check_steps(sections),
         *method_faults(sections.solve),
@@ -298,6 +299,16 @@ def _end(sections: Sections) -> Iterable[Fault]:
             "save.every",
             "is a travel of a drive, and there is no [[drive]]; give `interval` (time) instead",
         )
+
+
+def _force_limit(sections: Sections) -> Iterable[Fault]:
+    """Fault of `solve.force_limit` with a first drive that turns; its effort is a moment."""
+    limited = sections.solve is not None and sections.solve.force_limit is not None
+    scene_drives = sections.scene.drives if sections.scene is not None else ()
+    first = [*sections.drives.values(), *scene_drives][:1]
+    if limited and first and first[0].turn is not None:
+        text = "the first drive has a `turn`, whose effort is a moment; remove this key, or give `travel`"
+        yield Fault("solve.force_limit", text)
 
 
 def _release(sections: Sections) -> Iterable[Fault]:

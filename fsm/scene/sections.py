@@ -94,13 +94,18 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
 
 def static_faults(solve: Solve | None) -> Iterable[Fault]:
     """Faults of keys of statics with another method; "auto" may select statics."""
-    if solve is None or solve.method in ("auto", "static"):
+    if solve is None or solve.method == "static":
+        return
+    if solve.method == "auto":
+        if solve.force_limit is not None:
+            text = 'is used by method = "static" only; set solve.method = "static", or remove this key'
+            yield Fault("solve.force_limit", text)
         return
     for key in static_keys(solve):
-        used = 'is used by method = "static" and "auto" only'
-        yield Fault(f"solve.{key}", f'{used}, not by "{solve.method}"; remove this key')
+        methods = '"static"' if key == "force_limit" else '"static" and "auto"'
+        yield Fault(f"solve.{key}", f'is used by method = {methods} only, not by "{solve.method}"; remove this key')
 
 
 def static_keys(solve: Solve) -> list[str]:
     """Keys of statics with a value other than the default; complete case files also contain the defaults."""
-    return [key for key in ("increment", "imperfection") if getattr(solve, key)]
+    return [key for key in ("increment", "imperfection", "force_limit") if getattr(solve, key)]

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.scene.model import Model, Name
-from fsm.scene.units import Count, Length, Number, Time
+from fsm.scene.units import Count, Force, Length, Number, Time
 
 __all__ = ["Method", "Save", "SavedPoint", "Solve"]
 
@@ -30,6 +30,8 @@ class Solve(Model):
         that the error of the predictor is sqrt(rtol) times the size of the structure (rotations: rad).
     increment : m
         First increment of the travel, statics only; absent: 1/200 of the travel.
+    force_limit : N
+        Magnitude of the force of the first drive at which a static run ends; absent: it ends with the travel.
     branch : 1 or -1
         Sign of the critical mode along which a path by arc length leaves its first bifurcation; absent: the path stays
         on the primary branch.
@@ -61,6 +63,7 @@ class Solve(Model):
     energy_abort: Annotated[Number, Field(gt=0)] = 0.05
     increment: Annotated[Length, Field(gt=0)] | None = None
     imperfection: Annotated[Number, Field(ge=-1, le=1)] = 0.0
+    force_limit: Annotated[Force, Field(gt=0)] | None = None
     branch: Literal[-1, 1] | None = None
     rho_inf: Annotated[Number, Field(ge=0, le=1)] | None = None
     step: Annotated[Time, Field(gt=0)] | None = None

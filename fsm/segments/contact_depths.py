@@ -63,7 +63,6 @@ class ContactDepths(NamedTuple):
         forces: ContactForces,
         change: np.ndarray,
         per_second: float,
-        exponent: float,
     ) -> ContactDepths:
         """Depths after a change (n_bodies, 3 or 6) of the poses, to first order; contacts with tensile force are released.
 
@@ -77,7 +76,7 @@ class ContactDepths(NamedTuple):
             Inverse of the time since the last state; zero in statics.
         """
         depth = advance_depths(
-            measured.bodies, measured.gradient, change, per_second, exponent, at, forces.normal, acting,
+            measured.bodies, measured.gradient, change, per_second, at, forces.normal, acting,
             forces.by_depth, forces.by_closing,
         )  # fmt: skip
         pressing = depth > 0.0

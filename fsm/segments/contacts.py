@@ -145,7 +145,7 @@ class ContactGroup(Group):
             return ContactDepths(pressed.key[:0], pressed.depth[:0], pressed.most)
         per_second = 0.0 if past is None else 1.0 / past.duration
         return pressed.advanced(
-            found.memory.key, found.measured, found.at, found.acting, found.forces, change, per_second, self.normal.exponent
+            found.memory.key, found.measured, found.at, found.acting, found.forces, change, per_second
         )
 
     def _friction_forces(

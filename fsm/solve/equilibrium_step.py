@@ -206,10 +206,12 @@ class EquilibriumStep:
         """
         duration = t - before[0]
         u = self.system.difference(before[1], q) / duration if duration > 0.0 else np.zeros(self.system.nu)
-        if self.system.rate_dependent:  # friction and rotating dampers make the matrix unsymmetric
+        # friction and rotating dampers make the matrix unsymmetric; else the last factors are those of the symmetric part
+        unsymmetric = self.system.rate_dependent and not self.solver.symmetric
+        if unsymmetric:
             self.solver.factorise(matrix.symmetric())
         negative = self.solver.negative_pivots()
-        if negative and self.system.rate_dependent:
+        if negative and unsymmetric:
             self.solver.factorise(matrix)
             negative = self.solver.negative_real_pivots()
         ending = Ending.UNSTABLE if negative else Ending.CONVERGED

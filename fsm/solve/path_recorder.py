@@ -282,16 +282,18 @@ class PathRecorder:
             self.request.on_step(end)
         return end
 
-    def save_last(self) -> None:
-        """Save the last state, if it is not saved yet."""
+    def save_last(self, final: bool = False) -> None:
+        """Save the last state, if it is not saved yet; `final` as in `SavedState`."""
         if self._saved < self.time:
             self.pending = [self.time]
-            self._save()
+            self._save(final)
 
-    def _save(self) -> None:
+    def _save(self, final: bool = False) -> None:
         while self.pending and self.pending[0] <= self.time + self._nothing:
             self.pending.pop(0)
             self._saved = self.time
             energy_balance = self.energy_balance
             numbers = energy_balance.dissipated, energy_balance.work, energy_balance.error, energy_balance.pair_energy
-            self.request.on_save(SavedState(self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before))
+            self.request.on_save(
+                SavedState(self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before, final=final)
+            )

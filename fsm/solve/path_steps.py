@@ -21,7 +21,7 @@ from fsm.solve.status import TORN, Event, Outcome
 from fsm.system import System
 from fsm.system_records import Observation
 
-__all__ = ["CUT", "LARGEST_CORRECTION", "MOVING", "SHORT", "Mark", "PathSteps", "Reason", "mark"]
+__all__ = ["CUT", "EXACT", "LARGEST_CORRECTION", "MOVING", "SHORT", "Mark", "PathSteps", "Reason", "mark"]
 
 _FORCES = 1e-3
 """Residual at an equilibrium, relative to the largest reaction and rtol."""
@@ -51,6 +51,8 @@ SHORT = 0.1
 """Ratio of a step without history for a prediction to the first step."""
 _KINK = 1e-2
 """Smallest step relative to the first step, for cuts because of the energy balance or a contact that closes."""
+EXACT = 1e-3
+"""Relative error of the force at which the path ends because of `force_limit`."""
 _NONE_COARSE = (-math.inf, 0.0, 0.0)
 """Initial value of the time, duration and energy error of the last step whose energy balance was checked."""
 
@@ -66,6 +68,7 @@ class Reason(Enum):
     CROSSED = "a body passed through a face"
     HEAD_ON = "the prediction penetrates closing contacts"
     COARSE = "the energy balance residual of the step is too large"
+    LIMIT = "the force of the drive exceeds its limit"
 
 
 class Mark(NamedTuple):
@@ -168,6 +171,9 @@ class PathSteps:
         if self._inertia_counts(observed):
             return Reason.INERTIA
         duration = t - recorder.time
+        force = float(np.abs(observed.drive.force[:1]).max(initial=0.0))
+        if force > (1.0 + EXACT) * self.settings.force_limit and duration > 10.0 * self.smallest:
+            return Reason.LIMIT
         step_energy = recorder.step_energy(t, found.q, found.u, observed)
         judged = duration > _KINK * self.first_step
         if judged and self._coarse(duration, recorder.imbalance(observed, step_energy), found.iterations):

@@ -60,6 +60,8 @@ class PathSettings:
         Energy error over the reference energy at which the solve stops, after a tenth of the time.
     start_time : s
         Start of the step of the run, which may be before that of a resumed solve.
+    force_limit : N
+        Magnitude of the force of the first drive at which the path ends.
     """
 
     end_time: float
@@ -70,6 +72,7 @@ class PathSettings:
     imperfection: float = 0.0
     energy_abort: float = math.inf
     start_time: float = 0.0
+    force_limit: float = math.inf
 
     @property
     def judged_from(self) -> float:

@@ -24,7 +24,7 @@ from fsm.errors import NotConverged
 from fsm.solve.critical import Critical, critical_point, softest_mode, stable_branch
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.solve.path_steps import CUT, LARGEST_CORRECTION, MOVING, SHORT, PathSteps, Reason, mark
+from fsm.solve.path_steps import CUT, EXACT, LARGEST_CORRECTION, MOVING, SHORT, PathSteps, Reason, mark
 from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
 from fsm.solve.settings import PathSettings
 from fsm.solve.snap_through import RestCriterion, move_until_rest, slide
@@ -90,7 +90,7 @@ class _Follower(PathSteps):
                 self._go_on_slowly()
             elif self.statistics.steps == 0:
                 self._settle()
-            while recorder.time < settings.end_time:
+            while recorder.time < settings.end_time and not self._force_limit_reached():
                 if self.statistics.steps >= settings.max_steps:
                     self._fail(Outcome.TOO_MANY_STEPS)
                 duration = self._duration()
@@ -104,8 +104,16 @@ class _Follower(PathSteps):
                     self._pass_critical(reason)
             if self.lost is not None:
                 self._note("damped snap", self.lost)
+            if recorder.time < settings.end_time:
+                self._note("force limit", mark(recorder))
+                recorder.save_last(final=True)
         finally:
             self._count(begun)
+
+    def _force_limit_reached(self) -> bool:
+        """Whether the force of the first drive has reached its limit, up to `EXACT`."""
+        force = np.abs(self.recorder.last.drive.force[:1]).max(initial=0.0)
+        return bool(force >= (1.0 - EXACT) * self.settings.force_limit)
 
     def _is_far_from_equilibrium(self) -> bool:
         """Whether the first Newton step from the initial state exceeds the largest admissible correction."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fsm.interactions.contact_depths import advance_depths
+from fsm.laws.normal import NORMAL_LAWS
+from fsm.scene.contact import Contact
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.system import SegmentSystem
 from tests.unit.test_contact_forces import SPATIAL, only_contacts, pressed, pressed_strip
@@ -85,11 +88,31 @@ def test_advanced_they_are_the_new_depths_to_first_order(spatial: bool, damping:
             poses, rates = system.place(TIME, state, system.difference(before[1], state) / SINCE, before)
             touching = only_contacts(system).geometry.find(poses, 0.0)
             closing.append(-only_contacts(system).geometry.measure(poses, rates, touching).rate[:, 0])
-        old, _ = law.law.force(own_depths(system, q)[0].depth, closing[0], kept, share, law.params)
+        depth = own_depths(system, q)[0].depth
+        old, slopes = law.law.force(depth, closing[0], kept, share, law.params)
         new, _ = law.law.force(found.depth, closing[1], kept, share, law.params)
-        by_force = own_depths(system, q)[0].depth * (new / old) ** (1.0 / 1.5)
+        by_force = depth * (new / old) ** (old / (depth * slopes[:, 0]))
         errors.append(np.abs(advanced.depth - by_force).max())
     assert errors[0] > 3.0 * errors[1]
+
+
+@pytest.mark.parametrize(("name", "exponent"), [("linear", 1.0), ("hertz", 1.5)])
+@pytest.mark.parametrize("depth", [2e-6, 2e-5], ids=["in the ramp", "beyond the ramp"])
+@pytest.mark.parametrize("closing", [0.0, 1e-4, -1e-5])
+def test_depths_converge_to_the_geometric_depth(name: str, exponent: float, depth: float, closing: float) -> None:
+    """Iterations without motion; with the exponent of the law at large depths, the depths in the ramp would alternate."""
+    law = NORMAL_LAWS[name]
+    params = law.params(Contact(law=name, exponent=exponent, stiffness=1e5, damping=50.0, ramp=1e-5))
+    speed, weight, still = np.array([closing]), np.ones(1), np.zeros((1, 3))
+    at = np.array([0.3 * depth])
+    for _ in range(40):
+        normal, slopes = law.force(at, speed, np.zeros(1), weight, params)
+        acting = normal + slopes[:, 0] * (depth - at)
+        at = advance_depths(
+            np.zeros((1, 1), dtype=int), np.zeros((1, 2, 3)), still, 50.0, at, normal, acting,
+            np.ascontiguousarray(slopes[:, 0]), np.ascontiguousarray(slopes[:, 1]),
+        )  # fmt: skip
+    assert at[0] == pytest.approx(depth, rel=1e-9)
 
 
 def test_a_contact_that_has_opened_is_held_until_it_would_pull() -> None:

@@ -4,7 +4,8 @@
     python -m validation.strangers --seed 1 --only strips:17       (one case again; its folder is kept)
 
 An interrupted command continues where it stopped. With --earlier, cases that earlier sources solved are not run again. Exit
-code 1 means that less than 95 % of any kind is solved, or that the second solver finds a wrong result.
+code 1 means that less than 95 % of any kind is solved, that the second solver finds a wrong result, or that facets of a
+saved state pass through each other.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _passed(lines: Sequence[Line]) -> bool:
-    if any(line.get("second") == "differs" for line in lines):
+    if any(line.get("second") == "differs" or line.get("intersecting") for line in lines):
         return False
     own = ([line["code"] == 0 for line in lines if line["kind"] == kind] for kind in KINDS)
     return all(sum(solved) >= GOAL * len(solved) for solved in own)
@@ -79,6 +80,9 @@ def _tell(line: Line) -> None:
     if line["code"] != 0 or line.get("second") == "differs":
         what = line["said"] or f"{line['of']} off by {line['off']:.2g}"
         print(f"{line['kind']}:{line['index']} {line['cause']} ({line['cpu_s']:.0f} s): {what}", file=sys.stderr, flush=True)
+    if line.get("intersecting"):
+        what = f"{line['intersecting']} of {line['states']} states have intersections"
+        print(f"{line['kind']}:{line['index']}: {what}", file=sys.stderr, flush=True)
 
 
 def _again(row: Row, seed: int, limit: float, out: Path) -> int:

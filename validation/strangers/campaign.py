@@ -18,7 +18,7 @@ from validation.strangers.family import crease_family
 from validation.strangers.launch import Command, Course, side_by_side
 from validation.strangers.second import compared, otherwise, worst
 from validation.strangers.sheets import FAMILY_FILE
-from validation.strangers.verdict import cause_of, first_words, numbers_of
+from validation.strangers.verdict import cause_of, first_words, intersections_of, numbers_of
 
 __all__ = ["LIMIT", "Line", "course_of", "fsm_command", "nudge_of", "read_lines", "row_key", "run_campaign"]
 
@@ -104,6 +104,8 @@ def course_of(row: Row, seed: int, folder: Path, limit: float, shared: Path, kee
     line |= {"cause": cause_of(first), "code": first.code}
     line |= {"said": "" if first.code == 0 else first_words(first, f"{folder}/"), "wall_s": round(first.wall, 2)}
     line |= {"cpu_s": round(first.cpu, 2)} | numbers_of(folder / "out")
+    if row.kind == "packed" and "contact" in drawn.tables and first.code == 0:
+        line |= intersections_of(folder / "out")
     if row.checked:
         line |= (yield from _checked(row, drawn, line, case, folder, limit)) if first.code == 0 else {"second": "none"}
     if not keep:

@@ -17,16 +17,23 @@ _SLIP = ("1 um/s", "0.01 mm/s", "0.1 mm/s", "1 mm/s")
 def draw_packed(dice: Dice) -> Drawn:
     """A folded sheet that is pressed together until its facets touch, or a tube with gas.
 
-    The case has a solution: a pressed sheet keeps at least three thicknesses for each panel, and the pressure of a gas is at
-    most that which turns a crease by about one radian.
+    The case has a solution: a pressed sheet keeps at least three thicknesses for each panel, its contact is stiffer than its
+    creases (`_contact`), and the pressure of a gas is at most that which turns a crease by about one radian.
     """
     return dice.one_of((_pressed_zigzag, _pressed_tube, _miura_with_gas, _tube_with_gas))(dice)
 
 
-def _contact(dice: Dice) -> Tables:
-    """[contact] with a law for slow motions, and [friction] in two cases of three."""
+def _contact(dice: Dice, crease: Tables, thickness: float) -> Tables:
+    """[contact] with a law for slow motions, and [friction] in two cases of three.
+
+    A crease that is turned by pi presses its facets together with a force of about pi k, where k is its stiffness per
+    length. Under 100 to 10,000 times this force a whole face has a penetration of half the thickness. Softer contact could
+    not keep the facets apart, because a point or an edge has only a small part of the stiffness of a face.
+    """
     hertz = dice.chance(0.5)
-    stiffness = f"{10.0 ** dice.count(7, 9):.0e} N/m^1.5" if hertz else f"{10.0 ** dice.count(3, 5):.0e} N/m"
+    force = 10.0 ** dice.count(2, 4) * math.pi * float(crease["stiffness_per_length"].split()[0])
+    exponent, unit = (1.5, "N/m^1.5") if hertz else (1.0, "N/m")
+    stiffness = f"{force / (0.5 * thickness) ** exponent:.0e} {unit}"
     section: Tables = {"law": "hertz" if hertz else "linear", "stiffness": stiffness}
     if dice.chance(0.8):
         section["damping"] = f"{10.0 ** dice.count(1, 3):g} N s/m"
@@ -51,7 +58,7 @@ def _pressed_zigzag(dice: Dice) -> Drawn:
     travel = max(length - room, 0.1 * length) * dice.between(0.5, 1.0)
     tables: Tables = {"sheet": sheet, "material": of | {"damping": _damping(dice)}, "crease": draw_crease(dice, plate, a)}
     push = draw_drive(dice, "right", [-1, 0, 0], travel, True)
-    return Drawn(tables | _contact(dice) | {"drive": [push], "solve": {"method": "static"}})
+    return Drawn(tables | _contact(dice, tables["crease"], thickness) | {"drive": [push], "solve": {"method": "static"}})
 
 
 def _pressed_tube(dice: Dice) -> Drawn:
@@ -63,7 +70,7 @@ def _pressed_tube(dice: Dice) -> Drawn:
     travel = max(length - room, 0.1 * length) * dice.between(0.5, 1.0) if push else dice.between(0.2, 0.6) * columns * size
     tables: Tables = {"sheet": sheet, "material": of | {"damping": _damping(dice)}, "crease": draw_crease(dice, plate, size)}
     pull = draw_drive(dice, "right", [-1 if push else 1, 0, 0], travel)
-    return Drawn(tables | _contact(dice) | {"drive": [pull], "solve": {"method": "static"}})
+    return Drawn(tables | _contact(dice, tables["crease"], thickness) | {"drive": [pull], "solve": {"method": "static"}})
 
 
 def _miura_with_gas(dice: Dice) -> Drawn:

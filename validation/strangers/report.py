@@ -16,7 +16,7 @@ __all__ = ["report", "write_csv"]
 
 COLUMNS = (
     "kind", "index", "cause", "code", "wall_s", "cpu_s", "method", "dof", "steps", "energy_error", "events", "peak_force",
-    "frequency_hz", "second", "by", "of", "off", "allowed", "said", "warnings",
+    "frequency_hz", "states", "intersecting", "touches", "second", "by", "of", "off", "allowed", "said", "warnings",
 )  # fmt: skip
 
 
@@ -30,7 +30,7 @@ def report(lines: Sequence[Line], seed: int) -> str:
     sources = Counter(line["source"] for line in lines).most_common()
     listed = ", ".join(f"{count} cases by {name}" for name, count in sources)
     text += ["", f"Sources (their digest stands in the provenance of a result): {listed}."]
-    text += ["", *_checks(lines), "", *_failures(lines, seed)]
+    text += ["", *_checks(lines), *_intersections(lines), "", *_failures(lines, seed)]
     return "\n".join(text)
 
 
@@ -65,6 +65,17 @@ def _checks(lines: Sequence[Line]) -> Iterator[str]:
             yield f"* {line['second']}: {line['kind']}:{line['index']}, {off} from {line['by']}"
         elif line.get("second") == "failed":
             yield f"* no opinion: {line['kind']}:{line['index']}, {line['by']}"
+
+
+def _intersections(lines: Sequence[Line]) -> Iterator[str]:
+    """Counts of the test for intersections, and the cases with intersections."""
+    tested = [line for line in lines if "states" in line]
+    if tested:
+        states, touching = (sum(line[name] for line in tested) for name in ("states", "touches"))
+        yield f"Test for intersections: {states} saved states of {len(tested)} cases; facets touch in {touching} of them."
+    for line in tested:
+        if line["intersecting"]:
+            yield f"* {line['kind']}:{line['index']}: {line['intersecting']} of {line['states']} states have intersections"
 
 
 def _failures(lines: Sequence[Line], seed: int) -> Iterator[str]:

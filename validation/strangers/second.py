@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from fsm.results.store import read_solution
-from validation.sheets.self_contact import intersecting
 from validation.stress.dice import Tables
 from validation.stress.second import difference_of
 
@@ -88,7 +87,7 @@ def compared(kind: str, first: Path, second: Path, rtol: float) -> list[tuple[st
     """Key numbers of two runs: name, relative difference, and tolerance."""
     one, two = (json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (first, second))
     loads = _loads(first, second) if kind == "sheets" else []
-    packed = [*_volumes(first, second), *_intersections(first)] if kind == "packed" else []
+    packed = list(_volumes(first, second)) if kind == "packed" else []
     return list(_numbers(kind, one, two)) + list(_motions(kind, first, second, rtol)) + loads + packed
 
 
@@ -99,13 +98,6 @@ def _volumes(first: Path, second: Path) -> Iterator[tuple[str, float, float]]:
         if name.startswith("gas.") and name.endswith(".volume"):
             a, b = float(one[name].values[-1]), float(two[name].values[-1])
             yield "volume of the gas", abs(a - b) / max(abs(a), 1e-300), UNSTATED
-
-
-def _intersections(folder: Path) -> Iterator[tuple[str, float, float]]:
-    """Number of saved states of a sheet with contact in which facets pass through each other, by the IPC Toolkit."""
-    shape = read_solution(folder / "result.h5").shape
-    if shape.size and (folder / "contact.csv").is_file():
-        yield "states with intersections", float(len(intersecting(shape))), 0.5
 
 
 def _loads(first: Path, second: Path) -> list[tuple[str, float, float]]:

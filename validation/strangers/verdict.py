@@ -7,9 +7,11 @@ import re
 from pathlib import Path
 from typing import Any
 
+from fsm.results.store import read_solution
+from validation.sheets.self_contact import intersecting
 from validation.strangers.launch import Ended
 
-__all__ = ["CAUSES", "cause_of", "first_words", "numbers_of"]
+__all__ = ["CAUSES", "cause_of", "first_words", "intersections_of", "numbers_of"]
 
 CAUSES = ("refused", "equilibrium", "steps", "not converged", "energy", "time", "internal", "crash")
 """Why a run failed.
@@ -55,3 +57,11 @@ def numbers_of(folder: Path) -> dict[str, Any]:
     found = {name: summary[name] for name in names if summary.get(name) is not None}
     events = [event["kind"] for event in summary.get("events", ())]
     return found | {"warnings": summary.get("warnings", []), "events": len(events)}
+
+
+def intersections_of(folder: Path) -> dict[str, int]:
+    """Number of saved states of a sheet, and of those in which facets pass through each other (IPC Toolkit); whether facets
+    touch."""
+    shape = read_solution(folder / "result.h5").shape
+    touches = int((folder / "contact.csv").is_file())
+    return {"states": len(shape), "intersecting": len(intersecting(shape)), "touches": touches} if shape.size else {}
