@@ -53,7 +53,7 @@ def closing_zigzag(thickness: float, friction: float) -> dict[str, Any]:
 def packed_miura(seed: int) -> tuple[dict[str, Any], str]:
     """Case of a random Miura sheet that is pushed together along x, and its text for the table.
 
-    The sheet is pushed until its length is three thicknesses for each column, at least 3 mm, or until it locks. The force of
+    The sheet is pushed until its length is three thicknesses for each column, or until it locks. The force of
     the creases alone is at most a few N for each N m/rad/m of their stiffness. Under one N for each N m/rad/m, a whole face
     has a penetration of 1/5000 of the thickness.
     """
@@ -63,7 +63,7 @@ def packed_miura(seed: int) -> tuple[dict[str, Any], str]:
     sector, fold = math.radians(float(dice.integers(55, 80))), math.radians(float(dice.integers(30, 60)))
     along = math.cos(fold) * math.sin(sector)
     length = columns * 0.03 * along / math.hypot(math.cos(sector), along)
-    travel = length - max(3.0 * thickness, 3e-3) * columns
+    travel = length - 3.0 * thickness * columns
     sheet = {
         "kind": "miura", "columns": columns, "rows": rows, "a": "25 mm", "b": "30 mm", "sector_angle": sector,
         "fold_angle": fold, "thickness": thickness, "facets": "bars",
@@ -132,21 +132,22 @@ def _solved(case: dict[str, Any]) -> Solution | str:
         return read_solution(Path(folder) / "out" / "result.h5")
 
 
-def _row(text: str, case: dict[str, Any]) -> tuple[int, int]:
-    """Print the row of one case; return the numbers of saved states and of states with intersections."""
+def _row(text: str, case: dict[str, Any]) -> tuple[int, int, int]:
+    """Print the row of one case; return the numbers of saved states, and of states with intersections and with contact."""
     begun = time.process_time()
     solution = _solved(case)
     if isinstance(solution, str):
-        print(f"| {text} | failed: {solution} | | | |", flush=True)
-        return 0, 0
+        print(f"| {text} | failed: {solution} | | | | |", flush=True)
+        return 0, 0, 0
     used, found = time.process_time() - begun, intersecting(solution.shape)
+    touching = int((solution.pair_force > 0.0).any(axis=1).sum())
     folded = solution.summary.get("folded")
     end = f"folded {folded['least']:.2f} (least), {folded['median']:.2f} (median)" if folded else ""
     if solution.travel.shape[1]:
         limited = any(event["kind"] == "force limit" for event in solution.summary["events"])
         end = f"{1e3 * solution.travel[-1, 0]:.4g} mm{', force limit' if limited else ''}"
-    print(f"| {text} | {len(solution.shape)} | {len(found)} | {end} | {used:.0f} |", flush=True)
-    return len(solution.shape), len(found)
+    print(f"| {text} | {len(solution.shape)} | {touching} | {len(found)} | {end} | {used:.0f} |", flush=True)
+    return len(solution.shape), len(found), touching
 
 
 def _released(seed: int) -> str:
@@ -182,14 +183,16 @@ def main() -> None:
     parser.add_argument("--released", type=int, default=0, help="number of Miura sheets that are packed and pulled back")
     parser.add_argument("--from", type=int, default=0, dest="begin", help="first seed")
     given = parser.parse_args()
-    results = "saved states | with intersections | end | processor time (s)"
+    results = "saved states | with contact | with intersections | end | processor time (s)"
     drawn = [packed_miura(given.begin + k) for k in range(given.random)]
     drawn += [random_flasher(given.begin + k) for k in range(given.flashers)]
     if drawn:
-        print(f"| seed | size | thickness (um) | friction | {results} |\n|{'---|' * 8}")
+        print(f"| seed | size | thickness (um) | friction | {results} |\n|{'---|' * 9}")
         counts = np.array([_row(text, case) for case, text in drawn])
-        solved, states, found = int((counts[:, 0] > 0).sum()), *counts.sum(axis=0).tolist()
-        print(f"\n{solved} of {len(drawn)} solved; {found} of {states} saved states have intersections")
+        solved, touching = (int((counts[:, k] > 0).sum()) for k in (0, 2))
+        states, found, _ = counts.sum(axis=0).tolist()
+        print(f"\n{solved} of {len(drawn)} solved, {touching} with contact")
+        print(f"{found} of {states} saved states have intersections")
     if given.released:
         ends = "travel (mm) | largest difference from the first shape, over the size | final over peak force"
         columns = f"seed | size | thickness (um) | friction (not used) | saved states | with intersections | {ends}"
@@ -198,7 +201,7 @@ def main() -> None:
             print(_released(given.begin + k), flush=True)
     if drawn or given.released:
         return
-    print(f"| thickness (um) | friction | {results} |\n|{'---|' * 6}")
+    print(f"| thickness (um) | friction | {results} |\n|{'---|' * 7}")
     for thickness, friction in CASES[: given.first]:
         _row(f"{1e6 * thickness:g} | {friction:g}", closing_zigzag(thickness, friction))
 
