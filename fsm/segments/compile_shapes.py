@@ -86,7 +86,7 @@ class _ShapeCompiler:
             films = "film" in (first.kind, second.kind)
             if first.kind == second.kind == "surface" or (not films and self._fixed(first, second)):
                 continue
-            if pair.first == pair.second == SHEET:
+            if films and pair.first == pair.second == SHEET:
                 self.of_sheet = row
             elif first.kind == "film":
                 self.film_pairs.append((pair.first, pair.second, second, row))

@@ -19,6 +19,7 @@ from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.materials import SplineCrease
 from fsm.scene.patterns.facets import FacetFrames, facet_frames, quaternions
+from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import Place, place_of
@@ -147,8 +148,8 @@ class _SheetBuilder:
             return {}
         facets = len(frames.outlines) - sum(joint.kind == "bend line" for joint in joints)
         names = tuple(facet_name(number) for number in range(len(frames.outlines)))
-        group = PlateGroup(name="facets", bodies=names, face=float(frames.area.sum()) / facets)
-        pairs = [ContactPair(first="facets", second=name) for name in ("facets", *(o.name for o in case.obstacle))]
+        group = PlateGroup(name=SHEET, bodies=names, face=float(frames.area.sum()) / facets)
+        pairs = [ContactPair(first=SHEET, second=name) for name in (SHEET, *(o.name for o in case.obstacle))]
         return {
             "groups": (group,), "pairs": tuple(pairs), "obstacles": case.obstacle, "contact": case.contact,
             "friction": case.friction,
