@@ -121,8 +121,10 @@ def _pose(solution: Solution, record: int, body: str | None) -> tuple[Floats, Fl
     names = solution.layout.body_names
     if body not in names:
         return None
-    own = solution.q[record].reshape(len(names), -1)[names.index(body)]
-    if len(own) == 3:
+    size = 3 if solution.layout.dimension == "planar" else 7
+    start = size * names.index(body)  # coordinates of nodes follow those of all bodies
+    own = solution.q[record, start : start + size]
+    if size == 3:
         x, z, angle = own
         return _rotation((np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0)), np.array([x, 0.0, z])
     return _rotation(own[3:]), own[:3]
