@@ -263,12 +263,16 @@ class LinearSolver:
         return np.asarray(x)
 
     def _solve_all(self, rights: np.ndarray) -> np.ndarray:
-        """Solutions (n, k) for k right sides (k, n), together if the first solution shows that the factors are accurate."""
+        """Solutions (n, k) for k right sides (k, n); fronts solve them together, refined if the first solution needed it."""
         found = [self._solve_blocks(right) for right in rights[:1]]
-        if len(rights) > 1 and self._supernodes is not None and self._other is None and self._trusted:
-            return np.column_stack([
-                *found, solve_columns(self._supernodes, self._front_factors, np.ascontiguousarray(rights[1:].T))
-            ])  # fmt: skip
+        if len(rights) > 1 and self._supernodes is not None and self._other is None:
+            assert self._matrix is not None
+            wanted = np.ascontiguousarray(rights[1:].T)
+            others = solve_columns(self._supernodes, self._front_factors, wanted)
+            if not self._trusted:
+                rest = np.ascontiguousarray(wanted - self._matrix.blocks() @ others)
+                others += solve_columns(self._supernodes, self._front_factors, rest)
+            return np.column_stack([*found, others])
         return np.column_stack([*found, *(self._solve_blocks(right) for right in rights[1:])])
 
     def negative_pivots(self, recount: bool = True) -> int:
