@@ -1,0 +1,1 @@
+"""Film that is wrapped on a hub, unrolled and unwound, compared with closed forms."""
