@@ -1,4 +1,4 @@
-"""Closed forms of a strip of film on a hub: moment, unrolling against a brake, modes under tension, and despin of the hub."""
+"""Closed forms of a strip of film on a hub: moment, unrolling against a brake, modes under tension, despin of the hub."""
 
 from __future__ import annotations
 
