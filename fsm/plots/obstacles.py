@@ -121,7 +121,7 @@ def _pose(solution: Solution, record: int, body: str | None) -> tuple[Floats, Fl
     names = solution.layout.body_names
     if body not in names:
         return None
-    size = 3 if solution.layout.dimension == "planar" else 7
+    size = 3 if solution.q.shape[1] == 3 * len(names) else 7
     start = size * names.index(body)  # coordinates of nodes follow those of all bodies
     own = solution.q[record, start : start + size]
     if size == 3:
