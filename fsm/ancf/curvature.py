@@ -17,7 +17,10 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["add_curvature_hessian", "curvature_effort", "curvature_gradient", "curvature_rates", "normal"]
+__all__ = [
+    "add_curvature_hessian", "add_mapped", "curvature_effort", "curvature_gradient", "curvature_rates", "map_vectors",
+    "normal",
+]  # fmt: skip
 
 
 @kernel(inline=True)
@@ -168,3 +171,29 @@ def add_curvature_hessian(
     out[5, 1] += c[0]
     out[3, 2] += c[1]
     out[4, 2] -= c[0]
+
+
+@kernel
+def map_vectors(inner: np.ndarray, rows: np.ndarray, out: np.ndarray) -> None:
+    """Derivatives (m, 27) by nodal vectors from derivatives (m, 15) by slopes and curvature vectors; `rows` is (5, 9)."""
+    for i in range(inner.shape[0]):
+        for v in range(9):
+            for a in range(3):
+                total = 0.0
+                for d in range(5):
+                    total += inner[i, 3 * d + a] * rows[d, v]
+                out[i, 3 * v + a] = total
+
+
+@kernel
+def add_mapped(inner: np.ndarray, rows: np.ndarray, half: np.ndarray, out: np.ndarray) -> None:
+    """Add the upper triangle of the matrix (27, 27) by nodal vectors of a symmetric matrix (15, 15) by slopes and curvature
+    vectors; `half` (15, 27) is overwritten.
+    """
+    map_vectors(inner, rows, half)
+    for v in range(9):
+        for d in range(5):
+            w = rows[d, v]
+            for a in range(3):
+                for j in range(3 * v + a, 27):
+                    out[3 * v + a, j] += w * half[3 * d + a, j]

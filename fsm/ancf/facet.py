@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.ancf.curvature import add_curvature_hessian, curvature_effort, curvature_gradient, normal
+from fsm.ancf.curvature import add_curvature_hessian, add_mapped, curvature_effort, curvature_gradient, normal
 from fsm.ancf.facet_tension import relax_efforts, relax_energy, relax_moduli
 from fsm.kernels.jit import kernel
 
@@ -424,19 +424,7 @@ def add_facet_tangent(
                             gradient[0, i] * moments[0, j] + gradient[1, i] * moments[1, j] + gradient[2, i] * moments[2, j]
                         )
                 add_curvature_hessian(g, n, length, m, turned, bend)
-                for i in range(15):
-                    for v in range(9):
-                        for a in range(3):
-                            total = 0.0
-                            for d in range(5):
-                                total += bend[i, 3 * d + a] * rows[d, v]
-                            half[i, 3 * v + a] = total
-                for v in range(9):
-                    for d in range(5):
-                        w = rows[d, v]
-                        for a in range(3):
-                            for j in range(3 * v + a, 27):
-                                h[3 * v + a, j] += w * half[3 * d + a, j]
+                add_mapped(bend, rows, half, h)
         for v in range(27):
             for j in range(v):
                 h[v, j] = h[j, v]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.ancf.curvature import add_curvature_hessian, curvature_gradient, normal
+from fsm.ancf.curvature import add_curvature_hessian, add_mapped, curvature_gradient, map_vectors, normal
 from fsm.ancf.facet import (
     FacetArrays,
     add_geometric,
@@ -178,7 +178,7 @@ def add_facet_damping(
             bend_point(rows[k, point], e, g)
             length = normal(g, n)
             curvature_gradient(g, n, length, c, gradient)
-            _map(gradient, rows[k, point], turn)
+            map_vectors(gradient, rows[k, point], turn)
             _moments(facets.bend_moduli[k], tau, turning[k, point], m)
             for i in range(3):
                 for j in range(27):
@@ -201,11 +201,11 @@ def add_facet_damping(
                         change[i, j] = 0.0
                         for r in range(15):
                             change[i, j] += of_q[j, r] * w[r]
-                _map(change, rows[k, point], turn_change)
+                map_vectors(change, rows[k, point], turn_change)
                 _add_products(moments, turn_change, others)
             of_q[:] = 0.0
             add_curvature_hessian(g, n, length, m, work, of_q)
-            _add_mapped(of_q, rows[k, point], half, h)
+            add_mapped(of_q, rows[k, point], half, h)
         for i in range(27):
             for j in range(i):
                 h[i, j], d[i, j] = h[j, i], d[j, i]
@@ -234,35 +234,3 @@ def _add_products(left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
             x = left[r, i]
             for j in range(27):
                 out[i, j] += x * right[r, j]
-
-
-@kernel
-def _map(inner: np.ndarray, rows: np.ndarray, out: np.ndarray) -> None:
-    """Derivatives (3, 27) by nodal vectors from derivatives (3, 15) by slopes and curvature vectors."""
-    for i in range(3):
-        for v in range(9):
-            for a in range(3):
-                total = 0.0
-                for d in range(5):
-                    total += inner[i, 3 * d + a] * rows[d, v]
-                out[i, 3 * v + a] = total
-
-
-@kernel
-def _add_mapped(inner: np.ndarray, rows: np.ndarray, half: np.ndarray, out: np.ndarray) -> None:
-    """Add the upper triangle of the matrix (27, 27) by nodal vectors of a symmetric matrix (15, 15) by slopes and curvature
-    vectors.
-    """
-    for i in range(15):
-        for v in range(9):
-            for a in range(3):
-                total = 0.0
-                for d in range(5):
-                    total += inner[i, 3 * d + a] * rows[d, v]
-                half[i, 3 * v + a] = total
-    for v in range(9):
-        for d in range(5):
-            w = rows[d, v]
-            for a in range(3):
-                for j in range(3 * v + a, 27):
-                    out[3 * v + a, j] += w * half[3 * d + a, j]

@@ -153,10 +153,8 @@ def points_inside(scene: Scene) -> dict[str, SheetPoint]:
 def _of_sheet(sheet: TouchingSheet, parts: int) -> tuple[ContactPoint, ...]:
     radius, density = 0.5 * sheet.thickness, sheet.areal_density
     return tuple(
-        ContactPoint(SceneFrame(name=point.name, on=SHEET), point.area, radius, density * point.area)
-        if len(point.nodes) > 1 else ContactPoint(sheet.frames[point.nodes[0]], point.area, radius, density * point.area)
-        for point in sheet.points(parts).values()
-    )  # fmt: skip
+        ContactPoint(point.frame, point.area, radius, density * point.area) for point in sheet.points(parts).values()
+    )
 
 
 def _frame(

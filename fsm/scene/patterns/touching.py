@@ -22,14 +22,14 @@ class SheetPoint(NamedTuple):
 
     Attributes
     ----------
-    name : of the frame at the point
+    frame : SceneFrame
     nodes : numbers of the nodes
     weights : weights of the nodes; their sum is 1
     area : m^2
         Area that the point represents.
     """
 
-    name: str
+    frame: SceneFrame
     nodes: tuple[int, ...]
     weights: tuple[float, ...]
     area: float
@@ -75,7 +75,7 @@ class TouchingSheet:
     def parts(self, spacing: float) -> int:
         """Parts of each edge between points at most `spacing` (m) apart, or as many parts as `MOST_POINTS` permits."""
         most = max(1, math.isqrt(2 * MOST_POINTS // len(self.triangles)))
-        return min(most, max(1, math.ceil(self.longest_edge / spacing))) if spacing > 0.0 else most
+        return min(most, max(1, math.ceil(self.longest_edge / spacing)))
 
     def points(self, parts: int) -> dict[str, SheetPoint]:
         """Points of a regular grid on every triangle, by name; with one part, the nodes.
@@ -90,7 +90,7 @@ class TouchingSheet:
     def _grid(self, parts: int) -> dict[str, SheetPoint]:
         if parts == 1:
             return {
-                frame.name: SheetPoint(frame.name, (node,), (1.0,), area)
+                frame.name: SheetPoint(frame, (node,), (1.0,), area)
                 for node, (frame, area) in enumerate(zip(self.frames, self.areas.tolist(), strict=True))
             }
         one, two = self.plane[:, 1] - self.plane[:, 0], self.plane[:, 2] - self.plane[:, 0]
@@ -106,6 +106,8 @@ class TouchingSheet:
         found = dict[str, SheetPoint]()
         for number, (key, area) in enumerate(areas.items(), 1):
             nodes = tuple(node for node, _ in key)
-            name = self.frames[nodes[0]].name if len(nodes) == 1 else f"contact point {number} of the sheet"
-            found[name] = SheetPoint(name, nodes, tuple(count / parts for _, count in key), area)
+            frame = self.frames[nodes[0]]
+            if len(nodes) > 1:
+                frame = SceneFrame(name=f"contact point {number} of the sheet", on=frame.on)
+            found[frame.name] = SheetPoint(frame, nodes, tuple(count / parts for _, count in key), area)
         return found
