@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import fsm
 from fsm.errors import CaseError
 from fsm.scene.patterns.booms import boom_mesh
 from fsm.scene.sheet import Sheet
-from validation.boom.tape import NU, RADIUS, STEEL, YOUNG, arm_turns, opening, tape_spring
+from validation.boom.tape import HUB, NU, RADIUS, STEEL, YOUNG, arm_turns, opening, tape_spring
 
 CASES = Path(__file__).parents[2] / "folding_cases" / "tape_spring"
 STEM = {"kind": "stem", "subtended_angle": "400 deg", "mesh": [4, 24]}
@@ -149,6 +150,21 @@ def test_a_folded_tape_opens_as_its_energy_determines(tmp_path: Path) -> None:
     near = abs(time - found) < 0.8e-3
     assert np.polyfit(time[near], angle[near], 1)[0] == pytest.approx(np.interp(known, fine, rate), rel=0.05)
     assert result.summary["energy_error"] < 2e-3
+
+
+@pytest.mark.slow
+def test_a_tape_coils_on_a_hub_at_the_moment_of_its_energy(tmp_path: Path) -> None:
+    """Mean moment of coiling, from the energy per length of the coil, within 3 %; the tape does not enter the hub."""
+    data = tomllib.loads((CASES / "coil.toml").read_text(encoding="utf-8"))
+    data["sheet"] |= {"length": "90 mm", "mesh": [58, 8]}
+    data["step"] = data["step"][:2]
+    data["step"][1]["drive"][0]["turn"] = "1.1 rad"
+    summary = fsm.load(data, folder=tmp_path).run(tmp_path / "out", figures=False).summary
+    rows = np.loadtxt(tmp_path / "out" / "force.csv", delimiter=",", skiprows=1)
+    at, radius = np.linspace(0.3, 1.0, 100), HUB + 0.5 * STEEL.thickness
+    assert np.interp(at, rows[:, 2], rows[:, 3]).mean() == pytest.approx(radius * STEEL.coiled(radius), rel=0.03)
+    assert summary["contact"][0]["largest_penetration"] < 0.5 * STEEL.thickness
+    assert summary["energy_error"] < 2e-3
 
 
 def test_release_lets_the_end_go(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 
 import fsm
 from validation.boom.calculix import moments
-from validation.boom.tape import RADIUS, STEEL, arm_turns, middle_line, opening, tape_spring
+from validation.boom.tape import HUB, RADIUS, STEEL, arm_turns, middle_line, opening, tape_spring
 from validation.gallery.command import command
 from validation.gallery.drawing import beside, convergence
 from validation.gallery.record import Check, NotCompared, Part, Place, Reason, against, below
@@ -28,8 +28,8 @@ THEORY = "Wuest 1954; Seffen and Pellegrino 1999, Proc. R. Soc. A 455, 1003"
 TURN, FROM = 1.05, 0.6
 """Turn of the end (rad), and the turn from which the moment is steady."""
 CASES = Path(__file__).parents[2] / "folding_cases" / "tape_spring"
-HUB, COILING = 18e-3, (0.3, 1.9)
-"""Radius of the hub in `coil.toml` (m), and the turns of its end between which the moment is averaged (rad)."""
+COILING = (0.3, 1.9)
+"""Turns of the end in `coil.toml` between which the moment is averaged (rad)."""
 
 
 def bent(folder: Path, data: dict[str, Any] | str) -> tuple[np.ndarray, np.ndarray, dict[str, Any], str]:

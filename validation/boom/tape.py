@@ -15,10 +15,13 @@ from scipy.integrate import solve_ivp
 
 import fsm
 
-__all__ = ["DENSITY", "NU", "RADIUS", "STEEL", "YOUNG", "Tape", "arm_turns", "middle_line", "opening", "tape_spring"]
+__all__ = ["DENSITY", "HUB", "NU", "RADIUS", "STEEL", "YOUNG", "Tape", "arm_turns", "middle_line", "opening", "tape_spring"]
 
 RADIUS, YOUNG, NU, DENSITY = 15e-3, 210e9, 0.3, 7850.0
 """Radius of the section (m), Young's modulus (Pa), Poisson's ratio and density (kg/m^3) of steel tapes."""
+
+HUB = 18e-3
+"""Radius of the hub in `folding_cases/tape_spring/coil.toml`, m."""
 
 
 class Tape(NamedTuple):
