@@ -15,7 +15,7 @@ from fsm.solve.extrapolation import History, Prediction
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.restart_points import State, steps_between
-from fsm.solve.run_io import AcceptedStep, InitialState, OutputRequest, Statistics
+from fsm.solve.run_io import AcceptedStep, InitialState, OutputRequest, Statistics, time_and_travel
 from fsm.solve.settings import PathSettings
 from fsm.solve.status import TORN, Event, Outcome
 from fsm.system import System
@@ -318,8 +318,7 @@ class PathSteps:
         self.statistics.outcome = outcome
         recorder = self.recorder
         recorder.save_last()
-        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in recorder.last.drive.travel)
-        where = f"at t = {recorder.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        where = time_and_travel(self.system, recorder.time, recorder.last.drive)
         if outcome is Outcome.ENERGY_OF_STATICS:
             raise EnergyAbort(f"{where}: {outcome.value}. {recorder.energy_balance.text}")
         text = f"{where}, step {self.statistics.steps}, method static: {outcome.value}"
