@@ -171,8 +171,7 @@ class PathSteps:
         if self._inertia_counts(observed):
             return Reason.INERTIA
         duration = t - recorder.time
-        force = float(np.abs(observed.drive.force[:1]).max(initial=0.0))
-        if force > (1.0 + EXACT) * self.settings.force_limit and duration > 10.0 * self.smallest:
+        if self.settings.force_ratio(observed.drive) > 1.0 + EXACT and duration > 10.0 * self.smallest:
             return Reason.LIMIT
         step_energy = recorder.step_energy(t, found.q, found.u, observed)
         judged = duration > _KINK * self.first_step
