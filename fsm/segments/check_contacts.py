@@ -24,12 +24,26 @@ def contact_faults(scene: Scene) -> Iterator[Fault]:
     yield from _obstacles(scene)
     known, bodies = contact_sides(scene), {body.name for body in scene.bodies}
     shapes = {obstacle.name: obstacle.shape for obstacle in scene.obstacles}
+    given = set[frozenset[str]]()
     for i, pair in enumerate(scene.pairs):
         yield from _pair(pair, known, bodies, shapes, f"scene.pairs.{i}")
+        names = frozenset((pair.first, pair.second))
+        if names in given:
+            text = f"{pair.first!r} and {pair.second!r} are a pair already{_automatic(scene, names)}; remove this pair"
+            yield Fault("scene.pairs", text)
+        given.add(names)
     if scene.touching is not None and scene.contact is not None:
         yield from _sheet_points(scene)
     if scene.friction is not None and scene.contact is None:
         yield Fault("friction", "friction needs a [contact] section; add [contact], or remove [friction]")
+
+
+def _automatic(scene: Scene, names: frozenset[str]) -> str:
+    """Reason why a pair exists that the case does not contain: the pairs of a sheet."""
+    others = {SHEET, *(obstacle.name for obstacle in scene.obstacles)}
+    if SHEET in names and names <= others:
+        return ", because a sheet has contact with itself and with every obstacle of the case"
+    return ""
 
 
 def _sheet_points(scene: Scene) -> Iterator[Fault]:

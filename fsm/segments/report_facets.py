@@ -53,14 +53,14 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
     if mesh.curved:
         yield "curved at the start without stress"
     if view.case.sheet is not None and view.case.sheet.is_boom:
-        yield from _boom_lines(view.case.sheet, mesh)
+        yield from _boom_lines(view.case.sheet, mesh, view.scene.contact is not None)
     slender = facets.thickness / float(mesh.lengths.max())
     if slender > 1.0:
         yield f"the thickness is {slender:.3g} times the longest edge: thin plates have no transverse shear strain"
 
 
-def _boom_lines(sheet: Sheet, mesh: FacetMesh) -> Iterator[str]:
-    """Lines on the section of a boom and on its mesh."""
+def _boom_lines(sheet: Sheet, mesh: FacetMesh, touching: bool) -> Iterator[str]:
+    """Lines on the section of a boom, on its mesh and on its contact with itself."""
     assert sheet.radius is not None and sheet.subtended_angle is not None
     yield f"section: radius {millimetres(sheet.radius)}, subtended angle {math.degrees(sheet.subtended_angle):.4g} deg"
     if sheet.kind == "lenticular":
@@ -72,7 +72,8 @@ def _boom_lines(sheet: Sheet, mesh: FacetMesh) -> Iterator[str]:
             f"cells of {millimetres(at_edge)} at the free edges are larger than sqrt(R t) = {millimetres(layer)}, "
             "over which curvature varies there; use more cells, or `mesh_grading`"
         )
-    yield "the shell does not touch itself: parts of a folded or coiled boom can pass through each other"
+    if not touching:
+        yield "no [contact]: the shell does not touch itself; parts of a folded or coiled boom can pass through each other"
 
 
 def facet_support_lines(view: CheckContext) -> Iterator[str]:

@@ -151,3 +151,10 @@ def test_faults_of_pairs_name_the_key(facets: str) -> None:
         with pytest.raises(CaseError, match=text) as caught:
             compile_case(fsm.load(data)._loaded.case)
         assert caught.value.faults[0].path.startswith("scene.pairs.")
+
+
+@pytest.mark.parametrize("facets", FACETS)
+def test_a_pair_that_a_sheet_has_already_is_refused(facets: str) -> None:
+    data = sheet(facets, scene={"pairs": [{"first": "sheet", "second": "sheet"}]})
+    with pytest.raises(CaseError, match="'sheet' and 'sheet' are a pair already, because a sheet has contact with itself"):
+        compile_case(fsm.load(data)._loaded.case)

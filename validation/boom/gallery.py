@@ -1,17 +1,18 @@
 """Tape springs: steady moments against theory, peak moment and snap beside CalculiX, convergence and energy.
 
-python -m validation.boom.gallery [--parts steady equal release peak] [--out out/validation/boom] [--full]
+python -m validation.boom.gallery [--parts steady equal release coil peak] [--out out/validation/boom] [--full]
 """
 
 from __future__ import annotations
 
 import csv
+import math
 import shutil
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,19 +28,25 @@ THEORY = "Wuest 1954; Seffen and Pellegrino 1999, Proc. R. Soc. A 455, 1003"
 TURN, FROM = 1.05, 0.6
 """Turn of the end (rad), and the turn from which the moment is steady."""
 CASES = Path(__file__).parents[2] / "folding_cases" / "tape_spring"
-OPENED_FROM = 0.9
-"""Turn of the end in `release.toml` (rad)."""
+HUB, COILING = 18e-3, (0.3, 1.9)
+"""Radius of the hub in `coil.toml` (m), and the turns of its end between which the moment is averaged (rad)."""
 
 
 def bent(folder: Path, data: dict[str, Any] | str) -> tuple[np.ndarray, np.ndarray, dict[str, Any], str]:
     """Turn (rad) and moment (N m) of a run of a case (tables, or text of its file), its summary, and a text on it."""
     begun = time.process_time()
     result = fsm.load(data, folder=folder).run(folder / "run", figures=False)
-    with (folder / "run" / "force.csv").open(encoding="utf-8") as file:
-        rows = np.array([[float(value) for value in row] for row in list(csv.reader(file))[1:]])
+    turn, moment = turn_and_moment(folder, 0)
     summary = result.summary
     text = f"{summary['dof']} unknowns, {summary['steps']} steps, {time.process_time() - begun:.0f} s"
-    return rows[:, 0], rows[:, 1], summary, text
+    return turn, moment, summary, text
+
+
+def turn_and_moment(folder: Path, drive: int) -> tuple[np.ndarray, np.ndarray]:
+    """Turn (rad) and moment (N m) of a drive (counted from 0) of the run in a folder."""
+    with (folder / "run" / "force.csv").open(encoding="utf-8") as file:
+        rows = np.array([[float(value) for value in row] for row in list(csv.reader(file))[1:]])
+    return rows[:, 2 * drive], rows[:, 2 * drive + 1]
 
 
 def mean_moment(turn: np.ndarray, moment: np.ndarray, start: float = FROM) -> float:
@@ -95,25 +102,54 @@ def equal(place: Place) -> Iterator[Check | NotCompared]:
 
 def release(place: Place) -> Iterator[Check | NotCompared]:
     """A folded tape spring is let go: its arm turns, and its fold becomes shorter, as the energy of the fold determines."""
-    case = CASES / "release.toml"
-    _, _, summary, text = bent(place.out / "release", case.read_text(encoding="utf-8"))
-    time_of, turn = arm_turns(place.out / "release" / "run" / "result.h5", 4)
     layers = STEEL.steady(1.0) * (1.0 - STEEL.edge_layer(1.0))
-    fine = np.linspace(0.0, float(time_of[-1]), 2000)
-    theory, rate = opening(80e-3, OPENED_FROM, layers, fine)
-    points = {"fold of constant moment": (1e3 * fine[::100], theory[::100])}
-    picture = beside(place.out / "release.png", {"fsm": (1e3 * time_of, turn)}, points, "time (ms)", "turn of the arm (rad)")
-    half = 0.5 * OPENED_FROM
-    found, known = np.interp(half, turn[0] - turn, time_of), float(np.interp(half, OPENED_FROM - theory, fine))
     source = "Seffen and Pellegrino 1999, energy of the fold, with edge layers"
-    what = "time until half of the fold is gone"
-    yield against(what, "let go", 1e3 * found, 1e3 * known, source, picture, rtol=0.05, unit="ms", detail=text)
+    yield from _opened(place, "release", "let go", Fold(80e-3, 0.9, layers, RADIUS), 0.5, source)
+
+
+def coil(place: Place) -> Iterator[Check | NotCompared]:
+    """A tape spring is coiled on a hub by half a turn and let go: moment of the coil, and motion as in `release`."""
+    radius = HUB + 0.5 * STEEL.thickness
+    moment = radius * STEEL.coiled(radius)
+    source = "energy of the coil on the hub, with edge layers"
+    yield from _opened(place, "coil", "let go from the hub", Fold(100e-3, math.pi, moment, radius), 0.25, source)
+    turn, measured = turn_and_moment(place.out / "coil", 1)
+    within = (turn > COILING[0]) & (turn < COILING[1])
+    value = float(np.trapezoid(measured[within], turn[within]) / np.ptp(turn[within]))
+    points = {"theory with edge layers": (list(COILING), [moment] * 2)}
+    picture = beside(place.out / "coiling.png", {"coil": (turn, measured)}, points, "turn of the end (rad)", "moment (N m)")
+    yield against("moment of coiling", source, value, moment, source, picture, rtol=0.03, unit="N m")
+
+
+class Fold(NamedTuple):
+    """Fold of a tape that is let go: length of the tape, m; first turn, rad; moment, N m; radius, m."""
+
+    length: float
+    turn: float
+    moment: float
+    radius: float
+
+
+def _opened(
+    place: Place, name: str, what: str, fold: Fold, outer: float, source: str
+) -> Iterator[Check | NotCompared]:
+    """Checks of a case of `folding_cases/tape_spring` whose fourth step lets a fold go; `outer` is the straight part."""
+    _, _, summary, text = bent(place.out / name, (CASES / f"{name}.toml").read_text(encoding="utf-8"))
+    time_of, turn = arm_turns(place.out / name / "run" / "result.h5", 4, outer)
+    fine = np.linspace(0.0, float(time_of[-1]), 2000)
+    theory, rate = opening(fold.length, fold.turn, fold.moment, fine, fold.radius)
+    points = {"fold of constant moment": (1e3 * fine[::100], theory[::100])}
+    picture = beside(place.out / f"{name}.png", {"fsm": (1e3 * time_of, turn)}, points, "time (ms)", "turn of the arm (rad)")
+    half = 0.5 * fold.turn
+    found, known = np.interp(half, turn[0] - turn, time_of), float(np.interp(half, fold.turn - theory, fine))
+    part = "time until half of the fold is gone"
+    yield against(part, what, 1e3 * found, 1e3 * known, source, picture, rtol=0.05, unit="ms", detail=text)
     near = np.abs(time_of - found) < 1e-3
-    speed = RADIUS * abs(float(np.polyfit(time_of[near], turn[near], 1)[0]))
-    moving = RADIUS * abs(float(np.interp(known, fine, rate)))
-    what = "speed of the edge of the fold then"
-    yield against(what, "let go", speed, moving, source, picture, rtol=0.05, unit="m/s", detail=text)
-    yield below("energy balance residual, let go", text, summary["energy_error"], 5e-3, "zero", picture)
+    speed = fold.radius * abs(float(np.polyfit(time_of[near], turn[near], 1)[0]))
+    moving = fold.radius * abs(float(np.interp(known, fine, rate)))
+    part = "speed of the edge of the fold then"
+    yield against(part, what, speed, moving, source, picture, rtol=0.05, unit="m/s", detail=text)
+    yield below(f"energy balance residual, {what}", text, summary["energy_error"], 5e-3, "zero", picture)
 
 
 def peak(place: Place) -> Iterator[Check | NotCompared]:
@@ -144,7 +180,7 @@ def peak(place: Place) -> Iterator[Check | NotCompared]:
     yield below("convergence of the peak moment", what, off[-1] / off[0], 0.5, source, picture)
 
 
-PARTS: dict[str, Part] = {"steady": steady, "equal": equal, "release": release, "peak": peak}
+PARTS: dict[str, Part] = {"steady": steady, "equal": equal, "release": release, "coil": coil, "peak": peak}
 
 if __name__ == "__main__":
     sys.exit(command(PARTS, "boom", __doc__))

@@ -48,32 +48,51 @@ class Tape(NamedTuple):
         D (1 +- nu)^2 l/R^2 per length. Without these layers the fold has the moment D (1 +- nu) a/R, so the relative loss is
         (1 +- nu) l/(R a).
         """
-        decay = (4.0 * self.plate * RADIUS**2 / (YOUNG * self.thickness)) ** 0.25
-        return (1.0 + sense * NU) * decay / (RADIUS * self.angle)
+        return (1.0 + sense * NU) * self.decay(RADIUS) / (RADIUS * self.angle)
+
+    def decay(self, radius: float) -> float:
+        """Decay length of the layers at the free edges of a coil of this radius, m."""
+        return float((4.0 * self.plate * radius**2 / (YOUNG * self.thickness)) ** 0.25)
+
+    def coiled(self, radius: float) -> float:
+        """Energy per length of a coil of this radius (m) on a hub, opposite sense, N.
+
+        The cylinder has the curvatures 1/r along the tape and, relative to the section, 1/R across it. Layers at both free
+        edges release the energy of the moment D (1/R + nu/r) across the tape, as in `edge_layer`. With r = R and without
+        layers, the energy over a turn is (1 + nu) D a.
+        """
+        bent, flat = 1.0 / radius, 1.0 / RADIUS
+        plate = 0.5 * self.plate * self.angle * RADIUS * (flat**2 + bent**2 + 2.0 * NU * flat * bent)
+        return plate - self.plate * (flat + NU * bent) ** 2 * self.decay(radius)
 
 
 STEEL = Tape(0.1e-3, math.radians(110.0))
 """Steel tape."""
 
 
-def opening(length: float, turn: float, moment: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Turn (rad) of the arm of half of a folded tape spring that is let go, and its rate (rad/s), at the given times.
+def opening(
+    length: float, turn: float, moment: float, times: np.ndarray, radius: float = RADIUS
+) -> tuple[np.ndarray, np.ndarray]:
+    """Turn (rad) of the arm of a tape spring that is let go, and its rate (rad/s), at the given times.
 
-    The fold is an arc of the radius R whose middle does not move, with the energy M q (Seffen and Pellegrino, 1999). The
-    arm is straight and rolls off the arc: the point at a distance s from the arc has the speed s dq/dt. With the mass m per
-    length and the free length b = L - R q, the energy M q + m b^3 (dq/dt)^2/6 is constant.
+    The fold is an arc of the radius R whose start does not move, with the energy M q (Seffen and Pellegrino, 1999). It is
+    half of a free fold, or a coil on a hub at rest. The arm is straight and rolls off the arc: the point at a distance s
+    from the arc has the speed s dq/dt. With the mass m per length and the free length b = L - R q, the energy M q +
+    m b^3 (dq/dt)^2/6 is constant.
 
     Parameters
     ----------
     length, turn, moment : L, m; q at the time 0, rad; M, N m
     times : (n,) array, s
         Increasing; the fold must still be there at the last time.
+    radius : R, m
+        Of the fold.
     """
     mass = DENSITY * STEEL.thickness * RADIUS * STEEL.angle
 
     def rates(_: float, state: np.ndarray) -> list[float]:
-        free = length - RADIUS * state[0]
-        turning = 0.5 * mass * RADIUS * free**2 * state[1] ** 2 - moment
+        free = length - radius * state[0]
+        turning = 0.5 * mass * radius * free**2 * state[1] ** 2 - moment
         return [float(state[1]), turning / (mass * free**3 / 3.0)]
 
     found = solve_ivp(rates, (0.0, float(times[-1])), [turn, 0.0], t_eval=times, rtol=1e-9, atol=1e-12)
@@ -88,16 +107,16 @@ def middle_line(shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return x, last[on_top][kept]
 
 
-def arm_turns(file: Path, step: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times (s) since the start of a step of a result, and the mean turn (rad) of the outer half of the middle line."""
+def arm_turns(file: Path, step: int, outer: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
+    """Times (s) since the start of a step of a result, and the mean turn (rad) of the outer part of the middle line."""
     solution = fsm.open(file).solution
-    number, time = np.asarray(solution.step), np.asarray(solution.time)
-    kept, turns = np.flatnonzero(number >= step), []
-    for record in kept:
+    number, time, turns = np.asarray(solution.step), np.asarray(solution.time), []
+    for record in range(len(number)):
         x, line = middle_line(solution.shape[[0, record]])
-        along = np.diff(line[x > 0.5 * x[-1]], axis=0)
-        turns.append(np.arctan2(along[:, 2], along[:, 0]).mean())
-    return time[kept] - time[number < step][-1], np.abs(turns)
+        along = np.diff(line[x > (1.0 - outer) * x[-1]], axis=0)
+        turns.append(np.unwrap(np.arctan2(along[:, 2], along[:, 0])).mean())
+    kept = number >= step
+    return time[kept] - time[~kept][-1], np.abs(np.unwrap(turns))[kept]
 
 
 def tape_spring(

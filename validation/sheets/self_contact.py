@@ -27,7 +27,7 @@ from fsm.errors import FsmError
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 
-__all__ = ["CASES", "closing_zigzag", "intersecting", "packed_miura", "random_flasher"]
+__all__ = ["CASES", "closing_zigzag", "intersecting", "packed_miura", "random_flasher", "solved"]
 
 CASES = ((0.5e-3, 0.0), (0.5e-3, 0.3), (0.5e-3, 1.0), (1e-3, 0.0), (1e-4, 0.3), (2e-5, 0.0))
 """Thickness (m) and friction coefficient."""
@@ -122,7 +122,7 @@ def random_flasher(seed: int) -> tuple[dict[str, Any], str]:
     return case, f"{seed} | {sides} x {1e3 * height:g} mm | {1e6 * thickness:g} | {friction:g}"
 
 
-def _solved(case: dict[str, Any]) -> Solution | str:
+def solved(case: dict[str, Any]) -> Solution | str:
     """Solution of a case, or the message of its failure."""
     with TemporaryDirectory() as folder:
         try:
@@ -135,7 +135,7 @@ def _solved(case: dict[str, Any]) -> Solution | str:
 def _row(text: str, case: dict[str, Any]) -> tuple[int, int, int]:
     """Print the row of one case; return the numbers of saved states, and of states with intersections and with contact."""
     begun = time.process_time()
-    solution = _solved(case)
+    solution = solved(case)
     if isinstance(solution, str):
         print(f"| {text} | failed: {solution} | | | | |", flush=True)
         return 0, 0, 0
@@ -157,7 +157,7 @@ def _released(seed: int) -> str:
     """
     case, text = packed_miura(seed)
     case.pop("friction", None)
-    packed = _solved(case)
+    packed = solved(case)
     if isinstance(packed, str):
         return f"| {text} | failed: {packed} | | | |"
     drive, travel = case["drive"][0], 0.99 * float(packed.travel[-1, 0])
@@ -165,7 +165,7 @@ def _released(seed: int) -> str:
         drive.pop(key)
     there = {"kind": "table", "time": [0.0, 100.0, 200.0], "value": [0.0, 1.0, 0.0]}
     case |= {"solve": {"method": "static"}, "save": {"interval": 4.0}}
-    back = _solved(case | {"drive": [drive | {"travel": travel, "time": there}]})
+    back = solved(case | {"drive": [drive | {"travel": travel, "time": there}]})
     if isinstance(back, str):
         return f"| {text} | failed: {back} | | | |"
     size = float(np.ptp(back.shape[0].reshape(-1, 3), axis=0).max())
