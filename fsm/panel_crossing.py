@@ -43,8 +43,8 @@ def lattice_overlap(solution: Solution, scene: Scene) -> str:
         pairs = [*ends[length < _SQUEEZED * free], *np.column_stack([i[deep], j[deep]])]
         if pairs:
             one, other = (names[k] for k in sorted(pairs[0]))
-            driven = bool(solution.travel.shape[1])
-            at = f"{1e3 * solution.travel[record, 0]:.4g} mm of travel" if driven else f"{solution.time[record]:.4g} s"
+            driven, layout = bool(solution.travel.shape[1]), solution.layout
+            at = layout.travel_text(solution.travel[record, 0]) if driven else f"{solution.time[record]:.4g} s"
             return (
                 f"squares {one} and {other} meet at {at}: a lattice has no contact between squares, so later results are "
                 "not physical; reduce the travel"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import MODAL, Analysis
-from fsm.results.solution import Solution
+from fsm.results.solution import Layout, Solution
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case
 from fsm.solve.arc_length import ArcSettings
@@ -69,11 +69,10 @@ def summary_of(
         residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the reference energy, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
     listed = [event for event in events if event.kind != "vibration"]
-    turns = solution.travel.shape[1] > 0 and solution.layout.turns()
-    found += [_event_text(event, turns) for event in listed[:_LISTED_EVENTS]]
+    found += [_event_text(event, solution.layout) for event in listed[:_LISTED_EVENTS]]
     if len(listed) > _LISTED_EVENTS:
         more = len(listed) - _LISTED_EVENTS
-        found.append(f"{more} more events until {_where(listed[-1], turns)}; `events` in summary.json lists all")
+        found.append(f"{more} more events until {_where(listed[-1], solution.layout)}; `events` in summary.json lists all")
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
 
@@ -117,15 +116,14 @@ def unstable_passages(solution: Solution, events: Sequence[Event], arcs: Sequenc
     return found
 
 
-def _where(event: Event, turns: bool) -> str:
-    of = "mrad of turn" if turns else "mm of travel"
-    return f"{1e3 * event.travel:.4g} {of}" if event.travel else f"{event.time:.4g} s"
+def _where(event: Event, layout: Layout) -> str:
+    return layout.travel_text(event.travel) if event.travel else f"{event.time:.4g} s"
 
 
-def _event_text(event: Event, turns: bool) -> str:
-    """Warning about an event; with `turns`, the first drive rotates a body."""
-    where = f"at {_where(event, turns)}"
-    way, effort, unit = ("mrad", "moment", "N m") if turns else ("mm", "force", "N")
+def _event_text(event: Event, layout: Layout) -> str:
+    """Warning about an event."""
+    where = f"at {_where(event, layout)}"
+    way, effort, unit = ("mrad", "moment", "N m") if layout.turns() else ("mm", "force", "N")
     if event.kind == "bifurcation":
         return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
     if event.kind == "force limit":

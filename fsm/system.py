@@ -66,6 +66,10 @@ class System(Protocol):
         """Time at which the last drive completes its travel, s; None without a drive."""
         ...
 
+    def drive_turns(self, number: int) -> bool:
+        """Whether a drive (by its number from 0) turns bodies: its travel is an angle (rad), its force a moment (N m)."""
+        return False
+
     def progress(self, t: float) -> float:
         """Path parameter: travel of the drives, or the time without a drive; states are smooth functions of it."""
         return t

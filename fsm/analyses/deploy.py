@@ -351,7 +351,7 @@ class Deployment(Analysis):
                 f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "
                 "raise contact.stiffness"
             )
-        found += _crossed(unwatched_crossings(solution, self.scene), driven=solution.travel.shape[1] > 0)
+        found += _crossed(unwatched_crossings(solution, self.scene), solution)
         found += self._stretched(solution) + self._torn(summary) + fold_warning(solution, summary.get("folded", {}))
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
@@ -371,9 +371,9 @@ def _unstable_at_end(solution: Solution) -> list[str]:
     if not solution.travel.shape[1] or not solution.negative_pivots[-1] > 0:
         return []
     stable = np.flatnonzero(solution.negative_pivots == 0)
-    since = float(solution.travel[stable[-1] if len(stable) else 0, 0])
+    since = solution.layout.travel_text(float(solution.travel[stable[-1] if len(stable) else 0, 0]))
     return [
-        f"the last state is unstable: only friction and dampers prevent a snap from {1e3 * since:.4g} mm of travel on, "
+        f"the last state is unstable: only friction and dampers prevent a snap from {since} on, "
         "and final_force depends on the speed and on the segments; pull slower, or hold the drive at its end"
     ]
 
@@ -391,13 +391,14 @@ def _coarse(summary: dict[str, Any]) -> list[str]:
     return [f"the segments are coarse: {off}; raise strip.segments_per_panel"]
 
 
-def _crossed(crossings: list[tuple[int, int, float]], driven: bool) -> list[str]:
+def _crossed(crossings: list[tuple[int, int, float]], solution: Solution) -> list[str]:
     """Warning on panels that pass through each other, with the travel or time of the first ones."""
     if not crossings:
         return []
     first = sorted(crossings, key=lambda crossing: crossing[2])
+    driven, layout = solution.travel.shape[1] > 0, solution.layout
     named = ", ".join(
-        f"{a} and {b} (from {f'{1e3 * at:.4g} mm of travel' if driven else f'{at:.4g} s'} on)" for a, b, at in first[:_NAMED]
+        f"{a} and {b} (from {layout.travel_text(at) if driven else f'{at:.4g} s'} on)" for a, b, at in first[:_NAMED]
     )
     more = f", and {len(first) - _NAMED} more pairs later" if len(first) > _NAMED else ""
     return [f"panels pass through each other: {named}{more}; no contact pair includes them; later results are not physical"]
@@ -412,8 +413,8 @@ def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
     moving = solution.energy["kinetic"] > 0.01 * elastic
     moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
     if moving.any():
-        at = float(solution.travel[np.argmax(moving), 0])
-        found.append(f"not quasi-static at {1e3 * at:.4g} mm: kinetic energy above 1 % of the elastic energy; pull slower")
+        at = solution.layout.travel_text(float(solution.travel[np.argmax(moving), 0]))
+        found.append(f"not quasi-static at {at}: kinetic energy above 1 % of the elastic energy; pull slower")
     if summary["peak_kind"] == "dynamic":
         found.append("no part of the pull is quasi-static: peak_force is the largest dynamic force; pull slower")
     # if other drives continue, the force may have decreased while the travel stayed the same

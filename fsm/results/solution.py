@@ -155,6 +155,10 @@ class Layout(ShortRepr):
         """Whether a drive turns bodies: its travel is an angle (rad), its force a moment (N m)."""
         return drive < len(self.drive_names) and self.drive_names[drive].endswith("(turn)")
 
+    def travel_text(self, travel: float) -> str:
+        """Travel (m) or turn (rad) of the first drive, for messages."""
+        return f"{1e3 * travel:.4g} {'mrad of turn' if self.turns() else 'mm of travel'}"
+
     @cached_property
     def case(self) -> dict[str, Any]:
         """Case that was solved, as a dict of its TOML keys.

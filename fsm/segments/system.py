@@ -104,6 +104,10 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         return max((motion.end_time for motion in self.motions), default=None)
 
+    def drive_turns(self, number: int) -> bool:
+        """See `System`."""
+        return self.motions[number].axis is not None
+
     def progress(self, t: float) -> float:
         """See `System`: travel of the first drive, plus a small part of the time for the end of the drive."""
         if not self.motions:

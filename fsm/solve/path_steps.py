@@ -15,7 +15,7 @@ from fsm.solve.extrapolation import History, Prediction
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.restart_points import State, steps_between
-from fsm.solve.run_io import AcceptedStep, InitialState, OutputRequest, Statistics
+from fsm.solve.run_io import AcceptedStep, InitialState, OutputRequest, Statistics, time_and_travel
 from fsm.solve.settings import PathSettings
 from fsm.solve.status import TORN, Event, Outcome
 from fsm.system import System
@@ -171,8 +171,7 @@ class PathSteps:
         if self._inertia_counts(observed):
             return Reason.INERTIA
         duration = t - recorder.time
-        force = float(np.abs(observed.drive.force[:1]).max(initial=0.0))
-        if force > (1.0 + EXACT) * self.settings.force_limit and duration > 10.0 * self.smallest:
+        if self.settings.force_ratio(observed.drive) > 1.0 + EXACT and duration > 10.0 * self.smallest:
             return Reason.LIMIT
         step_energy = recorder.step_energy(t, found.q, found.u, observed)
         judged = duration > _KINK * self.first_step
@@ -318,8 +317,7 @@ class PathSteps:
         self.statistics.outcome = outcome
         recorder = self.recorder
         recorder.save_last()
-        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in recorder.last.drive.travel)
-        where = f"at t = {recorder.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        where = time_and_travel(self.system, recorder.time, recorder.last.drive)
         if outcome is Outcome.ENERGY_OF_STATICS:
             raise EnergyAbort(f"{where}: {outcome.value}. {recorder.energy_balance.text}")
         text = f"{where}, step {self.statistics.steps}, method static: {outcome.value}"

@@ -20,7 +20,16 @@ from fsm.solve.energy_balance import JUDGED_FROM, EnergyBalance
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.restart_points import State, steps_between
-from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics, inertia_counts
+from fsm.solve.run_io import (
+    AcceptedStep,
+    CurvePoint,
+    InitialState,
+    OutputRequest,
+    SavedState,
+    Statistics,
+    inertia_counts,
+    time_and_travel,
+)
 from fsm.solve.settings import Settings
 from fsm.solve.status import TORN, Outcome
 from fsm.system import System
@@ -161,8 +170,7 @@ class Run(ABC):
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome
         worst = self.system.worst_body(self.system.acceleration(self.time, self.q, self.u))
-        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.points[-1].drive.travel)
-        where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        where = time_and_travel(self.system, self.time, self.statistics.points[-1].drive)
         text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
         text += f". Fastest changing body: {worst}" + (f". {detail}" if detail else "")
         if outcome in (Outcome.ENERGY, Outcome.ENERGY_OF_FIXED_STEPS):

@@ -17,7 +17,11 @@ from fsm.stepping.model import INERTIAL
 from fsm.system import System
 from fsm.system_records import DriveState, Observation, PreviousState
 
-__all__ = ["InitialState", "CurvePoint", "SavedState", "Statistics", "AcceptedStep", "OutputRequest", "inertia_counts"]
+__all__ = [
+    "InitialState", "CurvePoint", "SavedState", "Statistics", "AcceptedStep", "OutputRequest", "inertia_counts",
+    "time_and_travel",
+]  # fmt: skip
+
 
 @dataclass(frozen=True, repr=False)
 class SavedState(ShortRepr):
@@ -83,6 +87,13 @@ class CurvePoint(NamedTuple):
             path += 2
         stored = observed.energy.potential
         return cls(observed.drive, observed.pairs.force, time, path, stored.get("panels", 0.0), stored.get("creases", 0.0))
+
+
+def time_and_travel(system: System, t: float, drive: DriveState) -> str:
+    """Time (s) and travels of all drives for messages; a turn is in mrad, as in the figures."""
+    kinds = (("turn", "mrad") if system.drive_turns(k) else ("travel", "mm") for k in range(len(drive.travel)))
+    travels = ", ".join(f"{word} {1e3 * x:.4g} {unit}" for (word, unit), x in zip(kinds, drive.travel, strict=True))
+    return f"at t = {t:.6g} s" + (f" ({travels})" if travels else "")
 
 
 def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, observed: Observation) -> bool:

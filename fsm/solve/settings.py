@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from fsm.solve.energy_balance import JUDGED_FROM
 from fsm.solve.generalized_alpha import RHO_INF
+from fsm.system_records import DriveState
 
 __all__ = ["PathSettings", "Settings"]
 
@@ -73,6 +76,10 @@ class PathSettings:
     energy_abort: float = math.inf
     start_time: float = 0.0
     force_limit: float = math.inf
+
+    def force_ratio(self, drive: DriveState) -> float:
+        """Magnitude of the force of the first drive over its limit; 0 without a limit or a drive."""
+        return float(np.abs(drive.force[:1]).max(initial=0.0)) / self.force_limit
 
     @property
     def judged_from(self) -> float:

@@ -14,6 +14,9 @@ from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.path_recorder import PathRecorder
+from fsm.solve.path_steps import EXACT
+from fsm.solve.settings import PathSettings
+from fsm.solve.status import Outcome, StepFailed
 from fsm.system import System
 
 __all__ = ["RestCriterion", "move_until_rest", "slide"]
@@ -28,6 +31,8 @@ _LOOKS = 8
 _RHO_INF = 0.6
 _LOST = 2e-3
 """Energy error of one step, relative to the reference energy, above which the step is repeated with a shorter size."""
+_IN_MOTION = 10.0
+"""Tolerance of the motion relative to the tolerance of the path."""
 _SHORTER, _LONGER = 0.25, 1.5
 _TRIES = 4
 """Largest number of repetitions of a step; the remaining loss is numerical damping of fast modes."""
@@ -63,12 +68,13 @@ class RestCriterion(NamedTuple):
 
 
 def move_until_rest(
-    system: System, recorder: PathRecorder, u: np.ndarray, until: float, judged_from: float, rest: RestCriterion,
-    worst: float, rtol: float, begins: bool = True,
+    system: System, recorder: PathRecorder, u: np.ndarray, settings: PathSettings, rest: RestCriterion, worst: float,
+    begins: bool = True,
 ) -> int:
-    """Integrate with inertia and damping until the motion has decayed or the time is `until` (s).
+    """Integrate with inertia and damping until the motion has decayed, or to the end time of the path.
 
-    From `judged_from` (s) on, the integration also stops if the energy error exceeds `worst` times the reference energy.
+    The integration also ends where the force of the first drive reaches its limit. From `judged_from` of the settings on,
+    it also ends if the energy error exceeds `worst` times the reference energy.
     A motion that still vibrates after several hundred steps, for example with friction only, has artificial damping
     added in proportion to the momentum. If the motion `begins` here, its initial velocities follow from statics.
 
@@ -76,7 +82,13 @@ def move_until_rest(
     -------
     int
         Newton iterations taken.
+
+    Raises
+    ------
+    StepFailed
+        A step cannot be solved, or the path has more than `max_steps` steps.
     """
+    until, rtol = settings.end_time, _IN_MOTION * settings.rtol
     began, earliest = recorder.time, recorder.time + rest.wait
     damped: DampedSystem | None = None
     if begins:
@@ -84,6 +96,8 @@ def move_until_rest(
     solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries, steps = 0.0, 0, 0, 0
     while recorder.time < until:
+        if recorder.statistics.steps >= settings.max_steps:
+            raise StepFailed(Outcome.TOO_MANY_STEPS_IN_SNAP, recorder.time, system.worst_body(u))
         if steps == _RINGING:
             damped = DampedSystem(system, began)
             iterations += solver.iterations
@@ -98,10 +112,12 @@ def move_until_rest(
         if damped is not None:
             damping_loss = damped.damping_loss(before[:2], (solver.t, solver.q))
             step_energy = step_energy._replace(dissipated=step_energy.dissipated + damping_loss)
-        if recorder.loss(observed, step_energy) > _LOST and tries < _TRIES:
+        shorter = _SHORTER if recorder.loss(observed, step_energy) > _LOST else 1.0
+        shorter = min(shorter, _until_limit(settings.force_ratio(recorder.last.drive), settings.force_ratio(observed.drive)))
+        if shorter < 1.0 and tries < _TRIES:
             tries, iterations = tries + 1, iterations + solver.iterations
             system.restore(memory)
-            shorter = _SHORTER * (solver.t - before[0])
+            shorter *= solver.t - before[0]
             solver = GeneralizedAlpha(system, *before, rtol, rho_inf=_RHO_INF, max_step=shorter)
             continue
         tries, steps = 0, steps + 1
@@ -113,13 +129,22 @@ def move_until_rest(
         rests = near and _on_path(system, solver.t, solver.q, kinetic, rest.slow)
         recorder.dynamic(solver.t, solver.q, solver.u, observed, step_energy, rests)
         largest = max(largest, kinetic)
-        if recorder.time >= judged_from and recorder.is_off(worst):
+        if recorder.time >= settings.judged_from and recorder.is_off(worst):
+            break
+        if settings.force_ratio(observed.drive) >= 1.0 - EXACT:
             break
         if kinetic < quiet and kinetic < _CALM * largest:
             break
         if rests and recorder.time >= earliest:
             break
     return iterations + solver.iterations
+
+
+def _until_limit(before: float, after: float) -> float:
+    """Part of a step until the force reaches its limit, by linear interpolation; the arguments are ratios of the force to
+    the limit at the ends of the step. The result is 1 if the limit is not exceeded, or is exceeded from the start.
+    """
+    return (1.0 - before) / (after - before) if after > 1.0 + EXACT and before < 1.0 - EXACT else 1.0
 
 
 def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: float) -> bool:

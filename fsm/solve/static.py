@@ -41,8 +41,6 @@ _SAME = 1e-9
 _WAIT = 1e-2
 """Shortest duration of a motion at the speed of the drive, relative to the first step; each repetition is four times as
 long."""
-_IN_MOTION = 10.0
-"""Tolerance of the dynamics at a snap, relative to the tolerance of the path."""
 _EVENTS = 30
 """Largest number of critical points; if there are more, the solver has lost the path."""
 _LATER = 10.0
@@ -112,8 +110,7 @@ class _Follower(PathSteps):
 
     def _force_limit_reached(self) -> bool:
         """Whether the force of the first drive has reached its limit, up to `EXACT`."""
-        force = np.abs(self.recorder.last.drive.force[:1]).max(initial=0.0)
-        return bool(force >= (1.0 - EXACT) * self.settings.force_limit)
+        return self.settings.force_ratio(self.recorder.last.drive) >= 1.0 - EXACT
 
     def _is_far_from_equilibrium(self) -> bool:
         """Whether the first Newton step from the initial state exceeds the largest admissible correction."""
@@ -212,14 +209,13 @@ class _Follower(PathSteps):
             rest = rest._replace(part=0.1 * rest.part, wait=4.0 * rest.wait)
             try:
                 self.statistics.newton_iterations += move_until_rest(
-                    self.system, recorder, u, settings.end_time, settings.judged_from, rest, worst,
-                    _IN_MOTION * settings.rtol, begins=not again,
+                    self.system, recorder, u, settings, rest, worst, begins=not again
                 )
             except StepFailed as error:
                 self.rejection = error.reason
                 self._fail(error.outcome)
             self._judge_energy()
-            if recorder.time >= settings.end_time:
+            if recorder.time >= settings.end_time or self._force_limit_reached():
                 return
             u = recorder.u
             self._forget()

@@ -46,6 +46,10 @@ class Outcome(Enum):
         "structure; shorten the travel of the drive"
     )
     TOO_MANY_STEPS = "more steps than solve.max_steps; raise solve.max_steps, loosen solve.rtol, or pull faster"
+    TOO_MANY_STEPS_IN_SNAP = (
+        "more steps than solve.max_steps, in the motion after a snap; raise solve.max_steps, or raise material.damping, so "
+        "that the motion comes to rest sooner"
+    )
     CROSSED = (
         "a body passed through a face; reduce solve.max_step, raise contact.stiffness, or use method = "
         "\"generalized-alpha\" or \"static\", which shorten the step at such a contact"

@@ -178,7 +178,7 @@ class _Trial(NamedTuple):
 def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
     """Take one step that ends at `until` or before, and return the outcome."""
     sizes, counts = motion.sizes, motion.counts
-    if counts[STARTED] == 0 and not _start(model, motion, rules, until):
+    if counts[STARTED] == 0 and not _start(model, motion, rules, until, False):
         return UNABLE if unable(model) else NO_SOLUTION
     if counts[TANGENT] == 0:
         counts[LINEARISATIONS] += 1
@@ -189,7 +189,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
     for b in rules.breaks:
         if b > t:
             target = min(target, b)
-    grow = True
+    grow, filtered = True, False
     while True:
         h, end = _next_size(motion, rules, target)
         if not end > t:
@@ -205,6 +205,9 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
                 counts[DIVISION] = max(1, counts[DIVISION] // 2)
                 break
             counts[FAILED] += 1
+            if sizes[BEFORE] == 0.0 and not filtered and _start(model, motion, rules, until, True):
+                filtered = True
+                continue
             counts[DIVISION] *= 2
             if counts[DIVISION] > _FINEST:
                 return NO_SOLUTION
@@ -230,9 +233,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
                 sizes[STEP_SIZE] = max(h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)), min(h, rules.shortest))
         grow = False
         if sizes[STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
-            if not trial.solved:
-                return NO_SOLUTION
-            return OBJECTED if part < 1.0 else STEP_TOO_SMALL
+            return NO_SOLUTION if not trial.solved else OBJECTED if part < 1.0 else STEP_TOO_SMALL
     _accept(model, motion, rules, end, h, trial)
     return STEPPED
 
@@ -241,8 +242,10 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
 
 
 @shared
-def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
-    """Compute u' and a right after the present time; this is repeated wherever the forces jump."""
+def _start(model: Any, motion: Motion, rules: Rules, until: float, filtered: bool) -> bool:
+    """Compute u' and a right after the present time; this is repeated wherever the forces jump. If `filtered`, u' passes
+    the filter S^-1 c_m M: after a release, h^2 u' of modes that are too stiff for the step may be longer than the structure.
+    """
     sizes, counts, q, u = motion.sizes, motion.counts, motion.q, motion.u
     # a drive that stops at this time is at rest right after it
     t = np.nextafter(sizes[TIME], math.inf)
@@ -257,6 +260,8 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
     h = sizes[STEP_SIZE]
     if not _factorise(model, motion, rules, h, u, False):
         return False
+    if filtered:
+        copy_into(solve(model, scaled(inertial_factor(rules, h), present)), motion.rate)
     counts[FORCES] += 1
     ahead = 1e-3 * h
     change = scaled(1.0 / ahead, subtracted(force(model, t + ahead, q, u), present))
@@ -308,8 +313,7 @@ def _next_size(motion: Motion, rules: Rules, target: float) -> tuple[float, floa
 @shared
 def _same(motion: Motion, h: float) -> float:
     """Size of the previous step if h equals it except for round-off, so that its factorisation is reused; else h."""
-    present = motion.sizes[PRESENT]
-    return present if abs(h - present) <= _SAME * h else h
+    return motion.sizes[PRESENT] if abs(h - motion.sizes[PRESENT]) <= _SAME * h else h
 
 
 @shared
@@ -322,8 +326,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
         if not _factorise(model, motion, rules, h, motion.u, False):
             return _Trial(False, renew, motion.u, motion.q, motion.u, motion.a, motion.rate)
         growth = (1.0 - h / present_size) * inertial_factor(rules, h)
-        more = solve(model, scaled(growth, mass_times(model, subtracted(motion.a, motion.rate))))
-        old_a = subtracted(motion.a, more)
+        old_a = subtracted(motion.a, solve(model, scaled(growth, mass_times(model, subtracted(motion.a, motion.rate)))))
     x, u, a, rate = predict(
         h, rules.alpha_m, rules.alpha_f, rules.beta, rules.gamma, old_a, motion.u, motion.rate, motion.slope
     )
@@ -377,8 +380,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
 def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, trial: _Trial) -> None:
     sizes, counts = motion.sizes, motion.counts
     copy_into(slope_and_bend(trial.rate, motion.rate, motion.slope, h, h)[0], motion.slope)
-    sizes[BEFORE] = sizes[PRESENT] = h
-    sizes[TIME] = end
+    sizes[BEFORE], sizes[PRESENT], sizes[TIME] = h, h, end
     copy_into(trial.q, motion.q)
     copy_into(trial.u, motion.u)
     copy_into(trial.a, motion.a)

@@ -128,6 +128,39 @@ def test_a_load_that_takes_the_place_of_another_is_said(tmp_path: Path) -> None:
     assert plan_of(case, compile_case(case)[0]).steps[1].described == ("loads block in place of 'load on block'",)
 
 
+PLATE = """
+[sheet]
+kind = "plate"
+length = "100 mm"
+width = "20 mm"
+thickness = "0.5 mm"
+facets = "flexible"
+mesh = [3, 1]
+[[sheet.support]]
+at = "edge left"
+clamped = true
+[material]
+young = "3 GPa"
+density = "1000 kg/m^3"
+[save]
+interval = "0.5 s"
+"""
+
+
+@pytest.mark.parametrize("later", ["", "follower = true\n"])
+def test_a_load_of_a_later_step_replaces_a_load_on_a_sheet(tmp_path: Path, later: str) -> None:
+    """The sheet ends in the equilibrium under the later load alone."""
+    ends, forces = [], ('force = [0, 0, "10 mN"]', f'{later}force = [0, 0, "5 mN"]')
+    for name, loads in (("both", forces), ("later", forces[1:])):
+        steps = [f'[[step]]\nkind = "static"\n[[step.load]]\nname = "pull"\nat = "edge right"\n{load}\n' for load in loads]
+        (tmp_path / name).mkdir()
+        solution, _ = run(tmp_path / name, PLATE + "".join(steps))
+        ends.append(solution.shape[-1])
+        bent = np.abs(solution.shape[-1] - solution.shape[0]).max()
+    assert bent > 1e-3
+    np.testing.assert_allclose(*ends, atol=1e-5 * bent)
+
+
 @pytest.mark.parametrize(
     ("time", "message"),
     [

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from fsm.errors import NotConverged
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import PathPoint, trace
 from fsm.solve.newton import negative_pivots
-from fsm.solve.run_io import SavedState, Statistics
+from fsm.solve.run_io import CurvePoint, SavedState, Statistics
 from fsm.solve.static import PathSettings, follow
 from validation.closed_forms.beams import POST_BUCKLING as ELASTICA
 from validation.closed_forms.chains import column
@@ -188,3 +190,28 @@ def test_arc_length_passes_a_snap_back() -> None:
     unstable = np.array([point.negative_pivots for point in points]) > 0
     np.testing.assert_array_equal(unstable[clear], slope[clear] < 0.0)
     assert unstable.any()
+
+
+def snap_of_truss(**settings: float) -> tuple[np.ndarray, Statistics]:
+    """Forces of all steps (N), and statistics, of the truss with weak damping, whose apex swings for long after the snap."""
+    system = truss(0.002)
+    motion, points = system.motions[0], list[CurvePoint]()
+    whole = PathSettings(motion.time_of(0.5), motion.time_of(0.01))
+    statistics, _ = follow(system, replace(whole, **settings), [], lambda state: None, points=points)
+    return np.array([point.drive.force[0] for point in points]), statistics
+
+
+def test_a_snap_ends_at_the_force_limit() -> None:
+    """The apex swings below the hand after the snap, and pulls it with more force than the truss resisted before."""
+    free, unlimited = snap_of_truss()
+    force, statistics = snap_of_truss(force_limit=5.2)
+    snap, limit = statistics.events
+    assert free.min() < -5.4 and free.max() < 5.1
+    assert limit.kind == "force limit" and limit.end_force == force[-1] == pytest.approx(-5.2, rel=1e-3)
+    assert np.abs(force[:-1]).max() < 5.2
+    assert snap.travel < limit.travel < unlimited.events[0].end_travel
+
+
+def test_the_steps_of_a_snap_count() -> None:
+    with pytest.raises(NotConverged, match=r"step 400, .* solve.max_steps, in the motion after a snap; raise"):
+        snap_of_truss(max_steps=400)

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fsm.analyses.deploy import _of_the_pull
+from fsm.analyses.deploy import _of_the_pull, _unstable_at_end
 from fsm.results.solution import Layout, Solution
 from fsm.results.store import read_solution
 from fsm.round_off import RoundOff
@@ -208,3 +208,12 @@ def test_a_force_that_falls_after_the_travel_has_ended_is_not_rising(final: floa
     solution: Any = SimpleNamespace(travel=np.array([[0.0, 0.0], [9e-3, 9e-3], [9e-3, 0.01]]), energy=energy)
     summary = {"peak_kind": "quasi-static", "peak_travel": 9e-3, "peak_force": 2.0, "final_force": final}
     assert any("still rising" in line for line in _of_the_pull(solution, summary)) == told
+
+
+@pytest.mark.parametrize(("drive", "told"), [("arm (turn)", "from 200 mrad of turn"), ("arm", "from 200 mm of travel")])
+def test_an_unstable_end_of_a_drive_that_turns_is_told_in_radians(drive: str, told: str) -> None:
+    solution: Any = SimpleNamespace(
+        travel=np.array([[0.0], [0.2], [0.3]]), negative_pivots=np.array([0, 0, 1]), layout=Layout(drive_names=(drive,))
+    )
+    (line,) = _unstable_at_end(solution)
+    assert told in line

@@ -63,8 +63,9 @@ def load_parts(mesh: FacetMesh, load: Load, path: str) -> list[tuple[Load, MeshP
     length = float(mesh.lengths[place.edges[:, 0], place.edges[:, 1]].sum())
     whole = np.array([load.force, load.moment]) + length * of_line
     none = (0.0, 0.0, 0.0)
-    found = []
-    for number, (name, point, share) in enumerate(place_points(mesh, place, load.called, oriented), 1):
+    # frames belong to the place, because a load of a later step may act on the same place, also under the same name
+    frames, found = f"{'oriented load' if oriented else 'load'} on {place.name}", []
+    for number, (name, point, share) in enumerate(place_points(mesh, place, frames, oriented), 1):
         force, moment = (tuple(vector.tolist()) for vector in share * whole)
         update = {
             "name": f"{load.called}{PART}{number}", "at": None, "body": name, "force": force, "moment": moment,

@@ -192,9 +192,11 @@ class _FlexibleBuilder:
                 pressed_facets(self.facets.mesh, load, path)
             yield self._in_time(load)
             return
+        known = {frame.name for frame in self.frames}
         for part, point in load_parts(self.facets.mesh, load, path):
             assert part.body is not None
-            self._frame(part.body, point)
+            if part.body not in known:
+                known.add(self._frame(part.body, point))
             yield self._in_time(part)
 
     def _in_time(self, load: Load) -> Load:

@@ -45,7 +45,7 @@ def mesh_place(mesh: FacetMesh, at: str | tuple[tuple[float, float, float], tupl
             low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
             sides = "; ".join(f"{x} {a:.4g} to {b:.4g} m" for x, a, b in zip("xyz", low, high, strict=True))
             raise ValueError(f"the box contains no node of the mesh, which extends over {sides}; move or enlarge the box")
-        return MeshPlace("box " + " ".join(f"{x:g}" for x in np.array(at).ravel()), found, none)
+        return MeshPlace("box " + " ".join(f"{x:.12g}" for x in np.array(at).ravel()), found, none)
     name = at.strip()
     word, _, rest = name.partition(" ")
     if word == "edge":
