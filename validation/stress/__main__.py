@@ -22,7 +22,7 @@ from typing import Any
 
 from fsm.warm_up import compile_ahead
 from validation.stress.campaign import examine, run_campaign
-from validation.stress.scenes import KINDS, draw, loaded
+from validation.stress.scenes import KINDS, MIXED, draw, loaded
 from validation.stress.summary import failed_of_feasible, summarised
 
 MOST_FAILED = 0.05
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--limit", type=float, default=5.0, help="seconds of processor time for a scene")
-    parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--kinds", default=",".join(MIXED))
     parser.add_argument("--out", type=Path, default=Path("out/stress"))
     parser.add_argument("--only", type=int, help="number of the one scene to show and solve")
     chosen = parser.parse_args(arguments)
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if chosen.only is not None:
         return _show(chosen.seed, chosen.only, kinds, chosen.limit)
     compile_ahead()
-    name = f"seed_{chosen.seed}" + ("" if kinds == tuple(KINDS) else "_" + "_".join(kinds))
+    name = f"seed_{chosen.seed}" + ("" if kinds == MIXED else "_" + "_".join(kinds))
     numbers = range(chosen.first, chosen.first + chosen.scenes)
     begun = time.perf_counter()
     lines = run_campaign(chosen.out / f"{name}.jsonl", chosen.seed, numbers, chosen.limit, chosen.workers, kinds, _tell)

@@ -16,7 +16,7 @@ from fsm.results.solution import Solution
 from validation.stress.attempt import Attempt, attempt
 from validation.stress.feasible import better_asked, turned_right_over
 from validation.stress.judge import free_of_ground, judge, momentum_error
-from validation.stress.scenes import KINDS, Drawn, draw
+from validation.stress.scenes import MIXED, Drawn, draw
 from validation.stress.second import second_opinion
 
 __all__ = ["CLASSES", "Job", "examine", "read_lines", "run_campaign"]
@@ -44,7 +44,7 @@ class Job:
 
 
 def run_campaign(
-    path: Path, seed: int, numbers: Sequence[int], limit: float, workers: int = 1, kinds: tuple[str, ...] = tuple(KINDS),
+    path: Path, seed: int, numbers: Sequence[int], limit: float, workers: int = 1, kinds: tuple[str, ...] = MIXED,
     told: Callable[[Line], None] = lambda line: None,
 ) -> list[Line]:  # fmt: skip
     """Run the scenes that are not in the file, and append a line for each; returns all lines."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from fsm.kernels.rotation import rotation_matrix
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
+from validation.sheets.self_contact import intersecting
 
 __all__ = ["TOLD", "Verdict", "free_of_ground", "judge", "momentum_error"]
 
@@ -37,6 +39,9 @@ def judge(case: Case, solution: Solution) -> Verdict:
     found += _silence(solution, case.solve.energy_abort)
     if case.scene is not None:
         found += [*_momentum(case, solution), *_kinetic(case.scene, solution), *_fallen(case, solution)]
+    if case.sheet is not None and case.contact is not None and find_spec("ipctk") is not None:
+        count = len(intersecting(solution.shape))
+        found += [f"facets pass through each other in {count} saved states"] if count else []
     return found
 
 
@@ -116,7 +121,8 @@ def _silence(solution: Solution, abort: float) -> Iterator[str]:
 
 def _turned(solution: Solution) -> Iterator[str]:
     """Fault of quaternions without unit length."""
-    if solution.layout.dimension == "spatial" and solution.layout.film is None and solution.array is None:
+    bodies = len(solution.layout.body_names)
+    if solution.layout.dimension == "spatial" and bodies and solution.q.shape[1] == 7 * bodies:
         length = np.linalg.norm(solution.q.reshape(len(solution), -1, 7)[:, :, 3:], axis=2)
         if np.abs(length - 1.0).max() > _UNIT:
             yield f"quaternions off their length by {np.abs(length - 1.0).max():.2g}"

@@ -14,9 +14,10 @@ from fsm.scene.toml_text import case_text
 from validation.stress.chains import draw_chain, draw_stack
 from validation.stress.dice import Dice, Tables
 from validation.stress.films import draw_film, draw_scissor
+from validation.stress.sheets import draw_sheet
 from validation.stress.strips import draw_lattice, draw_strip
 
-__all__ = ["KINDS", "Drawn", "draw", "loaded"]
+__all__ = ["KINDS", "MIXED", "Drawn", "draw", "loaded"]
 
 KINDS: dict[str, tuple[Callable[[Dice], Tables], int]] = {
     "strip": (draw_strip, 28),
@@ -25,8 +26,12 @@ KINDS: dict[str, tuple[Callable[[Dice], Tables], int]] = {
     "stack": (draw_stack, 17),
     "film": (draw_film, 8),
     "scissor": (draw_scissor, 8),
+    "sheet": (draw_sheet, 10),
 }
-"""Function that draws each kind, and its percentage of the scenes."""
+"""Function that draws each kind, and its weight."""
+
+MIXED = tuple(kind for kind in KINDS if kind != "sheet")
+"""Kinds of the campaign by default. Sheets are drawn on their own, so that the numbers of all other scenes stay the same."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ class Drawn:
     second: bool
 
 
-def draw(seed: int, number: int, kinds: tuple[str, ...] = tuple(KINDS), sample: float = 0.15) -> Drawn:
+def draw(seed: int, number: int, kinds: tuple[str, ...] = MIXED, sample: float = 0.15) -> Drawn:
     """Scene with a number; `sample` is the fraction of the scenes that a second solver checks."""
     dice = Dice(seed, number)
     kind = dice.one_of(kinds, [KINDS[name][1] for name in kinds])

@@ -65,6 +65,9 @@ def _otherwise(tables: dict[str, Any], method: str) -> tuple[dict[str, Any], str
     solve = other["solve"]
     for key in ("step", "rho_inf", "max_step"):
         solve.pop(key, None)
+    if "sheet" in other and (method != "static" or "drive" not in other):
+        solve |= {"method": method, "rtol": max(1e-10, _FINER * solve["rtol"])}
+        return other, "a hundredth of rtol"
     if method == "static":
         solve["method"] = "static"
         solve["increment"] = other["drive"][0]["travel"] / 1000.0
@@ -126,7 +129,8 @@ def _nudged(tables: dict[str, Any]) -> dict[str, Any]:
         for body in nudged["scene"]["bodies"]:
             body["velocity"] = [x * (1.0 + _NUDGE) for x in body["velocity"]]
             body["position"] = [x * (1.0 + _NUDGE) for x in body["position"]]
-    for section, key in (("strip", "fold_angle"), ("lattice", "angle"), ("scissor", "initial_angle"), ("tension", "pull")):
+    angles = ("strip", "fold_angle"), ("lattice", "angle"), ("scissor", "initial_angle")
+    for section, key in (*angles, ("tension", "pull"), ("sheet", "fold_angle"), ("sheet", "twist")):
         if nudged.get(section, {}).get(key):
             nudged[section][key] *= 1.0 + _NUDGE
     return nudged
