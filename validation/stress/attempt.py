@@ -29,6 +29,8 @@ __all__ = ["Attempt", "attempt"]
 
 _SMALL = 300.0
 """Bodies that double the time of a scene."""
+_OF_A_SHEET = 300
+"""Bodies that count for a sheet."""
 _DRAWN = 4.0
 """Times the time that a scene has whose curves and pictures are written, too: it is solved twice."""
 
@@ -114,7 +116,9 @@ def _compiling(frame: FrameType | None) -> bool:
 
 
 def _bodies(tables: dict[str, Any]) -> int:
-    """Number of segments of a strip; large strips have more time."""
+    """Number of segments of a strip; large strips and all sheets have more time."""
+    if "sheet" in tables:
+        return _OF_A_SHEET
     strip = tables.get("strip", {})
     return int(strip.get("panels", 0)) * int(strip.get("segments_per_panel", 0))
 

@@ -28,16 +28,16 @@ def draw_sheet(dice: Dice) -> Tables:
     kinds = ("bars", "flexible") if sheet["kind"] != "zigzag" else ("rigid", "bars", "flexible")
     sheet["facets"] = dice.one_of(kinds)
     if sheet["facets"] == "flexible":
-        sheet["mesh_size"] = 1.0001 * size / dice.count(1, 3)
+        sheet["mesh_size"] = 1.0001 * size / dice.count(1, 2)
     static = dice.chance(0.6)
     material: Tables = {"young": young, "poisson": poisson, "density": density}
     material["damping"] = period * dice.decades(1e-2 if static else 1e-6, 1.0)
     tables: Tables = {"sheet": sheet, "material": material, "crease": {"stiffness_per_length": crease}}
     if gas:
-        end = period * dice.decades(1.0, 100.0)
+        end = period * (dice.decades(1.0, 100.0) if static else dice.decades(0.1, 3.0))
         tables |= _filled(dice, sheet["kind"], dice.decades(1e-2, 1.0) * crease / size**2, end)
     else:
-        speed = size / period * dice.decades(1e-6, 1e-2 if static else 1.0)
+        speed = size / period * (dice.decades(1e-6, 1e-2) if static else dice.decades(0.03, 3.0))
         room = 6.0 * columns * thickness
         push = length > 2.0 * room and dice.chance(0.6)
         way = (length - room) if push else 0.9 * (flat - length)
@@ -56,7 +56,7 @@ def draw_sheet(dice: Dice) -> Tables:
 
 def _solve(dice: Dice, static: bool, end: float) -> Tables:
     """[solve] by statics, or by a method for motions with error control or a fixed step."""
-    solve: Tables = {"rtol": dice.decades(1e-8, 1e-2)}
+    solve: Tables = {"rtol": dice.decades(1e-7, 1e-2)}
     solve["method"] = "static" if static else dice.one_of(("generalized-alpha", "mean-force", "auto"))
     if solve["method"] == "generalized-alpha" and dice.chance(0.5):
         solve["rho_inf"] = dice.between(0.0, 1.0)
@@ -67,7 +67,7 @@ def _solve(dice: Dice, static: bool, end: float) -> Tables:
 
 def _zigzag(dice: Dice, size: float) -> tuple[Tables, float, float]:
     """[sheet] of panels between two clamped edges, its length, and its length when it is flat (m)."""
-    columns, fold = dice.count(2, 6), math.radians(dice.between(20.0, 88.0))
+    columns, fold = dice.count(2, 5), math.radians(dice.between(20.0, 88.0))
     sheet: Tables = {
         "kind": "zigzag", "columns": columns, "a": size, "b": size * dice.decades(0.3, 3.0), "fold_angle": fold,
         "support": [{"at": "edge left"}],
@@ -77,7 +77,7 @@ def _zigzag(dice: Dice, size: float) -> tuple[Tables, float, float]:
 
 def _miura_tube(dice: Dice, size: float) -> tuple[Tables, float, float]:
     """[sheet] of a tube whose left end can change its section, its length, and the length of the flat tube (m)."""
-    columns, fold, b = dice.count(2, 4), math.radians(dice.between(20.0, 85.0)), size * dice.between(1.0, 1.6)
+    columns, fold, b = dice.count(2, 3), math.radians(dice.between(20.0, 85.0)), size * dice.between(1.0, 1.6)
     sheet: Tables = {
         "kind": "miura-tube", "columns": columns, "a": size, "b": b, "fold_angle": fold,
         "sector_angle": math.radians(dice.between(50.0, 80.0)),
@@ -92,7 +92,7 @@ def _kresling(dice: Dice, size: float) -> tuple[Tables, float, float]:
     """[sheet] of a twisted tube on a clamped end, and its height twice (m)."""
     height = size * dice.between(0.6, 1.5)
     sheet: Tables = {
-        "kind": "kresling", "sides": dice.count(4, 8), "rows": dice.count(1, 2), "radius": size, "height": height,
+        "kind": "kresling", "sides": dice.count(4, 6), "rows": dice.count(1, 2), "radius": size, "height": height,
         "twist": math.radians(dice.between(15.0, 60.0)), "support": [{"at": "edge bottom"}],
     }  # fmt: skip
     return sheet, height, height
