@@ -15,6 +15,7 @@ from fsm.solve.status import StepFailed
 from fsm.solve.system_model import SystemModel
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.model import DRIVES, ArrayModel
+from fsm.stepping.outcomes import OBJECTED, STEPPED, UNABLE
 from fsm.system import ArraySystem, System
 
 __all__ = ["StepMethod"]
@@ -139,14 +140,14 @@ class StepMethod(ABC):
         records, begun, system = self.records(most if every else 1), self.steps, self.system
         system.to_arrays(self.controlled)
         outcome = self._march(balance, until, most, records)
-        while outcome == stepping.UNABLE and system.lacks_arrays():
+        while outcome == UNABLE and system.lacks_arrays():
             self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready)
             self._without_factors()
             left = most - (self.steps - begun)
             own = records[self.steps - begun :] if every else records
             outcome = self._march(balance, until, left, own)
         self.pair_energy = system.from_arrays()
-        if outcome in (stepping.UNABLE, stepping.OBJECTED):
+        if outcome in (UNABLE, OBJECTED):
             # take one step in Python, where SciPy solves the linear equations and the reason of a rejection is
             # available
             self._arrays.arrays.flags[-1] = 0
@@ -155,7 +156,7 @@ class StepMethod(ABC):
             outcome = self.in_python(self.model, self.motion, self.rules, balance, until, 1, own)
             self.pair_energy = self.model.pair_energy
             self._without_factors()
-        if outcome != stepping.STEPPED:
+        if outcome != STEPPED:
             raise self._failure(outcome)
         return records[: self.steps - begun]
 

@@ -14,6 +14,7 @@ from fsm.solve.system_model import SystemModel
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
+from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEPPED
 from fsm.system import System
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
@@ -148,7 +149,7 @@ class GeneralizedAlpha(StepMethod):
         motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
         with np.errstate(all="ignore"):  # iterates may overflow before the step is rejected
             outcome = take_step(self.model, motion, self.rules, until)
-        if outcome != stepping.STEPPED:
+        if outcome != STEPPED:
             raise self._failure(outcome)
 
     # state ----------------------------------------------------------------------------------------------------------
@@ -211,7 +212,7 @@ class GeneralizedAlpha(StepMethod):
         self.motion.counts[stepping.TANGENT] = 0
 
     def _failure(self, outcome: int) -> StepFailed:
-        reason = self.model.reason if outcome == stepping.OBJECTED else ""
-        ending = Outcome.NO_SOLUTION if outcome == stepping.NO_SOLUTION else Outcome.STEP_TOO_SMALL
+        reason = self.model.reason if outcome == OBJECTED else ""
+        ending = Outcome.NO_SOLUTION if outcome == NO_SOLUTION else Outcome.STEP_TOO_SMALL
         worst = self.system.worst_body(self.rate / self.rules.velocity)
         return StepFailed(Outcome.TOO_SOFT if reason else ending, self.t, worst, reason)

@@ -11,9 +11,9 @@ from fsm.solve.restart_points import State
 from fsm.solve.status import Outcome, StepFailed
 from fsm.solve.system_model import SystemModel
 from fsm.stepping import mean_newton as stepping
-from fsm.stepping.generalized_alpha import NO_SOLUTION, OBJECTED, STEPPED
 from fsm.stepping.mean_force import BETWEEN, march_mean_force, march_mean_force_arrays, take_step
 from fsm.stepping.mean_newton import MeanMotion, MeanRules
+from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEPPED
 from fsm.system import System
 
 __all__ = ["MeanForce"]

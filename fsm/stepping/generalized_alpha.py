@@ -52,18 +52,14 @@ from fsm.stepping.model import (
     stiffness_times,
     unable,
 )
+from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 from fsm.stepping.vectors import copy_into, correct, newton_weight, predict, scaled, slope_and_bend, start_a, subtracted
 
 __all__ = [
     "BEFORE", "CONTRACTION", "DIVISION", "FACTORISATIONS", "FACTORISED", "FAILED", "FORCES", "GROWTH_OF_STEADY_STEPS",
-    "ITERATIONS", "LAST_ERROR", "LINEARISATIONS", "LONGEST", "MAX_STEP", "NO_SOLUTION", "OBJECTED", "PRESENT", "REJECTED",
-    "SLOW", "STARTED", "STEPPED", "STEPS", "STEP_SIZE", "STEP_TOO_SMALL", "TANGENT", "TIME", "UNABLE", "Motion", "Rules",
-    "take_step",
+    "ITERATIONS", "LAST_ERROR", "LINEARISATIONS", "LONGEST", "MAX_STEP", "PRESENT", "REJECTED", "SLOW", "STARTED", "STEPS",
+    "STEP_SIZE", "TANGENT", "TIME", "Motion", "Rules", "take_step",
 ]  # fmt: skip
-
-STEPPED, STEP_TOO_SMALL, NO_SOLUTION, OBJECTED, UNABLE = 0, 1, 2, 3, 4
-"""Outcomes of `take_step`. OBJECTED: the model rejects every step size. UNABLE: the model cannot solve its linear equations.
-The state then equals the state before the step, and another model of the same system should repeat the step."""
 
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
 """Indices of `Motion.sizes`, in s; the last error and the contraction have no unit."""
@@ -233,7 +229,9 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
                 sizes[STEP_SIZE] = max(h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)), min(h, rules.shortest))
         grow = False
         if sizes[STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
-            return NO_SOLUTION if not trial.solved else OBJECTED if part < 1.0 else STEP_TOO_SMALL
+            if not trial.solved:
+                return NO_SOLUTION
+            return OBJECTED if part < 1.0 else STEP_TOO_SMALL
     _accept(model, motion, rules, end, h, trial)
     return STEPPED
 
@@ -313,7 +311,8 @@ def _next_size(motion: Motion, rules: Rules, target: float) -> tuple[float, floa
 @shared
 def _same(motion: Motion, h: float) -> float:
     """Size of the previous step if h equals it except for round-off, so that its factorisation is reused; else h."""
-    return motion.sizes[PRESENT] if abs(h - motion.sizes[PRESENT]) <= _SAME * h else h
+    present = motion.sizes[PRESENT]
+    return present if abs(h - present) <= _SAME * h else h
 
 
 @shared

@@ -9,10 +9,11 @@ import numpy as np
 
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
-from fsm.stepping.generalized_alpha import STEPPED, TIME, Motion, Rules, take_step
+from fsm.stepping.generalized_alpha import TIME, Motion, Rules, take_step
 from fsm.stepping.model import TIME as AT
 from fsm.stepping.model import TURNOVER as BEFOREHAND
 from fsm.stepping.model import energies
+from fsm.stepping.outcomes import STEPPED
 from fsm.stepping.vectors import copy_into
 
 __all__ = [

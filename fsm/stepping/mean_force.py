@@ -43,7 +43,6 @@ import numpy as np
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.vector import mean_ratio
-from fsm.stepping.generalized_alpha import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 from fsm.stepping.march import DRIVEN, POWER, add_to_balance, note_step
 from fsm.stepping.mean_newton import (
     COST,
@@ -86,6 +85,7 @@ from fsm.stepping.model import (
     solve,
     unable,
 )
+from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 from fsm.stepping.vectors import end_velocity, scaled, subtracted
 
 __all__ = ["BETWEEN", "divide", "march_mean_force", "march_mean_force_arrays", "take_step"]
@@ -123,7 +123,7 @@ _SMALLEST = 16.0 * float(np.finfo(float).eps)
 
 @shared
 def take_step(model: Any, motion: MeanMotion, rules: MeanRules, until: float) -> int:
-    """Take one step that ends at `until` or before, and return the outcome (see `fsm.stepping.generalized_alpha`)."""
+    """Take one step that ends at `until` or before, and return the outcome (see `fsm.stepping.outcomes`)."""
     target = until
     for b in rules.breaks:
         if b > motion.sizes[TIME]:

@@ -33,10 +33,10 @@ from fsm.solve.newton import negative_pivots
 from fsm.solve.run_io import inertia_counts
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping import march as balances
 from fsm.stepping.march import march
 from fsm.stepping.model import DRIVES, STEADY, TIME
+from fsm.stepping.outcomes import STEPPED
 
 SPLINE = {"law": "spline", "angle": [-1.0, 0.0, 0.7, 1.5, 3.0], "moment": [-3e-4, 0.0, 1e-4, 1.5e-4, 4e-4]}
 
@@ -210,7 +210,7 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
     balance, others = opened(compiled), opened(python)
     until = 0.02 if name in DRIVEN else 1.0
     records, expected = compiled.march(balance, until, 40, every=True), python.records(40)
-    assert march(python.model, python.motion, python.rules, others, until, 40, expected) == stepping.STEPPED
+    assert march(python.model, python.motion, python.rules, others, until, 40, expected) == STEPPED
     assert compiled.steps == python.steps == len(records)
     assert len(records) == 40 or compiled.t == until
     assert (compiled.iterations, compiled.rejected) == (python.iterations, python.rejected)

@@ -32,10 +32,10 @@ from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
 from fsm.solve.array_steps import StepMethod
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce
-from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping import march as balances
 from fsm.stepping.march import march
 from fsm.stepping.mean_force import march_mean_force
+from fsm.stepping.outcomes import STEPPED
 
 STEEL = Material(young=2.07e11, poisson=0.0, density=7850.0, damping=1e-5)
 
@@ -149,7 +149,7 @@ def test_same_steps(name: str, method: str, fixed: bool) -> None:
     assert compiled.marches
     balance, others = opened(compiled), opened(python)
     compiled.march(balance, 1.0, COUNT)
-    assert in_python(python.model, python.motion, python.rules, others, 1.0, COUNT, python.records(1)) == stepping.STEPPED
+    assert in_python(python.model, python.motion, python.rules, others, 1.0, COUNT, python.records(1)) == STEPPED
     assert compiled.steps == python.steps == COUNT
     assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
     assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)

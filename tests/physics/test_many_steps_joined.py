@@ -16,11 +16,11 @@ from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping import march as balances
 from fsm.stepping.march import march
 from fsm.stepping.mean_force import march_mean_force
 from fsm.stepping.model import DRIVES
+from fsm.stepping.outcomes import STEPPED
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 SMALL = {
@@ -72,7 +72,7 @@ def test_same_steps(name: str) -> None:
     assert compiled.marches
     balance, others = opened(compiled), opened(python)
     records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
-    assert march(python.model, python.motion, python.rules, others, 1.0, count, expected) == stepping.STEPPED
+    assert march(python.model, python.motion, python.rules, others, 1.0, count, expected) == STEPPED
     assert compiled.steps == python.steps == count
     assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
     assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
@@ -108,7 +108,7 @@ def test_same_fixed_steps_of_the_mean_force_method(name: str) -> None:
         method._begin()
     balance, others = opened(compiled), opened(python)
     records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
-    assert march_mean_force(python.model, python.motion, python.rules, others, 1.0, count, expected) == stepping.STEPPED
+    assert march_mean_force(python.model, python.motion, python.rules, others, 1.0, count, expected) == STEPPED
     assert compiled.steps == python.steps == count
     assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
     assert compiled.failed == python.failed

@@ -18,10 +18,10 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping import march as balances
 from fsm.stepping.march import march
 from fsm.stepping.model import STEADY
+from fsm.stepping.outcomes import STEPPED
 
 FLOOR = Obstacle(name="floor", shape="plane")
 DAMPED = {"law": "impact", "stiffness": 1e6, "exponent": 1.5, "damping": 50.0, "ramp": 1e-5}
@@ -117,7 +117,7 @@ def test_same_steps(name: str, spatial: bool, fixed_step: float | None) -> None:
     assert compiled.marches
     count = 80
     records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
-    assert march(python.model, python.motion, python.rules, others, 1.0, count, expected) == stepping.STEPPED
+    assert march(python.model, python.motion, python.rules, others, 1.0, count, expected) == STEPPED
     assert compiled.steps == python.steps == count
     assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
     assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
