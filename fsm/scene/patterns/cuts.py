@@ -38,7 +38,8 @@ def open_cuts(pattern: Pattern) -> Pattern:
     first = np.where(faces[:, 0] >= 0, faces[:, 0], faces[:, 1]).tolist()
     edges = [(own(face, u), own(face, v)) for face, (u, v) in zip(first, pattern.edges.tolist(), strict=True)]
     edges += [
-        (own(face, v), own(face, u)) for face, (u, v) in zip(faces[cut, 1].tolist(), pattern.edges[cut].tolist(), strict=True)
+        (own(face, v), own(face, u))
+        for face, (u, v) in zip(faces[cut, 1].tolist(), pattern.edges[cut].tolist(), strict=True)
     ]
     letters = ["C" if is_cut else letter for is_cut, letter in zip(cut, pattern.assignment, strict=True)]
     more = len(edges) - len(letters)
@@ -52,7 +53,9 @@ def open_cuts(pattern: Pattern) -> Pattern:
     )  # fmt: skip
 
 
-def _split_corners(pattern: Pattern, on_cuts: np.ndarray, joints: np.ndarray) -> tuple[dict[tuple[int, int], int], list[int]]:
+def _split_corners(
+    pattern: Pattern, on_cuts: np.ndarray, joints: np.ndarray
+) -> tuple[dict[tuple[int, int], int], list[int]]:
     """New numbers of vertices by facet and old number, and the old numbers of all added vertices.
 
     Parameters
@@ -92,11 +95,8 @@ def sides_of_cuts(pattern: Pattern) -> list[tuple[int, ...]]:
     return [tuple(vertices) for vertices in found.values() if len(vertices) > 1]
 
 
-def facets_across_cuts(pattern: Pattern) -> np.ndarray:
-    """Pairs (m, 2) of facets with a common vertex in the uncut sheet and no common vertex in the pattern; sorted.
-
-    These facets touch each other at the start of a flat sheet.
-    """
+def facets_across_cuts(pattern: Pattern) -> tuple[tuple[int, int], ...]:
+    """Pairs of facets with different vertices at one place on a cut, which touch there in the flat sheet; sorted."""
     sides = sides_of_cuts(pattern)
     around: dict[int, set[int]] = {v: set() for vertices in sides for v in vertices}
     for face, corners in enumerate(pattern.faces):
@@ -107,6 +107,4 @@ def facets_across_cuts(pattern: Pattern) -> np.ndarray:
         for vertices in sides for k, v in enumerate(vertices) for w in vertices[:k]
         for one in around[v] for other in around[w]
     }  # fmt: skip
-    own = [set(corners) for corners in pattern.faces]
-    pairs = sorted((one, other) for one, other in found if one != other and not own[one] & own[other])
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    return tuple(sorted(found))
