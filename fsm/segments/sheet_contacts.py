@@ -7,8 +7,8 @@ selects a part of the rounded outline. The normal therefore does not jump within
 half of the distance at which faces touch. Contact of edges keeps facets apart where the mesh is too coarse for contact of
 nodes; edges carry no load where nodes touch.
 
-Facets with a common vertex, and facets across a cut, have no contact where they touch at the start. Parts of one facet can touch if their distance
-along the facet exceeds a bound.
+Facets with a common vertex, and facets across a cut, have no contact where they touch at the start. Parts of one facet can
+touch if their distance along the facet exceeds a bound.
 """
 
 from __future__ import annotations

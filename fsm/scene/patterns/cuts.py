@@ -1,9 +1,9 @@
 """Cuts of a sheet: each side of a cut has its own vertices and edges.
 
-Files and the keys of a case describe a cut by one edge between two facets. The pattern of a sheet has open cuts: a cut is two
-edges of one facet each, like the outline. A vertex on a cut becomes one vertex for each group of facets that creases, bend
-lines and flat edges join around the vertex. The end of a cut inside of the sheet remains one vertex, because its facets are
-joined around it. All later code therefore treats both sides of a cut as parts of the outline.
+Files and the keys of a case describe a cut by one edge between two facets. The pattern of a sheet has open cuts: a cut is
+two edges of one facet each, like the outline. A vertex on a cut becomes one vertex for each group of facets that creases,
+bend lines and flat edges join around the vertex. The end of a cut inside of the sheet remains one vertex, because its facets
+are joined around it. All later code therefore treats both sides of a cut as parts of the outline.
 """
 
 from __future__ import annotations
