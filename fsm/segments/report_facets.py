@@ -75,7 +75,8 @@ def cut_lines(pattern: Pattern) -> Iterator[str]:
         for vertices in sides[:_LISTED]
     )
     more = f" and {count(len(sides) - _LISTED, 'other place')}" if len(sides) > _LISTED else ""
-    yield f"cuts are open: {count(cuts, 'edge')} of both sides; each side of a cut has its own vertices: {listed}{more}"
+    own = f"; each side has its own vertices: {listed}{more}" if sides else ""
+    yield f"cuts are open, with {count(cuts, 'edge')} on both sides{own}"
 
 
 def _boom_lines(sheet: Sheet, mesh: FacetMesh, touching: bool) -> Iterator[str]:

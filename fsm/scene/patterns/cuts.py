@@ -21,8 +21,9 @@ def open_cuts(pattern: Pattern) -> Pattern:
     """Pattern with open cuts; a pattern in which no cut lies between two facets is returned as it is.
 
     The side with the first facet keeps the number of a vertex. The vertices of other sides follow after all vertices of the
-    pattern, in the order of these vertices and of their first facets. The first facet of a cut keeps the number of the
-    edge, and the edges of second facets follow after all edges.
+    pattern, in the order of these vertices and of their first facets. A cut of one edge whose ends are both inside of the
+    sheet gets a vertex in the middle of each side; these vertices come last. The first facet of a cut keeps the number of the
+    edge, and other edges follow after all edges.
     """
     faces = pattern.edge_faces
     between = (faces >= 0).all(axis=1)
@@ -30,26 +31,37 @@ def open_cuts(pattern: Pattern) -> Pattern:
     if not cut.any():
         return pattern
     number, added = _split_corners(pattern, np.unique(pattern.edges[cut]), np.flatnonzero(between & ~cut))
-    uncut = np.concatenate([np.arange(len(pattern.vertices)), added])
+    corners = [[number.get((face, v), v) for v in old] for face, old in enumerate(pattern.faces)]
 
-    def own(face: int, vertex: int) -> int:
-        return number.get((face, vertex), vertex)
+    def ends(face: int, edge: int) -> tuple[int, int]:
+        u, v = pattern.edges[edge].tolist()
+        return number.get((face, u), u), number.get((face, v), v)
 
-    first = np.where(faces[:, 0] >= 0, faces[:, 0], faces[:, 1]).tolist()
-    edges = [(own(face, u), own(face, v)) for face, (u, v) in zip(first, pattern.edges.tolist(), strict=True)]
-    edges += [
-        (own(face, v), own(face, u))
-        for face, (u, v) in zip(faces[cut, 1].tolist(), pattern.edges[cut].tolist(), strict=True)
-    ]
+    edges = [ends(max(side) if min(side) < 0 else side[0], edge) for edge, side in enumerate(faces.tolist())]
+    uncut, middles, more = [*range(len(pattern.vertices)), *added], list[int](), list[tuple[int, int]]()
+    for edge in np.flatnonzero(cut).tolist():
+        (u, v), (left, right) = edges[edge], faces[edge].tolist()
+        if ends(right, edge) != (u, v):
+            more.append(ends(right, edge)[::-1])
+            continue
+        one, other = len(uncut), len(uncut) + 1
+        uncut += 2 * [len(pattern.vertices) + len(middles)]  # no vertex of the uncut sheet
+        middles.append(edge)
+        corners[left].insert(corners[left].index(u) + 1, one)
+        corners[right].insert(corners[right].index(v) + 1, other)
+        edges[edge] = u, one
+        more += [(one, v), (v, other), (other, u)]
     letters = ["C" if is_cut else letter for is_cut, letter in zip(cut, pattern.assignment, strict=True)]
-    more = len(edges) - len(letters)
+
+    def placed(points: np.ndarray) -> np.ndarray:
+        return np.concatenate([points, points[pattern.edges[middles]].mean(axis=1)])[uncut]
+
     return replace(
-        pattern, vertices=pattern.vertices[uncut], flat=None if pattern.flat is None else pattern.flat[uncut],
-        edges=np.array(edges, dtype=np.int64), assignment=(*letters, *more * ("C",)),
-        target=np.concatenate([np.where(cut, 0.0, pattern.target), np.zeros(more)]),
-        faces=tuple(tuple(own(face, v) for v in corners) for face, corners in enumerate(pattern.faces)),
+        pattern, vertices=placed(pattern.vertices), flat=None if pattern.flat is None else placed(pattern.flat),
+        edges=np.array(edges + more, dtype=np.int64), assignment=(*letters, *len(more) * ("C",)),
+        target=np.concatenate([np.where(cut, 0.0, pattern.target), np.zeros(len(more))]),
+        faces=tuple(map(tuple, corners)), uncut=tuple(uncut),
         groups={name: tuple(np.flatnonzero(np.isin(uncut, group)).tolist()) for name, group in pattern.groups.items()},
-        uncut=tuple(uncut.tolist()),
     )  # fmt: skip
 
 
@@ -88,7 +100,7 @@ def _split_corners(
 
 
 def sides_of_cuts(pattern: Pattern) -> list[tuple[int, ...]]:
-    """Vertices at one place on a cut, for all such places; numbers from 0."""
+    """Vertices at one place on a cut, for all such places, in order; numbers from 0."""
     found: dict[int, list[int]] = {}
     for vertex, before in enumerate(pattern.uncut):
         found.setdefault(before, []).append(vertex)
