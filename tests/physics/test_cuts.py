@@ -15,16 +15,12 @@ from fsm.cli import cli
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.run import run_case
-from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
-from fsm.scene.patterns.cuts import facets_across_cuts, open_cuts, sides_of_cuts
+from fsm.scene.patterns.cuts import open_cuts
 from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.fold_file import read_fold
 from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.patterns.pattern import Pattern
-from fsm.scene.patterns.places import place_of
-from fsm.scene.patterns.planar import Line, planar_pattern
-from fsm.sheet_motion import folded_parts, sheet_of, vertices_of
+from fsm.sheet_motion import sheet_of, vertices_of
 
 SIDES = [(-4, 0), (60, 0), (100, 0), (100, 20), (100, 40), (60, 40), (4, 40), (0, 20)]
 CUT: dict[str, Any] = {
@@ -68,7 +64,9 @@ def solved(folder: Path, text: str, pattern: str, name: str = "pattern.fold") ->
     return read_solution(folder / "out" / "result.h5")
 
 
-def legs(folder: Path, base: dict[str, Any], facets: str, letters: str, held: str, more: str = "", before: str = "") -> Solution:
+def legs(
+    folder: Path, base: dict[str, Any], facets: str, letters: str, held: str, more: str = "", before: str = ""
+) -> Solution:
     """Sheet with two legs, whose letters replace the last ones of the pattern; 2 mN act at the corner of the first leg."""
     data = base | {"edges_assignment": [*base["edges_assignment"][: -len(letters)], *letters]}
     text = f'{before}[sheet]\npattern = "pattern.fold"\nfacets = "{facets}"\n{MESH.get(facets, "")}{LAW}{held}{more}\n'
@@ -89,11 +87,12 @@ def rise(solution: Solution, *vertices: int) -> np.ndarray:
 def test_a_leg_beside_a_cut_turns_alone(facets: str, tmp_path: Path) -> None:
     """Both legs have a crease at their root. The force turns the first leg, as beside a notch; the second does not move."""
     held = '\n[[sheet.support]]\nat = "vertices 2, 3, 4, 5, 6, 9"\n'
-    held = "".join(f'\n[[sheet.support]]\nat = "facet {k}"\n' for k in (2, 4)) if facets != "bars" else held
+    if facets == "flexible":
+        held = "".join(f'\n[[sheet.support]]\nat = "facet {k}"\n' for k in (2, 4))
     cut, notch = (legs(tmp_path / name, base, facets, "FVV", held) for name, base in (("cut", CUT), ("notch", NOTCH)))
     turned, other = rise(cut, 1, 8), rise(cut, 7, 10)
     np.testing.assert_allclose(turned, rise(notch, 1, 8), rtol=0.01)
-    np.testing.assert_allclose(other, 0.0, atol=1e-9)
+    np.testing.assert_allclose(other, 0.0, atol=1e-4)  # springs hold the vertices of rigid facets
     if facets == "rigid":  # force times arm equals stiffness times angle
         angle = math.asin(turned[0] / 64.0)
         assert 2e-3 * 0.064 * math.cos(angle) == pytest.approx(0.05 * 0.02 * angle, rel=1e-5)

@@ -67,7 +67,8 @@ def test_vertices_are_split_where_the_material_is_not_joined(
     assert len(pattern.edges) == len(uncut.edges) + len(cuts) + 2 * more and len(pattern.faces) == len(uncut.faces)
     # each edge of a cut belongs to one facet, on its left, and joins no facets
     on_cuts = [k for k, letter in enumerate(pattern.assignment) if letter == "C"]
-    assert len(on_cuts) == 2 * (len(cuts) + more) and len({frozenset(e) for e in pattern.edges.tolist()}) == len(pattern.edges)
+    assert len(on_cuts) == 2 * (len(cuts) + more)
+    assert len({frozenset(ends) for ends in pattern.edges.tolist()}) == len(pattern.edges)
     assert (pattern.edge_faces[on_cuts, 0] >= 0).all() and (pattern.edge_faces[on_cuts, 1] < 0).all()
     assert len(pattern.creases) == len(uncut.creases) - len(cuts)
     # numbers of the uncut sheet remain, and the numbers of edges too

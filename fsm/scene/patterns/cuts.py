@@ -22,8 +22,8 @@ def open_cuts(pattern: Pattern) -> Pattern:
 
     The side with the first facet keeps the number of a vertex. The vertices of other sides follow after all vertices of the
     pattern, in the order of these vertices and of their first facets. A cut of one edge whose ends are both inside of the
-    sheet gets a vertex in the middle of each side; these vertices come last. The first facet of a cut keeps the number of the
-    edge, and other edges follow after all edges.
+    sheet gets a vertex in the middle of each side; these vertices come last. The first facet of a cut keeps the number of
+    the edge, and other edges follow after all edges.
     """
     faces = pattern.edge_faces
     between = (faces >= 0).all(axis=1)
