@@ -58,6 +58,10 @@ SYSTEMS: dict[str, tuple[float, float, float, float]] = {
     "mm-N-s": (1e-3, 1e3, 1.0, 1.0),
 }
 
+_SMALLEST, _LARGEST = 1e-60, 1e60
+"""Range of values in SI."""
+_LONGEST = 100
+"""Largest number of characters of a number with its unit."""
 _QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 _FACTOR = re.compile(r"^([A-Za-zµ°%]+|1)(?:(?:\^|\*\*)?([-+]?\d+(?:\.\d+)?))?$")
 _TYPED = str.maketrans({"\u03bc": "µ", "²": "^2", "³": "^3", "−": "-"})
@@ -136,12 +140,21 @@ def to_si(value: float | str, unit: str, system: str = "SI") -> float:
     result = number * scale
     if not math.isfinite(result):
         raise ValueError(f"{value} is not a finite number; {required}")
+    if not _in_range(result):
+        raise ValueError(f"{with_unit(value, None)} is outside {_SMALLEST:g} to {_LARGEST:g} in SI; {required}")
     return result
+
+
+def _in_range(value: float) -> bool:
+    """Whether products of several such values are finite and not zero."""
+    return value == 0.0 or _SMALLEST <= abs(value) <= _LARGEST
 
 
 def _split(value: float | str, required: str) -> tuple[float, str]:
     """Number and unit of an input value."""
     if isinstance(value, str):
+        if len(value) > _LONGEST:
+            raise ValueError(f"{with_unit(value, None)} has more than {_LONGEST} characters; {required}")
         match = _QUANTITY.match(value)
         comma = re.match(r"\s*[-+]?[\d.]*\d,\d[\d.,]*", value)
         if comma is not None:
@@ -257,7 +270,7 @@ class Unit:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def read(value: Any, info: core_schema.ValidationInfo) -> float:
-            if type(value) is float and not info.context and math.isfinite(value):  # already in SI
+            if type(value) is float and not info.context and _in_range(value):  # already in SI
                 return value
             system = (info.context or {}).get("units", "SI")
             try:

@@ -67,6 +67,9 @@ def test_value_in_si(value, unit, expected):
         (-math.inf, "m", "-inf is not a finite number"),
         ("1e999 mm", "m", "1e999 mm is not a finite number"),
         (10**400, "m", "too many digits"),
+        (1e300, "s", "1e+300 is outside 1e-60 to 1e+60 in SI; give a value in s"),
+        ("1e-200 mm", "m", "is outside 1e-60 to 1e+60"),
+        ("1 " + "m" * 10**6, "m", "has more than 100 characters"),
         ("5 Hz", "rad/s", "may mean turns or radians"),
     ],
 )
