@@ -117,7 +117,8 @@ class Result:
         self.path, self._file = file.parent, file
         self.stages: dict[str, Result] = {}
         if path.is_dir() and not file.is_file():
-            self.stages = {name: Result(path / name, allow_extensions=allow_extensions) for name in _STAGES if (path / name / _FILE).is_file()}
+            there = [name for name in _STAGES if (path / name / _FILE).is_file()]
+            self.stages = {name: Result(path / name, allow_extensions=allow_extensions) for name in there}
             self.path = path
         if self.stages:
             self._solution: Solution | None = None
