@@ -21,6 +21,7 @@ from fsm.scene.laminate import Laminate, laminate_of
 from fsm.scene.loads import Drive, Load
 from fsm.scene.patterns.booms import seam_angle
 from fsm.scene.patterns.chamber import SheetSurface
+from fsm.scene.patterns.cuts import facets_across_cuts
 from fsm.scene.patterns.facet_mesh import FacetMesh, MeshPoint
 from fsm.scene.patterns.facets import quaternions
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
@@ -118,7 +119,10 @@ class _FlexibleBuilder:
         facet = mesh.facet[mesh.triangles[:, 0]]
         groups = {name: tuple(mesh.owner[mesh.ends(edges)].ravel().tolist()) for name, edges in mesh.edges.items()}
         surface = SheetSurface(mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices])
-        return with_gas(self.case, scene.with_facets(self.facets).with_touching(touching), surface)
+        scene = scene.with_facets(self.facets).with_touching(touching)
+        if not self.sheet.is_shell:
+            scene = scene.with_across_cuts(facets_across_cuts(pattern_of(self.sheet)))
+        return with_gas(self.case, scene, surface)
 
     def _touching(self) -> TouchingSheet | None:
         """Surface for contact, with frames at all nodes."""

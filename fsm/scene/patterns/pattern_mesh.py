@@ -64,7 +64,8 @@ def _triangles_of(face: tuple[int, ...], divisions: dict[tuple[int, int], int]) 
 
 
 def _divisions(pattern: Pattern, size: float) -> dict[tuple[int, int], int]:
-    """Number of divisions of every edge of the faces, by its vertices."""
+    """Number of divisions of every edge of the faces, by its vertices; both sides of a cut have the same number."""
+    uncut = pattern.uncut or range(len(pattern.vertices))
     above: dict[tuple[int, int], tuple[int, int]] = {}
 
     def top(edge: tuple[int, int]) -> tuple[int, int]:
@@ -73,14 +74,15 @@ def _divisions(pattern: Pattern, size: float) -> dict[tuple[int, int], int]:
         return edge
 
     for face in pattern.faces:
-        sides = [_pair(a, b) for a, b in _sides(face)]
+        sides = [_pair(uncut[a], uncut[b]) for a, b in _sides(face)]
         for one, two in ((0, 1), (1, 2)) if len(face) == 3 else ((0, 2), (1, 3)):
             above[top(sides[one])] = top(sides[two])
     longest: dict[tuple[int, int], float] = {}
     for a, b in list(above):
         length = float(np.linalg.norm(pattern.vertices[a] - pattern.vertices[b]))
         longest[top((a, b))] = max(longest.get(top((a, b)), 0.0), length)
-    return {edge: max(1, math.ceil(longest[top(edge)] / size - _EQUAL)) for edge in list(above)}
+    number = {edge: max(1, math.ceil(longest[top(edge)] / size - _EQUAL)) for edge in list(above)}
+    return {_pair(a, b): number[_pair(uncut[a], uncut[b])] for face in pattern.faces for a, b in _sides(face)}
 
 
 @dataclass
