@@ -209,7 +209,7 @@ class _Parts:
         if scene.facets is not None:
             mesh = scene.facets.mesh
             vectors = self.first + 3 * facet_vectors(mesh)
-            return PressedFaces(vectors, mesh.facet[mesh.triangles[:, 0]], mesh.plane, mesh.angle)
+            return PressedFaces(vectors, mesh.facet, mesh.plane, mesh.angle)
         for truss, places in self.trusses.values():
             if truss.faces and all(len(face) == 3 for face in truss.faces):
                 vectors = places[np.array(truss.faces, dtype=np.int64)]
