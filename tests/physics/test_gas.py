@@ -158,6 +158,83 @@ def test_piston(law: str, exponent: float, tmp_path: Path) -> None:
     assert run.summary["energy_error"] < 1e-4
 
 
+FILLED = 2e4 * AREA * HEIGHT / (R * T0)
+TABLE = {"kind": "table"}
+SUPPLIES = {
+    "mass": ({"supply_mass": FILLED}, lambda t: t),
+    "constant flow": ({"supply_flow": FILLED}, lambda t: t),
+    "ramp": ({"supply_flow": 2.0 * FILLED, "time": {"kind": "ramp", "end": 1.0}}, lambda t: 2.0 * t**3 - t**4),
+    "late ramp": (
+        {"supply_flow": FILLED, "time": {"kind": "ramp", "start": 0.2, "end": 0.7, "shape": "linear"}},
+        lambda t: np.clip(t - 0.2, 0.0, 0.5) ** 2 + np.maximum(t - 0.7, 0.0),
+    ),
+    "table": (
+        {"supply_flow": FILLED, "time": TABLE | {"time": [0.0, 0.5, 1.0], "value": [0.0, 1.0, 0.5]}},
+        lambda t: np.where(t < 0.5, t**2, t - 0.5 * (t - 0.5) ** 2 - 0.25),
+    ),
+    "smooth table": (
+        {"supply_flow": FILLED, "time": TABLE | {"time": [0.0, 1.0], "value": [0.5, 1.5], "interpolation": "smooth"}},
+        lambda t: 0.5 * t + t**3 - 0.5 * t**4,
+    ),
+    "cycle": (
+        {"supply_flow": FILLED, "time": {"kind": "cycle", "period": 1.0}},
+        lambda t: 0.5 * t - np.sin(2.0 * np.pi * t) / (4.0 * np.pi),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", ["isothermal", "adiabatic"])
+@pytest.mark.parametrize("name", SUPPLIES)
+def test_inflation_of_an_empty_tube_in_vacuum(name: str, law: str, tmp_path: Path) -> None:
+    """The mass is the integral of the flow, and the pressure balances the bars.
+
+    Isothermal: p V = m R T. Adiabatic: the gas and the bars have the enthalpy c_p T of the supplied mass.
+    """
+    supply, filled = SUPPLIES[name]
+    run = fsm.load(case(SQUARE, [{"name": "air", "law": law, "closed_by": LIDS} | supply]), folder=tmp_path).run(
+        tmp_path / "out", figures=False
+    )
+    found = run.solution
+    mass, volume, pressure = (found.channels[f"gas.air.{key}"].values for key in ("mass", "volume", "pressure"))
+    assert mass[0] == pressure[0] == 0.0
+    np.testing.assert_allclose(mass, FILLED * filled(found.time), rtol=0.0, atol=1e-12 * FILLED)
+    force, energy = elastic(volume / AREA)
+    np.testing.assert_allclose(pressure * AREA, force, rtol=0.0, atol=1e-6)
+    assert force[-1] > 10.0
+    if law == "isothermal":
+        np.testing.assert_allclose(pressure * volume, mass * R * T0, rtol=1e-12)
+    else:
+        brought = 3.5 * R * T0 * mass
+        np.testing.assert_allclose(pressure * volume / 0.4 + energy, brought, rtol=0.0, atol=1e-4 * brought[-1])
+    assert run.summary["energy_error"] < 1e-4
+
+
+@pytest.mark.parametrize("name", ["constant flow", "table"])
+def test_inflation_in_motion(name: str, tmp_path: Path) -> None:
+    """A flow into an empty tube in vacuum moves its lid; mass, p V = m R T, and the energy balance."""
+    supply, filled = SUPPLIES[name]
+    gas = {"name": "air", "closed_by": LIDS} | supply | {"supply_flow": FILLED / 5e-3}
+    if "time" in gas:
+        gas["time"] = gas["time"] | {"time": [0.0, 2.5e-3, 5e-3]}
+    more = {"solve": {"method": "mean-force", "end_time": 5e-3}, "save": {"interval": 5e-4, "channels": ["gas.*"]}}
+    run = fsm.load(case(SQUARE, [gas], **more), folder=tmp_path).run(tmp_path / "out", figures=False)
+    found = run.solution
+    mass, volume, pressure = (found.channels[f"gas.air.{key}"].values for key in ("mass", "volume", "pressure"))
+    np.testing.assert_allclose(mass, FILLED * filled(found.time / 5e-3), rtol=0.0, atol=1e-12 * FILLED)
+    np.testing.assert_allclose(pressure * volume, mass * R * T0, rtol=1e-12)
+    assert volume[-1] > 1.3 * volume[0]
+    assert run.summary["energy_error"] < 1e-6
+
+
+def test_supply_that_empties_a_chamber(tmp_path: Path) -> None:
+    gas = {"name": "air", "closed_by": LIDS, "pressure": 2e4}
+    for key, start in (("supply_mass", 1.0), ("supply_flow", 0.8)):
+        size = {key: -1.2 * FILLED / start}
+        with pytest.raises(CaseError, match=rf"gas.0.{key}: the chamber has {1e3 * FILLED:.4g} g .* is empty before t ="):
+            fsm.load(case(SQUARE, [gas | size]), folder=tmp_path).check()
+        fsm.load(case(SQUARE, [gas | {key: -0.7 * FILLED}]), folder=tmp_path).check()
+
+
 @pytest.mark.parametrize(("law", "exponent"), [("isothermal", 1.0), ("adiabatic", 1.4)])
 def test_work_of_an_ideal_gas(law: str, exponent: float, tmp_path: Path) -> None:
     """A lid that the gas accelerates has a kinetic energy equal to the work of the gas, m R T ln(V1/V0) or m c_v (T0 -
