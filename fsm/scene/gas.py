@@ -23,8 +23,8 @@ class Closing(Model):
     """Closing of a chamber at open edges by a plane or by a lid. Give `axis` or `cap`.
 
     A plane is a plane of symmetry or a fixed wall. A lid is massless. A lid is a cone with its tip at the mean position of
-    the nodes of its ring; the lid of a flat ring is flat. The work of its forces is the pressure times the change of the
-    volume.
+    the nodes of its ring; the lid of a flat ring is flat. A part of a ring between planes has the tip of the whole ring,
+    which mirror images complete. The work of its forces is the pressure times the change of the volume.
 
     Attributes
     ----------

@@ -54,7 +54,7 @@ def with_gas_of_panels(
     closed = [sealed(faces, chamber.facets, chamber.caps) for chamber in scene.chambers]
     surface = PanelSurface(
         tuple(scene.bodies[number].name for number in owner), frames.local(owner, corners), corners,
-        tuple(one for one, _ in closed), tuple(rings for _, rings in closed), folds,
+        tuple(one for one, _ in closed), tuple(lids for _, lids in closed), folds,
     )  # fmt: skip
     return scene.with_chambers(scene.chambers, scene.orifices, surface)
 
