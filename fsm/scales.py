@@ -24,6 +24,9 @@ OF_DRIVES = 10.0
 """Scale of the speed relative to the largest speed of a drive. On the pulled strip a smaller scale needs more steps, and a
 larger scale causes energy errors."""
 
+_AT_REST = 1e-12
+"""Work of forces at rest relative to the stiffness times the square of the span, below which the forces are round-off."""
+
 
 @dataclass(frozen=True)
 class Scales:
@@ -98,19 +101,21 @@ class Scales:
 
     @cached_property
     def force_scale(self) -> np.ndarray:
-        """Divisors (nu,) that convert generalised forces to N: moments become forces at the end of an element."""
-        return self.length / self.increment
+        """Divisors (nu,) that convert generalised forces to N: moments become forces at the extent of the structure."""
+        return self.extent / self.span
 
     def path_velocity(self, duration: float) -> np.ndarray:
-        """Velocity (nu,) that may occur on a quasi-static path of this duration (s): of all parts at the speed of the drives,
-        or, without drives, over the extent of the structure; times `OF_DRIVES`.
+        """Velocity (nu,) that may occur on a quasi-static path of this duration (s).
+
+        All parts have the speed of the drives, or, without drives, move by the extent of the structure; times `OF_DRIVES`.
         """
         speed = self.drive_speed or OF_DRIVES * self.extent / duration
         return speed / self.length * self.increment
 
     def span_forces(self, stiffness: BlockMatrix) -> np.ndarray:
-        """Largest generalised force of an entry of each row of a stiffness matrix along `span`, (nu,), N or N m; 0 for components
-        that are not free.
+        """Largest generalised force (nu,) of an entry of each row of a stiffness matrix along `span`, N or N m.
+
+        The force is 0 for components that are not free.
         """
         pattern = stiffness.pattern
         if not pattern.order:
@@ -124,7 +129,7 @@ def speed_from_rest(system: System, free: np.ndarray, in_u: np.ndarray, extent: 
 
     The work W of all forces along the span of the structure, of which the largest over time counts, becomes kinetic energy
     of a translation, m v^2/2. Without any force at rest, nothing moves, and the result is the extent times the frequency
-    of the stiffest component.
+    of the softest component.
 
     Parameters
     ----------
@@ -142,8 +147,9 @@ def speed_from_rest(system: System, free: np.ndarray, in_u: np.ndarray, extent: 
     work = max(float(np.abs(system.force(t, q, None)[free]) @ span) for t in times)
     direction = places / math.sqrt(3.0)
     mass = float(direction @ system.momentum(q, direction))
-    if work == 0.0 and mass > 0.0:
-        linear = system.linearise(0.0, q, None)
-        work = 0.5 * float(np.abs(linear.stiffness.bsr().diagonal()[free]) @ span**2)
+    stiffness = system.linearise(0.0, q, None).stiffness.bsr().diagonal()
     system.restore(memory)
-    return math.sqrt(2.0 * work / mass) if work > 0.0 and mass > 0.0 else extent
+    if work <= _AT_REST * float(np.abs(stiffness[free]) @ span**2) and mass > 0.0:
+        ratio = (stiffness / system.mass(q).diagonal())[places]
+        work = 0.5 * mass * extent**2 * float(ratio[ratio > 0.0].min(initial=math.inf))
+    return math.sqrt(2.0 * work / mass) if 0.0 < work < math.inf and mass > 0.0 else extent

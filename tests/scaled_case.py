@@ -52,8 +52,8 @@ def _scaled(value: Any, kind: Any, notes: tuple[Any, ...], factors: Factors, fie
         kind, *more = get_args(kind)
         return _scaled(value, kind, (*notes, *more), factors, fields)
     units = [note for note in notes if isinstance(note, Unit)]
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return value * factors.of(units[0].text(fields) or "1") if units else value
+    if units and isinstance(value, int | float):
+        return value * factors.of(units[0].text(fields) or "1")
     if get_origin(kind) in (Union, types.UnionType):
         kind = next((one for one in get_args(kind) if one is not type(None) and _fits(value, one)), Any)
         return value if kind is Any else _scaled(value, kind, notes, factors, fields)

@@ -10,6 +10,7 @@ With `before` (quasi-statics), velocities are mean velocities since that state, 
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -104,6 +105,11 @@ class AncfSystem(System):
     def break_times(self) -> list[float]:
         """See `System`."""
         return list(self.loading.breaks)
+
+    def peak_times(self) -> list[float]:
+        """See `System`: ends and middles of the pieces of all functions of time."""
+        times = self.loading.breaks
+        return [*times, *(0.5 * (begin + end) for begin, end in pairwise(times))]
 
     def scales(self) -> Scales:
         """See `System`."""
