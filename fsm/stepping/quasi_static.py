@@ -25,7 +25,7 @@ __all__ = [
 FOUND, NOT_FINITE, SINGULAR, TOO_MANY = range(4)
 """Outcomes of Newton's method; the last one means too many iterations."""
 
-_ROUND_OFF = 1e-14
+_ROUND_OFF = 4e-15
 """Round-off of forces relative to stiffness times span."""
 _OVERSHOOT = 4.0
 """A step is cut if its work becomes more negative than this factor times its initial work: contacts opened or closed."""
