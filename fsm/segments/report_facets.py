@@ -46,7 +46,7 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
     nodes = len(mesh.nodes)
     yield f"{count(len(mesh.triangles), 'triangle')} (ANCF-DKT) with edges of {low} to {high}, {count(nodes, 'node')}"
     unknowns = 3 * nodes + 6 * len(mesh.owner) - sum(len(components) for components in facets.held.values())
-    yield f"{unknowns} unknowns: positions, and slopes along two directions of each facet"
+    yield f"{unknowns} unknowns: positions, and slopes along two directions on each side of a crease"
     if facets.folds is not None:
         angles = np.degrees(np.abs(facets.folds.start))
         low, high = f"{angles.min():.4g}", f"{angles.max():.4g}"
@@ -57,6 +57,8 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
         yield f"  kinks of the law are rounded over strains of {facets.rounding:g}; strains of this size are not accurate"
     if mesh.curved:
         yield "curved at the start without stress"
+    if mesh.curved and view.case.sheet is not None and not view.case.sheet.is_shell:
+        yield "  facets with an angle of at most 45 deg at a line that does not fold are smooth there, over one cell"
     if view.case.sheet is not None and view.case.sheet.is_boom:
         yield from _boom_lines(view.case.sheet, mesh, view.scene.contact is not None)
     slender = facets.thickness / float(mesh.lengths.max())
