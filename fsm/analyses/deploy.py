@@ -219,7 +219,7 @@ class Deployment(Analysis):
             quad_names=self.system.quad_names,
             pair_names=self.system.pair_names,
             drive_names=tuple(
-                " + ".join(drive.moved) + (" (turn)" if drive.turn is not None else "") for drive in self.scene.drives
+                drive.part + (" (turn)" if drive.turn is not None else "") for drive in self.scene.drives
             ),
             thickness=max(
                 (plate.thickness for _, plate, _ in bodies.plates),

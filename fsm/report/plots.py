@@ -327,7 +327,7 @@ def _synchronism(solution: Solution) -> Iterator[dict[str, Any]]:
     unit = figure_unit("m", [*apart.values()])
     lines = [_line(name, unit.factor * values, k) for k, (name, values) in enumerate(apart.items())]
     if lines:
-        alt = f"Difference in deployment of {len(lines)} pairs of neighbouring points."
+        alt = f"Difference in deployment of {count(len(lines), 'pair')} of neighbouring points."
         yield _plot(
             "synchronism",
             "Difference in deployment of neighbours",

@@ -203,8 +203,8 @@ def test_a_strip_that_is_stretched_is_told_of(tmp_path: Path, travel: float, tol
 
 def pulled(travel: list[float], force: list[float], kinetic: list[float] | None = None, **energy: list[float]) -> Any:
     """Records of a pull, 1 s apart, with energies that are zero unless given."""
-    n = len(travel)
-    energies = {name: np.array(energy.get(name, [0.0] * n)) for name in ENERGIES} | {"kinetic": np.array(kinetic or [0.0] * n)}
+    n, given = len(travel), energy | ({} if kinetic is None else {"kinetic": kinetic})
+    energies = {name: np.array(given.get(name, [0.0] * n)) for name in ENERGIES}
     return SimpleNamespace(
         time=np.arange(float(n)), travel=np.array(travel)[:, None], force=np.array(force)[:, None], energy=energies,
         layout=Layout(drive_names=("arm",)),
