@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -25,7 +26,7 @@ from fsm.cli_options import (
 from fsm.commands.export import export
 from fsm.commands.help_key import help_key, schema
 from fsm.commands.init import init
-from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
+from fsm.errors import CaseError, ExpectationFailed, FsmError, OutOfMemory, is_interrupt
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.interrupts import ignore_repeated_interrupts
 from fsm.threads import one_thread
@@ -64,6 +65,8 @@ class Group(click.Group):
             if is_interrupt(error):
                 _end(["interrupted"], 130)
             _trace(ctx)
+            if isinstance(error, MemoryError):
+                _end([str(OutOfMemory(error))], OutOfMemory.exit_code)
             hint = "" if debugging(ctx) else "; repeat the command with --debug and report its output to the developers"
             text = " ".join(str(error).split())
             _end([f"internal error: {type(error).__name__}: {text}{hint}"], 1)
@@ -271,7 +274,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 
 
 @cli.command()
-@click.argument("result", metavar="RESULT.h5")
+@click.argument("result", metavar="RESULT")
 @click.option(
     "--out",
     metavar="DIR|FILE",
@@ -285,14 +288,18 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 @drawing_options
 @debug_option
 def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: bool) -> None:
-    """Draw the figures of a result again, or some of its channels."""
+    """Draw the figures of a result again, or some of its channels.
+
+    RESULT is a results file, or the folder of a run.
+    """
     from fsm.results.store import read_solution
 
     if over_time and not channels:
         raise click.UsageError("--over-time is for --channel only")
     target = None if out is None else figure_file(out)
-    folder = Path(result).parent if out is None else out_folder(out) if target is None else target.parent
-    solution = read_solution(Path(result))
+    file = Path(result) / "result.h5" if Path(result).is_dir() else Path(result)
+    folder = file.parent if out is None else out_folder(out) if target is None else target.parent
+    solution = read_solution(file)
     folder.mkdir(parents=True, exist_ok=True)
 
     with imports_outside_gc(), plain_matplotlib():
@@ -425,8 +432,20 @@ def _watched(folder: Path, title: str) -> Iterator[Callable[[float], None]]:
         yield page.progress
 
 
+def _open_closed_streams() -> None:
+    """Direct a closed output to the null device; otherwise the next file that is opened would receive the messages."""
+    for number, name in ((0, "stdin"), (1, "stdout"), (2, "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest free number, which is this one
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8", closefd=False))  # noqa: SIM115
+
+
 def main() -> None:
     """Run the command ``fsm``."""
+    _open_closed_streams()
     try:
         with ignore_repeated_interrupts(), rare_gc(), one_thread():
             cli(prog_name="fsm")
