@@ -34,6 +34,8 @@ from fsm.results.solution import Floats, Solution
 
 __all__ = ["leaves_plane", "pick_records", "plot_motion"]
 
+_IDLE = 1e-4
+"""Largest force of a drive relative to that of another drive, below which it has no force."""
 _PAD = 0.05
 """Distance between pictures in the plane and their labels, inches."""
 _TITLE = 0.3
@@ -171,14 +173,17 @@ def _title(solution: Solution, record: int, stages: list[dict[str, Any]]) -> str
         return f"{name}, {rounded(solution.time[record] - start_of_step(solution, rows))} s"
     if label == "time (s)":
         return f"{rounded(solution.time[record])} s"
-    travel, force = solution.travel[record, 0], solution.force[:, 0]
+    largest = np.abs(solution.force).max(axis=0)
+    drive = int(np.argmax(largest > _IDLE * largest.max()))  # the first drive may only guide, without a force
+    travel, force = solution.travel[record, drive], solution.force[:, drive]
     # a force as small as a residual of the solver is displayed as zero
     value = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
-    effort, way = drive_units(solution)
+    effort, way = drive_units(solution, [drive])
     text = f"{rounded(way.factor * travel)} {way.name}, {rounded(effort.factor * value)} {effort.name}"
     if len(stages) < 2:
         return text
-    stage = [one for one in stages if one["travel"] <= travel * (1.0 + 1e-9) + 1e-12][-1]
+    first = solution.travel[record, 0]
+    stage = [one for one in stages if one["travel"] <= first * (1.0 + 1e-9) + 1e-12][-1]
     return f"{text}\n{stage['name']}"
 
 
