@@ -120,3 +120,17 @@ def test_faults_of_grips(tmp_path: Path, drive: str, fault: str) -> None:
     with pytest.raises(CaseError) as caught:
         load_case(path, ["strip.held=[1, 2]"])
     assert fault in str(caught.value)
+
+
+@pytest.mark.parametrize(("part", "name"), [('end = "last"', "last end"), ("panel = 5", "panel 5")])
+def test_a_grip_is_driven_again_and_released_in_steps(tmp_path: Path, part: str, name: str) -> None:
+    """An end line has no mass: it stays in place where it is released, and the end of the strip is free."""
+    path = strip(tmp_path, f"{part}\ndirection = [1, 0, 0]")
+    head, _, tail = path.read_text(encoding="utf-8").partition("[[drive]]")
+    drive, _, solve = tail.partition("[solve]")
+    steps = f'[[step]]\nname = "pull"\nkind = "static"\n[[step.drive]]{drive}'
+    steps += f'[[step]]\nname = "back"\nkind = "static"\n[[step.drive]]{drive.replace("[1, 0, 0]", "[-1, 0, 0]")}'
+    steps += f'[[step]]\nname = "free"\nkind = "relax"\nrelease = ["{name}"]\n'
+    path.write_text(f"{head}{steps}[solve]{solve}", encoding="utf-8")
+    text = str(load(path).check())
+    assert "3 back: static" in text and "4 free: relax" in text
