@@ -21,7 +21,7 @@ class ShownUnit(NamedTuple):
 
 
 _UNITS: dict[str, tuple[str, tuple[tuple[float, float, str], ...]]] = {
-    "m": ("mm", ((2.0, 1.0, "m"), (1e-4, 1e3, "mm"), (1e-7, 1e6, "um"), (0.0, 1e9, "nm"))),
+    "m": ("mm", ((2.0, 1.0, "m"), (0.99e-5, 1e3, "mm"), (1e-7, 1e6, "um"), (0.0, 1e9, "nm"))),
     "rad": ("deg", ((4.0 * math.pi, 0.5 / math.pi, "turns"), (0.0, 180.0 / math.pi, "deg"))),
     "N": ("N", ((1e4, 1e-3, "kN"), (1e-2, 1.0, "N"), (1e-5, 1e3, "mN"), (1e-8, 1e6, "uN"), (0.0, 1e9, "nN"))),
     "N m": (

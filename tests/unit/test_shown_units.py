@@ -15,7 +15,8 @@ from fsm.shown_units import shown_unit, travel_text, turns
 @pytest.mark.parametrize(
     ("si", "value", "text"),
     [
-        ("m", 12.0, "12 m"), ("m", 1.999, "1999 mm"), ("m", 2e3, "2000 m"), ("m", 3e-5, "30 um"), ("m", 0.0, "0 mm"),
+        ("m", 12.0, "12 m"), ("m", 1.999, "1999 mm"), ("m", 2e3, "2000 m"), ("m", 3e-6, "3 um"), ("m", 0.0, "0 mm"),
+        ("m", 1e-4 - 1e-19, "0.1 mm"),
         ("m", -0.5e-8, "-5 nm"), ("rad", math.pi, "180 deg"), ("rad", 20.0 * math.pi, "10 turns"), ("rad", 0.0, "0 deg"),
         ("N", 4.36e-4, "0.436 mN"), ("N", 2.0, "2 N"), ("N m", 5e-4, "0.5 N mm"), ("J", 2.5e6, "2.5 MJ"),
         ("m^3", 2.7e-5, "0.027 litre"), ("Pa", 7578.0, "7.578 kPa"), ("K", 300.0, "300 K"), ("N", math.inf, "inf N"),
