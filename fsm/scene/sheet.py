@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from fsm.scene.model import Model, Name
 from fsm.scene.truss import AxialLaw
@@ -83,6 +83,14 @@ class SheetSupport(Model):
         if self.mirror is not None and (self.clamped or "fixed" in self.model_fields_set):
             raise ValueError("`mirror` already defines all held directions; remove `fixed` and `clamped`")
         return self
+
+    @model_serializer(mode="wrap")
+    def _without_fixed(self, serialise: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Values without `fixed` where `mirror` replaces it, so that a written case can be read again."""
+        values: dict[str, Any] = serialise(self)
+        if self.mirror is not None:
+            values.pop("fixed", None)
+        return values
 
 
 class SheetPly(Model):
