@@ -209,7 +209,7 @@ class _Parts:
         if scene.facets is not None:
             mesh, faces = scene.facets.mesh, scene.facets.mesh.loaded
             vectors = self.first + 3 * facet_vectors(mesh, faces.triangles)
-            return PressedFaces(vectors, mesh.facet[faces.triangles[:, 0]], faces.plane, faces.angle, faces.weight)
+            return PressedFaces(vectors, faces.facet, faces.plane, faces.angle, faces.weight)
         for truss, places in self.trusses.values():
             if truss.faces and all(len(face) == 3 for face in truss.faces):
                 vectors = places[np.array(truss.faces, dtype=np.int64)]

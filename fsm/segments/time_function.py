@@ -10,7 +10,7 @@ import numpy as np
 from fsm.interpolation import PiecewiseCubic, hermite_cubic, monotone_slopes
 from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, end_of
 
-__all__ = ["breaks", "cubic_pieces", "curvature", "factor", "integral", "rows_of", "slope", "turning_points"]
+__all__ = ["breaks", "cubic_pieces", "curvature", "factor", "integral", "peaks", "rows_of", "slope", "turning_points"]
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(2)
 
@@ -110,6 +110,13 @@ def breaks(function: TimeFunction) -> tuple[float, ...]:
         end = end_of(function)
         return (function.start,) if end is None else (function.start, end)
     return tuple(rows_of(function)[0].tolist())
+
+
+def peaks(function: TimeFunction) -> tuple[float, ...]:
+    """Times (s) among which a time function has its largest magnitude; of an unbounded ramp, where it is 1."""
+    if isinstance(function, Cycle):
+        return (function.start + (0.5 if function.form == "pulsating" else 0.25) * function.period,)
+    return (function.end,) if isinstance(function, Ramp) else breaks(function)
 
 
 def turning_points(function: TimeFunction) -> tuple[float, ...]:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.short_repr import ShortRepr
+from fsm.shown_units import travel_text
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.restart_points import State
 from fsm.solve.status import Event, Outcome
@@ -90,9 +91,12 @@ class CurvePoint(NamedTuple):
 
 
 def time_and_travel(system: System, t: float, drive: DriveState) -> str:
-    """Time (s) and travels of all drives for messages; a turn is in mrad, as in the figures."""
-    kinds = (("turn", "mrad") if system.drive_turns(k) else ("travel", "mm") for k in range(len(drive.travel)))
-    travels = ", ".join(f"{word} {1e3 * x:.4g} {unit}" for (word, unit), x in zip(kinds, drive.travel, strict=True))
+    """Time (s), and travels or turns of all drives, for messages."""
+    turning = [system.drive_turns(k) for k in range(len(drive.travel))]
+    travels = ", ".join(
+        f"{'turn' if turns else 'travel'} {travel_text(turns, float(x))}"
+        for turns, x in zip(turning, drive.travel, strict=True)
+    )
     return f"at t = {t:.6g} s" + (f" ({travels})" if travels else "")
 
 
@@ -105,8 +109,10 @@ def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, obser
     if not len(observed.drive.force):
         return False
     force, without_inertia = system.balance(t, q, u)
-    inertial = np.abs(force / system.scales().force_scale).sum() + np.abs(observed.drive.force - without_inertia).max()
-    return bool(inertial > INERTIAL * np.abs(observed.drive.force).max())
+    scales = system.scales()
+    inertial = np.abs(force / scales.force_scale).sum()
+    inertial += np.abs((observed.drive.force - without_inertia) / scales.of_drives).max()
+    return bool(inertial > INERTIAL * np.abs(observed.drive.force / scales.of_drives).max())
 
 
 @dataclass(frozen=True)

@@ -215,7 +215,7 @@ def test_cells_share_a_pressure_equally(shift: float) -> None:
     mesh = rectangle_mesh(*size, (nx, ny), moved=moved)
     faces = mesh.loaded
     pressed = PressedFaces(
-        3 * facet_vectors(mesh, faces.triangles), mesh.facet[faces.triangles[:, 0]], faces.plane, faces.angle, faces.weight
+        3 * facet_vectors(mesh, faces.triangles), faces.facet, faces.plane, faces.angle, faces.weight
     )
     q = np.stack([mesh.positions, *mesh.slopes.swapaxes(0, 1)], axis=1).ravel()
     for one in (pressed, pressed.straight()):

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -90,7 +93,7 @@ def test_overlap_at_the_start(tmp_path: Path) -> None:
 def test_not_converged(method: str, blamed: str, tmp_path: Path) -> None:
     result, out = run(tmp_path, "solve.max_steps=3", f"solve.method={method}")
     line = check_stopped(result, out, 3)
-    where = rf"at t = [\d.e-]+ s \(travel [\d.e-]+ mm\), step 3, method {method}"
+    where = rf"at t = [\d.e-]+ s \(travel [\d.e-]+ [mun]m\), step 3, method {method}"
     match = re.fullmatch(rf"{where}: (.*)\. {blamed} panel \d segment \d", line)
     assert match is not None, line
     assert match[1] == "more steps than solve.max_steps; raise solve.max_steps, loosen solve.rtol, or pull faster"
@@ -112,7 +115,7 @@ def test_energy_lost(method: str, tmp_path: Path) -> None:
     result, out = run(tmp_path, "solve.energy_abort=1e-30", f"solve.method={method}")
     line = check_stopped(result, out, 5)
     which = "" if method == "static" else rf", step \d+, method {method}"
-    assert re.match(rf"at t = [\d.e-]+ s \(travel [\d.e-]+ mm\){which}: the energy balance residual is above", line)
+    assert re.match(rf"at t = [\d.e-]+ s \(travel [\d.e-]+ [mun]m\){which}: the energy balance residual is above", line)
     remedy = "tighten solve.rtol, which" if method == "static" else "tighten solve.rtol, or set solve.max_step"
     assert remedy in line
     assert re.search(r"Energy error [\d.e-]+ J; reference energy [\d.e-]+ J$", line)
@@ -220,3 +223,22 @@ def test_an_error_that_soon_is_nothing_ends_no_run(tmp_path: Path) -> None:
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["method"] == "generalized-alpha"
     assert summary["energy_error"] < 0.01
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files as bytes")
+def test_a_folder_whose_name_is_not_text(tmp_path: Path) -> None:
+    folder = os.path.join(os.fsencode(tmp_path), b"caf\xe9")
+    os.mkdir(folder)
+    Path(os.fsdecode(folder), "case.toml").write_text(CASE, encoding="utf-8")
+    for words in (["run", b"case.toml", b"--out", folder + b"/out", b"--quiet"], ["plot", folder + b"/out/result.h5"]):
+        done = subprocess.run([sys.executable, "-m", "fsm", *words], cwd=folder, capture_output=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file descriptors of POSIX")
+def test_closed_outputs(tmp_path: Path) -> None:
+    """No file of the run receives messages, although the first file that is opened gets the number of standard error."""
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    command = f"exec {sys.executable} -m fsm run case.toml --out out >&- 2>&-"
+    assert subprocess.run(["sh", "-c", command], cwd=tmp_path, check=False).returncode == 0
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["peak_force"] > 0.0

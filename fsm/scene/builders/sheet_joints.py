@@ -7,9 +7,10 @@ import re
 from typing import NamedTuple
 
 from fsm.errors import CaseError, Fault
+from fsm.report_text import count
 from fsm.scene.case import Case
 from fsm.scene.materials import UNREAD, LinearCrease, SplineCrease
-from fsm.scene.patterns.of_sheet import bend_stiffness_per_length
+from fsm.scene.patterns.of_sheet import bend_stiffness_per_length, folding_letters
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.sheet import SheetCrease
 
@@ -52,11 +53,12 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
     per_length = _crease_per_length(case)
     by_letter, by_name = _own_laws(case, pattern)
     found: list[SheetJoint] = []
+    folding = folding_letters(case.sheet)
     numbers = {"crease": 0, "bend line": 0, "rigid": 0}
     for edge in pattern.creases.tolist():
         letter, length = pattern.assignment[edge], float(lengths[edge])
         laws = by_letter.get(letter, [])
-        if letter in "MVU" or (letter == "F" and laws):
+        if letter in folding:
             kind, stiffness = "crease", per_length * length
         elif case.sheet.facets != "rigid":
             kind, stiffness = "bend line", bend_stiffness_per_length(case, length) * length
@@ -71,7 +73,7 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
         found.append(SheetJoint(edge, kind, name, stiffness, rest))
     if by_name:
         name, (own, *_) = next(iter(by_name.items()))
-        counted = f"{numbers['crease']} creases and {numbers['bend line']} bend lines, numbered from 1"
+        counted = f"{count(numbers['crease'], 'crease')} and {count(numbers['bend line'], 'bend line')}, numbered from 1"
         path = f"sheet.crease.{case.sheet.crease.index(own)}.of"
         raise CaseError(Fault(path, f"there is no {name}; the sheet has {counted}"))
     return found
