@@ -216,6 +216,11 @@ class Sheet(Model):
     scale : m
         Length of one unit of the file. Absent: `frame_unit` of a FOLD file.
     frame : number of the frame of a FOLD file, from 0; absent: the first folded one, else the first
+    part : number of the separate part of the file that is the sheet, from 1, the largest
+    merge : m
+        Distance below which points of the file are one vertex, and height below which a facet is planar. Absent: from the
+        digits of the file.
+    notes : what was ignored or changed in the file; the complete case contains these texts
     vertices, edges, assignment, angles, faces : pattern of the file, as in the FOLD format
         Positions in m, numbers of vertices from 0, letters, fold angles in rad, numbers of vertices from 0.
     fold : -
@@ -269,6 +274,9 @@ class Sheet(Model):
     pattern: Path | None = None
     scale: Annotated[Length, Field(gt=0)] | None = None
     frame: Annotated[Count, Field(ge=0)] | None = None
+    part: Annotated[Count, Field(ge=1)] | None = None
+    merge: Annotated[Length, Field(gt=0)] | None = None
+    notes: tuple[str, ...] = ()
     vertices: tuple[tuple[Length, Length, Length], ...] | None = None
     edges: tuple[tuple[Count, Count], ...] | None = None
     assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = None
@@ -308,7 +316,7 @@ class Sheet(Model):
         given = [name for name in ("kind", "pattern", "vertices") if getattr(self, name) is not None]
         if len(given) != 1:
             both = f"{' and '.join(given)} are given" if given else "none is given"
-            raise ValueError(f"give either `kind`, or `pattern` (a FOLD or SVG file), or `vertices` with `edges`; {both}")
+            raise ValueError(f"give either `kind`, or `pattern` (a file), or `vertices` with `edges`; {both}")
         needed = self._needed
         if self.pattern is None:
             missing = [f"`{name}`" for name in needed if getattr(self, name) is None]
@@ -319,7 +327,7 @@ class Sheet(Model):
         for name in sorted(own - allowed):
             if getattr(self, name) is not None:
                 raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
-        for name in ("scale", "frame"):
+        for name in ("scale", "frame", "part", "merge"):
             if self.pattern is None and getattr(self, name) is not None:
                 raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
         return self
