@@ -8,6 +8,7 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
+from fsm.scene.patterns.foldability import bad_lines
 from fsm.scene.patterns.folding import fold_pattern
 from fsm.scene.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
 from fsm.scene.patterns.pattern import Pattern, box_groups
@@ -33,7 +34,8 @@ def pattern_of(sheet: Sheet) -> Pattern:
     try:
         return fold_pattern(pattern, sheet.fold)
     except ValueError as error:
-        raise CaseError(Fault("sheet.fold", str(error))) from None
+        stuck = "".join(f"; {line}" for line in bad_lines(pattern, sheet.facets != "rigid")) if pattern.flat is not None else ""
+        raise CaseError(Fault("sheet.fold", f"{error}{stuck}")) from None
 
 
 def _generated(sheet: Sheet) -> Pattern:
