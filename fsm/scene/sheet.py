@@ -225,6 +225,8 @@ class Sheet(Model):
         Positions in m, numbers of vertices from 0, letters, fold angles in rad, numbers of vertices from 0.
     fold : -
         Part of each fold angle at the start of a flat pattern, with rigid facets; creases are at rest there.
+    align : str
+        "mean plane": the plane of least squares through the vertices at the start is turned to z = 0.
     fold_to : -
         Part of each fold angle to which the rest angles of the creases move until `solve.end_time`.
     facets : str
@@ -283,6 +285,7 @@ class Sheet(Model):
     angles: tuple[Angle, ...] | None = None
     faces: tuple[tuple[Count, ...], ...] | None = None
     fold: Annotated[Number, Field(ge=0, lt=1)] = 0.0
+    align: Literal["mean plane"] | None = None
     fold_to: Annotated[Number, Field(ge=0, le=1)] | None = None
     facets: Literal["rigid", "bend-lines", "bars", "flexible"] = "rigid"
     bars: BarsOfSheet | None = None
@@ -385,6 +388,8 @@ class Sheet(Model):
 
     @model_validator(mode="after")
     def _plate(self) -> Self:
+        if self.is_shell and self.align is not None:
+            raise ValueError(f'`align` is for crease patterns only, not for kind = "{self.kind}"; remove `align`')
         if not self.is_shell:
             if self.mesh is not None or self.mesh_shift:
                 raise ValueError("`mesh` and `mesh_shift` are for plates and booms; give `mesh_size` for other sheets")

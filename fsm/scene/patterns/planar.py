@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.scene.patterns.holes import area, joining_lines, loops
-from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, box_groups
+from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, edge_groups
 from fsm.scene.patterns.reading import PatternFault, Reading
 from fsm.scene.sheet import MOST_FACETS
 
@@ -395,7 +395,7 @@ def _with_faces(flat: np.ndarray, edges: Edges) -> Pattern:
     faces = [[number[v] for v in face] for face in faces]
     edges = {(number[u], number[v]): found for (u, v), found in edges.items() if u in number and v in number}
     flat = flat[used]
-    pattern = Pattern.of_faces(np.column_stack([flat, np.zeros(len(flat))]), faces, flat, box_groups(flat))
+    pattern = Pattern.of_faces(np.column_stack([flat, np.zeros(len(flat))]), faces, flat, edge_groups(flat, faces))
     found = [edges[min(u, v), max(u, v)] for u, v in pattern.edges.tolist()]
     letters = ["B" if old == "B" else "C" if letter == "B" else letter
                for old, (letter, _) in zip(pattern.assignment, found, strict=True)]  # fmt: skip
