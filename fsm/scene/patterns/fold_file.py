@@ -23,6 +23,7 @@ _FLAT = 1e-6
 _PLANE = 1e-4
 """Height relative to the size up to which a facet is planar, for files whose digits do not need more."""
 _MOST_VERTICES = 40_000
+_MOST_EDGES = 60_000
 _MOST_FRAMES = 2_000
 _MOST_CORNERS = 1_000
 """Largest number of corners of a face of a folded frame."""
@@ -173,6 +174,8 @@ def _edges(frame: Mapping[str, Any], count: int) -> list[tuple[int, int, str, fl
         raise ValueError("has no edges_vertices, so it has no creases; give pairs of vertex numbers")
     if not isinstance(pairs, list):
         raise ValueError("has edges_vertices that are not a list; give pairs of vertex numbers")
+    if len(pairs) > _MOST_EDGES:
+        raise ValueError(f"has {len(pairs):,} edges; at most {_MOST_EDGES:,} are allowed")
     letters = frame.get("edges_assignment") or ["U"] * len(pairs)
     angles = frame.get("edges_foldAngle") or frame.get("edges_foldAngles") or [None] * len(pairs)
     if not isinstance(letters, list) or not isinstance(angles, list):

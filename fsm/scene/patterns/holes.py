@@ -99,6 +99,10 @@ def joining_lines(flat: np.ndarray, letters: Mapping[Pair, str], near: float) ->
     groups = [_Group(vertices, inside.face_around(vertices)) for vertices in one_group]
     holes = _holes(faces, letters, groups)
     creases = {v for pair, letter in letters.items() if letter not in "BC" for v in pair if degree[v] == 1}
+    beside: dict[int, list[int]] = {}
+    for u, v in letters:
+        beside.setdefault(u, []).append(v)
+        beside.setdefault(v, []).append(u)
     found: list[Pair] = []
     count = 0
     for number, face in enumerate(faces):
@@ -124,19 +128,20 @@ def joining_lines(flat: np.ndarray, letters: Mapping[Pair, str], near: float) ->
             count += 1
         for v in ends:
             if v not in joined:
-                found += lines.join(v, at[~np.isin(at, _chain(v, letters, degree))])
+                found += lines.join(v, at[~np.isin(at, _chain(v, beside))])
                 count += v in own
     return found, count
 
 
-def _chain(end: int, letters: Mapping[Pair, str], degree: np.ndarray) -> list[int]:
+def _chain(end: int, beside: Mapping[int, list[int]]) -> list[int]:
     """Vertices of the line from a free end to the next vertex at which it branches, this one included."""
     chain = [end]
-    while True:
-        beside = [v for pair in letters if chain[-1] in pair for v in pair if v not in chain]
-        if not beside or (len(chain) > 1 and degree[chain[-1]] != 2):
-            return chain
-        chain.append(beside[0])
+    while len(chain) == 1 or len(beside[chain[-1]]) == 2:
+        further = [v for v in beside[chain[-1]] if v not in chain[-2:]]
+        if not further:
+            break
+        chain.append(further[0])
+    return chain
 
 
 def _parts(edges: Iterable[Pair], count: int) -> list[np.ndarray]:

@@ -26,6 +26,8 @@ _SIZES = 1e-6, 1e4
 """Smallest and largest size of a pattern, m."""
 _SAME = 1e-9
 """Distance relative to the size up to which points coincide by round-off."""
+_MOST_TRIED = 5_000
+"""Largest number of lines for which several distances of points are tried."""
 _MOST_PIECES = 20 * MOST_FACETS
 """Largest number of vertices on all lines."""
 _MOST_CROSSINGS = 5 * MOST_FACETS
@@ -117,7 +119,7 @@ def _tolerances(ends: np.ndarray, size: float, drawn: bool) -> list[float]:
 
     Lines that are drawn: 0.1 % of the size, then twice and four times as much, then less. Vertices with numbers: round-off,
     then five units of the last digit of the coordinates, then up to 0.1 % of the size. All distances are below 0.3 of the
-    length of short lines (the fifth percentile).
+    length of short lines (the fifth percentile), and separate the vertices (`_separates`). Large patterns have one distance.
     """
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     most = 0.3 * float(np.percentile(lengths[lengths > _SAME * size], 5.0))
@@ -127,7 +129,28 @@ def _tolerances(ends: np.ndarray, size: float, drawn: bool) -> list[float]:
     else:
         tried = [_SAME * size, *sorted((5.0 * last_digit(ends), 1e-6 * size, 1e-5 * size, 1e-4 * size, TOLERANCE * size))]
         tried = [near for near in tried if near <= min(most, TOLERANCE * size)]
-    return list(dict.fromkeys(tried)) or [most]
+    kept = [near for near in dict.fromkeys(tried) if near == _SAME * size or _separates(ends, near)]
+    kept = kept or [min(tried, default=most)]
+    return kept if len(ends) <= _MOST_TRIED else kept[:1]
+
+
+def _separates(ends: np.ndarray, near: float) -> bool:
+    """Whether a distance separates vertices: points that are nearer to each other form groups, and no group is longer than
+    twice the distance.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    points = 0.25 * near * np.unique(np.round(ends.reshape(-1, 2) / (0.25 * near)), axis=0)
+    pairs = KDTree(points).query_pairs(near, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points),) * 2)
+    label = connected_components(graph, directed=False)[1]
+    order = np.argsort(label, kind="stable")
+    first = np.flatnonzero(np.diff(label[order], prepend=-1))
+    grouped = points[order]
+    sides = np.maximum.reduceat(grouped, first) - np.minimum.reduceat(grouped, first)
+    return bool(np.hypot(*sides.T).max() <= 2.0 * near)
 
 
 def last_digit(coordinates: np.ndarray) -> float:
@@ -220,11 +243,14 @@ def _split(
         length = float(np.hypot(*along))
         slices = []
         for axis in (0, 1):
-            low, high = sorted((float(start[axis]), float(end[axis])))
-            bounds = np.searchsorted(sorted_by[axis], (low - 2.0 * near, np.nextafter(high + 2.0 * near, math.inf)))
+            first, last = sorted((float(start[axis]), float(end[axis])))
+            bounds = np.searchsorted(sorted_by[axis], (first - 2.0 * near, np.nextafter(last + 2.0 * near, math.inf)))
             slices.append((int(bounds[1] - bounds[0]), axis, bounds))
         _, axis, bounds = min(slices, key=lambda option: option[:2])
-        around = np.sort(orders[axis][bounds[0] : bounds[1]])
+        around = orders[axis][bounds[0] : bounds[1]]
+        low, high = np.minimum(start, end) - 2.0 * near, np.maximum(start, end) + 2.0 * near
+        beside = places[around, 1 - axis]
+        around = np.sort(around[(beside >= low[1 - axis]) & (beside <= high[1 - axis])])
         apart = places[around] - start
         distance = apart @ along / length
         off = np.abs(apart @ np.array([-along[1], along[0]])) / length
@@ -357,8 +383,10 @@ def _crossings(ends: np.ndarray, near: float) -> list[np.ndarray]:
     start, along = ends[order, 0], np.diff(ends[order], axis=1)[:, 0]
     length = np.linalg.norm(along, axis=1)
     last = np.searchsorted(low_x[order], ends[order, :, 0].max(axis=1) + 2.0 * near, "right")
+    low_y, high_y = ends[order, :, 1].min(axis=1) - 2.0 * near, ends[order, :, 1].max(axis=1) + 2.0 * near
     for k in range(len(ends) - 1):
-        others = slice(k + 1, int(last[k]))
+        after = slice(k + 1, int(last[k]))
+        others = k + 1 + np.flatnonzero((low_y[after] <= high_y[k]) & (high_y[after] >= low_y[k]))
         other, apart = along[others], start[others] - start[k]
         cross = along[k, 0] * other[:, 1] - along[k, 1] * other[:, 0]
         parallel = np.abs(cross) <= 1e-9 * length[k] * length[others]

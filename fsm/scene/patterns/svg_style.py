@@ -11,9 +11,11 @@ __all__ = ["Styles", "tag_of"]
 
 PROPERTIES = ("stroke", "stroke-opacity", "stroke-width", "opacity", "display", "visibility", "color")
 """Properties that are read."""
-_MOST_TESTS = 5_000_000
+_MOST_TESTS = 2_000_000
 """Largest number of tests of an element against a part of a selector."""
 _MOST_RULES = 20_000
+_MOST_COMPOUNDS = 50
+"""Largest number of elements that one selector names."""
 _NAME = r"(?:[\w-]|[^\x00-\x7f]|\\.)+"
 _PART = re.compile(
     rf"(?P<combinator>\s*[>+~]\s*|\s+)|(?P<tag>\*|(?:{_NAME}\|)?{_NAME})|#(?P<id>{_NAME})|\.(?P<class>{_NAME})"
@@ -117,22 +119,24 @@ class Styles:
             at = [one for one in at if self._is(compound, one)]
             if not at:
                 return False
-            at = [other for one in at for other in self._beside(one, combinator)]
-            at = list(dict.fromkeys(at))
+            at = self._beside(at, combinator)
         return True
 
-    def _beside(self, element: Element, combinator: str) -> Iterator[Element]:
-        """Elements at which the next compound of a selector may match."""
-        parent = self._parents.get(element)
-        if parent is None or not combinator:
-            return
-        if combinator in ("+", "~"):
-            place = self._places[element]
-            yield from parent[max(place - 1, 0) : place] if combinator == "+" else parent[:place]
-            return
-        while parent is not None:
-            yield parent
-            parent = self._parents.get(parent) if combinator == " " else None
+    def _beside(self, elements: list[Element], combinator: str) -> list[Element]:
+        """Elements at which the next compound of a selector may match, each once."""
+        found: dict[Element, None] = {}
+        for element in elements:
+            parent = self._parents.get(element)
+            if parent is None or not combinator:
+                continue
+            if combinator in ("+", "~"):
+                place = self._places[element]
+                found |= dict.fromkeys(parent[max(place - 1, 0) : place] if combinator == "+" else parent[:place])
+                continue
+            while parent is not None and parent not in found:
+                found[parent] = None
+                parent = self._parents.get(parent) if combinator == " " else None
+        return list(found)
 
     def _is(self, compound: _Compound, element: Element) -> bool:
         """Whether an element meets the conditions of a compound."""
@@ -210,7 +214,7 @@ def _rule(text: str, order: int, properties: tuple[tuple[str, str, bool], ...]) 
         place = match.end()
         kind = match.lastgroup
         if match["combinator"] is not None:
-            if now is empty:
+            if now is empty or len(compounds) >= _MOST_COMPOUNDS:
                 return None
             compounds.append((now, combinator))
             combinator, now = match["combinator"].strip() or " ", empty
