@@ -14,8 +14,8 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from fsm.atomic_write import atomic_write
 from fsm.scene.case import Case
 from fsm.scene.patterns.facet_mesh import FacetMesh
-from fsm.scene.patterns.foldability import bad_vertices
 from fsm.scene.patterns.flexible_mesh import flexible_mesh
+from fsm.scene.patterns.foldability import bad_vertices
 from fsm.scene.patterns.mesh_places import mesh_place
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS

@@ -53,13 +53,13 @@ def read_fold(text: str, scale: float | None, number: int | None = None, reading
     """
     reading = Reading() if reading is None else reading
     data = _parsed(text)
-    frames = _Frames(data)
+    frames = _frames(data)
     if number is not None:
-        if number >= frames.count or not frames[number].get("vertices_coords"):
-            raise ValueError(f"has no frame {number} with vertices_coords; its frames are 0 to {frames.count - 1}")
+        if number >= len(frames) or not frames[number].get("vertices_coords"):
+            raise ValueError(f"has no frame {number} with vertices_coords; its frames are 0 to {len(frames) - 1}")
         frame = frames[number]
         return _folded(frame, scale, reading) if _is_folded(frame) else _flat(frame, scale, reading)
-    listed = [k for k in range(frames.count) if frames[k].get("vertices_coords")]
+    listed = [k for k in range(len(frames)) if frames[k].get("vertices_coords")]
     if not listed:
         raise ValueError("has no vertices_coords; give the coordinates of the vertices")
     known: dict[int, bool] = {}  # by the list of vertices, which frames inherit
@@ -76,7 +76,7 @@ def read_fold(text: str, scale: float | None, number: int | None = None, reading
     pattern = _flat(frame, scale, reading) if chosen is None else _folded(frame, scale, reading)
     if len(listed) == 1:
         return pattern
-    note = f"frame {listed[0] if chosen is None else chosen} of {frames.count} is the start; sheet.frame selects another"
+    note = f"frame {listed[0] if chosen is None else chosen} of {len(frames)} is the start; sheet.frame selects another"
     return replace(pattern, notes=(note, *pattern.notes))
 
 
@@ -104,36 +104,24 @@ def _short(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:60]}..."
 
 
-class _Frames:
-    """Frames of a file with the keys that they inherit, each made when it is asked for."""
-
-    def __init__(self, data: Mapping[str, Any]) -> None:
-        listed = data.get("file_frames") or []
-        if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
-            raise ValueError("has `file_frames` that is not a list; give a list of frames")
-        if len(listed) >= _MOST_FRAMES:
-            raise ValueError(f"has {len(listed):,} frames; at most {_MOST_FRAMES:,} are read")
-        top = {key: value for key, value in data.items() if key in _KEYS or key.startswith("frame_")}
-        self._own = [top, *listed]
-        for number, frame in enumerate(listed, 1):
-            parent = frame.get("frame_parent", 0) if frame.get("frame_inherit") else 0
+def _frames(data: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """All frames with the keys that are read, their own ones and those that they inherit."""
+    listed = data.get("file_frames") or []
+    if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
+        raise ValueError("has `file_frames` that is not a list; give a list of frames")
+    if len(listed) >= _MOST_FRAMES:
+        raise ValueError(f"has {len(listed):,} frames; at most {_MOST_FRAMES:,} are read")
+    frames = [{key: data[key] for key in _KEYS if key in data}]
+    for number, frame in enumerate(listed, 1):
+        inherited: dict[str, Any] = {}
+        if frame.get("frame_inherit"):
+            parent = frame.get("frame_parent", 0)
             if type(parent) is not int or not 0 <= parent < number:
                 text = f"has frame {number} with the parent {_short(parent)}; give the number of an earlier frame"
                 raise ValueError(text)
-
-    @property
-    def count(self) -> int:
-        """Number of frames."""
-        return len(self._own)
-
-    def __getitem__(self, number: int) -> dict[str, Any]:
-        whole: dict[str, Any] = {}
-        while True:
-            own = self._own[number]
-            whole |= {key: own[key] for key in _KEYS if key in own and key not in whole}
-            if number == 0 or not own.get("frame_inherit"):
-                return whole
-            number = own.get("frame_parent", 0)
+            inherited = frames[parent]
+        frames.append(inherited | {key: frame[key] for key in _KEYS if key in frame})
+    return frames
 
 
 def _is_folded(frame: Mapping[str, Any]) -> bool:
@@ -187,9 +175,13 @@ def _edges(frame: Mapping[str, Any], count: int) -> list[tuple[int, int, str, fl
     for number, (pair, letter, angle) in enumerate(zip(pairs, letters, angles, strict=True)):
         letter = str(letter).upper()
         if letter not in ASSIGNMENTS:
-            raise ValueError(f"has edge {number} with the assignment {_short(letter)}; it must be one of {', '.join(ASSIGNMENTS)}")
+            raise ValueError(
+                f"has edge {number} with the assignment {_short(letter)}; it must be one of {', '.join(ASSIGNMENTS)}"
+            )
         if not _are_numbers(pair, count) or len(pair) != 2:
-            raise ValueError(f"has edge {number} with the vertices {_short(pair)}; they must be two numbers from 0 to {count - 1}")
+            raise ValueError(
+                f"has edge {number} with the vertices {_short(pair)}; they must be two numbers from 0 to {count - 1}"
+            )
         found.append((pair[0], pair[1], letter, _target(number, letter, angle)))
     return found
 
@@ -204,7 +196,9 @@ def _target(number: int, letter: str, angle: Any) -> float:
     if angle is None:
         return unit_targets(letter)
     if isinstance(angle, bool) or not isinstance(angle, int | float) or not -180.001 <= angle <= 180.001:
-        raise ValueError(f"has edge {number} with the fold angle {_short(angle)}; it must be a number from -180 to 180 (degrees)")
+        raise ValueError(
+            f"has edge {number} with the fold angle {_short(angle)}; it must be a number from -180 to 180 (degrees)"
+        )
     wrong = {"M": angle > 0.0, "V": angle < 0.0, "F": angle != 0.0}.get(letter, False)
     if wrong:
         rule = "mountains are negative, valleys positive and flat creases 0"
@@ -233,7 +227,9 @@ def _flat(frame: Mapping[str, Any], scale: float | None, reading: Reading) -> Pa
     except PatternFault as fault:
         if faces or not str(fault).startswith("edges cross"):
             raise
-        pattern = planar_pattern(lines, length, reading=replace(reading, merge=reading.merge or _NEAR * length * _size(points)))
+        pattern = planar_pattern(
+            lines, length, reading=replace(reading, merge=reading.merge or _NEAR * length * _size(points))
+        )
         note = "edges cross where the file has no vertex; vertices are added there"
         pattern = replace(pattern, notes=(note, *pattern.notes))
     flat = points[:, :2] * length
@@ -322,7 +318,9 @@ def _faces(frame: Mapping[str, Any], count: int) -> list[list[int]]:
         raise ValueError("has faces_vertices that are not a list; give a list of vertex numbers for each face")
     for number, face in enumerate(faces):
         if not _are_numbers(face, count) or len(face) < 3 or len(set(face)) < len(face):
-            raise ValueError(f"has face {number} with the vertices {_short(face)}; it needs three or more different vertices")
+            raise ValueError(
+                f"has face {number} with the vertices {_short(face)}; it needs three or more different vertices"
+            )
     return faces
 
 
@@ -439,7 +437,8 @@ def _of_sheet(
     for number, face in enumerate(faces):
         for pair in zip(face, [*face[1:], face[0]], strict=True):
             owners.setdefault(frozenset(pair), []).append(number)
-    joints = np.array([own[:2] for pair, own in owners.items() if len(own) > 1 and pair not in cut], dtype=np.int64).reshape(-1, 2)
+    joined = [(own[0], other) for pair, own in owners.items() if pair not in cut for other in own[1:]]
+    joints = np.array(joined, dtype=np.int64).reshape(-1, 2)
     graph = coo_matrix((np.ones(len(joints)), joints.T), shape=(len(faces),) * 2)
     count, label = connected_components(graph, directed=False)
     if count > 1 or (part or 1) > 1:
@@ -463,9 +462,9 @@ def _of_sheet(
             raise PatternFault(f"has the vertex {unused[0]}, which is in no face; remove it", points[unused])
     else:
         kept = [edge for edge in kept if edge[0] in of_sheet and edge[1] in of_sheet]
-    number = {int(v): k for k, v in enumerate(used)}
-    faces = [[number[v] for v in face] for face in faces]
-    return faces, points[used], [(number.get(u, -1), number.get(v, -1), a, t) for u, v, a, t in kept], notes
+    place = {int(v): k for k, v in enumerate(used)}
+    faces = [[place[v] for v in face] for face in faces]
+    return faces, points[used], [(place.get(u, -1), place.get(v, -1), a, t) for u, v, a, t in kept], notes
 
 
 def _is_seen_from_behind(pattern: Pattern, edges: list[tuple[int, int, str, float]]) -> bool:

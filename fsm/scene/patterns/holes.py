@@ -1,7 +1,7 @@
 """Loops of edges in the plane, and flat lines that join holes and ends of cuts inside of facets to other lines.
 
-A facet with a hole is divided by two flat lines at each hole, at its first and last vertex along x. Rigid facets remain rigid
-across flat lines, and flexible facets bend across them as a plate.
+A facet with a hole is divided by two flat lines at each hole, at its first and last vertex along x. Rigid facets remain
+rigid across flat lines, and flexible facets bend across them as a plate.
 """
 
 from __future__ import annotations
@@ -249,5 +249,3 @@ class _Lines:
             if np.any(within & (end != first) & (end != last)):
                 return False
         return True
-
-

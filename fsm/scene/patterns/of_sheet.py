@@ -35,8 +35,8 @@ def pattern_of(sheet: Sheet) -> Pattern:
     try:
         pattern = fold_pattern(pattern, sheet.fold)
     except ValueError as error:
-        stuck = "".join(f"; {line}" for line in bad_lines(pattern, sheet.facets != "rigid")) if pattern.flat is not None else ""
-        raise CaseError(Fault("sheet.fold", f"{error}{stuck}")) from None
+        stuck = bad_lines(pattern, sheet.facets != "rigid")
+        raise CaseError(Fault("sheet.fold", "; ".join([str(error), *stuck]))) from None
     try:
         return pattern if sheet.align is None else _in_mean_plane(pattern)
     except ValueError as error:
@@ -57,8 +57,9 @@ def _in_mean_plane(pattern: Pattern) -> Pattern:
     if sizes[1] - sizes[2] <= 1e-6 * sizes[0]:
         raise ValueError("the vertices have no mean plane, because they extend as far in two directions; remove `align`")
     normal = axes[2]
-    area = sum(np.cross(*(pattern.vertices[[*face[1:], face[0]]] - middle, pattern.vertices[list(face)] - middle)).sum(axis=0)
-               for face in pattern.faces)  # fmt: skip
+    points = pattern.vertices - middle
+    sums = [np.cross(points[list(face)], points[[*face[1:], face[0]]]).sum(axis=0) for face in pattern.faces]
+    area = np.sum(sums, axis=0)
     before, after = float(area[2]), float(normal @ area)
     same = before * after if abs(before) > 1e-6 * float(np.linalg.norm(area)) else float(normal[2])
     normal = -normal if same < 0.0 else normal

@@ -221,8 +221,8 @@ def edge_groups(flat: np.ndarray, faces: Sequence[Sequence[int]]) -> dict[str, t
     """Vertices of the four edges of a pattern: those on the sides of the box around it, or the whole line of the outline
     between two corners if this line is a zigzag along the side.
 
-    A line is a zigzag if it contains all vertices on the side of the box, at least two of them, and if it is not farther from
-    this side than a quarter of the box. A straight line between two corners counts as well.
+    A line is a zigzag if it contains all vertices on the side of the box, at least two of them, and if it is not farther
+    from this side than a quarter of the box. A straight line between two corners counts as well.
 
     Parameters
     ----------

@@ -60,16 +60,16 @@ def planar_pattern(
 ) -> Pattern:
     """Pattern of lines in the plane.
 
-    Without `reading.merge`, points are one vertex up to a distance that follows from the file (`_tolerances`); if the pattern
-    is faulty with this distance, some smaller and larger ones are tried.
+    Without `reading.merge`, points are one vertex up to a distance that follows from the file (`_tolerances`); if the
+    pattern is faulty with this distance, some smaller and larger ones are tried.
 
     Parameters
     ----------
     lines : list of Line
     scale : length of one unit of the lines, m
     split : bool
-        Whether lines are split where they cross; if false, crossing lines are an error, and points are one vertex only if the
-        digits of the coordinates do not distinguish them.
+        Whether lines are split where they cross; if false, crossing lines are an error, and points are one vertex only if
+        the digits of the coordinates do not distinguish them.
     reading : choices of the section [sheet]
     notes : notes of the file, in front of those of the pattern
 
@@ -156,7 +156,9 @@ def _separates(ends: np.ndarray, near: float) -> bool:
 def last_digit(coordinates: np.ndarray) -> float:
     """Unit of the last decimal digit of any coordinate, for example 1e-5 of 0.74396."""
     texts = (repr(float(x)) for x in np.unique(coordinates.ravel()))
-    return 10.0 ** -max(0 if "e+" in t else int(t.partition("e-")[2] or 0) + len(t.partition("e")[0].partition(".")[2]) for t in texts)
+    return 10.0 ** -max(
+        0 if "e+" in t else int(t.partition("e-")[2] or 0) + len(t.partition("e")[0].partition(".")[2]) for t in texts
+    )
 
 
 def _with_tolerance(
@@ -169,10 +171,12 @@ def _with_tolerance(
         notes.append(f"{counted(len(ignored), 'flat crease or bend line', 'flat creases and bend lines')} bound no facet "
                      f"and are ignored, the first at ({x:.6g}, {y:.6g}) mm")  # fmt: skip
     joined, holes = joining_lines(points, {pair: letter for pair, (letter, _) in edges.items()}, near)
-    edges |= {pair: ("F", 0.0) for pair in joined}
+    edges |= dict.fromkeys(joined, ("F", 0.0))
     if joined:
         text = counted(holes, "hole or end of a cut", "holes and ends of cuts")
-        notes.append(f"{counted(len(joined), 'flat line', 'flat lines')} added between the outline and {text} inside of facets")
+        notes.append(
+            f"{counted(len(joined), 'flat line', 'flat lines')} added between the outline and {text} inside of facets"
+        )
     _check_ends(points * scale, edges)
     try:
         pattern = _with_faces(points * scale, edges)
@@ -189,7 +193,7 @@ def _with_tolerance(
     if outside and split:
         notes.append(f"{counted(outside, 'line or part of a line', 'lines or parts of lines')} outside of all facets "
                      "are ignored")  # fmt: skip
-    return replace(pattern, notes=tuple(notes))
+    return replace(pattern, notes=(*notes, *pattern.notes))
 
 
 Edges = dict[tuple[int, int], tuple[str, float]]
@@ -223,7 +227,9 @@ def _split(
     moved = np.linalg.norm(np.array(points)[numbers] - ends, axis=2)
     kept = np.flatnonzero(numbers[:, 0] != numbers[:, 1])
     if not len(kept):
-        raise PatternFault("no line of the pattern is longer than sheet.merge; give a smaller sheet.merge", ends[:1, 0] * scale)
+        raise PatternFault(
+            "no line of the pattern is longer than sheet.merge; give a smaller sheet.merge", ends[:1, 0] * scale
+        )
     straight = np.array(points)[numbers[kept]]
     before = len(points)
     for crossing in _crossings(straight, near):
@@ -300,7 +306,9 @@ class _Edges:
         """Notes on edges that are given twice; an error for mountains that are also valleys."""
         opposite = self.twice.get(("M", "V"), []) + self.twice.get(("V", "M"), [])
         if opposite:
-            text = f"the crease {self._at(opposite[0])} is a mountain and a valley{_others(len(opposite))}; remove one of them"
+            text = (
+                f"the crease {self._at(opposite[0])} is a mountain and a valley{_others(len(opposite))}; remove one of them"
+            )
             raise PatternFault(text, self.scale * self.places[np.array(opposite)].mean(axis=1))
         found = []
         for (used, other), pairs in self.twice.items():
@@ -325,8 +333,8 @@ def _equal(one: float, other: float) -> bool:
 
 
 def _without_loose(edges: Edges) -> tuple[Edges, list[tuple[int, int]]]:
-    """Edges without flat creases and bend lines that cannot bound a facet, and these: chains with a free end, and groups that
-    no other line touches.
+    """Edges without flat creases and bend lines that cannot bound a facet, and these: chains with a free end, and groups
+    that touch other lines at one vertex or at none.
     """
     around: dict[int, set[tuple[int, int]]] = {}
     for pair in edges:
@@ -343,19 +351,22 @@ def _without_loose(edges: Edges) -> tuple[Edges, list[tuple[int, int]]]:
                 for end in pair:
                     around[end].discard(pair)
                 waiting.append(pair[0] + pair[1] - v)
-    # groups of plain lines alone, by a search from each of them
-    seen: set[tuple[int, int]] = set(loose)
-    for first in [pair for pair in edges if pair in plain and pair not in seen]:
+    # groups of plain lines that touch other lines at one vertex or at none
+    seen = set(loose)
+    for first in [pair for pair in edges if pair in plain]:
         if first in seen:
             continue
-        group, stack = {first: None}, [first]
+        group, stack, touched = {first: None}, [first], set[int]()
         while stack:
-            for pair in (other for v in stack.pop() for other in around[v]):
-                if pair not in group:
-                    group[pair] = None
-                    stack.append(pair)
+            for v in stack.pop():
+                for pair in sorted(around[v]):
+                    if pair not in plain:
+                        touched.add(v)
+                    elif pair not in group:
+                        group[pair] = None
+                        stack.append(pair)
         seen |= set(group)
-        if all(pair in plain for pair in group):
+        if len(touched) < 2:
             loose |= group
     return {pair: found for pair, found in edges.items() if pair not in loose}, list(loose)
 
@@ -417,7 +428,7 @@ def _with_faces(flat: np.ndarray, edges: Edges) -> Pattern:
                 f"a facet touches itself at ({x:g}, {y:g}) m; separate its corners there, or join them by a line",
                 flat[[place]],
             )
-    faces = _joined(faces, edges, flat)
+    faces, cut_off = _joined(faces, edges, flat)
     used = np.unique(np.concatenate(faces))  # the outline without the ends of lines that extend beyond it
     number = {int(v): k for k, v in enumerate(used)}
     faces = [[number[v] for v in face] for face in faces]
@@ -428,11 +439,17 @@ def _with_faces(flat: np.ndarray, edges: Edges) -> Pattern:
     letters = ["B" if old == "B" else "C" if letter == "B" else letter
                for old, (letter, _) in zip(pattern.assignment, found, strict=True)]  # fmt: skip
     targets = [0.0 if letter in "BCJ" else target for letter, (_, target) in zip(letters, found, strict=True)]
-    return pattern.assigned(letters, targets)
+    notes: tuple[str, ...] = ()
+    if cut_off:
+        text = counted(len(cut_off), "area without creases is", "areas without creases are")
+        x, y = 1e3 * cut_off[0]
+        notes = (f"{text} cut off from the sheet and left out, the first around ({x:.6g}, {y:.6g}) mm",)
+    return replace(pattern.assigned(letters, targets), notes=notes)
 
 
-def _joined(faces: list[list[int]], edges: Edges, flat: np.ndarray) -> list[list[int]]:
-    """Facets that creases join. Other areas that boundaries and cuts enclose are holes.
+def _joined(faces: list[list[int]], edges: Edges, flat: np.ndarray) -> tuple[list[list[int]], list[np.ndarray]]:
+    """Facets that creases join, and the middles of areas beside the outline that are left out. Other areas that boundaries
+    and cuts enclose are holes.
 
     Raises
     ------
@@ -463,7 +480,13 @@ def _joined(faces: list[list[int]], edges: Edges, flat: np.ndarray) -> list[list
         parts.setdefault(root(number), []).append(number)
     sheets = [part for part in parts.values() if len(part) > 1 or part[0] not in beside]
     if len(sheets) == 1:
-        return [faces[number] for number in sheets[0]]
+        both = Counter((min(pair), max(pair)) for face in faces for pair in zip(face, [*face[1:], face[0]], strict=True))
+        left_out = [faces[part[0]] for part in parts.values() if part is not sheets[0]]
+        outer = [
+            face for face in left_out
+            if any(both[min(pair), max(pair)] == 1 for pair in zip(face, [*face[1:], face[0]], strict=True))
+        ]  # fmt: skip
+        return [faces[number] for number in sheets[0]], [flat[face].mean(axis=0) for face in outer]
     raise _Parts(flat, [[faces[number] for number in part] for part in sheets or parts.values()])
 
 

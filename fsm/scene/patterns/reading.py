@@ -50,6 +50,6 @@ class PatternFault(ValueError):
         self.letters: Sequence[str] = ()
 
     def among(self, lines: np.ndarray, letters: Sequence[str]) -> PatternFault:
-        """This fault, with the lines of its pattern."""
+        """Same fault, with the lines of its pattern."""
         self.lines, self.letters = lines, letters
         return self

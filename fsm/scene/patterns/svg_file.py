@@ -11,12 +11,14 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
-from fsm.scene.patterns.planar import Line, Reading, planar_pattern, unit_targets
+from fsm.scene.patterns.planar import Line, planar_pattern, unit_targets
+from fsm.scene.patterns.reading import Reading
 from fsm.scene.patterns.svg_colour import COLOURS, colour_of, letter_of
 from fsm.scene.patterns.svg_shapes import Viewport, length, numbers, pieces, short, transform
 from fsm.scene.patterns.svg_style import Styles, tag_of
@@ -24,7 +26,7 @@ from fsm.scene.patterns.svg_style import Styles, tag_of
 __all__ = ["read_svg"]
 
 _MOST_LINES = 20_000
-_MOST_ELEMENTS = 200_000
+_MOST_ELEMENTS = 100_000
 """Largest number of elements, with those that <use> repeats, and of lines that are not part of the pattern."""
 _MOST_TEXT = 2**25
 """Largest number of characters after the replacement of entities."""
@@ -78,14 +80,15 @@ def parsed(text: str, what: str) -> ElementTree.Element:
     ValueError
         It is not XML, or has too many elements.
     """
+    plain = _without_entities(text)
+    parser: ElementTree.XMLPullParser[Any] = ElementTree.XMLPullParser(["start"])
+    root: ElementTree.Element | None = None
+    count = 0
     try:
-        parser = ElementTree.XMLPullParser(["start"])
-        count, root = 0, None
-        plain = _without_entities(text)
         for start in range(0, len(plain), 65536):
             parser.feed(plain[start : start + 65536])
-            for _, element in parser.read_events():
-                root, count = root if root is not None else element, count + 1
+            for event in parser.read_events():
+                root, count = event[1] if root is None else root, count + 1
             if count > _MOST_ELEMENTS:
                 raise ValueError(f"has more than {_MOST_ELEMENTS:,} elements, the limit; give a simpler drawing")
         parser.close()

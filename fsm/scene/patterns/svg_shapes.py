@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -219,7 +220,7 @@ def _curve(points: list[Points]) -> Points:
     for t in np.linspace(0.0, 1.0, _CURVE_PARTS + 1):
         level = points
         while len(level) > 1:
-            level = [(1.0 - t) * a + t * b for a, b in zip(level, level[1:], strict=False)]
+            level = [(1.0 - t) * a + t * b for a, b in itertools.pairwise(level)]
         found.append(level[0])
     return np.array(found)
 
@@ -264,7 +265,9 @@ def transform(text: str) -> np.ndarray:
     while _BLANK.fullmatch(text, place) is None:
         match = _FUNCTION.match(text, place)
         if match is None:
-            raise ValueError(f"has the transform {short(text[place:].strip())!r}, which is not a list of functions; correct it")
+            raise ValueError(
+                f"has the transform {short(text[place:].strip())!r}, which is not a list of functions; correct it"
+            )
         place = match.end()
         one = _function(match[1], numbers(match[2], "a transform"))
         if one is None:
