@@ -87,8 +87,9 @@ def parsed(text: str, what: str) -> ElementTree.Element:
     try:
         for start in range(0, len(plain), 65536):
             parser.feed(plain[start : start + 65536])
-            for event in parser.read_events():
-                root, count = event[1] if root is None else root, count + 1
+            started: list[Any] = [*parser.read_events()]  # pairs of "start" and the element
+            root = started[0][1] if started and root is None else root
+            count += len(started)
             if count > _MOST_ELEMENTS:
                 raise ValueError(f"has more than {_MOST_ELEMENTS:,} elements, the limit; give a simpler drawing")
         parser.close()
