@@ -48,6 +48,7 @@ class Pattern:
     faces : vertices of each face, counter-clockwise around its normal
     groups : vertices of named edges of the sheet, for example "left"
     notes : lines of its file that are ignored, and what was changed
+    uncut : vertex of the sheet without cuts for each vertex, see `open_cuts`; empty without cuts
     """
 
     vertices: np.ndarray
@@ -58,6 +59,7 @@ class Pattern:
     faces: tuple[tuple[int, ...], ...]
     groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    uncut: tuple[int, ...] = ()
 
     @classmethod
     def of_faces(
