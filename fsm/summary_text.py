@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from fsm.load_names import load_units
+from fsm.results.stated_errors import largest_errors
 
 __all__ = ["summary_lines"]
 
+_ERRORS = 6
+"""Largest number of errors that the text lists for a cause."""
 _LIMIT_POINTS = 6
 """Largest number of limit points that the text lists for a step."""
 
@@ -54,9 +57,21 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
         lines.append(
             f"stage       {stage['name']} from {stage['travel'] * 1e3:.2f} {way}, force {stage['force']:.4g} {unit}"
         )
+    lines += [f"error       {text}" for text in _error_texts(summary.get("errors", {}))]
     lines += [f"warning     {text}" for text in summary.get("warnings", ())]
     lines.append(f"results     {folder}")
     return lines
+
+
+def _error_texts(errors: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """One text for each cause of errors: the errors and how they were found, or why there are none."""
+    texts = []
+    for cause, stated in errors.items():
+        named = [f"{name} {100.0 * error:.2g} %" for name, error in largest_errors(stated)]
+        more = f", and {len(named) - _ERRORS} more" if len(named) > _ERRORS else ""
+        listed = f"{', '.join(named[:_ERRORS])}{more} ({stated['by']})"
+        texts.append(f"{cause}: {listed if named else stated['by']}")
+    return texts
 
 
 def _step_lines(steps: Sequence[dict[str, Any]]) -> list[str]:
