@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 
 from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.scales import Scales
 from fsm.system_records import (
     Depths,
     Energy,
@@ -20,7 +21,6 @@ from fsm.system_records import (
     Observation,
     PreviousState,
     Ready,
-    Scales,
     StepRejection,
 )
 
@@ -78,8 +78,12 @@ class System(Protocol):
         """Times (s) at which loads or drives are not smooth; a step should end at each of them."""
         ...
 
+    def peak_times(self) -> list[float]:
+        """Times (s) among which loads have their largest sizes."""
+        return self.break_times()
+
     def scales(self) -> Scales:
-        """Typical sizes of q and u."""
+        """Typical sizes of q and u; see `fsm.scales`."""
         ...
 
     def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,8 +11,7 @@ import numpy as np
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 
 __all__ = [
-    "Depths", "DriveState", "Energy", "Linearised", "Observation", "PairState", "PreviousState", "Ready", "Scales",
-    "StepRejection",
+    "Depths", "DriveState", "Energy", "Linearised", "Observation", "PairState", "PreviousState", "Ready", "StepRejection",
 ]  # fmt: skip
 
 
@@ -69,43 +67,6 @@ class DriveState:
 
     travel: np.ndarray
     force: np.ndarray
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Typical sizes of the variables, from which tolerances follow.
-
-    Attributes
-    ----------
-    length : m
-    configuration : (nq,) array
-        Size of each component of q: `length` for positions, 1 for angles and quaternions.
-    velocity : (nu,) array
-        Size of each component of u.
-    increment : (nu,) array
-        Size of each component of dx for one element: its length, or 1 rad.
-    span : (nu,) array
-        Size of each component of dx for the whole structure: its extent, or 1 rad.
-    resolution : (nu,) array
-        Error of dx above which forces are meaningless, whatever the tolerance; infinite for most systems.
-    """
-
-    length: float
-    configuration: np.ndarray
-    velocity: np.ndarray
-    increment: np.ndarray
-    span: np.ndarray
-    resolution: np.ndarray
-
-    @cached_property
-    def force_scale(self) -> np.ndarray:
-        """Divisors (nu,) that convert generalised forces to N: moments become forces at the end of an element."""
-        return self.increment / self.length
-
-    @cached_property
-    def largest_span(self) -> float:
-        """Largest component of `span`."""
-        return float(self.span.max(initial=0.0))
 
 
 @dataclass(frozen=True)

@@ -120,11 +120,10 @@ def step_modes(analysis: Analysis, system: System, step: RunStep, number: int, q
 
     found = modes(system, step.start, q, step.modes)
     here = system.shape(step.start, q)
-    size = float(system.scales().span.min(initial=1.0)) * _SMALL
     shapes, increments = [], []
     for shape in found.shapes:
         largest = float(np.abs(shape / system.scales().span).max(initial=0.0)) or 1.0
-        moved = system.shape(step.start, system.retract(q, shape * size / largest)) - here
+        moved = system.shape(step.start, system.retract(q, shape * (_SMALL / largest))) - here
         largest_move = float(np.abs(moved).max(initial=0.0))
         shapes.append(moved / largest_move if largest_move else moved)
         _, increment = analysis.whole(system, step.start, q, shape)

@@ -157,8 +157,8 @@ class BarMesh:
         """Create the group of all elements."""
         build = {"section": self._section, "green": self._green, "cable": self._cable}[self.element]
         lengths = np.array(self._lengths)
-        unlike, same = np.unique(lengths.round(15), return_inverse=True)
-        parts = [build(float(length)) for length in unlike]
+        _, unlike, same = np.unique((lengths / lengths.max()).round(12), return_index=True, return_inverse=True)
+        parts = [build(float(length)) for length in lengths[unlike]]
         rows, stiffness, masses = (np.stack(part)[same.ravel()] for part in zip(*parts, strict=True))
         strains, hessians = _KERNELS[self.element]
         beta = np.full(len(lengths), self.material.damping)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -59,6 +61,17 @@ class Loading:
         functions = [forcing.time for forcing in self.forcings] + [motion.time for motion in self.motions]
         times = {t for function in functions for t in function.breaks()}
         object.__setattr__(self, "breaks", tuple(sorted(times)))
+
+    @property
+    def fastest(self) -> float:
+        """Largest speed of a moved coordinate at the ends and in the middle of the pieces of its function of time, m/s."""
+        fastest = 0.0
+        for motion in self.motions:
+            ends = motion.time.breaks()
+            times = (*ends, *(0.5 * (begin + end) for begin, end in pairwise(ends)))
+            slopes = [abs(motion.time.at(near)[1]) for t in times for near in (t, math.nextafter(t, math.inf))]
+            fastest = max(fastest, max(slopes, default=0.0) * float(np.abs(motion.displacement).max(initial=0.0)))
+        return fastest
 
 
 def point_force(count: int, position: int, force: np.ndarray) -> np.ndarray:

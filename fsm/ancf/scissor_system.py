@@ -18,7 +18,8 @@ from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Loading
 from fsm.ancf.mesh import Mesh
 from fsm.ancf.system import AncfSystem
-from fsm.system_records import PreviousState, Scales
+from fsm.scales import OF_DRIVES, Scales
+from fsm.system_records import PreviousState
 
 __all__ = ["ScissorSystem"]
 
@@ -26,6 +27,9 @@ _RESOLVED = 1e-10
 """Strain to which Newton's method resolves forces at any tolerance, so that accelerations are smooth."""
 _FOLLOWED = 0.1
 """Shortest step times omega of the shortest wave that the mesh resolves; the error of its amplitude is then 1e-4 a step."""
+
+_WITH_MIXED = 7
+"""Vectors of an element whose last vector is a mixed derivative r_xy, 1/m; see `fsm.ancf.beam_shape`."""
 
 
 class ScissorSystem(AncfSystem):
@@ -69,10 +73,12 @@ class ScissorSystem(AncfSystem):
         length = float(np.median(np.concatenate([np.diff(bar.at) for bar in self.bars])))
         reach = float(np.ptp(self.mesh.positions(self.start), axis=0).max())
         is_position = self.mesh.is_position
-        size = np.where(is_position, length, 1.0)
-        wave = math.sqrt(self.material.young / self.material.density) / length
-        span = np.where(is_position, max(reach, length), 1.0)
-        return Scales(length, size, wave * size, size, span, _RESOLVED * size)
+        wave = math.sqrt(self.material.young / self.material.density)
+        drives, resolution = OF_DRIVES * self.loading.fastest, _RESOLVED * length
+        power = is_position.astype(int)
+        if self.beams.vectors.shape[1] == _WITH_MIXED:
+            power[self.beams.vectors[:, -1:] + np.arange(2)] = -1
+        return Scales.of(length, reach, drives, wave, power, power, ~self.fixed, resolution)
 
     def shortest_step(self) -> float:
         """See `System`; the result is a fraction of 1/omega of the shortest bending wave that the mesh resolves, which is

@@ -10,6 +10,7 @@ With `before` (quasi-statics), velocities are mean velocities since that state, 
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,10 +28,11 @@ from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.scales import OF_DRIVES, Scales, speed_from_rest
 from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
 from fsm.system import System
-from fsm.system_records import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready, Scales
+from fsm.system_records import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready
 
 __all__ = ["AncfSystem"]
 
@@ -104,6 +106,11 @@ class AncfSystem(System):
         """See `System`."""
         return list(self.loading.breaks)
 
+    def peak_times(self) -> list[float]:
+        """See `System`: ends and middles of the pieces of all functions of time."""
+        times = self.loading.breaks
+        return [*times, *(0.5 * (begin + end) for begin, end in pairwise(times))]
+
     def scales(self) -> Scales:
         """See `System`."""
         return self._scales
@@ -117,11 +124,11 @@ class AncfSystem(System):
         sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
         length = float(np.median(sides)) if len(sides) else (spread or 1.0) / max(len(places) - 1, 1)
         is_position = self.mesh.is_position
-        speed = float(np.abs(self.rate[is_position]).max(initial=0.0)) or length
-        size = np.where(is_position, length, 1.0)
-        velocity = np.where(is_position, speed, speed / length)
-        span = np.where(is_position, max(spread, length), 1.0)
-        return Scales(length, size, velocity, size, span, np.full(self.nu, np.inf))
+        extent, driven = max(spread, length), OF_DRIVES * self.loading.fastest
+        speed = max(float(np.abs(self.rate[is_position]).max(initial=0.0)), driven)
+        speed = speed or speed_from_rest(self, ~self.fixed, is_position, extent)
+        turns = [False] * len(self.loading.motions)
+        return Scales.of(length, extent, driven, speed, is_position, is_position, ~self.fixed, turns=turns)
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""

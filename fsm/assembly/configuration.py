@@ -20,15 +20,15 @@ from fsm.ancf.system import AncfSystem
 from fsm.assembly.condense import members_of
 from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.frames import Frames, frame_maps, place_frames
-from fsm.assembly.records import joined_scales
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.vector import equal_vectors
+from fsm.scales import Scales
 from fsm.segments.configuration import Bodies
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.group import Group
 from fsm.segments.system import SegmentSystem
-from fsm.system_records import PreviousState, Scales
+from fsm.system_records import PreviousState
 
 if TYPE_CHECKING:
     pass
@@ -215,13 +215,18 @@ class JoinedConfiguration(SegmentSystem):
         The velocity of a node is the material velocity in an axial wave with this amplitude and the length of an
         element. Errors of waves that the mesh resolves are therefore measured by their displacements.
         """
-        nodes = self.elements.scales()
-        wave = self._wave_speed / nodes.length
-        velocity = wave * nodes.increment
-        if not self.n_free:
-            return replace(nodes, velocity=velocity)
-        bodies: Scales = SegmentSystem._scales.func(self)  # type: ignore[attr-defined]
-        return joined_scales(bodies, replace(nodes, velocity=velocity), self.n_free, self.elements.mesh.is_position)
+        nodes, (in_q, in_u) = self.elements.scales(), self._positions
+        positions, extent = self.elements.mesh.is_position, max(self.spread, nodes.extent)
+        in_q, in_u = np.concatenate([in_q, positions]), np.concatenate([in_u, positions])
+        length, speed, free = nodes.length, 0.0, ~self._fixed.ravel()
+        if self.n_free:
+            length = min(length, self._body_length)
+            speed = self._body_speed(free, in_u, extent)
+        scales = self._sized(length, extent, speed, in_q, in_u, free)
+        velocity, resolution = scales.velocity.copy(), scales.resolution.copy()
+        velocity[self._nu :] = self._wave_speed / nodes.length * nodes.increment
+        resolution[self._nu :] = math.inf
+        return replace(scales, velocity=velocity, resolution=resolution)
 
     @cached_property
     def _wave_speed(self) -> float:

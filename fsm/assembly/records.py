@@ -1,12 +1,10 @@
-"""Energies and scales of bodies and ANCF elements together."""
+"""Energies of bodies and ANCF elements together."""
 
 from __future__ import annotations
 
-import numpy as np
+from fsm.system_records import Energy
 
-from fsm.system_records import Energy, Scales
-
-__all__ = ["joined_energy", "joined_scales"]
+__all__ = ["joined_energy"]
 
 
 def joined_energy(bodies: Energy, nodes: Energy, power: float = 0.0) -> Energy:
@@ -25,22 +23,4 @@ def joined_energy(bodies: Energy, nodes: Energy, power: float = 0.0) -> Energy:
         bodies.sliding_power + nodes.sliding_power,
         bodies.driven,
         (bodies.load_power or 0.0) + nodes.input_power + power,
-    )
-
-
-def joined_scales(bodies: Scales, nodes: Scales, free: int, is_position: np.ndarray) -> Scales:
-    """Scales of free bodies in space and of nodes, whose coordinates are positions or slopes; the shorter of both
-    lengths is used.
-    """
-    length = min(bodies.length, nodes.length)
-    in_u = np.tile(np.arange(6) < 3, free)
-    in_q = np.tile(np.arange(7) < 3, free)
-    span = np.concatenate([in_u, is_position])
-    return Scales(
-        length,
-        np.where(np.concatenate([in_q, is_position]), length, 1.0),
-        np.concatenate([bodies.velocity, nodes.velocity]),
-        np.where(span, length, 1.0),
-        np.where(span, max(bodies.largest_span, nodes.largest_span), 1.0),
-        np.concatenate([bodies.resolution, nodes.resolution]),
     )

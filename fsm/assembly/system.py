@@ -36,7 +36,7 @@ from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.group import Group
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.time_function import breaks
+from fsm.segments.time_function import breaks, peaks
 from fsm.stepping.model import ArrayModel
 from fsm.system_records import Energy, Linearised, Observation, PreviousState, Ready
 
@@ -347,6 +347,12 @@ class JoinedSystem(JoinedConfiguration):
         of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
         of_pressures = (time for pressure in self.pressures for time in breaks(pressure.time))
         return sorted({*super().break_times(), *of_pressures, *of_gas})
+
+    def peak_times(self) -> list[float]:
+        """See `System`; pressures and gas are included."""
+        of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
+        of_pressures = (time for pressure in self.pressures for time in peaks(pressure.time))
+        return sorted({*super().peak_times(), *of_pressures, *of_gas, *self.elements.peak_times()})
 
     def shortest_step(self) -> float:
         """See `System`; the result is at most a small fraction of 1/omega of the softest motion against the gas, at the

@@ -149,9 +149,7 @@ class PathSensitivity:
         self.system, self.varied = system, list(varied)
         self._last: tuple[PreviousState, np.ndarray | None] | None = None
         self._largest_force = 0.0
-        scales = system.scales()
-        self._to_force = scales.increment / scales.length
-        self._span = float(scales.span.max(initial=0.0))
+        self._scales = system.scales()
         self.start_error = np.zeros(system.nu)
         self.derivative = np.zeros((system.nu, len(self.varied)))
 
@@ -213,8 +211,9 @@ class PathSensitivity:
         """Whether the residual is small compared with the largest drive force so far, or is round-off."""
         force, reaction = self.system.balance(t, q, u, before)
         self._largest_force = max(self._largest_force, float(np.abs(reaction).max(initial=0.0)))
-        round_off = _ROUND_OFF * self._span * float(np.abs(matrix.data).max(initial=0.0))
-        residual = float(np.abs(force / self._to_force).max(initial=0.0))
+        divisors = self._scales.force_scale
+        round_off = _ROUND_OFF * float((self._scales.span_forces(matrix) / divisors).max(initial=0.0))
+        residual = float(np.abs(force / divisors).max(initial=0.0))
         return residual <= max(_EQUILIBRIUM * self._largest_force, round_off)
 
     def _partial_derivatives(

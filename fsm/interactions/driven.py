@@ -30,6 +30,8 @@ class Driven(NamedTuple):
         Axis, centre, arm from the centre at the start, and axis in the body.
     start : (m, 3 or 7) array
         Poses without travel.
+    scale : (n_motions,) array
+        Divisors that convert forces of motions to N; see `fsm.scales.Scales`.
     """
 
     programs: Pieces
@@ -39,6 +41,7 @@ class Driven(NamedTuple):
     turning: np.ndarray
     turns: np.ndarray
     start: np.ndarray
+    scale: np.ndarray
 
 
 @kernel
@@ -123,7 +126,7 @@ def fill_reactions(driven: Driven, t: float, inertia: np.ndarray, wrenches: np.n
     """Write the travels (n_motions,) of the drives and their forces or moments to `out`. The force of a drive balances the
     wrenches on its bodies and their inertial forces.
 
-    Returns the largest inertial part of the force (N) or moment (N m) of a drive.
+    Returns the largest inertial part of the force of a drive, N.
     """
     count, n = driven.directions.shape
     against_inertia = np.zeros(count)
@@ -156,5 +159,5 @@ def fill_reactions(driven: Driven, t: float, inertia: np.ndarray, wrenches: np.n
     largest = 0.0
     for motion in range(count):
         out[count + motion] += against_inertia[motion]
-        largest = max(largest, abs(against_inertia[motion]))
+        largest = max(largest, abs(against_inertia[motion]) / driven.scale[motion])
     return largest

@@ -1,8 +1,8 @@
 """Newton-Euler terms: gyroscopic moments, energies, reactions, and rates of quaternions with a stabilised norm.
 
-    p' = 1/2 p (0, w) + 1/2 NORM_RATE (1 - p.p) p
+    p' = 1/2 p (0, w) + 1/2 r (1 - p.p) p
 
-The last term is zero for a unit quaternion, and returns a drifting norm to 1.
+The last term is zero for a unit quaternion, and returns a drifting norm to 1 with the rate r (1/s).
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 
 __all__ = [
-    "NORM_RATE",
     "add_gyroscopic",
     "drive_reactions",
     "gyroscopic_damping",
@@ -24,10 +23,6 @@ __all__ = [
     "support_reactions",
     "tangent_from_quaternion",
 ]
-
-NORM_RATE = 50.0
-"""Rate at which the quaternion norm returns to 1, 1/s."""
-
 
 @kernel
 def add_gyroscopic(rates: np.ndarray, inertia: np.ndarray, force: np.ndarray) -> None:
@@ -129,13 +124,13 @@ def drive_reactions(wrenches: np.ndarray, bodies: np.ndarray, motion: np.ndarray
 
 
 @kernel
-def quaternion_rates(poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """Rates of position and quaternion, (n, 7), from poses (n, 7) and velocities (n, 6)."""
+def quaternion_rates(poses: np.ndarray, rates: np.ndarray, norm_rate: float) -> np.ndarray:
+    """Rates of position and quaternion, (n, 7), from poses (n, 7), velocities (n, 6), and the rate of the norm (1/s)."""
     out = np.empty(poses.shape)
     for i in range(poses.shape[0]):
         w, x, y, z = poses[i, 3], poses[i, 4], poses[i, 5], poses[i, 6]
         a, b, c = rates[i, 3], rates[i, 4], rates[i, 5]
-        correction = 0.5 * NORM_RATE * (1.0 - w * w - x * x - y * y - z * z)
+        correction = 0.5 * norm_rate * (1.0 - w * w - x * x - y * y - z * z)
         out[i, 0] = rates[i, 0]
         out[i, 1] = rates[i, 1]
         out[i, 2] = rates[i, 2]
@@ -147,7 +142,7 @@ def quaternion_rates(poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def quaternion_jacobian(poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def quaternion_jacobian(poses: np.ndarray, rates: np.ndarray, norm_rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of `quaternion_rates` with respect to poses, (n, 7, 7), and to rates, (n, 7, 6)."""
     count = poses.shape[0]
     by_pose = np.zeros((count, 7, 7))
@@ -163,9 +158,9 @@ def quaternion_jacobian(poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarra
         m[2, 0], m[2, 1], m[2, 3] = 0.5 * b, -0.5 * c, 0.5 * a
         m[3, 0], m[3, 1], m[3, 2] = 0.5 * c, 0.5 * b, -0.5 * a
         for j in range(4):
-            m[j, j] += 0.5 * NORM_RATE * excess
+            m[j, j] += 0.5 * norm_rate * excess
             for k in range(4):
-                m[j, k] -= NORM_RATE * p[j] * p[k]
+                m[j, k] -= norm_rate * p[j] * p[k]
         for j in range(3):
             by_rate[i, j, j] = 1.0
         by_rate[i, 3, 3], by_rate[i, 3, 4], by_rate[i, 3, 5] = -0.5 * x, -0.5 * y, -0.5 * z

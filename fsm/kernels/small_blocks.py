@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fsm.kernels.jit import kernel
@@ -145,14 +147,25 @@ def is_zero(block: np.ndarray) -> bool:
 
 
 @kernel
+def _row_factor(diagonal: float) -> float:
+    """Power of two near 1/sqrt(|d|) for the diagonal entry d of a row.
+
+    Rows of forces and of moments have different units. With this factor on rows, and on columns of a symmetric block, the
+    selection of pivots does not depend on the units.
+    """
+    return math.ldexp(1.0, -(math.frexp(diagonal)[1] // 2)) if diagonal > 0.0 else 1.0
+
+
+@kernel
 def invert(block: np.ndarray, work: np.ndarray) -> bool:
-    """Invert a small block in place (Gauss-Jordan with row exchanges). Return False if it is singular."""
+    """Invert a small block in place (Gauss-Jordan with exchanges of scaled rows). Return False if it is singular."""
     size = block.shape[0]
     for i in range(size):
+        factor = _row_factor(abs(block[i, i]))
         for j in range(size):
-            work[i, j] = block[i, j]
+            work[i, j] = factor * block[i, j]
             block[i, j] = 0.0
-        block[i, i] = 1.0
+        block[i, i] = factor
     for k in range(size):
         best, row = 0.0, k
         for i in range(k, size):
@@ -185,6 +198,11 @@ def negative_eigenvalues(block: np.ndarray, work: np.ndarray) -> int:
     for i in range(size):
         for j in range(size):
             work[i, j] = 0.5 * (block[i, j] + block[j, i])
+    for i in range(size):
+        scale = _row_factor(abs(block[i, i]))
+        for j in range(size):
+            work[i, j] *= scale
+            work[j, i] *= scale
     count = 0
     for k in range(size):
         best, row = -1.0, k

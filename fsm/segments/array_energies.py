@@ -163,7 +163,7 @@ def _nearly_at_rest(model: Segments, t: float, record: np.ndarray) -> bool:
         inertial += abs(free[i] / force_scale[i])
     largest, count = 0.0, driven.directions.shape[0]
     for k in range(count):
-        largest = max(largest, abs(record[DRIVES + count + k]))
+        largest = max(largest, abs(record[DRIVES + count + k]) / driven.scale[k])
     return inertial <= INERTIAL * largest and _stable_at_rest(model, t)
 
 

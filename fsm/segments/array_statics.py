@@ -84,10 +84,15 @@ def _factorise(model: Segments) -> bool:
 
 
 @kernel
-def _largest_entry(model: Segments) -> float:
-    flat, largest = floats_3d(model.table, MATRIX).reshape(-1), 0.0
-    for i in range(flat.shape[0]):
-        largest = max(largest, abs(flat[i]))
+def _largest_force(model: Segments, span: np.ndarray, force_scale: np.ndarray) -> float:
+    matrix, pattern, largest = floats_3d(model.table, MATRIX), pattern_of(model.table), 0.0
+    size = matrix.shape[1]
+    for row in range(pattern.rows.shape[0] - 1):
+        for block in range(pattern.rows[row], pattern.rows[row + 1]):
+            for i in range(size):
+                for j in range(size):
+                    force = abs(matrix[block, i, j]) * span[pattern.columns[block] * size + j]
+                    largest = max(largest, force / force_scale[row * size + i])
     return largest
 
 
@@ -114,5 +119,5 @@ def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
     copy_into(later, springs.efforts)
 
 
-STATICS = StaticCalls(_force, _linearised_force, _factorise, _largest_entry, _solve, retract, _advance)
+STATICS = StaticCalls(_force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance)
 """Kernels of `Segments` that quasi-static steps call."""

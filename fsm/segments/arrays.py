@@ -119,7 +119,7 @@ class Arrays(NamedTuple):
     turned : (n_free, 6, 6) array; empty in the plane
         Derivatives of the increment of the last factors.
     force_scale : (nu,) array
-        Divisors of forces, see `fsm.system_records.Scales`.
+        Divisors of forces, see `fsm.scales.Scales`.
     pair_energy : (2, n_pairs) array, J
         Energy that friction and damping of contact pairs have dissipated.
     before : (n_bodies, 3 or 7) array
@@ -284,5 +284,5 @@ def driven_of(t: np.ndarray) -> Driven:
     k = _DRIVEN
     return Driven(
         _pieces_of(t, _OF_DRIVES), integers_1d(t, k), integers_1d(t, k + 1), floats_2d(t, k + 2), integers_2d(t, k + 3),
-        floats_2d(t, k + 4), floats_2d(t, k + 5),
+        floats_2d(t, k + 4), floats_2d(t, k + 5), floats_1d(t, k + 6),
     )  # fmt: skip

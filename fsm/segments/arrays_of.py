@@ -187,5 +187,5 @@ def _driven(system: SegmentSystem) -> Driven:
     return Driven(
         pieces_of([of_program(motion.program) or [] for motion in motions]), *system.drives,
         np.array(rows, dtype=np.int64).reshape(-1, 2), np.array(turns, dtype=float).reshape(-1, 12),
-        np.ascontiguousarray(system.bodies.pose[system.driven]),
+        np.ascontiguousarray(system.bodies.pose[system.driven]), system.scales().of_drives,
     )  # fmt: skip

@@ -6,6 +6,7 @@ Held and driven bodies have no degrees of freedom. The poses are constant, or gi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -106,14 +107,19 @@ class Configuration(System):
 
     def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `System`."""
-        return quaternion_rates(q.reshape(-1, 7), u.reshape(-1, 6)).ravel() if self.spatial else u
+        return quaternion_rates(q.reshape(-1, 7), u.reshape(-1, 6), self._norm_rate).ravel() if self.spatial else u
 
     def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """See `System`."""
         if not self.spatial:
             return super().kinematic_jacobian(q, u)
-        by_q, by_u = quaternion_jacobian(q.reshape(-1, 7), u.reshape(-1, 6))
+        by_q, by_u = quaternion_jacobian(q.reshape(-1, 7), u.reshape(-1, 6), self._norm_rate)
         return _block_diagonal(by_q), _block_diagonal(by_u)
+
+    @cached_property
+    def _norm_rate(self) -> float:
+        """Rate at which SciPy's methods return the norms of quaternions to one: the scale of angular velocities, 1/s."""
+        return float(self.scales().velocity[self.size - 1]) if self.n_free else 0.0
 
     def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
         """See `System`."""

@@ -18,6 +18,7 @@ from fsm.kernels.newton_euler import (
     add_gyroscopic,
     gyroscopic_damping,
 )
+from fsm.scales import OF_DRIVES, Scales, speed_from_rest
 from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_set import ContactSet
@@ -27,7 +28,7 @@ from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, GroupSteps, PreviousPoses
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.system_records import Linearised, PreviousState, Scales
+from fsm.system_records import Linearised, PreviousState
 
 if TYPE_CHECKING:
     from scipy import sparse
@@ -90,26 +91,44 @@ class SegmentForces(Configuration):
         """Typical sizes.
 
         The scale of the length is the median length of segments, else of solids, else the distance between bodies. The scale
-        of the speed is the largest initial speed, or ten times the speed of a drive. On the pulled strip a smaller speed
-        needs more steps, and a larger speed causes energy errors. The contact forces give the resolution of increments.
+        of the speed is the largest initial speed, or follows from the drives, else from the forces at rest. The contact
+        forces give the resolution of increments.
         """
+        (in_q, in_u), free = self._positions, np.ones(self.nu, dtype=bool)
+        speed = self._body_speed(free, in_u, self.spread)
+        return self._sized(self._body_length, self.spread, speed, in_q, in_u, free)
+
+    def _sized(
+        self, length: float, extent: float, speed: float, in_q: np.ndarray, in_u: np.ndarray, free: np.ndarray
+    ) -> Scales:
+        """Sizes as in `Scales.of`, with the drives and contacts."""
+        drives = OF_DRIVES * max((motion.pace(extent) for motion in self.motions), default=0.0)
+        turns = [motion.axis is not None for motion in self.motions]
+        return Scales.of(length, extent, drives, max(drives, speed), in_q, in_u, free, self.contacts.resolution, turns)
+
+    @cached_property
+    def _positions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Whether each component of q and of u of the free bodies is a position."""
+        n = 3 if self.spatial else 2
+        width = self.bodies.pose.shape[1]
+        return np.tile(np.arange(width) < n, self.n_free), np.tile(np.arange(self.size) < n, self.n_free)
+
+    @property
+    def _body_length(self) -> float:
+        """Median length of free segments, else of free solids, else the distance between bodies, m."""
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
         lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
-        n = 3 if self.spatial else 2
-        spread = self.spread
-        length = float(np.median(lengths)) if lengths else (spread or 1.0)
-        fastest = float(np.abs(self.bodies.rate[:, :n]).max(initial=0.0))
-        speed = max([fastest, *(10.0 * motion.pace(spread) for motion in self.motions)]) or length
-        q = np.ones((self.n_free, self.bodies.pose.shape[1]))
-        u = np.full((self.n_free, self.size), speed / length)
-        q[:, :n] = length
-        u[:, :n] = speed
-        increment = np.ones((self.n_free, self.size))
-        increment[:, :n] = length
-        span = np.ones((self.n_free, self.size))
-        span[:, :n] = max(spread, length)
-        resolution = self.contacts.resolution * increment / length
-        return Scales(length, q.ravel(), u.ravel(), increment.ravel(), span.ravel(), resolution.ravel())
+        return float(np.median(lengths)) if lengths else (self.spread or 1.0)
+
+    def _body_speed(self, free: np.ndarray, in_u: np.ndarray, extent: float) -> float:
+        """Largest initial speed of a body, m/s; without it and without drives, the speed that the forces at rest cause.
+
+        `free` and `in_u` (nu,) as in `speed_from_rest`.
+        """
+        fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
+        if fastest or any(motion.pace(extent) for motion in self.motions):
+            return fastest
+        return speed_from_rest(self, free, in_u, max(extent, self._body_length))
 
     def mass(self, q: np.ndarray) -> sparse.csr_matrix:
         """See `System`; diagonal and constant."""

@@ -75,6 +75,10 @@ class Group(ABC):
         """Times at which a function of time of the group is not smooth, s; by default none."""
         return set()
 
+    def peak_times(self) -> set[float]:
+        """Times among which the forces of the group at rest are largest, s."""
+        return self.break_times()
+
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """Pairs (m, 2) of coupled bodies, and a version number that changes with them; by default no pairs."""
         return np.zeros((0, 2), dtype=np.int64), 0

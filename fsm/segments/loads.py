@@ -14,7 +14,7 @@ from fsm.load_names import MOMENT, force_name
 from fsm.scene.loads import PART, Constant, Load, TimeFunction
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.time_function import breaks, factor, slope
+from fsm.segments.time_function import breaks, factor, peaks, slope
 
 __all__ = ["AppliedLoad", "GravityGroup", "LoadGroup", "applied"]
 
@@ -92,6 +92,10 @@ class LoadGroup(Group):
     def break_times(self) -> set[float]:
         """Times at which a time function is not smooth, s."""
         return {time for load in self.loads for time in breaks(load.time)}
+
+    def peak_times(self) -> set[float]:
+        """See `Group`."""
+        return {time for load in self.loads for time in peaks(load.time)}
 
     @cached_property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -120,6 +120,10 @@ class SegmentSystem(SegmentForces):
         times = {time for motion in self.motions for time in motion.program.breaks()}
         return sorted(times.union(*(group.break_times() for group in self.groups)))
 
+    def peak_times(self) -> list[float]:
+        """See `System`."""
+        return sorted({time for group in self.groups for time in group.peak_times()})
+
     # protocol: drives -------------------------------------------------------------------------------------------------
 
     def balance(

@@ -141,8 +141,8 @@ class EquilibriumStep:
             efforts = self.efforts(t, guess, before)
         scales, largest_reaction = self.scales, float(self.largest_reaction)
         rules = NewtonRules(
-            self.tolerance * largest_reaction, largest_reaction, self.reach, scales.largest_span, self.max_iterations,
-            self.mixed is not None, scales.span, scales.force_scale,
+            self.tolerance * largest_reaction, largest_reaction, self.reach, self.max_iterations, self.mixed is not None,
+            scales.span, scales.force_scale,
         )  # fmt: skip
         found = self._solve_arrays(t, guess, before, efforts, rules)
         if found is None:
@@ -273,10 +273,11 @@ class _Model:
             return False
         return True
 
-    def largest_entry(self) -> float:
-        """Largest magnitude of the entries of the last matrix."""
+    def largest_force(self, span: np.ndarray, force_scale: np.ndarray) -> float:
+        """Largest force of an entry of the last matrix along the spans of the system's scales, N."""
         assert self.matrix is not None
-        return float(np.abs(self.matrix.data).max(initial=0.0))
+        forces = self.system.scales().span_forces(self.matrix) / force_scale
+        return float(forces.max(initial=0.0))
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Solution (nu,) with the last factors."""
@@ -302,6 +303,6 @@ class _Model:
 
 
 _CALLS = StaticCalls(
-    _Model.force, _Model.linearised_force, _Model.factorise, _Model.largest_entry, _Model.solve, _Model.retract,
+    _Model.force, _Model.linearised_force, _Model.factorise, _Model.largest_force, _Model.solve, _Model.retract,
     _Model.advance,
 )  # fmt: skip

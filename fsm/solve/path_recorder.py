@@ -17,8 +17,9 @@ from fsm.system_records import DriveState, Observation, PreviousState
 __all__ = ["PathRecorder"]
 
 
-_AT_FIRST = 5e-4
-"""Displacement relative to the span; the largest reaction times this displacement is the first scale of energy."""
+_AT_FIRST = 5e-3
+"""Displacement relative to the extent of the structure; the largest reaction times this displacement is the first scale
+of energy."""
 
 
 _SMALL_LOSS = 1e-6
@@ -61,7 +62,7 @@ class PathRecorder:
         self.time, self.q, self.u = time, q, u
         self._earlier: DriveState | None = None
         self._resting: list[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]] = []
-        self._span = float(system.scales().span.max(initial=0.0))
+        self._extent = system.scales().extent
         self._saved = -np.inf
         self._before: PreviousState | None = None
         # the recorder treats times that differ by less than this as equal
@@ -199,8 +200,8 @@ class PathRecorder:
         return balance.relative_error > bound and balance.worst > bound * turnover
 
     def _little(self, reaction: float) -> float:
-        """Work of a force along a small part of the span, J."""
-        return _AT_FIRST * reaction * self._span
+        """Work of a force along a small part of the extent of the structure, J."""
+        return _AT_FIRST * reaction * self._extent
 
     def step_energy_in_motion(self, t: float, q: np.ndarray, observed: Observation) -> StepEnergy:
         """Work and dissipated energy of a step of a time integrator."""

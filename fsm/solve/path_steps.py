@@ -116,8 +116,8 @@ class PathSteps:
         self.reason: Reason | None = None
         self.coarse = _NONE_COARSE
         self.lost: Mark | None = None
-        # kinetic energy of all bodies at the speed that the drive may cause
-        speed = self.newton.scales.velocity
+        # kinetic energy of all bodies at the speed that the drives may cause, or that loads cause within the duration
+        speed = self.newton.scales.path_velocity(whole)
         self.slow = 0.5 * float(speed @ system.momentum(q, speed)) if system.rate_dependent else 0.0
         self.joint = system.max_joint_opening(t, q)[1]
         if after is not None:
@@ -277,7 +277,7 @@ class PathSteps:
         If the state is no equilibrium, dampers slow a snap, and the stiffness may be indefinite. This is recorded as an
         event ("damped snap"); its forces do not belong to a quasi-static path.
         """
-        left_over = np.abs(self.system.force(t, q, None) * self.newton.scales.length / self.newton.scales.increment)
+        left_over = np.abs(self.system.force(t, q, None) / self.newton.scales.force_scale)
         return bool(left_over.max() < _RESTING * self.recorder.largest_reaction)
 
     def _size(self, increment: np.ndarray) -> float:

@@ -105,8 +105,10 @@ def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, obser
     if not len(observed.drive.force):
         return False
     force, without_inertia = system.balance(t, q, u)
-    inertial = np.abs(force / system.scales().force_scale).sum() + np.abs(observed.drive.force - without_inertia).max()
-    return bool(inertial > INERTIAL * np.abs(observed.drive.force).max())
+    scales = system.scales()
+    inertial = np.abs(force / scales.force_scale).sum()
+    inertial += np.abs((observed.drive.force - without_inertia) / scales.of_drives).max()
+    return bool(inertial > INERTIAL * np.abs(observed.drive.force / scales.of_drives).max())
 
 
 @dataclass(frozen=True)

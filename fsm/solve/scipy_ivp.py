@@ -8,6 +8,7 @@ These well-known methods are references for the faster methods of this package.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -19,6 +20,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
 from fsm.errors import NotConverged
+from fsm.kernels.vector import mean_ratio
 from fsm.solve.radau_structured import SecondOrderJacobian, StructuredRadau, second_order_jacobian
 from fsm.solve.restart_points import State
 from fsm.system import System
@@ -26,7 +28,10 @@ from fsm.system import System
 __all__ = ["FirstOrder", "resume", "make_solver", "solver_state"]
 
 _FIRST_STEP = 1e-6
-"""LSODA's first step relative to the remaining time."""
+"""LSODA's first step relative to the remaining time, and that of other methods from a state at rest without forces."""
+_FIRST_PART = 1e-2
+"""First step of Radau and BDF relative to the time in which the state changes by rtol^(1/3) of its scales. SciPy's own
+choice compares speeds with accelerations."""
 _AGAIN = 1e-2
 """LSODA's first step after a restart relative to the previous step: the method restarts with order one."""
 _LARGEST = 2e8
@@ -134,7 +139,8 @@ def make_solver(
     atol = equations.absolute_tolerance(rtol)
     if method == "LSODA":
         return _lsoda(equations, t, y, end, rtol, atol, max_step)
-    options: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": max_step}
+    first_step = _first_step(equations, t, y, end, rtol, max_step)
+    options: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": max_step, "first_step": first_step}
     if method == "Radau-blocks":
         jacobian = equations.structured_jacobian
         return StructuredRadau(equations.rate, t, y, end, system=equations.system, jac=jacobian, **options)
@@ -146,6 +152,15 @@ def make_solver(
     solver = kind(equations.rate, t, y, end, jac=equations.weighted_jacobian, **options)
     solver.I, solver.solve_lu = weight, lambda factors, right: factors.solve(weight @ right)
     return solver
+
+
+def _first_step(equations: FirstOrder, t: float, y: np.ndarray, end: float, rtol: float, max_step: float) -> float:
+    """First step of Radau and BDF, s."""
+    size, (q, u) = equations.system.scales().increment, equations.split(y)
+    rate = equations.system.acceleration(math.nextafter(t, math.inf), q, u)
+    pace = max(mean_ratio(u, size), math.sqrt(mean_ratio(rate, size)))
+    first = _FIRST_PART * rtol ** (1.0 / 3.0) / pace if pace > 0.0 else _FIRST_STEP * (end - t)
+    return float(min(first, end - t, max_step))
 
 
 def solver_state(solver: OdeSolver) -> State:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import multiply_blocks
+from fsm.kernels.vector import mean_ratio
 from fsm.solve.artificial_damping import DampedSystem
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.linear import LinearSolver
@@ -40,7 +42,8 @@ _RINGING = 500
 """Steps of a motion after which artificial damping is added."""
 _RELAXATIONS = 3
 _RELAXATION_TIME = 1e-3
-"""s"""
+"""Time of the relaxation, relative to the first step of the path, or to the time in which the forces at rest move the parts
+by their span if that is shorter."""
 _SLIDES = 200
 _SLIDE_STEP = 0.02
 """Largest step of a slide, relative to the span or in rad."""
@@ -92,7 +95,7 @@ def move_until_rest(
     began, earliest = recorder.time, recorder.time + rest.wait
     damped: DampedSystem | None = None
     if begins:
-        u = _relaxed(system, recorder.time, recorder.q, u)
+        u = _relaxed(system, recorder.time, recorder.q, u, settings.first_step)
     solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries, steps = 0.0, 0, 0, 0
     while recorder.time < until:
@@ -161,19 +164,21 @@ def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: floa
     return kinetic < _AS_THE_PATH * 0.5 * float(velocity @ system.momentum(q, velocity))
 
 
-def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray, longest: float) -> np.ndarray:
     """Initial velocities of a motion, from zero or from the mean velocities of the last step.
 
     At mean velocities, or at zero, stiff dampers would have large forces. M (v - u)/tau = h(t, q, v) is therefore
     solved at a fixed configuration. Strongly damped modes then have the velocity at which forces balance; the others
-    keep u.
+    keep u. `longest` (s) bounds the time tau.
     """
     solver = LinearSolver()
+    pace = math.sqrt(mean_ratio(system.acceleration(t, q, np.zeros(system.nu)), system.scales().span))
+    duration = _RELAXATION_TIME / max(pace, 1.0 / longest)
     velocity = u
     for _ in range(_RELAXATIONS):
         linear = system.linearise(t, q, velocity)
         pattern = linear.damping.pattern
-        inertia = system.inertia(q, pattern) / _RELAXATION_TIME
+        inertia = system.inertia(q, pattern) / duration
         solver.factorise(BlockMatrix(pattern, inertia + linear.damping.data))
         lag = multiply_blocks(pattern.indptr, pattern.indices, inertia, velocity - u)
         velocity = velocity + solver.solve(linear.force - lag)

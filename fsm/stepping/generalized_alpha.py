@@ -113,7 +113,7 @@ class Rules(NamedTuple):
         Error control accepts every step of this size.
     tolerance, resolved, velocity, increment, span : (nu,) arrays
         Tolerances of the increment x for the local error and for Newton's method, and scales of
-        `fsm.system_records.Scales`.
+        `fsm.scales.Scales`.
     breaks : increasing times, s
     """
 

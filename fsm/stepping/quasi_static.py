@@ -25,8 +25,8 @@ __all__ = [
 FOUND, NOT_FINITE, SINGULAR, TOO_MANY = range(4)
 """Outcomes of Newton's method; the last one means too many iterations."""
 
-_ROUND_OFF = 1e-15
-"""Round-off of forces relative to stiffness times size."""
+_ROUND_OFF = 4e-15
+"""Round-off of forces relative to stiffness times span."""
 _OVERSHOOT = 4.0
 """A step is cut if its work becomes more negative than this factor times its initial work: contacts opened or closed."""
 _ENOUGH = 0.5
@@ -51,8 +51,6 @@ class NewtonRules(NamedTuple):
     largest_reaction : N
     reach : -
         Largest correction, relative to the span of the structure or in radians.
-    largest_span : m or rad
-        Largest of `span`.
     max_iterations : int
     mixed : bool
         Whether efforts of springs and depths of contacts are separate unknowns.
@@ -63,7 +61,6 @@ class NewtonRules(NamedTuple):
     tolerance: float
     largest_reaction: float
     reach: float
-    largest_span: float
     max_iterations: int
     mixed: bool
     span: np.ndarray
@@ -106,8 +103,8 @@ class StaticCalls(NamedTuple):
         The same as `force`; also evaluates K and D, with the efforts and depths that the model keeps if `mixed` is true.
     factorise : ``factorise(model)``
         Factorise K + D/dt; the result is false if it is singular.
-    largest_entry : ``largest_entry(model)``
-        Largest magnitude of the entries of the last matrix.
+    largest_force : ``largest_force(model, span, force_scale)``
+        Largest force of an entry of the last matrix along the spans of `NewtonRules`, N.
     solve : ``solve(model, right)``
         Solution (nu,) with the last factors; NaN if the equations cannot be solved.
     retract : ``retract(model, q, dx)``
@@ -120,7 +117,7 @@ class StaticCalls(NamedTuple):
     force: Any
     linearised_force: Any
     factorise: Any
-    largest_entry: Any
+    largest_force: Any
     solve: Any
     retract: Any
     advance: Any
@@ -135,7 +132,7 @@ class StaticModel(NamedTuple):
     @classmethod
     def of(cls, kernels: StaticCalls, arrays: Any, q: np.ndarray) -> StaticModel:
         """Create a model from arrays and kernels; q (nq,) is an example of a configuration."""
-        arguments = StaticCalls((q,), (q, True), (), (), (q,), (q, q), (q, q, True))
+        arguments = StaticCalls((q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True))
         pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
         return cls(StaticCalls(*pointers), arrays)
 
@@ -180,7 +177,7 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
         if not calls.factorise(arrays):
             return Settled(SINGULAR, q, residual, counts, round_off)
         if iteration == 0:
-            round_off = _ROUND_OFF * rules.largest_span * calls.largest_entry(arrays)
+            round_off = _ROUND_OFF * calls.largest_force(arrays, rules.span, rules.force_scale)
         step = calls.solve(arrays, residual)
         counts[SOLVED] += 1
         work = inner(step, residual)

@@ -1,7 +1,7 @@
 """Scene of a scissor array with rigid bars: a body for each bar, and a stiff spring element for each hinge.
 
-The axes x, y of the array are x, z of the scene. The parts of a hinge separate by the force over
-`HINGE_STIFFNESS`. This stiffness is far above the stiffness of metal bars, and low enough for double precision.
+The axes x, y of the array are x, z of the scene. The parts of a hinge separate by the force over the stiffness of the
+springs. This stiffness is far above the axial stiffness of a bar, and low enough for double precision.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from fsm.scene.materials import Material
 from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor
 
-__all__ = ["HINGE_STIFFNESS", "build_bodies"]
+__all__ = ["build_bodies"]
 
-HINGE_STIFFNESS = 1e10
-"""Stiffness of the springs that join rigid bars, N/m."""
+_JOINED = 200.0
+"""Stiffness of the springs that join rigid bars, relative to the axial stiffness EA/L of a bar of mean length."""
 
 
 def build_bodies(
@@ -38,13 +38,15 @@ def build_bodies(
     for bar in array.bars:
         for name in bar.points:
             at_point[name].append(bar)
+    mean = float(np.mean([body.plate.length for body in bodies.values() if body.plate is not None]))
+    joined = _JOINED * material.young * section.width * section.height / mean
     elements = [
-        _hinge(name, array, bodies, meeting[0].name, meeting[1].name, hinge)
+        _hinge(joined, name, array, bodies, meeting[0].name, meeting[1].name, hinge)
         for name, meeting in at_point.items()
         if len(meeting) == 2
     ]
     for support in supports:
-        elements.append(_support(support, array, bodies, at_point[support.point][0].name))
+        elements.append(_support(joined, support, array, bodies, at_point[support.point][0].name))
     loads = [_load(force, array, bodies[at_point[force.point][0].name]) for force in forces]
     return Scene(
         bodies=tuple(bodies.values()),
@@ -89,7 +91,7 @@ def _local(body: Body, point: tuple[float, float]) -> tuple[float, float, float]
 
 
 def _hinge(
-    name: str, array: Array, bodies: dict[str, Body], inner: str, outer: str, hinge: HingeJoint | None
+    joined: float, name: str, array: Array, bodies: dict[str, Body], inner: str, outer: str, hinge: HingeJoint | None
 ) -> ForceElement:
     a, b = bodies[inner], bodies[outer]
     initial = 2.0 * (math.atan2(a.orientation[2], a.orientation[0]) - math.atan2(b.orientation[2], b.orientation[0]))
@@ -106,8 +108,8 @@ def _hinge(
         outer=outer,
         point_inner=_local(a, point),
         point_outer=_local(b, point),
-        translation=(HINGE_STIFFNESS, 0.0, HINGE_STIFFNESS),
-        translation_damping=(_damping(a.mass + b.mass), 0.0, _damping(a.mass + b.mass)),
+        translation=(joined, 0.0, joined),
+        translation_damping=(_damping(joined, a.mass + b.mass), 0.0, _damping(joined, a.mass + b.mass)),
         rotation=(0.0, stiffness, 0.0),
         rotation_damping=(0.0, damping, 0.0),
         rest_angle=rest,
@@ -115,24 +117,24 @@ def _hinge(
     )
 
 
-def _damping(mass: float) -> float:
-    """Damping of the stiff springs of a hinge, N s/m, against vibrations of bars of this mass (kg) on the springs."""
-    return math.sqrt(HINGE_STIFFNESS * mass)
+def _damping(joined: float, mass: float) -> float:
+    """Damping of the stiff springs of a hinge (N/m), N s/m, against vibrations of bars of this mass (kg) on the springs."""
+    return math.sqrt(joined * mass)
 
 
-def _support(support: PointSupport, array: Array, bodies: dict[str, Body], bar: str) -> ForceElement:
+def _support(joined: float, support: PointSupport, array: Array, bodies: dict[str, Body], bar: str) -> ForceElement:
     held = support.direction is None, support.direction is None
     if support.direction is not None:
         held = support.direction[0] == 0.0, support.direction[1] == 0.0
     x, z = array.points[support.point]
-    damping = _damping(bodies[bar].mass)
+    damping = _damping(joined, bodies[bar].mass)
     return ForceElement(
         name=f"support {support.point}",
         inner=bar,
         outer=GROUND,
         point_inner=_local(bodies[bar], (x, z)),
         point_outer=(x, 0.0, z),
-        translation=(HINGE_STIFFNESS if held[0] else 0.0, 0.0, HINGE_STIFFNESS if held[1] else 0.0),
+        translation=(joined if held[0] else 0.0, 0.0, joined if held[1] else 0.0),
         translation_damping=(damping if held[0] else 0.0, 0.0, damping if held[1] else 0.0),
     )
 
