@@ -185,7 +185,7 @@ class RecordedSolve:
                 continue
             try:
                 others = [self._further_run(case, stated.coarsen, bar, cause) for case in stated.cases]
-            except FsmError as error:
+            except (FsmError, OSError) as error:  # the results of the run itself remain valid
                 found[cause] = {"by": f"not estimated: the {stated.by} failed: {error}"}
                 continue
             found[cause] = compared(stated, (solution, summary), others)

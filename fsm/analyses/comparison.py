@@ -101,8 +101,8 @@ def not_compared(wanted: str, iterations: int, dof: int) -> str:
     dof : degrees of freedom
     """
     work = iterations * (float(dof) ** 2 + _OVERHEAD)
-    if wanted == "none":
-        return 'not estimated: solve.error_estimates = "none"'
+    if wanted == "off":
+        return 'not estimated: solve.error_estimates = "off"'
     if wanted == "auto" and work > MOST_WORK:
         return f"not estimated for a long run; {ASK_FOR_ALL}"
     return ""
@@ -112,7 +112,7 @@ def larger_steps(case: Case) -> Case:
     """Case with ten times the tolerance, or twice the fixed step, in all steps of the run."""
 
     def looser(solve: Solve) -> Solve:
-        changed: dict[str, Any] = {"rtol": _LOOSER * solve.rtol, "error_estimates": "none"}
+        changed: dict[str, Any] = {"rtol": _LOOSER * solve.rtol, "error_estimates": "off"}
         for name in ("step", "max_step", "increment"):
             value = getattr(solve, name)
             if value is not None:
@@ -157,7 +157,7 @@ def finer_mesh(case: Case) -> Case:
 
 def _on_mesh(case: Case, mesh: dict[str, Any]) -> Case:
     assert case.sheet is not None
-    solve = case.solve.model_copy(update={"error_estimates": "none"})
+    solve = case.solve.model_copy(update={"error_estimates": "off"})
     return case.model_copy(update={"sheet": case.sheet.model_copy(update=mesh), "solve": solve})
 
 

@@ -304,7 +304,7 @@ class Deployment(Analysis):
         if not dynamic and self.case.solve.error_estimates == "auto":
             return {"by": f'not estimated for friction and snaps on a static path; {ASK_FOR_ALL}'}
         impacts = self._with_impacts and bool(np.any(solution.pair_force))
-        if refused and (self.case.solve.error_estimates == "none" or not impacts):
+        if refused and (self.case.solve.error_estimates == "off" or not impacts):
             return {"by": refused}
         fixed = any(isinstance(step.settings, Settings) and step.settings.step is not None for step in self.steps())
         by = f"comparison with {'steps of twice the size' if fixed else 'ten times the tolerance'}"

@@ -56,7 +56,7 @@ def true_errors(own: tuple[dict[str, Any], Solution], reference: Solution) -> di
 
 def test_the_error_of_the_mesh_of_facets_contains_the_real_one(tmp_path: Path) -> None:
     own = run(tmp_path / "own", *LOADED)
-    _, fine = run(tmp_path / "fine", *LOADED, "sheet.mesh=[12, 12]", "solve.error_estimates=none")
+    _, fine = run(tmp_path / "fine", *LOADED, "sheet.mesh=[12, 12]", "solve.error_estimates=off")
     stated, true = own[0]["errors"]["mesh"], true_errors(own, fine)
     pairs = [(found["positions"], found["probes"]["tip"], found["loads"]["push"]) for found in (stated, true)]
     for one, other in zip(*pairs, strict=True):
@@ -74,7 +74,7 @@ def test_the_error_of_frequencies_of_facets_contains_the_real_one(tmp_path: Path
 
 def test_the_error_of_the_steps_of_a_motion_of_facets_contains_the_real_one(tmp_path: Path) -> None:
     own = run(tmp_path / "own", *STRUCK)
-    _, fine = run(tmp_path / "fine", *STRUCK, "solve.step=5e-4", "solve.error_estimates=none")
+    _, fine = run(tmp_path / "fine", *STRUCK, "solve.step=5e-4", "solve.error_estimates=off")
     true = true_errors(own, fine)["positions"]
     assert 0.02 < true < own[0]["motion_error"] < 8.0 * true
     assert any("due to the steps in time: reduce solve.step" in line for line in own[0]["warnings"])
@@ -99,4 +99,4 @@ def test_a_long_run_is_compared_only_if_asked() -> None:
     assert not not_compared("auto", 1000, 1000)
     assert 'solve.error_estimates = "all"' in not_compared("auto", 100_000, 1000)
     assert not not_compared("all", 100_000, 1000)
-    assert not_compared("none", 1, 1) == 'not estimated: solve.error_estimates = "none"'
+    assert not_compared("off", 1, 1) == 'not estimated: solve.error_estimates = "off"'

@@ -33,7 +33,7 @@ def numbers(tables: Mapping[str, Any], cause: str, finer: Mapping[str, Any]) -> 
     """
     try:
         own = _run(tables, {"solve.error_estimates": "all"})
-        reference = _run(tables, {"solve.error_estimates": "none", **finer})
+        reference = _run(tables, {"solve.error_estimates": "off", **finer})
     except (NotConverged, EnergyAbort):
         return
     true = _flat(compared(Comparison("", (), safety=1.0), (own, own.summary), [reference]))
