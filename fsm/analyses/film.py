@@ -24,7 +24,7 @@ _PARTS = 8
 """Quadrature points along a side of an element, for distributed forces."""
 _LEAST = 1.5
 """Smallest ratio of the numbers of elements of both meshes between edges of film and patches."""
-_MANY = 400
+_MANY = 200
 """Number of elements above which the comparison mesh is coarser, to save time."""
 _NAMES = {"x": 0, "y": 1, "z": 2}
 
