@@ -33,10 +33,13 @@ help:
 demo: $(RUN)
 	$(BIN)/fsm table folding_cases/strip_pull/table.csv --out out/strip_pull
 
+# kernels are compiled before the tests, in processes of their own: a worker that compiles grows to gigabytes
 test: $(DEV)
+	$(BIN)/fsm warmup
 	$(BIN)/python -m pytest -m "not slow" -n $(WORKERS)
 
 test-all: $(DEV)
+	$(BIN)/fsm warmup
 	$(BIN)/python -m pytest -n $(WORKERS)
 
 ONE ?=

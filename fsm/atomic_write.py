@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ["remove_partial_files", "atomic_write"]
+__all__ = ["atomic_write", "file_to_replace", "remove_partial_files"]
 
 
 @contextmanager
@@ -19,17 +20,21 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     ----------
     path : str or Path
         Final file. The temporary file of ``force.png`` is ``.force.part.png``, with the same suffix. If the process is
-        killed, the temporary file remains; `remove_partial_files` deletes it.
+        killed, the temporary file remains; `remove_partial_files` deletes it. A symbolic link remains, and the file that it
+        names is replaced.
+
+    Raises
+    ------
+    OSError
+        The path is a folder, a device, a pipe or a socket, or the file cannot be written.
 
     Yields
     ------
     Path
         Temporary file to write to.
     """
-    target = Path(path)
+    target = file_to_replace(path)
     part = target.with_name(f".{target.stem}.part{target.suffix}")
-    if target.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "is a folder, not a file; remove or rename the folder", str(target))
     try:
         yield part
         _put_in_place(part, target)
@@ -43,6 +48,18 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
         with suppress(OSError):
             part.unlink(missing_ok=True)
         raise
+
+
+def file_to_replace(path: str | Path) -> Path:
+    """File that a path names after all symbolic links; an `OSError` if it is anything but a file or a free name."""
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "is a folder, not a file; remove or rename the folder", str(path))
+    if target.exists() and not target.is_file():
+        kinds = {stat.S_IFIFO: "pipe", stat.S_IFSOCK: "socket"}
+        kind = kinds.get(stat.S_IFMT(target.stat().st_mode), "device")
+        raise OSError(errno.EEXIST, f"is a {kind}, not a file; give the name of a file", str(path))
+    return target
 
 
 def remove_partial_files(folder: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -16,7 +17,7 @@ from fsm.cli_options import Command, add_source, debug_option, debugging, drawin
 from fsm.commands.export import export
 from fsm.commands.help_key import help_key, schema
 from fsm.commands.init import init
-from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
+from fsm.errors import CaseError, ExpectationFailed, FsmError, OutOfMemory, is_interrupt
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.interrupts import ignore_repeated_interrupts
 from fsm.threads import one_thread
@@ -52,6 +53,8 @@ class Group(click.Group):
             if is_interrupt(error):
                 _end(["interrupted"], 130)
             _trace(ctx)
+            if isinstance(error, MemoryError):
+                _end([str(OutOfMemory(error))], OutOfMemory.exit_code)
             hint = "" if debugging(ctx) else "; repeat the command with --debug and report its output to the developers"
             text = " ".join(str(error).split())
             _end([f"internal error: {type(error).__name__}: {text}{hint}"], 1)
@@ -399,8 +402,20 @@ def _watched(folder: Path, title: str) -> Iterator[Callable[[float], None]]:
         yield page.progress
 
 
+def _open_closed_streams() -> None:
+    """Direct a closed output to the null device; otherwise the next file that is opened would receive the messages."""
+    for number, name in ((0, "stdin"), (1, "stdout"), (2, "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest free number, which is this one
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8", closefd=False))  # noqa: SIM115
+
+
 def main() -> None:
     """Run the command ``fsm``."""
+    _open_closed_streams()
     try:
         with ignore_repeated_interrupts(), rare_gc(), one_thread():
             cli(prog_name="fsm")

@@ -17,6 +17,7 @@ from fsm.scene.scene import Scene
 from fsm.scene.step_items import with_paths_of_steps
 from fsm.segments.compile import compile_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
+from fsm.segments.gas_checks import gas_faults
 from fsm.segments.plan import Plan, end_warnings, plan_of
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
@@ -44,14 +45,15 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
     Raises
     ------
     CaseError
-        All faults of the scene; no body is free to move; bodies overlap at the start.
+        All faults of the scene; no body is free to move; bodies overlap at the start; a supply takes out more gas than its
+        chamber has.
     """
     scene = build_scene(case)
     try:
         plan = plan_of(case, scene) if case.step else None
     except CaseError as error:
         raise CaseError(error.faults, source) from None
-    faults = list(crease_faults(scene, case.strip is not None))
+    faults = [*crease_faults(scene, case.strip is not None), *gas_faults(case, scene, plan)]
     if faults:
         raise CaseError(faults, source)
     if warnings is not None:

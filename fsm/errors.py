@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 __all__ = [
     "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "NotInResult",
-    "is_interrupt", "raised_by_signal",
+    "OutOfMemory", "is_interrupt", "raised_by_signal",
 ]  # fmt: skip
 
 
@@ -94,6 +94,16 @@ class ExpectationFailed(FsmError):
     """Error of a result that is outside the bounds given in ``[expect]``."""
 
     exit_code = 4
+
+
+class OutOfMemory(FsmError):
+    """Error of a model that is larger than the memory of this computer."""
+
+    exit_code = 3
+
+    def __init__(self, error: MemoryError) -> None:
+        found = f" ({' '.join(str(error).split())})" if str(error) else ""
+        super().__init__(f"out of memory{found}; make the mesh coarser or save less often; in a table, use fewer workers")
 
 
 def is_interrupt(error: BaseException) -> bool:

@@ -61,10 +61,14 @@ def draw_facets(case: Case, path: Path) -> None:
 
 def _draw_creases(ax: Any, mesh: FacetMesh, sheet: Sheet) -> dict[str, Line2D]:
     """Draw the creases by their assignments; returns the entries of the legend."""
-    points, letters = 1e3 * mesh.positions, pattern_of(sheet).with_bend_lines(most=4).assignment
+    pattern = pattern_of(sheet).with_bend_lines(most=4)
+    points, letters = 1e3 * mesh.positions, pattern.assignment
     seen = {}
     for letter, name in ASSIGNMENTS.items():
         lines = [points[crease.sectors[:, 0]] for crease in mesh.creases if letters[crease.edge] == letter]
+        if letter == "C":
+            cuts = [k for k, own in enumerate(letters) if own == letter]
+            lines = list(1e3 * pattern.vertices[pattern.edges[cuts]])
         if lines:
             colour, dashes, width = CREASES[letter]
             ax.add_collection3d(Line3DCollection(lines, colors=colour, linestyles=dashes, linewidths=width))

@@ -66,7 +66,7 @@ def _acquired(path: Path, deadline: float) -> Any:
     if sys.platform == "win32":
         return None
     while True:
-        file = path.open("a+", encoding="utf-8")
+        file = path.open("a+", encoding="utf-8", errors="backslashreplace")
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -144,7 +144,7 @@ def fixed_text(text: str | Sequence[str]) -> np.ndarray:
     """One string, or several, as an array of UTF-8 strings of fixed length."""
     import h5py
 
-    encoded = np.char.encode(np.array(text, dtype=str), "utf-8")
+    encoded = np.char.encode(np.array(text, dtype=str), "utf-8", "backslashreplace")  # a path may hold any bytes
     return encoded.astype(h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 1)))
 
 

@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
-from fsm.errors import FsmError, is_interrupt
+from fsm.errors import FsmError, OutOfMemory, is_interrupt
 from fsm.gc_startup import rare_gc
 from fsm.threads import one_thread
 
@@ -169,6 +169,7 @@ def _serve(channel: Connection) -> None:
     # own process group: Ctrl-C then comes from the parent only, not also from the terminal
     if hasattr(os, "setpgrp"):
         os.setpgrp()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # also below a shell that ignores interrupts in the background
     threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()
     try:
         with rare_gc():
@@ -203,5 +204,8 @@ def _do(message: bytes) -> JobOutcome:
     except Exception as error:
         if is_interrupt(error):
             raise KeyboardInterrupt from None
+        if isinstance(error, MemoryError):
+            full = OutOfMemory(error)
+            return JobOutcome(unnumbered, error=(str(full),), exit_code=full.exit_code)
         what = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
         return JobOutcome(unnumbered, error=(what,), exit_code=1, trace=traceback.format_exc())

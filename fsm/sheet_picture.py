@@ -18,6 +18,7 @@ from fsm.plots.legend import add_legend_across
 from fsm.plots.space import draw_axes
 from fsm.plots.style import WIDE, figure
 from fsm.scene.case import Case
+from fsm.scene.patterns.cuts import sides_of_cuts
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.patterns.places import Place, place_of
@@ -102,6 +103,18 @@ def _is_numbered(pattern: Pattern) -> bool:
     return max(len(pattern.vertices), len(pattern.faces)) <= _NUMBERED
 
 
+def _beside_cuts(pattern: Pattern, flat: np.ndarray) -> dict[int, tuple[float, float]]:
+    """Displacements (points) of the numbers of vertices on cuts, into the facets of their side."""
+    inwards = {v: np.zeros(2) for vertices in sides_of_cuts(pattern) for v in vertices}
+    for u, v in pattern.edges[(pattern.edge_faces < 0).any(axis=1)].tolist():  # the facet is on the left
+        x, y = (flat[v] - flat[u]) / np.linalg.norm(flat[v] - flat[u])
+        for vertex in inwards.keys() & {u, v}:
+            inwards[vertex] += (-y, x)
+    sizes = {vertex: max(float(np.linalg.norm(along)), 1e-9) for vertex, along in inwards.items()}
+    # the corner of the text is a digit away from its middle
+    return {v: (8.0 * along[0] / sizes[v] - 3.0, 8.0 * along[1] / sizes[v] - 3.0) for v, along in inwards.items()}
+
+
 def _draw_flat(ax: Any, pattern: Pattern, flat: np.ndarray, marks: Marks) -> None:
     for letter, (colour, dashes, width) in CREASES.items():
         chosen = [k for k, own in enumerate(pattern.assignment) if own == letter]
@@ -109,8 +122,11 @@ def _draw_flat(ax: Any, pattern: Pattern, flat: np.ndarray, marks: Marks) -> Non
         ax.add_collection(LineCollection(lines, colors=colour, linestyles=dashes, linewidths=width))
     _draw_marks(ax, pattern, flat, marks)
     if _is_numbered(pattern):
+        apart = _beside_cuts(pattern, flat)
         for number, place in enumerate(flat, 1):
-            text = ax.annotate(str(number), place, xytext=(3, 3), textcoords="offset points", fontsize=7, zorder=5)
+            text = ax.annotate(
+                str(number), place, xytext=apart.get(number - 1, (3, 3)), textcoords="offset points", fontsize=7, zorder=5
+            )
             text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
         for number, face in enumerate(pattern.faces, 1):
             ax.text(*flat[list(face)].mean(axis=0), str(number), fontsize=7, color="#666666", ha="center", va="center")

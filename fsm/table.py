@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from fsm.atomic_write import atomic_write, remove_partial_files
-from fsm.errors import CannotWrite, CaseError, Fault
+from fsm.errors import CannotWrite, CaseError, Fault, OutOfMemory
 from fsm.folder_lock import locked_folder
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib
 from fsm.plots.drawing import FORMATS, drawing, file_format, selected
@@ -252,6 +252,8 @@ def _check_scenes(cases: Sequence[TableCase], source: str) -> set[str]:
             faults += [
                 Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults
             ]
+        except MemoryError as error:
+            faults.append(Fault(case.name, str(OutOfMemory(error))))
     if faults:
         raise CaseError(faults, source)
     return kernels

@@ -5,8 +5,11 @@ A table compiles its kernels before its workers start, so that no two processes 
 
 from __future__ import annotations
 
+import tempfile
+import warnings
 from collections.abc import Callable, Iterable
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +22,7 @@ from fsm.interactions.probe_sides import round_tips
 from fsm.kernels import jit
 from fsm.progress import report_compilation
 from fsm.scene.builders.warm_up import (
+    WHOLE,
     WarmUp,
     warm_up_lattice,
     warm_up_membrane,
@@ -40,6 +44,8 @@ __all__ = ["KINDS", "compile_ahead", "compile_linear_solver"]
 
 SPACES = ("planar", "spatial")
 _INTEGRATORS = ("generalized-alpha", "Radau")
+_TEMPLATES = Path(__file__).with_name("commands") / "templates"
+"""Cases of `fsm init`."""
 
 
 def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATORS) -> None:
@@ -119,6 +125,16 @@ def _bars(bars: str) -> None:
     simulate(analysis.system, Settings(analysis.steps()[-1].method, 1e-3, 2e-4), [0.0], lambda saved: None)
 
 
+def _whole(template: str, *overrides: str) -> None:
+    """Run a shortened case of `fsm init` as `fsm run` does, without figures."""
+    from fsm.run import run_case  # imports the kernels of all analyses
+    from fsm.scene.load_case import load_case
+
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        run_case(load_case(_TEMPLATES / f"{template}.toml", overrides), Path(folder) / "run", progress=False, figures=False)
+
+
 KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     **{space: (partial(_segments, partial(warm_up_strip, space == "spatial"), ()),) for space in SPACES},
     **{f"in time, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial")),) for space in SPACES},
@@ -138,6 +154,7 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
         f"structured Radau, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial"), ("Radau-blocks",)),)
         for space in SPACES
     },
+    **{kind: tuple(partial(_whole, *case) for case in cases) for kind, cases in WHOLE.items()},
 }
 """Functions that compile the kernels of each kind (`fsm.analyses.analysis.Analysis.kernels`), rare kinds included."""
 

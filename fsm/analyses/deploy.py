@@ -21,6 +21,7 @@ from fsm.results.curve import ForceCurve
 from fsm.results.quantities import bent_energy, summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
+from fsm.scene.sheet import SHELLS
 from fsm.scene.start import start_of
 from fsm.segments.elements import CreaseGroup
 from fsm.segments.hysteresis import HysteresisGroup
@@ -87,7 +88,15 @@ class Deployment(Analysis):
     def kernels(self) -> tuple[str, ...]:
         """See `Analysis`."""
         space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
+        if self.case.sheet is not None:
+            return self._kernels_of_sheet(method)
         found = [space]
+        if self.scene.flexible:
+            found.append("films, cables, beams, trusses")
+        if self.scene.films:
+            found.append("film")
+        if self.case.contact is not None and self.case.strip is None:
+            found.append("plates")
         if any(isinstance(group, LigamentGroup) for group in self.system.groups):
             found.append("lattice")
         if any(isinstance(group, HysteresisGroup) for group in self.system.groups):
@@ -108,6 +117,17 @@ class Deployment(Analysis):
             if has_arrays(self.system):
                 found.append(f"steps in one kernel, {space}")
         return tuple(found)
+
+    def _kernels_of_sheet(self, method: str) -> tuple[str, ...]:
+        sheet = self.case.sheet
+        assert sheet is not None
+        if method == "arc-length":
+            found = ["arc length"]
+        else:
+            found = [f"{sheet.facets} facets, {'static' if method == 'static' else 'in time'}"]
+        if sheet.kind in SHELLS:
+            found.append("shells")
+        return (*found, *(["gas"] if self.case.gas else []))
 
     def method(self) -> tuple[str, str]:
         """Method of the last step that is solved, and the reason."""

@@ -236,11 +236,11 @@ class Case:
             try:
                 run_case(self._loaded, folder, progress=progress, resume=resume, figures=drawn)
             except ExpectationFailed as error:
-                error.result = Result(folder, kept)  # type: ignore[attr-defined]
+                error.result = Result(folder, kept, allow_extensions=True)  # type: ignore[attr-defined]
                 raise
             except CaseError as error:
                 raise CaseError(error.faults, error.source or str(self.path)) from None
-        return Result(folder, kept)
+        return Result(folder, kept, allow_extensions=True)
 
     def write(self, path: str | Path) -> Path:
         """Write the complete case as a TOML file, which needs no other files; return its path."""

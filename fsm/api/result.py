@@ -14,7 +14,7 @@ import numpy as np
 
 from fsm.api.series import Series
 from fsm.api.tables import to_pandas, to_xarray
-from fsm.errors import NotInResult
+from fsm.errors import CaseError, Fault, NotInResult
 from fsm.results.all_channels import all_channels
 from fsm.results.channel import Channel, select_channels
 from fsm.results.solution import Solution
@@ -58,13 +58,16 @@ class Curve(NamedTuple):
         return f"Curve({len(self.travel)} points, largest force {np.max(self.force, initial=-np.inf):.4g})"
 
 
-def open_result(result: str | Path) -> Result:
+def open_result(result: str | Path, *, allow_extensions: bool = False) -> Result:
     """Read the result of a run; ``fsm.open`` is this function.
 
     Parameters
     ----------
     result : str or Path
         Folder of a run, or its file result.h5 (of an unfinished run result.part.h5).
+    allow_extensions : bool
+        Let `Result.case` execute the Python files that the case names as extensions. A result from somebody else can name
+        any file of this computer.
 
     Raises
     ------
@@ -78,7 +81,7 @@ def open_result(result: str | Path) -> Result:
     >>> folder = case.run().path  # doctest: +SKIP
     >>> fsm.open(folder).force().force.max()  # doctest: +SKIP
     """
-    return Result(Path(result))
+    return Result(Path(result), allow_extensions=allow_extensions)
 
 
 class Result:
@@ -106,13 +109,16 @@ class Result:
     'J'
     """
 
-    def __init__(self, path: Path, kept: tempfile.TemporaryDirectory[str] | None = None) -> None:
-        self._kept = kept
+    def __init__(
+        self, path: Path, kept: tempfile.TemporaryDirectory[str] | None = None, *, allow_extensions: bool = False
+    ) -> None:
+        self._kept, self._allow_extensions = kept, allow_extensions
         file = path / _FILE if path.is_dir() else path
         self.path, self._file = file.parent, file
         self.stages: dict[str, Result] = {}
         if path.is_dir() and not file.is_file():
-            self.stages = {name: Result(path / name) for name in _STAGES if (path / name / _FILE).is_file()}
+            there = [name for name in _STAGES if (path / name / _FILE).is_file()]
+            self.stages = {name: Result(path / name, allow_extensions=allow_extensions) for name in there}
             self.path = path
         if self.stages:
             self._solution: Solution | None = None
@@ -138,13 +144,27 @@ class Result:
 
     @property
     def case(self) -> Case:
-        """Case that was solved."""
+        """Case that was solved.
+
+        Raises
+        ------
+        CaseError
+            The case has extensions, and the result was opened without ``allow_extensions=True``; nothing was executed.
+        """
         from fsm.api.case import Case
         from fsm.scene.toml_file import parse_toml
 
         source = self._solution or next(iter(self.stages.values())).solution
         name = str(self.path / _FILE)
-        return Case.from_tables(parse_toml(source.layout.case_text, name), Path(name))
+        tables = parse_toml(source.layout.case_text, name)
+        if tables.get("extensions") and not self._allow_extensions:
+            files = ", ".join(str(file).partition("#")[0] for file in tables["extensions"])[:200]
+            text = (
+                f"this case executes Python files ({files}), and none was executed; if you trust them, open the result with "
+                "fsm.open(..., allow_extensions=True)"
+            )
+            raise CaseError([Fault("extensions", text)], name)
+        return Case.from_tables(tables, Path(name))
 
     @property
     def time(self) -> np.ndarray:

@@ -6,8 +6,10 @@ with closed facets is their flux (`fsm.scene.patterns.chamber`), and its gradien
 (`fsm.ancf.pressure`). A sheet of one facet has the cubic shape of its elements. At a crease both facets have
 separate slopes, so their cubic edges differ; the chamber then has straight edges between the nodes.
 
-A lid over a ring of nodes v_i has its tip c at their mean. With B = sum v_i x v_(i+1) it adds the volume c . B/6. The second
-derivative of B joins nodes beside each other; that of c . B joins all nodes of the ring, so this part is also of low rank.
+A lid over a ring of nodes v_i consists of the triangles of its edges and of its tip c = sum w_i v_i
+(`fsm.scene.patterns.chamber.Lid`). With e_i = v_i - c, an edge has the force s_i = e_i x e_(i+1)/6 of a unit pressure on
+both of its nodes and on the tip, which shares it among the nodes in the parts w_i. The changes of s_i with e_i and e_(i+1)
+join nodes beside each other; those with c join all nodes of the ring, so this part of the tangent is also of low rank.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from fsm.ancf.pressure import PressedFaces
 from fsm.assembly.gas import Gases, GasState
 from fsm.blocks import BlockPattern, LowRank
 from fsm.scene.gas import Gas, Orifice
-from fsm.scene.patterns.chamber import Chamber
+from fsm.scene.patterns.chamber import Chamber, Lid
 
 __all__ = ["Chambers", "OrificeArea", "Surface", "cross_matrices"]
 
@@ -36,64 +38,64 @@ def cross_matrices(vectors: np.ndarray) -> np.ndarray:
 
 
 class _Lid:
-    """Lid over a ring, given by the first coordinates (k,) of its nodes: triangles of its edges and its tip.
+    """Forces and tangents of a lid over a ring; its `nodes` are the first coordinates (k,) of the nodes."""
 
-    If the ring is not `whole`, the edge from its last to its first node lies in a plane, and no facet joins both.
-    """
+    def __init__(self, lid: Lid) -> None:
+        self._lid = lid
+        self._first, self._second = lid.edges.T
+        self.pairs = np.ascontiguousarray(lid.nodes[lid.edges])
+        self._entries = lid.nodes[:, None] + np.arange(3)
 
-    def __init__(self, places: np.ndarray, origin: np.ndarray, whole: bool = True) -> None:
-        self.places, self.origin, self._whole = places, origin, whole
-        self._joined = slice(None) if whole else slice(-1)
-        self.pairs = np.ascontiguousarray(np.stack([places, np.roll(places, -1)], axis=1))
-        self._entries = places[:, None] + np.arange(3)
+    def _arms(self, q: np.ndarray) -> np.ndarray:
+        """Positions (k, 3) of the nodes from the tip, m."""
+        at = q[self._entries]
+        return np.asarray(at - self._lid.tip(at))
 
-    def volume(self, q: np.ndarray) -> float:
-        """Flux through the lid, m^3."""
-        at = q[self._entries] - self.origin
-        return float(at.mean(axis=0) @ np.cross(at, np.roll(at, -1, axis=0)).sum(axis=0)) / 6.0
+    def _on_nodes(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Sums (k, ...) at the nodes of values at both ends of each edge."""
+        out = np.zeros((len(self._entries), *first.shape[1:]))
+        np.add.at(out, self._first, first)
+        np.add.at(out, self._second, second)
+        return out
 
     def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
         """Add the forces of a pressure; the tip shares its force among the nodes."""
-        at = q[self._entries]
-        at = at - at.mean(axis=0)
-        sides = np.cross(at, np.roll(at, -1, axis=0))
-        own = sides + np.roll(sides, 1, axis=0) + sides.mean(axis=0)
+        arms, axes = self._arms(q), list(self._lid.axes)
+        sides = np.cross(arms[self._first], arms[self._second])
+        own = self._on_nodes(sides, sides)
+        own[:, axes] += self._lid.weights[:, None] * sides.sum(axis=0)[axes]
         np.add.at(force, self._entries, pressure / 6.0 * own)
-
-    def _neighbours(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Matrices (k, 3, 3) of (v_(i-1) - v_(i+1)) x and of (v_i - c) x."""
-        at = q[self._entries]
-        beside = np.roll(at, 1, axis=0) - np.roll(at, -1, axis=0)
-        return cross_matrices(beside), cross_matrices(at - at.mean(axis=0))
 
     def add_stiffness(self, q: np.ndarray, pressure: float, slots: np.ndarray, stiffness: np.ndarray) -> None:
         """Add -df/dq to block data, without the part of `low_rank`; `slots` of `pairs` as in `PressedFaces`."""
-        beside, own = self._neighbours(q)
+        own = -pressure / 6.0 * cross_matrices(self._arms(q))
         size, flat = stiffness.shape[1], stiffness.reshape(-1)
-        block = size * np.arange(3)[:, None] + np.arange(3)
-        factor = -pressure / 6.0
-        np.add.at(flat, slots[:, 0, 0, None, None] + block, factor * beside)
-        joined = slots[self._joined, :, :, None, None] + block
-        np.add.at(flat, joined[:, 0, 1], factor * own[self._joined])
-        np.add.at(flat, joined[:, 1, 0], -factor * np.roll(own, -1, axis=0)[self._joined])
+        places = slots[:, :, :, None, None] + size * np.arange(3)[:, None] + np.arange(3)
+        for row in (0, 1):
+            np.add.at(flat, places[:, row, 0], -own[self._second])
+            np.add.at(flat, places[:, row, 1], own[self._first])
 
     def low_rank(self, q: np.ndarray, pressure: float) -> LowRank:
-        """Part of -df/dq that joins all nodes, and both ends of a ring that is not whole."""
-        count = len(self.places)
-        vectors = np.zeros((6, len(q)))
-        beside, own = self._neighbours(q)
-        vectors[:3, self._entries.ravel()] = beside.transpose(1, 0, 2).reshape(3, -1)
-        for axis in range(3):
-            vectors[3 + axis, self._entries[:, axis]] = 1.0 / count
-        weights = np.zeros((6, 6))
-        weights[:3, 3:] = weights[3:, :3] = -pressure / 6.0 * np.eye(3)
-        found = LowRank(vectors, weights)
-        if self._whole:
-            return found
-        ends, between = np.zeros((6, len(q))), np.zeros((6, 6))
-        ends[range(6), self._entries[[-1, 0]].ravel()] = 1.0
-        between[:3, 3:], between[3:, :3] = -pressure / 6.0 * own[-1], pressure / 6.0 * own[0]
-        return found.plus(LowRank(ends, between))
+        """Part of -df/dq of the tip, which joins all nodes.
+
+        With c' = W q', the tip changes the forces of the edge i by c' x (v_i - v_(i+1)). Its own force is W^T of the sum of
+        all edges, whose change with the nodes is U q'.
+        """
+        arms, axes = self._arms(q), list(self._lid.axes)
+        along = arms[self._first] - arms[self._second]
+        own = cross_matrices(arms)
+        by_tip, by_nodes, tip = (np.zeros((3, len(q))) for _ in range(3))
+        by_tip[:, self._entries] = cross_matrices(self._on_nodes(along, along)).transpose(1, 0, 2)
+        by_nodes[:, self._entries] = self._on_nodes(-own[self._second], own[self._first]).transpose(1, 0, 2)
+        for axis in axes:
+            tip[axis, self._entries[:, axis]] = self._lid.weights
+        count, factor = len(axes), -pressure / 6.0
+        # for a whole ring both derivatives have the same vectors
+        blocks = [tip[axes], by_tip[axes]] if self._lid.whole else [tip[axes], by_tip[axes], by_nodes[axes]]
+        weights = np.zeros((len(blocks), count, len(blocks), count))
+        weights[1, :, 0] = weights[0, :, -1] = factor * np.eye(count)
+        weights[0, :, 0] -= factor * cross_matrices(along.sum(axis=0)[None])[0][np.ix_(axes, axes)]
+        return LowRank(np.concatenate(blocks), weights.reshape(len(blocks) * count, -1))
 
 
 class Surface:
@@ -104,17 +106,13 @@ class Surface:
     chamber : Chamber
     faces : PressedFaces
         Triangles around the chamber.
-    rings : first coordinates of the nodes around each lid
+    lids : lids over rings of nodes, given by their first coordinates
     """
 
-    def __init__(self, chamber: Chamber, faces: PressedFaces, rings: Sequence[np.ndarray]) -> None:
+    def __init__(self, chamber: Chamber, faces: PressedFaces, lids: Sequence[Lid]) -> None:
         self.faces = faces
         corners = faces.vectors if not len(faces.plane) else faces.vectors[:, ::3]
-        pairs = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
-        edges = set(map(tuple, np.concatenate([pairs, pairs[:, ::-1]]).tolist()))
-        self.lids = tuple(
-            _Lid(np.ascontiguousarray(ring), chamber.origin, (int(ring[-1]), int(ring[0])) in edges) for ring in rings
-        )
+        self.lids = tuple(map(_Lid, lids))
         self._parts: tuple[PressedFaces | _Lid, ...] = (self.faces, *self.lids)
         self.sign = chamber.sign
         self._chamber = chamber
@@ -127,13 +125,14 @@ class Surface:
         return out
 
     def volume(self, q: np.ndarray) -> float:
-        """Enclosed volume, m^3."""
+        """Enclosed volume, m^3: the flux of the positions is their product with the forces of a unit pressure."""
         unit, moved = np.zeros_like(q), q.copy()
-        self.faces.add_force(q, 1.0, unit)
+        for part in self._parts:
+            part.add_force(q, 1.0, unit)
         moved[self._positions[:, None] + np.arange(3)] -= self._chamber.origin
         axes = self._chamber.axes
         flux = sum(float(unit[axis::3] @ moved[axis::3]) for axis in axes) / len(axes)
-        return self.sign * (flux + sum(lid.volume(q) for lid in self.lids))
+        return self.sign * flux
 
     def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
         """Add the forces of a pressure."""

@@ -107,9 +107,9 @@ def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
     compiler = SceneCompiler(scene, True)
     none, planes = np.zeros((0, 3, 2)), np.zeros((0, 3))
     surfaces = []
-    for chamber, triangles, rings in zip(scene.chambers, panels.triangles, panels.rings, strict=True):
+    for chamber, triangles, lids in zip(scene.chambers, panels.triangles, panels.lids, strict=True):
         faces = PressedFaces(3 * triangles, np.zeros(len(triangles), dtype=np.int64), none, planes)
-        surfaces.append(Surface(chamber, faces, [3 * ring for ring in rings]))
+        surfaces.append(Surface(chamber, faces, [replace(lid, nodes=3 * lid.nodes) for lid in lids]))
     areas = []
     for orifice in scene.orifices:
         if orifice.crease is None:
@@ -209,7 +209,7 @@ class _Parts:
         if scene.facets is not None:
             mesh = scene.facets.mesh
             vectors = self.first + 3 * facet_vectors(mesh)
-            return PressedFaces(vectors, mesh.facet[mesh.triangles[:, 0]], mesh.plane, mesh.angle)
+            return PressedFaces(vectors, mesh.facet, mesh.plane, mesh.angle)
         for truss, places in self.trusses.values():
             if truss.faces and all(len(face) == 3 for face in truss.faces):
                 vectors = places[np.array(truss.faces, dtype=np.int64)]
@@ -228,7 +228,10 @@ class _Parts:
         else:
             places = next(places for truss, places in self.trusses.values() if truss.faces)
         surfaces = tuple(
-            Surface(chamber, faces.of(np.array(chamber.facets)), [places[ring] for ring in chamber.caps])
+            Surface(
+                chamber, faces.of(np.array(chamber.facets)),
+                [replace(lid, nodes=places[lid.nodes]) for lid in chamber.caps],
+            )
             for chamber in scene.chambers
         )
         areas = tuple(self._area(scene, orifice) for orifice in scene.orifices)

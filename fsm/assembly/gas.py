@@ -160,9 +160,9 @@ class Gases:
         self.holds_pressure = np.array([gas.supply_pressure is not None for gas in gases])
         self.outside = np.array([gas.outside_pressure for gas in gases])
         pressure = np.array([supply.pressure(0.0) or supply.gas.at_start for supply in self.supplies])
-        mass = pressure * volume / (self._constant * self._warmth)
-        reference = np.where(self.outside > 0.0, self.outside, pressure)
-        self._reference = np.where(reference > 0.0, reference, 1e5)
+        warmth = self._constant * self._warmth
+        mass = pressure * volume / warmth + [supply.mass(0.0) for supply in self.supplies]
+        pressure = np.where(volume > 0.0, mass * warmth / np.where(volume > 0.0, volume, 1.0), pressure)
         self._start = np.concatenate([[0.0], volume, mass, pressure * volume**self._ratio, area])
         self._last = self._start.copy()
 
@@ -375,26 +375,30 @@ class Gases:
     def energies(self, state: GasState) -> np.ndarray:
         """Energy of every gas and of the surroundings that it displaces, J.
 
-        Isothermal: free energy m R T (ln(p/p0) - 1); p0 is the outside pressure, else the initial one. Adiabatic: m c_v T.
+        Isothermal: m R T ln(V0/V), the work that compresses the gas from the volume V0 of the chamber at the start. It is
+        the free energy without a function of the mass alone, and is finite for an empty chamber. Adiabatic: m c_v T.
         """
         of_gas = state.pressure * state.volume
         with np.errstate(invalid="ignore", divide="ignore"):
-            free = of_gas * (np.log(np.where(state.pressure > 0.0, state.pressure, 1.0) / self._reference) - 1.0)
-        stored = np.where(self._adiabatic, of_gas / (self._ratio - 1.0), free)
+            stored = of_gas * np.where(self._adiabatic, 1.0 / (self._ratio - 1.0), self._compressed(state.volume))
         return np.where(self.holds_pressure, 0.0, stored + self.outside * state.volume)
+
+    def _compressed(self, volume: np.ndarray) -> np.ndarray:
+        """ln(V0/V) of every chamber; 0 at a given pressure."""
+        return np.where(self.holds_pressure, 0.0, np.log(self._start[1 : 1 + len(volume)] / volume))
 
     def power(self, t: float, state: GasState, before: float | None) -> float:
         """Power of the supply and of flow through orifices, W.
 
-        Gas that expands in the flow between isothermal chambers gives its power to the surroundings as heat; this power
-        counts as negative. The supply is the mean between `before` (s) and t, or its value at t if `before` is None.
+        A mass that enters an isothermal chamber brings the energy R T ln(V0/V) for each kg, and takes it along through an
+        orifice. The supply is the mean between `before` (s) and t, or its value at t if `before` is None.
         """
         if before is not None and before != t:
             flow = np.array([(supply.mass(t) - supply.mass(before)) / (t - before) for supply in self.supplies])
         else:
             flow = np.array([supply.flow(math.nextafter(t, 0.0) if t > 0.0 else t) for supply in self.supplies])
         with np.errstate(invalid="ignore", divide="ignore"):
-            level = self._constant * self._warmth * np.log(np.maximum(state.pressure, 1e-300) / self._reference)
+            level = self._constant * self._warmth * self._compressed(state.volume)
         warm = np.where(self._adiabatic, self._heat_capacity * self._warmth, level)
         total = float(np.where(self.holds_pressure, 0.0, flow * warm).sum())
         count = len(self.gases)

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.csv_columns import cells_of, first_row_faults, heading, headings_of, number_in, separator_of, text_rows
+from fsm.scene.csv_columns import cells_of, columns_of, first_row_faults, headings_of, number_in, separator_of, text_rows
 from fsm.scene.faults import unknown_key
 from fsm.scene.toml_file import read_toml
 from fsm.scene.units import did_you_mean, to_si, with_unit
@@ -119,13 +119,14 @@ def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequen
             cells = headings_of(rows[0][1], separator)
             if not cells:
                 raise CaseError(Fault("", f"row {rows[0][0]}: no headings; required columns: {', '.join(required)}"))
-            names, units = map(list, zip(*(heading(cell, quantities) for cell in cells), strict=True))
-            body = rows[1:]
-        used = _used_columns(names, cells, rows[0][0], quantities, required, sidecar, file)
-        scale, found = _scales(used, units, quantities, sidecar, file)
+            cells, names, units, body = columns_of(rows, separator, quantities)
+        used, faults = _used_columns(names, cells, rows[0][0], quantities, required, sidecar, file)
+        scale, found, more = _scales(used, units, quantities, sidecar, file)
         if not body:
-            raise CaseError(Fault("", "has headings but no rows"))
-        numbers = _numbers(body, separator, len(cells), used, quantities)
+            more.append(Fault("", "has headings but no rows"))
+        numbers, bad = _numbers(body, separator, len(cells), used, quantities)
+        if faults or more or bad:
+            raise CaseError([*faults, *more, *first_row_faults(bad, "")])
     except CaseError as error:
         raise CaseError(error.faults, str(file)) from None
     columns = {name: numbers[:, k] * scale[name] for k, name in enumerate(used)}
@@ -220,8 +221,8 @@ def _used_columns(
     required: Sequence[str],
     sidecar: _Sidecar,
     file: Path,
-) -> dict[str, int]:
-    """Names and positions of the columns that are read."""
+) -> tuple[dict[str, int], list[Fault]]:
+    """Names and positions of the columns that are read, and the faults of the headings."""
     used: dict[str, int] = {}
     faults = []
     toml_name = file.with_suffix(".toml").name
@@ -239,16 +240,16 @@ def _used_columns(
         what = f"no column {name} among {', '.join(cells)}; name it `{name} [{unit}]`{near}"
         what += f", or, if it is the same in every row, write values = {{ {name} = \"... {unit}\" }} in {toml_name}"
         faults.append(Fault(f"row {row}", what))
-    if faults:
-        raise CaseError(faults)
-    return used
+    return used, faults
 
 
 def _scales(
     used: Mapping[str, int], units: Sequence[str], quantities: Mapping[str, str], sidecar: _Sidecar, file: Path
-) -> tuple[dict[str, float], dict[str, str]]:
-    """Factor to SI and unit of every column that is read."""
-    scale, found, faults = {}, {}, []
+) -> tuple[dict[str, float], dict[str, str], list[Fault]]:
+    """Factor to SI and unit of every column that is read, and the faults of the units."""
+    scale: dict[str, float] = {}
+    found: dict[str, str] = {}
+    faults: list[Fault] = []
     for name, place in used.items():
         kind = quantities[name]
         unit = units[place] or sidecar.units.get(name, "")
@@ -264,9 +265,7 @@ def _scales(
         if not bad:
             scale[name] = to_si(f"1 {unit}", SI[kind])
             found[name] = unit
-    if faults:
-        raise CaseError(faults)
-    return scale, found
+    return scale, found, faults
 
 
 def _notes(cells: Sequence[str], names: Sequence[str], used: Mapping[str, int], sidecar: _Sidecar) -> tuple[str, ...]:
@@ -287,12 +286,15 @@ def _numbers(
     width: int,
     used: Mapping[str, int],
     quantities: Mapping[str, str],
-) -> np.ndarray:
-    """Values (n, len(used)) of the used columns, in the units of the file."""
+) -> tuple[np.ndarray, list[Fault]]:
+    """Values (n, len(used)) of the used columns, in the units of the file, and the faults of the rows."""
+    if not body:
+        return np.zeros((0, len(used))), []
     fast = _read_fast([line for _, line in body], separator, width, list(used.values()))
     if fast is not None:
-        return fast
-    numbers, faults = [], []
+        return fast, []
+    numbers: list[list[float]] = []
+    faults: list[Fault] = []
     for row, line in body:
         cells = cells_of(line, separator)
         cells += [""] * (width - len(cells))
@@ -308,9 +310,7 @@ def _numbers(
             values.append(value)
         else:
             numbers.append(values)
-    if faults:
-        raise CaseError(first_row_faults(faults, ""))
-    return np.array(numbers).reshape(len(numbers), len(used))
+    return np.array(numbers).reshape(len(numbers), len(used)), faults
 
 
 def _read_fast(lines: list[str], separator: str, width: int, places: list[int]) -> np.ndarray | None:

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from fsm.atomic_write import file_to_replace
 from fsm.provenance import provenance
 
 __all__ = ["Calibration", "Options", "Quantity", "quantities_of", "table_lines", "write_calibration"]
@@ -164,7 +165,7 @@ def write_calibration(found: Calibration, folder: Path, options: Options) -> lis
         names = [*(name for name, _ in [*found.files, *found.plots]), REPORT]
         (folder / REPORT).unlink(missing_ok=True)  # the report is moved last, so a folder with a report is complete
         for name in names:
-            os.replace(temporary / name, folder / name)
+            os.replace(temporary / name, file_to_replace(folder / name))
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
     return [folder / name for name in names]

@@ -110,14 +110,18 @@ def smoothing_for(x: np.ndarray, y: np.ndarray) -> float:
 
 
 def bin_points(x: np.ndarray, y: np.ndarray, limit: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Means of x and y in at most `limit` bins, and the number of points per bin; points of equal x share a bin."""
+    """Means of x and y in at most `limit` + 2 bins, and the number of points per bin; points of equal x share a bin.
+
+    The smallest and the largest x have bins of their own, so that the curve reaches both ends of the data.
+    """
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
     starts = np.flatnonzero(np.concatenate([[True], np.diff(x) > 0.0]))
     if limit is not None and len(starts) > limit:
         # bins have equal numbers of points, and their edges never separate points of equal x
         edges = np.linspace(0, len(x), limit + 1)[:-1]
-        starts = np.unique(starts[np.minimum(np.searchsorted(starts, edges), len(starts) - 1)])
+        chosen = starts[np.minimum(np.searchsorted(starts, edges), len(starts) - 1)]
+        starts = np.unique([starts[0], starts[1], *chosen, starts[-1]])
     count = np.diff(np.concatenate([starts, [len(x)]])).astype(float)
     return np.add.reduceat(x, starts) / count, np.add.reduceat(y, starts) / count, count
 

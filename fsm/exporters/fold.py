@@ -22,7 +22,8 @@ def write_fold(solution: Solution, path: Path) -> None:
     """Write the crease pattern as the first frame, and each record as a folded frame, in m and degrees.
 
     A pattern without a flat state, for example a tube, has its start as the first frame. Flexible facets are written
-    as the triangles of their mesh, with bend lines between triangles of one facet.
+    as the triangles of their mesh, with bend lines between triangles of one facet. A cut has the vertices of both sides, and
+    is two boundary edges.
 
     Raises
     ------
@@ -40,7 +41,8 @@ def write_fold(solution: Solution, path: Path) -> None:
         "frame_classes": ["creasePattern" if flat is not None else "foldedForm"],
         "frame_unit": "m", "frame_attributes": ["2D" if flat is not None else "3D"],
         "vertices_coords": (pattern.vertices if flat is None else flat).tolist(),
-        "edges_vertices": pattern.edges.tolist(), "edges_assignment": list(pattern.assignment),
+        "edges_vertices": pattern.edges.tolist(),
+        "edges_assignment": ["B" if letter == "C" else letter for letter in pattern.assignment],
         "edges_foldAngle": _degrees(pattern, pattern.target if flat is not None else pattern.start_angles()),
         "faces_vertices": [list(face) for face in pattern.faces],
         "file_frames": [

@@ -35,7 +35,8 @@ def write_gif(solution: Solution, path: Path) -> None:
     """Write an animated GIF; a motion of less than 2 s or more than 20 s is shown in 8 s."""
     pictures = list(frames_of(solution, _GIF_RATE))
     palette = pictures[len(pictures) // 2].quantize(128)
-    small = [picture.resize((_SIZE[0] * 2 // 3, _SIZE[1] * 2 // 3)).quantize(128, palette=palette) for picture in pictures]
+    size = (_SIZE[0] * 2 // 3, _SIZE[1] * 2 // 3)
+    small = [picture.resize(size).quantize(128, palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     small[0].save(path, format="GIF", save_all=True, append_images=small[1:], duration=1e3 / _GIF_RATE, loop=0)
 
 

@@ -35,6 +35,8 @@ class ListedPairs:
         Number of shapes.
     numbers : (m,) int array
         Number of the scene's contact pair for each row; default: the row number.
+    bodies : (count,) int array
+        Body of each shape: shapes of one body do not touch each other; default: each shape is a body.
 
     Attributes
     ----------
@@ -43,14 +45,19 @@ class ListedPairs:
     """
 
     def __init__(
-        self, sides: Sequence[np.ndarray], pairs: np.ndarray, count: int, numbers: np.ndarray | None = None
+        self,
+        sides: Sequence[np.ndarray],
+        pairs: np.ndarray,
+        count: int,
+        numbers: np.ndarray | None = None,
+        bodies: np.ndarray | None = None,
     ) -> None:
         pairs = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
         self.shape = np.concatenate([np.zeros(0, dtype=np.int64), *(np.asarray(s, dtype=np.int64) for s in sides)])
         self._side = np.repeat(np.arange(len(sides)), [len(side) for side in sides])
         self._members = np.argsort(self.shape, kind="stable")
         self._start = np.searchsorted(self.shape[self._members], np.arange(count + 1))
-        self._sides = len(sides)
+        self._sides, self._bodies = len(sides), bodies
         keys = pairs[:, 0] * len(sides) + pairs[:, 1]
         order = np.argsort(keys, kind="stable")
         self._keys, self._numbers = keys[order], order if numbers is None else numbers[order]
@@ -78,6 +85,8 @@ class ListedPairs:
             Sorted by the first column, then by the second.
         numbers : (k,) int array
         """
+        if self._bodies is not None:
+            shapes = shapes[self._bodies[shapes[:, 0]] != self._bodies[shapes[:, 1]]]
         members, numbers = _allowed_pairs(
             shapes, self._start, self._members, self._side, self._sides, self._keys, self._numbers
         )

@@ -57,7 +57,7 @@ def parts_of(solution: Solution) -> Parts:
     panel = np.asarray(layout.panel) if len(layout.panel) == count else np.zeros(count, dtype=np.int64)
     film, array = layout.film is not None, solution.array is not None
     mesh = _flexible_mesh_of(solution) if "sheet" in layout.case_text else None
-    facet = [] if mesh is None else mesh.facet[mesh.triangles[:, 0]].tolist()
+    facet = [] if mesh is None else mesh.facet.tolist()
     numbers: dict[tuple[str, str], int] = {}
     of_quad = np.zeros(count, dtype=np.int64)
     for quad, value in enumerate(panel.tolist()):

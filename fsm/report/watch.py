@@ -84,7 +84,7 @@ class Watch:
 
     def answer(self, request: BaseHTTPRequestHandler) -> None:
         """Answer a request for the page, its state, or its data."""
-        _, token, *rest = request.path.split("/")
+        _, token, *rest = request.path.split("/") if "/" in request.path else ("", "")
         if request.headers.get("Host") != self.host or not hmac.compare_digest(token.encode(), self.token.encode()):
             request.send_error(HTTPStatus.NOT_FOUND)
             return

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.csv_columns import cells_of, first_row_faults, heading, headings_of, number_in, separator_of, text_rows
+from fsm.scene.csv_columns import cells_of, columns_of, first_row_faults, headings_of, number_in, separator_of, text_rows
 from fsm.scene.materials import SplineCrease
 from fsm.scene.units import did_you_mean, to_si, unit_in
 
@@ -155,20 +155,19 @@ def _columns(
     cells = headings_of(line, separator)
     if not cells or any(number_in(cell, separator) is not None for cell in cells_of(line, separator)):
         return _bare_columns(cells_of(line, separator), number, crease, path), rows
+    cells, names, units, body = columns_of(rows, separator, _SI)
     columns, faults = [], []
-    for cell in cells:
-        name, unit = heading(cell, _SI)
+    for cell, name, unit in zip(cells, names, units, strict=True):
         if name not in _SI:
             known = did_you_mean(name, _SI) or "; use angle and moment, or angle, force and lever_arm"
             faults.append(Fault(f"{path} row {number}", f'unknown column "{cell}"{known}'))
         columns.append(_Column(name, unit))
-    names = [column.name for column in columns]
     if not faults and (set(names) not in _CHOICES or len(set(names)) < len(names)):
         required = "use angle and moment, or angle, force and lever_arm"
         faults.append(Fault(f"{path} row {number}", f"columns are {', '.join(names)}; {required}"))
     if faults:
         raise CaseError(faults)
-    return columns, rows[1:]
+    return columns, body
 
 
 def _bare_columns(cells: list[str], number: int, crease: SplineCrease, path: str) -> list[_Column]:
@@ -217,7 +216,8 @@ def _numbers(
         values = [number_in(cell, separator) for cell in cells]
         good = [value for value in values if value is not None and math.isfinite(value)]
         if len(cells) != width:
-            faults.append(Fault(f"{path} row {row}", f"has {len(cells)} values; the header has {width} columns"))
+            values_given = f"has {len(cells)} value{'s' * (len(cells) != 1)}"
+            faults.append(Fault(f"{path} row {row}", f"{values_given}; the header has {width} columns"))
         elif len(good) < width:
             bad = next(c for c, v in zip(cells, values, strict=True) if v is None or not math.isfinite(v))
             faults.append(

@@ -14,11 +14,29 @@ from fsm.errors import CaseError, Fault
 from fsm.input_file import read_failure, read_input_file
 from fsm.scene.units import parse_unit
 
-__all__ = ["cells_of", "first_row_faults", "heading", "headings_of", "number_in", "separator_of", "text_rows"]
+__all__ = ["cells_of", "columns_of", "first_row_faults", "heading", "headings_of", "number_in", "separator_of", "text_rows"]
 
 MOST_FAULTS = 8
-_HEADING = re.compile(r"\s*([A-Za-z_][\w -]*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?\s*$")
-_HEADING_AMONG_BLANKS = re.compile(r"[A-Za-z_]\w*(?:\s*[(\[][^)\]]*[)\]])?")
+_ALIKE = 5
+"""Number of further rows with the same mistake that a message names."""
+_HEADING = re.compile(
+    r"\s*([^\W\d][\w -]*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]]|(?:/|(?<=\s)in(?=\s))\s*([^()\[\]]+?))?\s*$"
+)
+_HEADING_AMONG_BLANKS = re.compile(r"[^\W\d]\w*(?:\s*[(\[][^)\]]*[)\]])?")
+_VALUES = re.compile(r'(?<![\w`])[-+]?\d[\d.]*(?:[eE][-+]?\d+)?|"[^"]*"')
+_OTHER_NAMES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("winkel", "drehwinkel", "faltwinkel", "rotation"), ("angle",)),
+    **dict.fromkeys(("drehmoment", "biegemoment", "torque"), ("moment",)),
+    **dict.fromkeys(("kraft", "last", "load", "zugkraft", "druckkraft", "standardkraft"), ("force",)),
+    **dict.fromkeys(("weg", "verschiebung", "traversenweg", "standardweg"), ("displacement", "deflection", "travel")),
+    **dict.fromkeys(("durchbiegung", "auslenkung"), ("deflection", "displacement")),
+    **dict.fromkeys(("hebelarm", "hebel"), ("lever_arm",)),
+    **dict.fromkeys(("wiederholung", "probe"), ("repeat",)),
+    **dict.fromkeys(("zyklus", "öffnung"), ("opening",)),
+    **dict.fromkeys(("länge", "laenge"), ("length",)),
+    "breite": ("width",), "dicke": ("thickness",), "zeit": ("time",), "zweig": ("branch",), "presszeit": ("press_time",),
+}  # fmt: skip
+"""German and other common headings, with the quantities that they may mean."""
 
 
 def text_rows(file: Path, path: str, required: str) -> list[tuple[int, str]]:
@@ -87,27 +105,73 @@ def number_in(cell: str, separator: str) -> float | None:
 def heading(cell: str, names: Iterable[str]) -> tuple[str, str]:
     """Name (lower case with underscores) and unit of a heading; the unit is empty if there is none.
 
-    A unit may also follow one of the `names` as a suffix: ``moment_N_mm``.
+    The unit is in brackets, or follows a slash or the word "in" (``Kraft / N``), or follows one of the `names` as a suffix:
+    ``moment_N_mm``. German names are translated.
     """
     match = _HEADING.match(cell)
     if match is None:
         return cell, ""
-    written, unit = re.sub(r"[ -]+", "_", match[1]), match[2] or ""
-    name = written.lower()
+    if match[3] and not _is_unit(match[3]):
+        match = _HEADING.match(re.sub(r"[^\w]+", "_", cell.strip()).strip("_")) or match
+    written, unit = re.sub(r"[ -]+", "_", match[1]), match[2] or match[3] or ""
+    name = _known(written.lower(), names)
     if unit or name in names:
         return name, unit
-    for known in names:
-        if name.startswith(f"{known}_"):
-            suffix = written[len(known) + 1 :].replace("_", " ")
-            try:
-                parse_unit(suffix)
-            except ValueError:
-                continue
+    for place in (place for place, mark in enumerate(written) if mark == "_"):
+        known, suffix = _known(written[:place].lower(), names), written[place + 1 :].replace("_", " ")
+        if known in names and _is_unit(suffix):
             return known, suffix
     return name, ""
 
 
+def columns_of(
+    rows: Sequence[tuple[int, str]], separator: str, names: Iterable[str]
+) -> tuple[list[str], list[str], list[str], list[tuple[int, str]]]:
+    """Headings of a file as written, their names and units, and the rows below; units may have a row of their own."""
+    cells = headings_of(rows[0][1], separator)
+    columns = [heading(cell, names) for cell in cells]
+    units, body = [unit for _, unit in columns], list(rows[1:])
+    below = _units_in_row(body[0][1], separator, len(cells)) if body else None
+    if below is not None:
+        units, body = [own or other for own, other in zip(units, below, strict=True)], body[1:]
+    return cells, [name for name, _ in columns], units, body
+
+
+def _known(name: str, names: Iterable[str]) -> str:
+    """Name of the quantity that a heading means."""
+    return name if name in names else next((other for other in _OTHER_NAMES.get(name, ()) if other in names), name)
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        parse_unit(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _units_in_row(line: str, separator: str, width: int) -> list[str] | None:
+    """Units of the columns, from a row of units below the headings; None if the row holds anything else.
+
+    Testing machines write such rows. A column without a unit has an empty cell or ``-``.
+    """
+    cells = [cell.strip("[]() ") for cell in cells_of(line, separator)]
+    units = [*cells, *[""] * (width - len(cells))]
+    if len(units) != width or not any(units) or not all(unit in ("", "-", "1") or _is_unit(unit) for unit in units):
+        return None
+    return units if any(number_in(unit, separator) is None for unit in units if unit) else None
+
+
 def first_row_faults(faults: Sequence[Fault], path: str) -> list[Fault]:
-    """First faults of the rows of a file, and a message with the number of the remaining faults."""
-    more = len(faults) - MOST_FAULTS
-    return list(faults) if more <= 0 else [*faults[:MOST_FAULTS], Fault(path, f"and {more} more rows like these")]
+    """First faults of the rows of a file; rows with the same mistake share one line."""
+    groups: dict[str, list[Fault]] = {}
+    for fault in faults:
+        groups.setdefault(_VALUES.sub("#", fault.message), []).append(fault)
+    found = []
+    for alike in groups.values():
+        first, others = alike[0], [fault.path.rpartition(" ")[2] for fault in alike[1:]]
+        more = f" and {len(others) - _ALIKE:,} more" if len(others) > _ALIKE else ""
+        also = f" (also in row{'s' * (len(others) > 1)} {', '.join(others[:_ALIKE])}{more})" if others else ""
+        found.append(Fault(first.path, first.message + also))
+    more_kinds = len(found) - MOST_FAULTS
+    return found if more_kinds <= 0 else [*found[:MOST_FAULTS], Fault(path, f"and {more_kinds} other mistakes")]

@@ -23,8 +23,8 @@ class Closing(Model):
     """Closing of a chamber at open edges by a plane or by a lid. Give `axis` or `cap`.
 
     A plane is a plane of symmetry or a fixed wall. A lid is massless. A lid is a cone with its tip at the mean position of
-    the nodes of its ring; the lid of a flat ring is flat. The work of its forces is the pressure times the change of the
-    volume.
+    the nodes of its ring; the lid of a flat ring is flat. A part of a ring between planes has the tip of the whole ring,
+    which mirror images complete. The work of its forces is the pressure times the change of the volume.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Gas(Model):
     outside_pressure : Pa
     supply_pressure, supply_flow, supply_mass : Pa, kg/s, kg
         Pressure of the chamber, mass flow into it, or mass of gas in addition to that of the start, times `time`.
-    time : function of time of the whole run; absent: constant, or a ramp over the run in statics
+    time : function of time of the whole run; absent: constant, or a ramp over the run in statics (a flow is constant)
     """
 
     name: Name = "gas"
@@ -106,8 +106,6 @@ class Gas(Model):
             raise ValueError("`supply_pressure` gives the pressure at all times; remove `pressure`")
         if self.supply_pressure is not None and self.law == "adiabatic":
             raise ValueError('`supply_pressure` gives the pressure, so heat has no effect; remove law =  "adiabatic"')
-        if not given and not self.at_start and not self.outside_pressure:
-            raise ValueError("the chamber is empty and has no supply; give `pressure`, or for example `supply_mass`")
         return self
 
 

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.csv_columns import cells_of, first_row_faults, heading, headings_of, number_in, separator_of, text_rows
+from fsm.scene.csv_columns import cells_of, columns_of, first_row_faults, number_in, separator_of, text_rows
 from fsm.scene.model import Model
 from fsm.scene.time_program import AMOUNTS, Table
 from fsm.scene.units import did_you_mean, to_si
@@ -66,25 +66,24 @@ def read_program(file: Path, table: Table, system: str, path: str) -> Table:
     """
     rows = text_rows(file, path, _NEEDED)
     separator = separator_of(rows[0][1])
-    columns = [heading(cell, _SI) for cell in headings_of(rows[0][1], separator)]
-    names = [name for name, _ in columns]
+    _, names, units, body = columns_of(rows, separator, _SI)
     for name in names:
         if name not in _SI:
             near = did_you_mean(name, list(_SI))
             raise CaseError(Fault(path, f"{file}: unknown column `{name}`{near}; {_NEEDED}"))
     if len(names) != 2 or "time" not in names or names[0] == names[1]:
         raise CaseError(Fault(path, f"{file} has the columns {', '.join(names)}; {_NEEDED}"))
-    if len(rows) - 1 > MOST_ROWS:
-        raise CaseError(Fault(path, f"{file} has {len(rows) - 1:,} rows; at most {MOST_ROWS:,} are allowed"))
+    if len(body) > MOST_ROWS:
+        raise CaseError(Fault(path, f"{file} has {len(body):,} rows; at most {MOST_ROWS:,} are allowed"))
     found: dict[str, list[float]] = {name: [] for name in names}
     faults = []
-    for number, line in rows[1:]:
+    for number, line in body:
         cells = cells_of(line, separator)
         values = [number_in(cell, separator) for cell in cells]
         if len(cells) != 2 or None in values:
             faults.append(Fault(path, f"{file}, line {number}: needs two numbers; it is `{line.strip()[:60]}`"))
             continue
-        for (name, unit), value in zip(columns, values, strict=True):
+        for name, unit, value in zip(names, units, values, strict=True):
             assert value is not None
             try:
                 found[name].append(to_si(f"{value!r} {unit}" if unit else value, _SI[name], system))

@@ -259,6 +259,7 @@ class Scene(Model):
     _facets: FlexibleFacets | None = PrivateAttr(default=None)
     _folds: FoldData | None = PrivateAttr(default=None)
     _touching: TouchingSheet | None = PrivateAttr(default=None)
+    _across_cuts: tuple[tuple[int, int], ...] = PrivateAttr(default=())
     _chambers: tuple[Chamber, ...] = PrivateAttr(default=())
     _orifices: tuple[Orifice, ...] = PrivateAttr(default=())
     _panels_of_gas: PanelSurface | None = PrivateAttr(default=None)
@@ -304,6 +305,17 @@ class Scene(Model):
         """Copy of the scene with the surface of a sheet for contact."""
         scene = self.model_copy()
         scene._touching = surface
+        return scene
+
+    @property
+    def across_cuts(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of facets of a sheet across a cut, which have no contact where they touch at the start; numbers from 0."""
+        return self._across_cuts
+
+    def with_across_cuts(self, pairs: tuple[tuple[int, int], ...]) -> Scene:
+        """Copy of the scene with the pairs of facets across the cuts of its sheet."""
+        scene = self.model_copy()
+        scene._across_cuts = pairs
         return scene
 
     @property

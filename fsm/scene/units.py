@@ -58,7 +58,13 @@ SYSTEMS: dict[str, tuple[float, float, float, float]] = {
     "mm-N-s": (1e-3, 1e3, 1.0, 1.0),
 }
 
+_SMALLEST, _LARGEST = 1e-60, 1e60
+"""Range of values in SI."""
+_LONGEST = 100
+"""Largest number of characters of a number with its unit."""
 _QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
+_NEWTON = re.compile(r"^([mukM]?N)((?:mm|cm|m|s)(?:\^[-+]?\d+)?)$")
+"""Product of a force and a length or a time without a blank: Nmm, Nm, kNm, Ns."""
 _FACTOR = re.compile(r"^([A-Za-zµ°%]+|1)(?:(?:\^|\*\*)?([-+]?\d+(?:\.\d+)?))?$")
 _TYPED = str.maketrans({"\u03bc": "µ", "²": "^2", "³": "^3", "−": "-"})
 # common words for units, with the symbol to use instead
@@ -91,6 +97,10 @@ def parse_unit(text: str) -> tuple[float, Dimension]:
         if not factors and (position > 0 or "/" in text):
             raise ValueError(f"a factor is missing beside the / of the unit {text!r}; write, for example, N/m")
         for index, factor in enumerate(factors):
+            joined = _NEWTON.match(factor)
+            if joined is not None:  # as testing machines write it
+                factors[index + 1 : index + 1] = [joined[2]]
+                factor = joined[1]
             match = _FACTOR.match(factor)
             if match is None or match[1] not in UNITS:
                 raise ValueError(f"unknown unit {factor!r}{_meant(factor, match[1] if match else factor)}")
@@ -136,12 +146,21 @@ def to_si(value: float | str, unit: str, system: str = "SI") -> float:
     result = number * scale
     if not math.isfinite(result):
         raise ValueError(f"{value} is not a finite number; {required}")
+    if not _in_range(result):
+        raise ValueError(f"{with_unit(value, None)} is outside {_SMALLEST:g} to {_LARGEST:g} in SI; {required}")
     return result
+
+
+def _in_range(value: float) -> bool:
+    """Whether products of several such values are finite and not zero."""
+    return value == 0.0 or _SMALLEST <= abs(value) <= _LARGEST
 
 
 def _split(value: float | str, required: str) -> tuple[float, str]:
     """Number and unit of an input value."""
     if isinstance(value, str):
+        if len(value) > _LONGEST:
+            raise ValueError(f"{with_unit(value, None)} has more than {_LONGEST} characters; {required}")
         match = _QUANTITY.match(value)
         comma = re.match(r"\s*[-+]?[\d.]*\d,\d[\d.,]*", value)
         if comma is not None:
@@ -257,7 +276,7 @@ class Unit:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def read(value: Any, info: core_schema.ValidationInfo) -> float:
-            if type(value) is float and not info.context and math.isfinite(value):  # already in SI
+            if type(value) is float and not info.context and _in_range(value):  # already in SI
                 return value
             system = (info.context or {}).get("units", "SI")
             try:

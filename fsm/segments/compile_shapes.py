@@ -64,7 +64,7 @@ class _ShapeCompiler:
         self.bodies = bodies
         self.index = {body.name: i for i, body in enumerate(bodies)}
         self.obstacle_list = scene.obstacles
-        self.joined = np.concatenate([_joined(scene, bodies), corner_neighbours(bodies)])
+        self.joined = np.concatenate([_joined(scene, bodies), corner_neighbours(bodies), self._across_cuts(scene)])
         # plates of all contact sides, in the order of their names in the pairs
         self.plate_list: list[Shape] = []
         self.number: dict[str, np.ndarray] = {}
@@ -214,8 +214,15 @@ class _ShapeCompiler:
         surface = SheetSurface(
             np.array([self.index[frame.name] for frame in sheet.frames]), sheet.areas, sheet.triangles, sheet.facet,
             sheet.plane, sheet.mean_facet, sheet.thickness if scene.contact.thickness_in_gap else 0.0, self.of_sheet,
+            scene.across_cuts,
         )  # fmt: skip
         return SheetContacts(surface, poses)
+
+    def _across_cuts(self, scene: Scene) -> np.ndarray:
+        """Pairs (m, 2) of bodies that are facets across a cut of a sheet of rigid facets."""
+        facets = [self.index[name] for group in scene.groups if group.name == SHEET for name in group.bodies]
+        pairs = np.array(scene.across_cuts if facets else (), dtype=np.int64).reshape(-1, 2)
+        return np.array(facets, dtype=np.int64)[pairs]
 
     def _joined_to_films(self, scene: Scene) -> np.ndarray:
         """Pairs (m, 2) of the points of films and the bodies that force elements join to the films."""

@@ -159,7 +159,8 @@ class PlateContacts(ShapeContacts):
         builder = TableBuilder(spatial)
         add_plates(builder, plates, points)
         areas = np.array([plate.face for plate in plates])
-        listed = ListedPairs([side.shapes for side in sides], pairs, len(plates), numbers)
+        bodies = np.array([plate.body for plate in plates], dtype=np.int64)
+        listed = ListedPairs([side.shapes for side in sides], pairs, len(plates), numbers, bodies)
         self._area = areas[listed.shape]
         self._part = np.concatenate([np.zeros(0), *(side.parts for side in sides)])
         longest = max((plate.length for plate in plates), default=0.0)

@@ -23,6 +23,7 @@ from fsm.scene.step_items import loads_of, with_paths_of_steps
 from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.drive import PrescribedMotion, RunUp
+from fsm.segments.gas_checks import gas_faults
 from fsm.segments.plan import PlannedStep, end_warnings, plan_of
 from fsm.segments.report_contact import (
     approximations_of_contact,
@@ -62,9 +63,11 @@ def describe(case: Case, source: str = "") -> list[str]:
     faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
     if faults:
         raise CaseError(with_paths_of_steps(case, faults), source)
+    plan = plan_of(case, scene) if case.step else None  # the faults of the plan have the paths of the steps
+    faults = list(gas_faults(case, scene, plan))
+    if faults:
+        raise CaseError(faults, source)
     view = CheckContext(case, scene)
-    if case.step:
-        plan_of(case, scene)  # the faults of the plan have the paths of the steps
     return labelled(_SECTIONS, view)
 
 

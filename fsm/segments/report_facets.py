@@ -9,13 +9,16 @@ import numpy as np
 
 from fsm.report_text import count, material_text, millimetres, stress_text, triple
 from fsm.scene.loads import Load
+from fsm.scene.patterns.cuts import sides_of_cuts
 from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.mesh_places import mesh_place
+from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import facets_named
 from fsm.scene.sheet import Box, Sheet
 from fsm.segments.report_view import CheckContext
 
-__all__ = ["facet_lines", "facet_support_lines", "pressure_line"]
+__all__ = ["cut_lines", "facet_lines", "facet_support_lines", "pressure_line"]
 
 _LISTED = 4
 """Number of nodes of a place whose positions are listed."""
@@ -37,11 +40,13 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
         yield f"{thick}; {plies}, {facets.laminate.areal_density:.4g} kg/m^2; rows of the stiffness for x, y, xy:"
         for name, unit, matrix in zip("ABD", ("N/m", "N", "N m"), facets.laminate[:3], strict=True):
             yield f"  {name} ({unit}): {'; '.join(', '.join(f'{x:.4g}' for x in row) for row in matrix)}"
+    if view.case.sheet is not None and not view.case.sheet.is_shell:
+        yield from cut_lines(pattern_of(view.case.sheet))
     low, high = millimetres(float(mesh.lengths.min())), millimetres(float(mesh.lengths.max()))
     nodes = len(mesh.nodes)
     yield f"{count(len(mesh.triangles), 'triangle')} (ANCF-DKT) with edges of {low} to {high}, {count(nodes, 'node')}"
     unknowns = 3 * nodes + 6 * len(mesh.owner) - sum(len(components) for components in facets.held.values())
-    yield f"{unknowns} unknowns: positions, and slopes along two directions of each facet"
+    yield f"{unknowns} unknowns: positions, and slopes along two directions on each side of a crease"
     if facets.folds is not None:
         angles = np.degrees(np.abs(facets.folds.start))
         low, high = f"{angles.min():.4g}", f"{angles.max():.4g}"
@@ -52,11 +57,28 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
         yield f"  kinks of the law are rounded over strains of {facets.rounding:g}; strains of this size are not accurate"
     if mesh.curved:
         yield "curved at the start without stress"
+    if mesh.curved and view.case.sheet is not None and not view.case.sheet.is_shell:
+        yield "  facets with an angle of at most 45 deg at a line that does not fold are smooth there, over one cell"
     if view.case.sheet is not None and view.case.sheet.is_boom:
         yield from _boom_lines(view.case.sheet, mesh, view.scene.contact is not None)
     slender = facets.thickness / float(mesh.lengths.max())
     if slender > 1.0:
         yield f"the thickness is {slender:.3g} times the longest edge: thin plates have no transverse shear strain"
+
+
+def cut_lines(pattern: Pattern) -> Iterator[str]:
+    """Lines on the cuts of a sheet: the vertices on both sides."""
+    cuts = sum(letter == "C" for letter in pattern.assignment)
+    if not cuts:
+        return
+    sides = sides_of_cuts(pattern)
+    listed = ", ".join(
+        f"{' and '.join(str(v + 1) for v in vertices)} at {triple(tuple(1e3 * pattern.vertices[vertices[0]]))} mm"
+        for vertices in sides[:_LISTED]
+    )
+    more = f" and {count(len(sides) - _LISTED, 'other place')}" if len(sides) > _LISTED else ""
+    own = f"; each side has its own vertices: {listed}{more}" if sides else ""
+    yield f"cuts are open, with {count(cuts, 'edge')} on both sides{own}"
 
 
 def _boom_lines(sheet: Sheet, mesh: FacetMesh, touching: bool) -> Iterator[str]:

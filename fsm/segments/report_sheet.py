@@ -20,7 +20,7 @@ from fsm.scene.patterns.places import place_of
 from fsm.scene.sheet import BarsOfSheet, Box
 from fsm.scene.step_items import loads_of
 from fsm.scene.truss import AXIAL_LAWS
-from fsm.segments.report_facets import facet_lines, facet_support_lines
+from fsm.segments.report_facets import cut_lines, facet_lines, facet_support_lines
 from fsm.segments.report_view import CheckContext
 
 __all__ = ["sheet_lines", "sheet_support_lines"]
@@ -43,6 +43,7 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
     yield f"{count(len(pattern.faces), 'facet')} and {count(len(pattern.vertices), 'vertex', 'vertices')}, {sides}"
     letters = Counter(pattern.assignment)
     yield "edges: " + ", ".join(f"{letters[letter]} {name}" for letter, name in ASSIGNMENTS.items() if letters[letter])
+    yield from cut_lines(pattern)
     yield from _foldability_lines(pattern, sheet.facets != "rigid")
     yield f"{millimetres(sheet.thickness)} thick; {material_text(material.young, material.poisson, material.density)}"
     joints = sheet_joints(case, pattern)

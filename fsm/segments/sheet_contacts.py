@@ -7,8 +7,8 @@ selects a part of the rounded outline. The normal therefore does not jump within
 half of the distance at which faces touch. Contact of edges keeps facets apart where the mesh is too coarse for contact of
 nodes; edges carry no load where nodes touch.
 
-Facets with a common vertex have no contact where they touch at the start. Parts of one facet can touch if their distance
-along the facet exceeds a bound.
+Facets with a common vertex, and facets across a cut, have no contact where they touch at the start. Parts of one facet can
+touch if their distance along the facet exceeds a bound.
 """
 
 from __future__ import annotations
@@ -38,6 +38,8 @@ _APART = 2.0
 _TIP, _BEYOND = 0.1, 1e-3
 """Lengths by which a facet extends straight beyond its outline: relative to the clearance, and relative to the height of a
 triangle."""
+_ON_CUT = 1e-9
+"""Distance, relative to the longest edge, below which a node lies on an edge of a facet across a cut."""
 _PARALLEL = 0.01
 """Squared sine of the angle between two edges below which they count as nearly parallel."""
 
@@ -61,6 +63,7 @@ class SheetSurface:
     clearance : m
         Distance of the middle surfaces at which the faces touch.
     number : number of the scene's contact pair
+    across_cuts : pairs of facets that touched each other before a cut separated them
     """
 
     body: np.ndarray
@@ -71,6 +74,7 @@ class SheetSurface:
     face: float
     clearance: float
     number: int
+    across_cuts: tuple[tuple[int, int], ...] = ()
 
 
 class _Slots(NamedTuple):
@@ -143,10 +147,11 @@ class SheetContacts:
         self._side_key, self._side = np.zeros(0, dtype=np.int64), np.zeros(0)
         self._closed = np.zeros(0, dtype=np.int64)
         self.refreshes = 0
-        self._neighbours = self._facets_with_a_common_vertex()
+        self._neighbours = self._neighbouring_facets()
         self._refresh(reference)
         inside = self.find(reference, 0.0).slot
-        self._closed = np.sort(self.keys(inside[self._of_neighbours(inside)]))
+        inside = np.concatenate([inside[self._of_neighbours(inside)], self._at_cuts(self._places(reference))])
+        self._closed = np.unique(self.keys(inside))
         self.reference = None
 
     def _areas(self) -> np.ndarray:
@@ -155,12 +160,15 @@ class SheetContacts:
 
     # neighbours -----------------------------------------------------------------------------------------------------
 
-    def _facets_with_a_common_vertex(self) -> np.ndarray:
-        """Keys of all pairs of facets (in both orders) with a common node, and of every facet with itself; sorted."""
+    def _neighbouring_facets(self) -> np.ndarray:
+        """Keys of all pairs of facets (in both orders) with a common node or across a cut, and of every facet with itself;
+        sorted.
+        """
         node, facet = np.divmod(self._on, self._facets)
         start = np.searchsorted(node, np.arange(len(self.surface.body) + 1))
         most = int(np.diff(start).max())
-        found = [facet * self._facets + facet]
+        one, two = np.array(self.surface.across_cuts, dtype=np.int64).reshape(-1, 2).T
+        found = [facet * self._facets + facet, one * self._facets + two, two * self._facets + one]
         for shift in range(1, most):
             same = np.flatnonzero(node[shift:] == node[:-shift])
             one, two = facet[same], facet[same + shift]
@@ -181,6 +189,32 @@ class SheetContacts:
         keys = (one[:, :, None] * self._facets + two[:, None, :]).reshape(len(one), 4)
         out[~is_point] = np.isin(keys, self._neighbours).any(axis=1)
         return out
+
+    def _at_cuts(self, places: np.ndarray) -> np.ndarray:
+        """Slots of facets across a cut whose node or edge lies on an edge of the other facet in these places.
+
+        `find` does not return all of them: edges may lie in one line, and the gap may be zero.
+        """
+        pairs = np.array(self.surface.across_cuts, dtype=np.int64).reshape(-1, 2)
+        if not len(pairs):
+            return np.zeros(0, dtype=np.int64)
+        slots, edges, reach = self._slots, self.faces.edges, max(self.surface.clearance, _ON_CUT * self._longest)
+        both = np.concatenate([pairs, pairs[:, ::-1]])
+        node, facet = np.divmod(self._on, self._facets)
+        across = np.concatenate([node[facet == one] * self._facets + two for one, two in both.tolist()])
+        beside = np.isin(slots.node * self._facets + slots.facet, across)
+        number = np.repeat(np.arange(len(beside)), np.diff(slots.start))
+        rows = np.flatnonzero(beside[number])
+        corners = places[self.faces.triangles[slots.listed[rows]]]
+        at = places[slots.node[number[rows]]]
+        near = [_to_segment(at, corners[:, [k - 1, k]]) < reach for k in range(3)]
+        points = np.unique(number[rows[np.any(near, axis=0)]])
+        one, two = (self._edge_facets[slots.pairs[:, side]] for side in (0, 1))
+        keys = (one[:, :, None] * self._facets + two[:, None, :]).reshape(-1, 4)
+        rows = np.flatnonzero(np.isin(keys, both @ [self._facets, 1]).any(axis=1))
+        ends = [places[edges[slots.pairs[rows, side]]] for side in (0, 1)]
+        near = [_to_segment(a[:, k], b) < 0.5 * reach for a, b in (ends, ends[::-1]) for k in (0, 1)]
+        return np.concatenate([points, len(slots.node) + rows[np.any(near, axis=0)]])
 
     # broad phase ----------------------------------------------------------------------------------------------------
 
@@ -430,3 +464,10 @@ class SheetContacts:
             return (self.surface.number,) if points_pass_triangles(start, places, passing[side == 0.0]).any() else ()
         through = points_pass_triangles(start, places, passing).any() or edges_pass_edges(start, places, crossing).any()
         return (self.surface.number,) if through else ()
+
+
+def _to_segment(points: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Distances (n,) of points (n, 3) from segments (n, 2, 3)."""
+    along, off = ends[:, 1] - ends[:, 0], points - ends[:, 0]
+    part = np.clip(np.einsum("ij,ij->i", off, along) / np.einsum("ij,ij->i", along, along), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(off - part[:, None] * along, axis=1))

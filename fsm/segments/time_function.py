@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 
@@ -72,15 +71,33 @@ def curvature(function: TimeFunction, t: float) -> float:
 
 def integral(function: TimeFunction, t: float) -> float:
     """Integral of a time function from 0 to t, s; exact, since its pieces are cubics or waves."""
+    return float(_antiderivative(function, t) - _antiderivative(function, 0.0))
+
+
+def _antiderivative(function: TimeFunction, t: float) -> float:
+    """Function whose slope is a time function, s."""
+    if isinstance(function, Constant):
+        return t
     if isinstance(function, Cycle):
-        return _wave_integral(function, t) - _wave_integral(function, 0.0)
-    ends = [0.0, *(time for time in breaks(function) if min(0.0, t) < time < max(0.0, t)), t]
-    ends.sort(reverse=t < 0.0)
-    total = 0.0
-    for begin, end in pairwise(ends):
-        half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
-        total += half * sum(w * factor(function, middle + half * x) for x, w in zip(_PLACES, _WEIGHTS, strict=True))
-    return float(total)
+        return _wave_integral(function, t)
+    if isinstance(function, Ramp):
+        length = function.end - function.start
+        x = (t - function.start) / length
+        if function.shape == "unbounded":
+            return 0.5 * length * x * x
+        inside = min(1.0, max(0.0, x))
+        to_end = 0.5 * inside**2 if function.shape == "linear" else inside**3 * (1.0 - 0.5 * inside)
+        return length * (to_end + max(0.0, x - 1.0))
+    time, value = rows_of(function)
+    sums = _row_integrals(function)
+    piece = int(np.searchsorted(time, t, side="right")) - 1
+    if piece < 0:
+        return float(value[0] * (t - time[0]))
+    if piece == len(time) - 1:
+        return float(sums[-1] + value[-1] * (t - time[-1]))
+    half, middle = 0.5 * (t - time[piece]), 0.5 * (t + time[piece])
+    part = half * sum(w * factor(function, middle + half * x) for x, w in zip(_PLACES, _WEIGHTS, strict=True))
+    return float(sums[piece] + part)
 
 
 def breaks(function: TimeFunction) -> tuple[float, ...]:
@@ -149,6 +166,15 @@ def _curve(function: Table) -> PiecewiseCubic:
     if len(time) > 2:
         rates[1:-1] = monotone_slopes(time, value)[1:-1]
     return hermite_cubic(time, value, rates)
+
+
+@lru_cache(maxsize=256)
+def _row_integrals(function: Table) -> np.ndarray:
+    """Integral of a table from its first row to each row, s."""
+    time, value = rows_of(function)
+    smooth = function.interpolation == "smooth"
+    pieces = _curve(function).integrals() if smooth else 0.5 * np.diff(time) * (value[1:] + value[:-1])
+    return np.concatenate([[0.0], np.cumsum(pieces)])
 
 
 def cubic_pieces(function: Table) -> np.ndarray:

@@ -55,6 +55,7 @@ HALF = QUARTER | {
     "length": 0.1 * np.pi, "mesh": [6, 2],
     "support": [{"at": f"edge {edge}", "mirror": axis} for edge, axis in (("left", "x"), ("right", "x"), ("bottom", "y"))],
 }  # fmt: skip
+QUARTER_LID = [*PLANES[:3], {"cap": "edge top"}]
 HALF_LID = [{"axis": "x"}, {"axis": "y"}, {"cap": "edge top"}]
 LIDS = [{"cap": "edge bottom"}, {"cap": "edge top"}]
 AIR = {"pressure": 2e5, "outside_pressure": 1e5}
@@ -63,6 +64,7 @@ CASES = {
     "box of bars": (box("bars", bend_stiffness_per_length=1.0), {"name": "air"} | AIR),
     "planes": (QUARTER, {"closed_by": PLANES} | AIR),
     "half of a lid": (HALF, {"closed_by": HALF_LID} | AIR),
+    "quarter of a lid": (QUARTER | {"support": QUARTER["support"][:3]}, {"closed_by": QUARTER_LID} | AIR),
     "lids of flexible facets": (KRESLING | FLEXIBLE, {"closed_by": LIDS} | AIR),
     "lids of bars": (KRESLING | BARS, {"closed_by": LIDS} | AIR),
 }
@@ -158,6 +160,83 @@ def test_piston(law: str, exponent: float, tmp_path: Path) -> None:
     assert run.summary["energy_error"] < 1e-4
 
 
+FILLED = 2e4 * AREA * HEIGHT / (R * T0)
+TABLE = {"kind": "table"}
+SUPPLIES = {
+    "mass": ({"supply_mass": FILLED}, lambda t: t),
+    "constant flow": ({"supply_flow": FILLED}, lambda t: t),
+    "ramp": ({"supply_flow": 2.0 * FILLED, "time": {"kind": "ramp", "end": 1.0}}, lambda t: 2.0 * t**3 - t**4),
+    "late ramp": (
+        {"supply_flow": FILLED, "time": {"kind": "ramp", "start": 0.2, "end": 0.7, "shape": "linear"}},
+        lambda t: np.clip(t - 0.2, 0.0, 0.5) ** 2 + np.maximum(t - 0.7, 0.0),
+    ),
+    "table": (
+        {"supply_flow": FILLED, "time": TABLE | {"time": [0.0, 0.5, 1.0], "value": [0.0, 1.0, 0.5]}},
+        lambda t: np.where(t < 0.5, t**2, t - 0.5 * (t - 0.5) ** 2 - 0.25),
+    ),
+    "smooth table": (
+        {"supply_flow": FILLED, "time": TABLE | {"time": [0.0, 1.0], "value": [0.5, 1.5], "interpolation": "smooth"}},
+        lambda t: 0.5 * t + t**3 - 0.5 * t**4,
+    ),
+    "cycle": (
+        {"supply_flow": FILLED, "time": {"kind": "cycle", "period": 1.0}},
+        lambda t: 0.5 * t - np.sin(2.0 * np.pi * t) / (4.0 * np.pi),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", ["isothermal", "adiabatic"])
+@pytest.mark.parametrize("name", SUPPLIES)
+def test_inflation_of_an_empty_tube_in_vacuum(name: str, law: str, tmp_path: Path) -> None:
+    """The mass is the integral of the flow, and the pressure balances the bars.
+
+    Isothermal: p V = m R T. Adiabatic: the gas and the bars have the enthalpy c_p T of the supplied mass.
+    """
+    supply, filled = SUPPLIES[name]
+    run = fsm.load(case(SQUARE, [{"name": "air", "law": law, "closed_by": LIDS} | supply]), folder=tmp_path).run(
+        tmp_path / "out", figures=False
+    )
+    found = run.solution
+    mass, volume, pressure = (found.channels[f"gas.air.{key}"].values for key in ("mass", "volume", "pressure"))
+    assert mass[0] == pressure[0] == 0.0
+    np.testing.assert_allclose(mass, FILLED * filled(found.time), rtol=0.0, atol=1e-12 * FILLED)
+    force, energy = elastic(volume / AREA)
+    np.testing.assert_allclose(pressure * AREA, force, rtol=0.0, atol=1e-6)
+    assert force[-1] > 10.0
+    if law == "isothermal":
+        np.testing.assert_allclose(pressure * volume, mass * R * T0, rtol=1e-12)
+    else:
+        brought = 3.5 * R * T0 * mass
+        np.testing.assert_allclose(pressure * volume / 0.4 + energy, brought, rtol=0.0, atol=1e-4 * brought[-1])
+    assert run.summary["energy_error"] < 1e-4
+
+
+@pytest.mark.parametrize("name", ["constant flow", "table"])
+def test_inflation_in_motion(name: str, tmp_path: Path) -> None:
+    """A flow into an empty tube in vacuum moves its lid; mass, p V = m R T, and the energy balance."""
+    supply, filled = SUPPLIES[name]
+    gas = {"name": "air", "closed_by": LIDS} | supply | {"supply_flow": FILLED / 5e-3}
+    if "time" in gas:
+        gas["time"] = gas["time"] | {"time": [0.0, 2.5e-3, 5e-3]}
+    more = {"solve": {"method": "mean-force", "end_time": 5e-3}, "save": {"interval": 5e-4, "channels": ["gas.*"]}}
+    run = fsm.load(case(SQUARE, [gas], **more), folder=tmp_path).run(tmp_path / "out", figures=False)
+    found = run.solution
+    mass, volume, pressure = (found.channels[f"gas.air.{key}"].values for key in ("mass", "volume", "pressure"))
+    np.testing.assert_allclose(mass, FILLED * filled(found.time / 5e-3), rtol=0.0, atol=1e-12 * FILLED)
+    np.testing.assert_allclose(pressure * volume, mass * R * T0, rtol=1e-12)
+    assert volume[-1] > 1.3 * volume[0]
+    assert run.summary["energy_error"] < 1e-6
+
+
+def test_supply_that_empties_a_chamber(tmp_path: Path) -> None:
+    gas = {"name": "air", "closed_by": LIDS, "pressure": 2e4}
+    for key, start in (("supply_mass", 1.0), ("supply_flow", 0.8)):
+        size = {key: -1.2 * FILLED / start}
+        with pytest.raises(CaseError, match=rf"gas.0.{key}: the chamber has {1e3 * FILLED:.4g} g .* is empty before t ="):
+            fsm.load(case(SQUARE, [gas | size]), folder=tmp_path).check()
+        fsm.load(case(SQUARE, [gas | {key: -0.7 * FILLED}]), folder=tmp_path).check()
+
+
 @pytest.mark.parametrize(("law", "exponent"), [("isothermal", 1.0), ("adiabatic", 1.4)])
 def test_work_of_an_ideal_gas(law: str, exponent: float, tmp_path: Path) -> None:
     """A lid that the gas accelerates has a kinetic energy equal to the work of the gas, m R T ln(V1/V0) or m c_v (T0 -
@@ -176,6 +255,82 @@ def test_work_of_an_ideal_gas(law: str, exponent: float, tmp_path: Path) -> None
     expected = work - 1e5 * (volume - first) - elastic(volume / AREA)[1]
     np.testing.assert_allclose(kinetic, expected, rtol=0.0, atol=1e-6 * np.abs(work).max())
     assert run.summary["energy_error"] < 1e-6
+
+
+def tube_of_bars(half: bool) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Tube with a section of eight sides between the plane y = 0 and a lid, or its half beside the plane x = 0.3."""
+    sides = 4 if half else 8
+    turn = np.arange(sides + half) * np.pi / 4.0
+    ring = np.column_stack([0.3 + 0.1 * np.sin(turn), 0.0 * turn, 0.1 * np.cos(turn)])
+    vertices, faces = np.concatenate([ring + [0.0, y, 0.0] for y in (0.0, 0.08, 0.2)]), []
+    number = np.arange(len(vertices)).reshape(3, -1)
+    for row in (0, 1):
+        for k in range(sides):
+            (a, b), (d, c) = number[row : row + 2, [k, (k + 1) % len(ring)]].tolist()
+            faces += [[a, c, b], [a, d, c]] if (k + row) % 2 else [[a, d, b], [b, d, c]]
+    edges = sorted({tuple(sorted(pair)) for face in faces for pair in zip(face, (*face[1:], face[0]), strict=True)})
+    letters = []
+    for edge in edges:
+        folded = np.abs(np.diff(vertices[list(edge)], axis=0))[0, [0, 2]].max() < 1e-9
+        border = sum(set(edge) <= set(face) for face in faces) == 1
+        letters.append("B" if border else "M" if folded else "F")
+    in_plane = (number[:, [0, 4]] if half else number[0, [0, 4]]).ravel()
+    places = {"y": number[0], "x": in_plane, "z": number[0, [2]]}
+    sheet = {
+        "vertices": vertices.tolist(), "faces": faces, "edges": [list(edge) for edge in edges], "assignment": letters,
+        "angles": [-np.pi / 4.0 if letter == "M" else 0.0 for letter in letters], "facets": "bars", "thickness": 1e-4,
+        "support": [{"at": f"vertices {', '.join(map(str, of + 1))}", "fixed": [axis]} for axis, of in places.items()],
+    }  # fmt: skip
+    plane = [{"axis": "x", "at": 0.3}] if half else []
+    return sheet, [{"axis": "y"}, {"cap": f"vertex {number[2, 1] + 1}"}, *plane]
+
+
+ENDS = {"interval": 0.5, "channels": ["gas.*"]}
+Z_MIDDLE = {"at": [[0.099, -1e-3, -0.101], [0.101, 1e-3, -0.099]], "fixed": ["z"]}
+PARTS = {
+    "half of the whole": (tube_of_bars(False), tube_of_bars(True)),
+    "quarter of the half": (
+        (HALF | {"support": [*HALF["support"], Z_MIDDLE]}, HALF_LID),
+        (QUARTER | {"support": QUARTER["support"][:3]}, QUARTER_LID),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_part_of_a_lid(name: str, tmp_path: Path) -> None:
+    """A tube between planes of symmetry through its axis and a part of a lid deforms as the whole tube does."""
+    found = []
+    for number, (sheet, closed) in enumerate(PARTS[name]):
+        gas = {"name": "air", "closed_by": closed, "supply_pressure": 2e4}
+        data = case(sheet, [gas], crease={"law": "linear", "stiffness_per_length": 1e-6}, save=ENDS)
+        data["solve"]["rtol"] = 1e-3
+        if sheet["facets"] == "flexible":
+            del data["crease"]
+        run = fsm.load(data, folder=tmp_path).run(tmp_path / str(number), figures=False)
+        found.append(2**number * run.solution.channels["gas.air.volume"].values)
+    assert found[0][-1] > 1.001 * found[0][0]
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+
+
+def test_part_of_a_lid_over_rigid_panels(tmp_path: Path) -> None:
+    found = []
+    for half in (False, True):
+        sheet, closed = tube_of_bars(half)
+        data = case(sheet | {"facets": "rigid"}, [{"name": "air", "closed_by": closed, "supply_mass": 1e-4}])
+        _, system = compile_case(fsm.load(data, folder=tmp_path).model)
+        (volume,) = system.chambers.volumes(system.chamber_nodes(0.0, system.initial()[0]))
+        found.append(volume)
+    assert 2.0 * found[1] == pytest.approx(found[0], rel=1e-12)
+
+
+def test_chamber_between_two_walls(tmp_path: Path) -> None:
+    """A quarter of a tube between two planes, and a second wall normal to one of them that it does not reach."""
+    gas = {"name": "air", "closed_by": [*QUARTER_LID, {"axis": "x", "at": 0.4}]} | AIR
+    data = case(QUARTER | {"support": QUARTER["support"][:3]}, [gas])
+    _, system = compile_case(fsm.load(data, folder=tmp_path).model)
+    (volume,) = system.chambers.volumes(system.initial()[0])
+    section = 3 * 0.5 * 0.1**2 * np.sin(np.pi / 6.0)  # the three triangles of a section of twelve sides
+    assert volume == pytest.approx(0.05 * section, rel=1e-12)
 
 
 def test_flow_between_two_storeys(tmp_path: Path) -> None:

@@ -28,9 +28,9 @@ CURVE_MISTAKES = {
     "twice": (CURVE.replace("20, 2", "10, 2"), ["crease.data row 4: the angle 10 deg appears twice"]),
     "not a number": (
         CURVE.replace("10, 1", "10, nan").replace("30, 3", "30, -"),
-        ['crease.data row 3: "nan" is not a finite number', 'crease.data row 5: "-" is not a finite number'],
+        [r'crease.data row 3: "nan" is not a finite number; .* \(also in row 5\)'],
     ),
-    "hole": (CURVE.replace("10, 1", "10,"), ["crease.data row 3: has 1 values; the header has 2 columns"]),
+    "hole": (CURVE.replace("10, 1", "10,"), ["crease.data row 3: has 1 value; the header has 2 columns"]),
     "no header": (CURVE.split("\n", 1)[1], ["crease.data row 1: has no header; add a header, for example"]),
     "unknown column": (
         CURVE.replace("moment", "momnt"),
@@ -67,8 +67,7 @@ def test_missing_crease_data_and_a_long_list_of_bad_rows(tmp_path):
     assert lines == [f"crease.data: cannot read {tmp_path / 'crease.csv'}: no such file or directory"]
     (tmp_path / "crease.csv").write_text(CURVE + "x, y\n" * 1000)
     lines = faults(run(tmp_path, SPLINE), tmp_path / "case.toml")
-    assert len(lines) == 9
-    assert lines[-1] == "crease.data: and 992 more rows like these"
+    assert len(lines) == 1 and lines[0].endswith("(also in rows 7, 8, 9, 10, 11 and 994 more)")
 
 
 def test_bad_lists_of_a_crease(tmp_path):

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -220,3 +223,22 @@ def test_an_error_that_soon_is_nothing_ends_no_run(tmp_path: Path) -> None:
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["method"] == "generalized-alpha"
     assert summary["energy_error"] < 0.01
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files as bytes")
+def test_a_folder_whose_name_is_not_text(tmp_path: Path) -> None:
+    folder = os.path.join(os.fsencode(tmp_path), b"caf\xe9")
+    os.mkdir(folder)
+    Path(os.fsdecode(folder), "case.toml").write_text(CASE, encoding="utf-8")
+    for words in (["run", b"case.toml", b"--out", folder + b"/out", b"--quiet"], ["plot", folder + b"/out/result.h5"]):
+        done = subprocess.run([sys.executable, "-m", "fsm", *words], cwd=folder, capture_output=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file descriptors of POSIX")
+def test_closed_outputs(tmp_path: Path) -> None:
+    """No file of the run receives messages, although the first file that is opened gets the number of standard error."""
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    command = f"exec {sys.executable} -m fsm run case.toml --out out >&- 2>&-"
+    assert subprocess.run(["sh", "-c", command], cwd=tmp_path, check=False).returncode == 0
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["peak_force"] > 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -88,3 +89,25 @@ def test_an_error_names_the_file_and_not_its_part(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as caught, atomic_write(tmp_path / "nowhere" / "summary.csv") as part:
         part.write_text("x")
     assert caught.value.filename == str(tmp_path / "nowhere" / "summary.csv")
+
+
+def test_a_link_stays_and_its_file_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "far").mkdir()
+    real, link = tmp_path / "far" / "force.csv", tmp_path / "force.csv"
+    real.write_text("old")
+    link.symlink_to(real)
+    with atomic_write(link) as part:
+        part.write_text("new")
+    assert link.is_symlink() and real.read_text() == "new"
+    assert names(tmp_path / "far") == ["force.csv"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in folders")
+def test_a_pipe_or_a_device_is_refused_and_stays(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for target, kind in ((pipe, "pipe"), (Path(os.devnull), "device")):
+        before = target.stat().st_mode
+        with pytest.raises(OSError, match=f"is a {kind}, not a file"), atomic_write(target) as part:
+            part.write_text("new")
+        assert target.stat().st_mode == before

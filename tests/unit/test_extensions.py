@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+import fsm
 from fsm import registry
 from fsm.compile_case import compile_case
 from fsm.errors import CaseError
+from fsm.run import run_case
 from fsm.scene.load_case import LoadedCase, load_case
 from fsm.table import run_table
 
@@ -139,6 +141,19 @@ def test_the_text_of_a_case_gives_the_same_case(tmp_path: Path) -> None:
     (tmp_path / "law.py").write_text(LAW + "\n# changed", encoding="utf-8")
     with pytest.raises(CaseError, match=r"extensions\.0: .*law\.py has changed since the case was written"):
         load_case(elsewhere / "case.toml")
+
+
+def test_a_result_executes_nothing_unless_it_is_allowed(tmp_path: Path) -> None:
+    """The file that a result names is executed only on request; the message names this file."""
+    run_case(loaded(tmp_path, LAW, CASE, "solve.end_time=1e-6"), tmp_path / "out", progress=False, figures=False)
+    mark = tmp_path / "executed"
+    (tmp_path / "law.py").write_text(f"open({str(mark)!r}, 'w')", encoding="utf-8")
+    with pytest.raises(CaseError, match=r"extensions: .*law\.py.*none was executed.*allow_extensions=True"):
+        _ = fsm.open(tmp_path / "out").case
+    assert fsm.open(tmp_path / "out").time[0] == 0.0 and not mark.exists()
+    (tmp_path / "law.py").write_text(LAW, encoding="utf-8")
+    again = fsm.open(tmp_path / "out", allow_extensions=True).case.model.scene
+    assert again is not None and again.elements[0].law == "cubic"
 
 
 @pytest.mark.parametrize(

@@ -140,6 +140,38 @@ def test_filling_of_a_rigid_chamber() -> None:
     assert given.state(1.0, volume, area).by_volume[0, 0] == 0.0
 
 
+def test_mass_that_is_supplied_at_the_start() -> None:
+    """A constant mass of supply is in the chamber from the start on, in addition to the gas of the given pressure."""
+    volume = np.array([1e-3])
+    for law in ("isothermal", "adiabatic"):
+        gases, area = chambers((gas("a", 1e5, law, supply_mass=2e-3),), (), volume)
+        state = gases.state(0.0, volume, area)
+        assert state.mass[0] == pytest.approx(1e5 * 1e-3 / (R * T0) + 2e-3, rel=1e-14)
+        assert state.pressure[0] == pytest.approx(1e5 + 2e-3 * R * T0 / 1e-3, rel=1e-14)
+        assert state.temperature[0] == pytest.approx(T0, rel=1e-14)
+
+
+def test_energy_of_an_empty_chamber() -> None:
+    """The change of the energy is the work of a slow supply, from an empty chamber on: m R T ln(V0/V), or m c_p T."""
+    volume, steps = np.array([1e-3]), np.linspace(0.0, 1.0, 201)
+    for law in ("isothermal", "adiabatic"):
+        gases, area = chambers((gas("a", 0.0, law, supply_flow=2e-3),), (), volume)
+        first, rates = gases.energies(gases.state(0.0, volume, area))[0], []
+        for t in steps:
+            grown = volume * (1.0 + t)
+            state = gases.state(t, grown, area)
+            rates.append(gases.power(t, state, None))
+            gases.commit(t, grown, area)
+        pressures = 2e-3 * R * T0 * steps / (1e-3 * (1.0 + steps))
+        if law == "isothermal":
+            assert state.pressure[0] == pytest.approx(pressures[-1], rel=1e-12)
+            work = np.trapezoid(rates, steps) - np.trapezoid(pressures, 1e-3 * steps)
+            assert gases.energies(state)[0] - first == pytest.approx(work, rel=1e-4)
+            assert gases.energies(state)[0] == pytest.approx(2e-3 * R * T0 * math.log(0.5), rel=1e-12)
+        else:
+            assert np.trapezoid(rates, steps) == pytest.approx(2e-3 * 3.5 * R * T0, rel=1e-12)
+
+
 def test_memory() -> None:
     """A gas continues from its memory, and an empty one resets it."""
     volume = np.array([1e-3, 2e-3])

@@ -83,7 +83,7 @@ def test_creases_of_flexible_facets(kind: str) -> None:
 
 
 def test_polygons_are_divided() -> None:
-    """A pentagon has triangles, whose joints are nearly rigid."""
+    """A pentagon has triangles that share their slopes: it is one flexible facet."""
     angles = 2.0 * np.pi * np.arange(5) / 5
     vertices = [[float(np.cos(a)), float(np.sin(a)), 0.0] for a in angles]
     edges = [[k, (k + 1) % 5] for k in range(5)]
@@ -93,8 +93,34 @@ def test_polygons_are_divided() -> None:
     }  # fmt: skip
     facets = build_scene(case(**sheet)).facets
     assert facets.mesh.area == pytest.approx(2.5 * np.sin(2.0 * np.pi / 5.0), rel=1e-12)
-    assert len(facets.mesh.creases) == 2
-    assert not facets.folds.start.any()
+    assert not facets.mesh.creases and facets.folds is None
+    assert not facets.mesh.facet.any()
+    assert len(facets.mesh.owner) == len(facets.mesh.nodes)
+
+
+def test_flat_lines_of_a_folded_sheet() -> None:
+    """Two strips at an angle share the slopes of a flat line; at a large angle the line is a stiff joint."""
+    faces = [[0, 1, 4, 3], [1, 2, 5, 4]]
+    edges, letters = [[1, 4], [0, 1], [1, 2], [2, 5], [5, 4], [4, 3], [3, 0]], ["F", *"BBBBBB"]
+    for angle in (0.3, 1.2):
+        c, s = float(np.cos(angle)), float(np.sin(angle))
+        line = [[-1.0, 0.0], [0.0, 0.0], [c, s]]
+        vertices = [[x, y, z] for y in (0.0, 1.0) for x, z in line]
+        sheet = {"vertices": vertices, "edges": edges, "assignment": letters, "angles": [0.0] * 7, "faces": faces}
+        data = case(mesh_size=0.5, **sheet)
+        facets = build_scene(data).facets
+        smooth = angle < 1.0
+        assert facets.mesh.curved == smooth
+        assert len(facets.mesh.creases) == (0 if smooth else 1)
+        assert len(facets.mesh.owner) == len(facets.mesh.nodes) + (0 if smooth else 3)
+        assert np.bincount(facets.mesh.facet).tolist() == [8, 8]
+        normal = np.cross(*facets.mesh.slopes.transpose(1, 0, 2))
+        middle = normal[np.abs(facets.mesh.positions[:, [0, 2]]).max(axis=1) < 1e-9]
+        expected = [-np.sin(0.5 * angle), 0.0, np.cos(0.5 * angle)]
+        assert np.allclose(middle, expected) == smooth
+        _, system = compile_case(data)
+        q, _ = system.initial()
+        assert np.abs(system.force(0.0, q, None)).max() < 1e-6
 
 
 def test_too_fine_a_mesh_is_refused() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import urllib.error
 import urllib.request
 from http.client import HTTPConnection
@@ -65,6 +66,9 @@ def test_the_address_is_local_and_secret(tmp_path: Path) -> None:
             connection.request("GET", path, headers={"Host": host})
             assert connection.getresponse().status == 404, (path, host)
             connection.close()
+        with socket.create_connection(("127.0.0.1", port), timeout=20) as raw:  # a target without a slash
+            raw.sendall(f"GET nothing HTTP/1.0\r\nHost: {watch.host}\r\n\r\n".encode())
+            assert b" 404 " in raw.recv(100)
 
 
 def test_run_with_a_page(tmp_path: Path) -> None:

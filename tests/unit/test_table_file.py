@@ -327,6 +327,8 @@ def test_jobs_that_fail_or_die_take_no_other_with_them():
 def test_foreseen_errors_keep_their_exit_code():
     (outcome,) = run_jobs(exec, ["from fsm.errors import NotConverged; raise NotConverged('a\\nb')"], 4)
     assert (outcome.error, outcome.exit_code, outcome.trace) == (("a", "b"), 3, "")
+    (outcome,) = run_jobs(eval, ["__import__('numpy').zeros(10**17)"], 1)
+    assert outcome.error[0].startswith("out of memory (Unable to allocate") and outcome.exit_code == 3
 
 
 def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):

@@ -41,6 +41,7 @@ def test_integral() -> None:
     for function in functions:
         assert integral(function, 0.0) == 0.0
         for end in (-0.4, 0.9, 2.6, 4.0):
+            assert integral(function, np.float64(end)) == integral(function, end)  # as time integrators have it
             times = np.linspace(0.0, end, 200_001)
             values = np.array([factor(function, t) for t in times[::20]])
             assert integral(function, end) == pytest.approx(np.trapezoid(values, times[::20]), abs=2e-6)

@@ -32,6 +32,13 @@ def test_what_is_asked_for(monkeypatch, capsys):
         ("rotating_squares", []),
         ("membrane_impact", ['vibration.duration="0.02 s"']),
         ("scissor_array", ["scissor.units=2", "solve.end_time=0.3"]),
+        ("miura_push", ['drive.0.travel="1 mm"']),
+        ("kresling", []),
+        ("gas_kresling", ["solve.end_time=0.1"]),
+        ("slit_annulus", ["sheet.mesh=[2, 8]"]),
+        ("tape_spring", ["sheet.mesh=[6, 4]", "drive.0.turn=0.05"]),
+        ("plate_on_film", []),
+        ("dropped_plates", ["solve.end_time=0.02"]),
     ],
 )
 def test_no_kernel_is_left_for_a_run(case, overrides, tmp_path):

@@ -22,8 +22,8 @@ CONDITIONS = (
     ("83 deg", "3 GPa", "17.9 mm"),
     ("83 deg", "6 GPa", "18.6 mm"),
 )
-"""Fold angle and Young's modulus of the four conditions, and a travel past the peak of flexible facets, which take many small
-steps beyond it if faces touch at the thickness."""
+"""Fold angle and Young's modulus of the four conditions, and a travel past the peak of flexible facets. If faces touch at
+the thickness, flexible facets take many small steps beyond this travel."""
 FAR = "30 mm"
 """Travel of all other runs."""
 PANELS = 6

@@ -21,6 +21,7 @@ from fsm.scene.laminate import Laminate, laminate_of
 from fsm.scene.loads import Drive, Load
 from fsm.scene.patterns.booms import seam_angle
 from fsm.scene.patterns.chamber import SheetSurface
+from fsm.scene.patterns.cuts import facets_across_cuts
 from fsm.scene.patterns.facet_mesh import FacetMesh, MeshPoint
 from fsm.scene.patterns.facets import quaternions
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
@@ -115,10 +116,13 @@ class _FlexibleBuilder:
         )  # fmt: skip
         mesh = self.facets.mesh
         held = {vector // 3: axes for vector, axes in self.facets.held.items() if vector % 3 == 0}
-        facet = mesh.facet[mesh.triangles[:, 0]]
+        facet = mesh.facet
         groups = {name: tuple(mesh.owner[mesh.ends(edges)].ravel().tolist()) for name, edges in mesh.edges.items()}
         surface = SheetSurface(mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices])
-        return with_gas(self.case, scene.with_facets(self.facets).with_touching(touching), surface)
+        scene = scene.with_facets(self.facets).with_touching(touching)
+        if not self.sheet.is_shell:
+            scene = scene.with_across_cuts(facets_across_cuts(pattern_of(self.sheet)))
+        return with_gas(self.case, scene, surface)
 
     def _touching(self) -> TouchingSheet | None:
         """Surface for contact, with frames at all nodes."""
@@ -130,7 +134,7 @@ class _FlexibleBuilder:
         names = [self._frame(f"node {row + 1}", mesh.at_node(node)) for row, node in enumerate(mesh.nodes.tolist())]
         return TouchingSheet(
             tuple(SceneFrame(name=name, on=SHEET) for name in names), mesh.positions[mesh.nodes], mesh.node_areas,
-            place[mesh.owner[mesh.triangles]], mesh.facet[mesh.triangles[:, 0]], mesh.plane,
+            place[mesh.owner[mesh.triangles]], mesh.facet, mesh.plane,
             float(mesh.facet_areas.mean()), facets.thickness, facets.areal_density,
         )  # fmt: skip
 
@@ -299,14 +303,18 @@ def _turned(along: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def _folds(case: Case, mesh: FacetMesh) -> FoldData | None:
-    """Folds at all nodes of creases; other joints are nearly rigid."""
-    if not mesh.creases:
-        return None
+    """Folds at all nodes of creases; other joints with separate slopes are nearly rigid.
+
+    The stiffness of these joints follows from the depth of the cells across them, because such a joint stands beside the
+    bending of these cells.
+    """
     assert case.sheet is not None and case.material is not None
     plate = case.material.young * case.sheet.thickness**3 / (12.0 * (1.0 - case.material.poisson**2))
     if case.sheet.is_shell:  # only a lenticular boom has such joints; its seams are rigid
+        if not mesh.creases:
+            return None
         angles = np.concatenate([np.full(len(seam.lengths), seam_angle(case.sheet)) for seam in mesh.creases])
-        stiffness = np.concatenate([_JOINED * plate / seam.lengths.min() * seam.lengths for seam in mesh.creases])
+        stiffness = np.concatenate([_JOINED * plate / mesh.depth(seam) * seam.lengths for seam in mesh.creases])
         return FoldData.linear(stiffness, angles, angles)
     coarse = pattern_of(case.sheet)
     joints = {joint.edge: joint for joint in sheet_joints(case, coarse)}
@@ -317,5 +325,5 @@ def _folds(case: Case, mesh: FacetMesh) -> FoldData | None:
         if joint is not None and joint.kind == "crease":
             folds.add(joint, angle, crease.lengths)
         else:
-            folds.add_linear(_JOINED * plate / float(crease.lengths.min()) * crease.lengths, angle)
-    return folds.data()
+            folds.add_linear(_JOINED * plate / mesh.depth(crease) * crease.lengths, angle)
+    return folds.data() if mesh.creases else None

@@ -18,6 +18,7 @@ from fsm.scene.builders.sheet_supports import check_supports
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.materials import SplineCrease
+from fsm.scene.patterns.cuts import facets_across_cuts
 from fsm.scene.patterns.facets import FacetFrames, facet_frames, quaternions
 from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.patterns.of_sheet import pattern_of
@@ -130,6 +131,7 @@ class _SheetBuilder:
             drives=tuple(drives),
             gravity=case.gravity,
         )
+        scene = scene.with_across_cuts(facets_across_cuts(self.pattern))
         return with_gas_of_panels(case, scene, self.pattern, frames, self._held_vertices(held))
 
     def _held_vertices(self, facets: set[int]) -> dict[int, set[int]]:

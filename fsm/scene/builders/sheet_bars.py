@@ -16,6 +16,7 @@ from fsm.scene.case import Case
 from fsm.scene.flexible import SceneFrame
 from fsm.scene.loads import Drive
 from fsm.scene.patterns.chamber import SheetSurface
+from fsm.scene.patterns.cuts import facets_across_cuts
 from fsm.scene.patterns.facets import facet_frames
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.patterns.of_sheet import pattern_of
@@ -70,7 +71,8 @@ def build_bars(case: Case) -> Scene:
     triangles = np.array(pattern.faces, dtype=np.int64)
     own = np.arange(len(pattern.vertices))
     surface = SheetSurface(pattern.vertices, triangles, np.arange(len(triangles)), held, pattern.groups, own)
-    return with_gas(case, scene.with_folds(folds).with_touching(touching), surface)
+    scene = scene.with_folds(folds).with_touching(touching).with_across_cuts(facets_across_cuts(pattern))
+    return with_gas(case, scene, surface)
 
 
 def bar_areas(case: Case, pattern: Pattern) -> np.ndarray:

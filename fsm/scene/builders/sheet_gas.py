@@ -54,7 +54,7 @@ def with_gas_of_panels(
     closed = [sealed(faces, chamber.facets, chamber.caps) for chamber in scene.chambers]
     surface = PanelSurface(
         tuple(scene.bodies[number].name for number in owner), frames.local(owner, corners), corners,
-        tuple(one for one, _ in closed), tuple(rings for _, rings in closed), folds,
+        tuple(one for one, _ in closed), tuple(lids for _, lids in closed), folds,
     )  # fmt: skip
     return scene.with_chambers(scene.chambers, scene.orifices, surface)
 
@@ -79,6 +79,8 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
     _check_path(case)
     chambers = [chamber_of(_in_time(case, gas), surface, f"gas.{number}") for number, gas in enumerate(case.gas)]
     _check_names(case.gas)
+    for number, gas in enumerate(case.gas):
+        _check_filled(gas, case.orifice, f"gas.{number}.pressure")
     for number, orifice in enumerate(case.orifice):
         _check_orifice(orifice, chambers, f"orifice.{number}.between")
         data = scene.folds if scene.facets is None else scene.facets.folds
@@ -96,12 +98,13 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
 def _in_time(case: Case, gas: Gas) -> Gas:
     """Gas whose supply has a ramp over the run, if the run is static and the supply has no function of time.
 
-    A pressure grows from the pressure outside, at which the sheet carries no load.
+    A pressure grows from the pressure outside, at which the sheet carries no load. A flow is constant, so its mass grows
+    in proportion to time.
     """
     method, end = case.solve.method, case.solve.end_time
     if gas.time is not None or end is None or method not in ("static", "arc-length"):
         return gas
-    if all(getattr(gas, name) is None for name in SUPPLIES):
+    if gas.supply_mass is None and gas.supply_pressure is None:
         return gas
     shape = "unbounded" if method == "arc-length" else "linear"
     first = gas.outside_pressure / gas.supply_pressure if gas.supply_pressure else 0.0  # factor at the start
@@ -133,6 +136,15 @@ def _check_names(gases: tuple[Gas, ...]) -> None:
         if name in names[:number] or name == OUTSIDE:
             text = f"{name!r} is the name of another gas" if name != OUTSIDE else f"{OUTSIDE!r} are the surroundings"
             raise CaseError(Fault(f"gas.{number}.name", f"{text}; give another name"))
+
+
+def _check_filled(gas: Gas, orifices: tuple[Orifice, ...], path: str) -> None:
+    """Check that a chamber has gas, or gets some from a supply or through an orifice."""
+    supplied = any(getattr(gas, name) is not None for name in SUPPLIES)
+    joined = any(gas.name in orifice.between for orifice in orifices)
+    if not (gas.at_start or gas.outside_pressure or supplied or joined):
+        text = "the chamber is empty and has no supply; give `pressure`, a supply such as `supply_mass`, or an [[orifice]]"
+        raise CaseError(Fault(path, text))
 
 
 def _check_orifice(orifice: Orifice, chambers: list[Chamber], path: str) -> None:

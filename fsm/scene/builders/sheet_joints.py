@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.materials import UNREAD, LinearCrease, SplineCrease
-from fsm.scene.patterns.of_sheet import bend_stiffness_per_length
+from fsm.scene.patterns.of_sheet import bend_stiffness_per_length, folding_letters
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.sheet import SheetCrease
 
@@ -52,11 +52,12 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
     per_length = _crease_per_length(case)
     by_letter, by_name = _own_laws(case, pattern)
     found: list[SheetJoint] = []
+    folding = folding_letters(case.sheet)
     numbers = {"crease": 0, "bend line": 0, "rigid": 0}
     for edge in pattern.creases.tolist():
         letter, length = pattern.assignment[edge], float(lengths[edge])
         laws = by_letter.get(letter, [])
-        if letter in "MVU" or (letter == "F" and laws):
+        if letter in folding:
             kind, stiffness = "crease", per_length * length
         elif case.sheet.facets != "rigid":
             kind, stiffness = "bend line", bend_stiffness_per_length(case, length) * length

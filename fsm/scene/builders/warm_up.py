@@ -7,9 +7,59 @@ from typing import Any, NamedTuple
 from fsm.scene.case import Case
 
 __all__ = [
-    "WarmUp", "warm_up_lattice", "warm_up_membrane", "warm_up_plates", "warm_up_scissor", "warm_up_springs",
+    "WHOLE", "WarmUp", "warm_up_lattice", "warm_up_membrane", "warm_up_plates", "warm_up_scissor", "warm_up_springs",
     "warm_up_strip",
 ]  # fmt: skip
+
+
+_TOUCH = (
+    "contact.law=linear", "contact.stiffness=1e4", "friction.mu_static=0.3", "friction.mu_dynamic=0.2",
+    "friction.v_static=0.01", "friction.v_dynamic=0.02",
+)  # fmt: skip
+_SMALL = ("sheet.columns=2", "sheet.rows=2", "save.every=none", "save.interval=1")
+_PUSH = ("drive.0.travel=0.2 mm",)
+_BRIEF = ("drive=none", "solve.method=auto", "solve.end_time=1e-6")
+_LOAD = ("drive=none", 'load.0.at="edge right"', "load.0.force=[-1e-3, 0, 0]", "solve.end_time=1e-3", "save.interval=1")
+_FACETS: dict[str, tuple[str, ...]] = {
+    "rigid": ("sheet",),
+    "bend-lines": ("sheet", "sheet.facets=bend-lines", "sheet.bend_stiffness_per_length=0.5"),
+    "bars": ("sheet", "sheet.facets=bars"),
+    "flexible": ("flexible", "sheet.mesh_size=20 mm"),
+}
+_UNBOUNDED = (
+    "load.0.time.kind=ramp", "load.0.time.end=1", "load.0.time.shape=unbounded",
+    "solve.method=arc-length", "solve.end_time=1",
+)  # fmt: skip
+_MESH = ("sheet.mesh_size=50 mm", "sheet.bend_stiffness_per_length=none")
+_GAS = ("gas.0.supply_mass=1e-6", "save.interval=1")
+
+WHOLE: dict[str, tuple[tuple[str, ...], ...]] = {
+    **{
+        f"{facets} facets, {kind}": ((*case, *_SMALL, *short), (*case, *_SMALL, *short, *_TOUCH), (*case, *_SMALL, *_LOAD))
+        for facets, case in _FACETS.items()
+        for kind, short in (("static", _PUSH), ("in time", _BRIEF))
+    },
+    "shells": (("boom", "sheet.mesh=[4, 4]", "drive.0.turn=0.01"), ("plate", "sheet.mesh=[2, 2]", "solve.end_time=0.01")),
+    "gas": (
+        ("gas", "solve.end_time=0.05", *_GAS),
+        ("gas", *_BRIEF[1:], *_GAS),
+        ("gas", "sheet.facets=bend-lines", "solve.end_time=0.05", *_GAS),
+        ("gas", "sheet.facets=flexible", *_MESH, "solve.end_time=0.05", *_GAS),
+    ),
+    "arc length": (
+        ("kresling", "load.0.force=[0, 0, -1]"),
+        ("truss", "load.0.force=[0, 0, -1]"),
+        (*_FACETS["flexible"], *_SMALL, *_LOAD, *_UNBOUNDED),
+    ),
+    "films, cables, beams, trusses": (
+        ("beam", "step.0.duration=0.01", "save.interval=1"),
+        ("cable", "solve.end_time=1e-3"),
+        ("cable", "solve.end_time=1e-3", "solve.method=generalized-alpha"),
+        ("truss", "solve.method=static", "solve.end_time=1e-2"),
+    ),
+    "mechanism": (("mechanism", "drive.0.turn=1e-3"),),
+}
+"""Shortened cases of `fsm init` (template, overrides) for the kernels of sheets, gas, and scenes with nodes."""
 
 
 class WarmUp(NamedTuple):

@@ -19,7 +19,7 @@ from fsm.errors import CaseError, Fault
 from fsm.scene.gas import Gas
 from fsm.scene.patterns.places import facets_named
 
-__all__ = ["Chamber", "SheetSurface", "chamber_of"]
+__all__ = ["Chamber", "Lid", "SheetSurface", "chamber_of"]
 
 _NEAR = 1e-9
 """Distance of a node from a plane, relative to the size of the sheet, below which the node lies in the plane."""
@@ -52,6 +52,48 @@ class SheetSurface:
 
 
 @dataclass(frozen=True, eq=False)
+class Lid:
+    """Lid over a ring of nodes: triangles of its edges and of its tip.
+
+    The ends of a ring that is not whole lie in one or two planes of symmetry. The tip is the mean of the nodes of the whole
+    ring, which mirror images complete. It therefore lies in these planes.
+
+    Attributes
+    ----------
+    nodes : (k,) int array
+        Nodes of the ring, counter-clockwise around the normal of the lid.
+    whole : bool
+        Whether the ring is closed.
+    weights : (k,) array
+        Part of each node in the tip; their sum is 1.
+    planes : axes and positions (m) of the planes in which the tip lies
+    """
+
+    nodes: np.ndarray
+    whole: bool
+    weights: np.ndarray
+    planes: tuple[tuple[int, float], ...]
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Positions (m, 2) in `nodes` of the ends of each edge of the ring."""
+        first = np.arange(len(self.nodes) - (not self.whole))
+        return np.column_stack([first, (first + 1) % len(self.nodes)])
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Components of the tip that follow the nodes."""
+        return tuple(axis for axis in range(3) if axis not in dict(self.planes))
+
+    def tip(self, positions: np.ndarray) -> np.ndarray:
+        """Tip (3,) of the lid over a ring at given positions (k, 3), m."""
+        out = self.weights @ positions
+        for axis, at in self.planes:
+            out[axis] = at
+        return np.asarray(out)
+
+
+@dataclass(frozen=True, eq=False)
 class Chamber:
     """Chamber of a gas.
 
@@ -61,7 +103,7 @@ class Chamber:
     facets : numbers of its facets
     axes : axes a of the sum for the volume
     origin : (3,) array, m
-    caps : rings of nodes of the lids, ordered counter-clockwise around the normal of the lid
+    caps : lids
     sign : 1, or -1 if the normals of the facets point into the chamber
     volume : m^3
         At the start, with straight edges.
@@ -72,7 +114,7 @@ class Chamber:
     facets: tuple[int, ...]
     axes: tuple[int, ...]
     origin: np.ndarray
-    caps: tuple[np.ndarray, ...]
+    caps: tuple[Lid, ...]
     sign: float
     volume: float
     area: float
@@ -93,24 +135,27 @@ def chamber_of(gas: Gas, surface: SheetSurface, path: str) -> Chamber:
     triangles = surface.triangles[np.isin(surface.facet, facets)]
     axes, origin = _field(gas, path)
     free = _open_edges(triangles)
-    caps = tuple(_ring(gas, number, surface, free, path) for number, one in enumerate(gas.closed_by) if one.cap is not None)
-    if caps and len(axes) < 3:
-        text = "two planes normal to one axis and a lid do not go together; close the chamber by one kind"
-        raise CaseError(Fault(f"{path}.closed_by", text))
+    caps = tuple(_lid(gas, number, surface, free, path) for number, one in enumerate(gas.closed_by) if one.cap is not None)
     _check_closed(gas, surface, free, path)
-    corners = surface.positions[triangles] - origin
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
-    volume = float((corners.mean(axis=1) * normals)[:, axes].sum()) / len(axes)
-    for ring in caps:
-        at = surface.positions[ring] - origin
-        volume += float(at.mean(axis=0) @ np.cross(at, np.roll(at, -1, axis=0)).sum(axis=0)) / 6.0
-    area = float(np.linalg.norm(normals, axis=1).sum())
+    corners = surface.positions[triangles]
+    area = float(np.linalg.norm(_areas(corners), axis=1).sum())
+    for lid in caps:
+        at = surface.positions[lid.nodes]
+        tip = np.broadcast_to(lid.tip(at), (len(lid.edges), 1, 3))
+        corners = np.concatenate([corners, np.concatenate([tip, at[lid.edges]], axis=1)])
+    mean = corners.mean(axis=1) - origin
+    volume = float((mean * _areas(corners))[:, axes].sum()) / len(axes)
     flat = abs(volume) <= _EMPTY * area**1.5
     if flat and gas.supply_pressure is None:
         text = "the chamber has no volume at the start, so its gas has no pressure; fold it, or give `supply_pressure`"
         raise CaseError(Fault(f"{path}.at", text))
     sign = -1.0 if volume < 0.0 and not flat else 1.0
     return Chamber(gas, facets, axes, origin, caps, sign, 0.0 if flat else abs(volume), area)
+
+
+def _areas(corners: np.ndarray) -> np.ndarray:
+    """Normals (m, 3) of triangles (m, 3, 3) of the length of their areas, m^2."""
+    return np.asarray(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0)
 
 
 def _field(gas: Gas, path: str) -> tuple[tuple[int, ...], np.ndarray]:
@@ -132,10 +177,8 @@ def _open_edges(triangles: np.ndarray) -> dict[int, int]:
     return {a: b for a, b in pairs if (b, a) not in pairs}
 
 
-def _ring(gas: Gas, number: int, surface: SheetSurface, free: dict[int, int], path: str) -> np.ndarray:
-    """Ring of a lid, ordered counter-clockwise around the normal of the lid; removes the edges of the ring from the open
-    edges.
-    """
+def _lid(gas: Gas, number: int, surface: SheetSurface, free: dict[int, int], path: str) -> Lid:
+    """Lid over a ring, or over a part of one between planes; removes the edges of the ring from the open edges."""
     cap = gas.closed_by[number].cap
     assert cap is not None
     key = f"{path}.closed_by.{number}.cap"
@@ -148,30 +191,52 @@ def _ring(gas: Gas, number: int, surface: SheetSurface, free: dict[int, int], pa
         text = f'give {names + ", or " if names else ""}a vertex of the ring, "vertex 1" to "vertex {len(surface.vertices)}"'
         raise CaseError(Fault(key, f'"{cap}" is not a place of the sheet; {text}'))
     inside = frozenset(nodes) if len(nodes) > 1 else frozenset(free)  # a named edge may end in a plane
-    before = {b: a for a, b in free.items() if {a, b} <= inside}
-    start = here = next((node for node in nodes if node in free), None)
+    edges = {a: b for a, b in free.items() if {a, b} <= inside and not _in_planes(gas, surface, (a, b))}
+    before = {b: a for a, b in edges.items()}
+    start = here = next((node for node in nodes if node in edges or node in before), None)
     while here in before and before[here] != start:
         here = before[here]
     found = list[int]()
-    while here in free and free[here] in inside:
+    while here in edges:
         found.append(here)
-        here = free.pop(here)
-    if here is not None and found and here != found[0]:
-        found.append(here)  # the edge between both ends lies in a plane
-        planes, margin = _planes(gas), _near(surface)
-        ends = surface.positions[[found[0], here]]
-        if not any(np.all(np.abs(ends[:, axis] - at) <= margin) for axis, at in planes):
-            found.clear()
-    if len(found) < 3:
+        del free[here]
+        here = edges.pop(here)
+    whole = not found or here == found[0]
+    planes = []
+    if not whole and here is not None:
+        found.append(here)
+        planes = _planes_between(gas, surface, (found[0], here))
+    if len(found) + len(planes) < (3 if whole else 4) or (not whole and not planes):
         text = "is not on a closed ring of open edges of the chamber, or on a line that ends in a plane of `closed_by`"
         raise CaseError(Fault(key, f"{cap} {text}, which a lid needs"))
     # the facets are on one side of the edges of the ring and the lid is on the other side
-    return np.array(found[::-1], dtype=np.int64)
+    nodes = np.array(found[::-1], dtype=np.int64)
+    at, margin = surface.positions[nodes], _near(surface)
+    images = np.ones(len(nodes))  # of every node in the planes
+    for axis, place in planes:
+        images *= np.where(np.abs(at[:, axis] - place) <= margin, 1.0, 2.0)
+    return Lid(nodes, whole, images / images.sum(), tuple(planes))
+
+
+def _planes_between(gas: Gas, surface: SheetSurface, ends: tuple[int, int]) -> list[tuple[int, float]]:
+    """Plane in which both ends of a part of a ring lie, or two planes normal to each other with one end each; else none."""
+    at, margin = surface.positions[list(ends)], _near(surface)
+    first, last = ([plane for plane in _planes(gas) if abs(end[plane[0]] - plane[1]) <= margin] for end in at)
+    for plane in first:
+        if plane in last:
+            return [plane]
+    return next(([a, b] for a in first for b in last if a[0] != b[0]), [])
 
 
 def _planes(gas: Gas) -> list[tuple[int, float]]:
     """Axes and positions of the planes that close a chamber."""
     return [("xyz".index(plane.axis), plane.at) for plane in gas.closed_by if plane.axis is not None]
+
+
+def _in_planes(gas: Gas, surface: SheetSurface, nodes: tuple[int, ...]) -> set[int]:
+    """Axes of the planes in which all of some nodes lie."""
+    at, margin = surface.positions[list(nodes)], _near(surface)
+    return {axis for axis, place in _planes(gas) if np.all(np.abs(at[:, axis] - place) <= margin)}
 
 
 def _near(surface: SheetSurface) -> float:
@@ -181,10 +246,9 @@ def _near(surface: SheetSurface) -> float:
 
 def _check_closed(gas: Gas, surface: SheetSurface, free: dict[int, int], path: str) -> None:
     """Check that every open edge lies in a plane that supports hold it in."""
-    planes, margin = _planes(gas), _near(surface)
     for edge in free.items():
         ends = surface.positions[list(edge)]
-        axes = {axis for axis, at in planes if np.all(np.abs(ends[:, axis] - at) <= margin)}
+        axes = _in_planes(gas, surface, edge)
         where = " to ".join(f"({', '.join(f'{round(1e3 * x, 6) + 0.0:.4g}' for x in end)})" for end in ends)
         if not axes:
             text = f"the chamber is open at the edge {where} mm and {len(free) - 1} others"

@@ -1,8 +1,8 @@
 """Mesh of triangles of flexible facets: nodes with slopes, edges by name, and points on it.
 
-A node has one position. Each facet has separate slopes at each of its nodes (a sector), so facets can fold along
-creases. Vectors are numbered by sectors: 3 s is the position of sector s, 3 s + 1 and 3 s + 2 are its slopes along two
-orthogonal directions of the facet. All sectors of a node use the position of the first one.
+A node has one position. Facets that fold along creases have separate slopes at their common nodes: each part of the sheet
+around a node with one pair of slopes is a sector. Vectors are numbered by sectors: 3 s is the position of sector s, 3 s + 1
+and 3 s + 2 are its slopes along two orthogonal directions. All sectors of a node use the position of the first one.
 """
 
 from __future__ import annotations
@@ -88,12 +88,12 @@ class FacetMesh:
         Angle between the first slope of each corner and the first axis of the facet.
     vertices : (v,) int array
         One sector of each vertex of the pattern.
-    facet : (s,) int array
-        Facet of the pattern of each sector.
+    facet : (m,) int array
+        Facet of the pattern of each triangle.
     edges : named edges, (k, 2) int arrays of triangle and number of the edge in the triangle (the edge starts at the corner
     of this number)
     curved : whether the sheet starts curved, with zero stress
-    creases : edges between facets that fold
+    creases : edges between facets with separate slopes
     """
 
     positions: np.ndarray
@@ -118,7 +118,7 @@ class FacetMesh:
         """Area of each facet of the pattern, (n,), m^2."""
         along = np.roll(self.plane, -1, axis=1) - self.plane
         areas = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0])
-        return np.bincount(self.facet[self.triangles[:, 0]], weights=areas)
+        return np.bincount(self.facet, weights=areas)
 
     @property
     def area(self) -> float:
@@ -137,6 +137,14 @@ class FacetMesh:
         areas = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0])
         owners = self.owner[self.triangles].ravel()
         return np.bincount(owners, np.repeat(areas / 3.0, 3), len(self.owner))[self.nodes]
+
+    def depth(self, crease: MeshCrease) -> float:
+        """Smallest size across a crease of the triangles beside it, m."""
+        on = np.isin(self.triangles, crease.sectors)
+        k = np.flatnonzero(on.sum(axis=1) == 2)
+        one, two = self.plane[k, 1] - self.plane[k, 0], self.plane[k, 2] - self.plane[k, 0]
+        double = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+        return float((double / self.lengths[k, (on[k].argmin(axis=1) + 1) % 3]).min())
 
     def ends(self, edge: np.ndarray) -> np.ndarray:
         """Sectors at both ends of edges (k, 2) of triangles, (k, 2)."""

@@ -12,7 +12,7 @@ import numpy as np
 from fsm.errors import CaseError
 from fsm.scene.patterns.booms import boom_mesh
 from fsm.scene.patterns.facet_mesh import FacetMesh
-from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.scene.patterns.of_sheet import folding_letters, pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.pattern_mesh import pattern_mesh
 from fsm.scene.patterns.plates import plate_mesh
@@ -35,7 +35,7 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
     if sheet.is_shell:
         return boom_mesh(sheet)
     assert sheet.mesh_size is not None
-    return pattern_mesh(pattern_of(sheet), sheet.mesh_size, sheet.mesh_grading[0])
+    return pattern_mesh(pattern_of(sheet), sheet.mesh_size, sheet.mesh_grading[0], folding_letters(sheet))
 
 
 def mesh_as_pattern(sheet: Sheet) -> Pattern:

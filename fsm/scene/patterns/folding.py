@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.scene.patterns.facets import facet_frames
-from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.patterns.pattern import Pattern, polygon_normal
 
 __all__ = ["fold_pattern"]
 
@@ -119,7 +119,8 @@ def _hinges(pattern: Pattern) -> _Hinges:
         if letter not in "MVFJ" or not math.isfinite(target):
             continue
         u, v = pattern.edges[edge].tolist()
-        sides = [_farthest(pattern, (u, v), int(face)) for face in pattern.edge_faces[edge]]
+        left, right = pattern.edge_faces[edge].tolist()
+        sides = [_farthest(pattern, (u, v), left), _farthest(pattern, (v, u), right)]
         rows.append((u, v, *sides))
         targets.append(target if letter in "MV" else 0.0)
         weights.append(math.sqrt(float(pattern.lengths[edge]) / size) * (1.0 if letter in "MV" else 0.1))
@@ -127,10 +128,11 @@ def _hinges(pattern: Pattern) -> _Hinges:
 
 
 def _farthest(pattern: Pattern, edge: tuple[int, int], face: int) -> int:
-    """Vertex of a face that is farthest from an edge."""
+    """Vertex of a face that is farthest from an edge, to the left of the edge; a face may extend to both sides."""
     start = pattern.vertices[edge[0]]
-    along = pattern.vertices[edge[1]] - start
-    away = [float(np.linalg.norm(np.cross(along, pattern.vertices[v] - start))) for v in pattern.faces[face]]
+    along, normal = pattern.vertices[edge[1]] - start, polygon_normal(pattern.vertices[list(pattern.faces[face])])
+    areas = [np.cross(along, pattern.vertices[v] - start) for v in pattern.faces[face]]
+    away = [math.copysign(float(np.linalg.norm(area)), float(area @ normal)) for area in areas]
     return pattern.faces[face][int(np.argmax(away))]
 
 

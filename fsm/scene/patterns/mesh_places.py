@@ -59,7 +59,7 @@ def mesh_place(mesh: FacetMesh, at: str | tuple[tuple[float, float, float], tupl
         facet, known = int(rest) - 1, int(mesh.facet.max()) + 1
         if not 0 <= facet < known:
             raise ValueError(f"there is no facet {facet + 1}; the sheet has {known} facets, numbered from 1")
-        return MeshPlace(name, np.flatnonzero(mesh.facet == facet), none)
+        return MeshPlace(name, np.unique(mesh.triangles[mesh.facet == facet]), none)
     if match is None:
         text = 'give "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7", or a box [[x, y, z], [x, y, z]]'
         raise ValueError(f'"{name}" is not a place of flexible facets; {text}')

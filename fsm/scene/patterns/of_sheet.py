@@ -8,12 +8,13 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
+from fsm.scene.patterns.cuts import open_cuts
 from fsm.scene.patterns.folding import fold_pattern
 from fsm.scene.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
-from fsm.scene.patterns.pattern import Pattern, box_groups
+from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, box_groups
 from fsm.scene.sheet import Sheet
 
-__all__ = ["bend_stiffness_per_length", "pattern_of"]
+__all__ = ["bend_stiffness_per_length", "folding_letters", "pattern_of"]
 
 
 @lru_cache(maxsize=4)
@@ -63,7 +64,7 @@ def _generated(sheet: Sheet) -> Pattern:
 
 
 def _written(sheet: Sheet) -> Pattern:
-    """Pattern of the keys `vertices`, `edges`, `assignment`, `angles` and `faces`."""
+    """Pattern of the keys `vertices`, `edges`, `assignment`, `angles` and `faces`, with open cuts."""
     vertices, faces = np.array(sheet.vertices or (), dtype=float).reshape(-1, 3), sheet.faces or ()
     count = len(vertices)
     if not faces:
@@ -79,7 +80,13 @@ def _written(sheet: Sheet) -> Pattern:
         raise ValueError("`edges`, `assignment` and `angles` must have as many items")
     known = {frozenset(pair): (letter, angle) for pair, letter, angle in zip(edges, letters, angles, strict=True)}
     found = [known.get(frozenset(pair), ("B", 0.0)) for pair in pattern.edges.tolist()]
-    return pattern.assigned([letter for letter, _ in found], [angle for _, angle in found])
+    return open_cuts(pattern.assigned([letter for letter, _ in found], [angle for _, angle in found]))
+
+
+def folding_letters(sheet: Sheet) -> str:
+    """Letters of the edges that are creases: mountains, valleys, unassigned edges, and flat edges with their own law."""
+    flat = any(" ".join(own.of.split()) == ASSIGNMENTS["F"] for own in sheet.crease)
+    return "MVUF" if flat else "MVU"
 
 
 def bend_stiffness_per_length(case: Case, length: float) -> float:

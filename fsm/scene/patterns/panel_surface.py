@@ -10,10 +10,12 @@ each joint.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+
+from fsm.scene.patterns.chamber import Lid
 
 __all__ = ["PanelSurface", "panel_triangles", "sealed"]
 
@@ -32,7 +34,7 @@ class PanelSurface:
     start : (n, 3) array, m
         Corners at the start.
     triangles : (m, 3) int array of corners, for each chamber
-    rings : corners around each lid, in its order, for each chamber
+    lids : lids over rings of corners, for each chamber
     folds : corners (4,) of each crease by name: of the left panel, both ends, of the right panel
     """
 
@@ -40,7 +42,7 @@ class PanelSurface:
     points: np.ndarray
     start: np.ndarray
     triangles: tuple[np.ndarray, ...]
-    rings: tuple[tuple[np.ndarray, ...], ...]
+    lids: tuple[tuple[Lid, ...], ...]
     folds: Mapping[str, tuple[int, int, int, int]]
 
 
@@ -51,7 +53,7 @@ def panel_triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
     return table[:, 1:], table[:, 0]
 
 
-def sealed(faces: Faces, chosen: Collection[int], lids: Sequence[np.ndarray]) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+def sealed(faces: Faces, chosen: Collection[int], lids: Sequence[Lid]) -> tuple[np.ndarray, tuple[Lid, ...]]:
     """Closed surface of a chamber, without its lids and planes.
 
     Parameters
@@ -59,14 +61,15 @@ def sealed(faces: Faces, chosen: Collection[int], lids: Sequence[np.ndarray]) ->
     faces : vertices of every panel, counter-clockwise around its normal
         The corners of all panels have numbers in this order.
     chosen : numbers of the panels around the chamber
-    lids : vertices of the ring of every lid, in the order around its normal
+    lids : lids over rings of vertices
 
     Returns
     -------
     (m, 3) array
         Triangles of corners.
-    tuple of (k,) arrays
-        Corners of the rings. A vertex of two panels with an open edge has two of them.
+    tuple of Lid
+        Lids over rings of corners. A vertex of two panels with an open edge has two of them. All corners have the same part
+        in a tip: a vertex in a plane of symmetry has a corner on each side of it.
     """
     first = np.cumsum([0, *map(len, faces)])
     corner, left, after = dict[tuple[int, int], int](), dict[tuple[int, int], int](), dict[tuple[int, int], int]()
@@ -85,14 +88,15 @@ def sealed(faces: Faces, chosen: Collection[int], lids: Sequence[np.ndarray]) ->
             found += _polygon([corner[v, panel], corner[u, panel], corner[u, other], corner[v, other]])
     begins = set(corner) - {(vertex, panel) for (vertex, _), panel in after.items()}
     found += _around_vertices(corner, after, begins)
-    rings = list[np.ndarray]()
+    covers = list[Lid]()
     for lid in lids:
-        ring, here = list[int](), lid.tolist()
-        for before, vertex, following in zip([here[-1], *here[:-1]], here, [*here[1:], here[0]], strict=True):
-            ends = [corner[vertex, left[vertex, before]], corner[vertex, left[following, vertex]]]
-            ring += ends if ends[0] != ends[1] else ends[:1]
-        rings.append(np.array(ring, dtype=np.int64))
-    return np.array(found, dtype=np.int64), tuple(rings)
+        vertices, ring = lid.nodes.tolist(), list[int]()
+        for a, b in lid.edges.tolist():
+            u, v = vertices[a], vertices[b]
+            ring += [corner[u, left[v, u]], corner[v, left[v, u]]]  # the edge (v, u) is that of the panel
+        ring = [here for k, here in enumerate(ring) if here != ring[k - 1]]
+        covers.append(replace(lid, nodes=np.array(ring, dtype=np.int64), weights=np.full(len(ring), 1.0 / len(ring))))
+    return np.array(found, dtype=np.int64), tuple(covers)
 
 
 def _around_vertices(

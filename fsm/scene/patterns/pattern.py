@@ -45,6 +45,7 @@ class Pattern:
         Fold angle of each edge in the folded state that the pattern describes, rad; NaN for an edge without such an angle.
     faces : vertices of each face, counter-clockwise around its normal
     groups : vertices of named edges of the sheet, for example "left"
+    uncut : vertex of the sheet without cuts for each vertex, see `open_cuts`; empty without cuts
     """
 
     vertices: np.ndarray
@@ -54,6 +55,7 @@ class Pattern:
     target: np.ndarray
     faces: tuple[tuple[int, ...], ...]
     groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    uncut: tuple[int, ...] = ()
 
     @classmethod
     def of_faces(

@@ -2,8 +2,12 @@
 
 A face with more than four corners is divided into triangles by its shortest diagonals. All edges of a triangle have the same
 number of divisions, and opposite edges of a quadrilateral also have equal numbers. The longest of the edges that must have
-equal numbers determines the number. Each face has its own slopes at each of its nodes (a sector for each node of a face), so
-faces can fold along all edges.
+equal numbers determines the number.
+
+Faces that fold have separate slopes at their common nodes. Faces beside a line that does not fold share their slopes there,
+as the triangles of one face do: the line is then a line of a smooth plate. If these faces are not coplanar, the plane of the
+shared slopes is normal to the mean of their normals, and the surface has a curvature at rest beside the line. With large
+angles between the faces the slopes stay separate, and the line is a joint between them.
 """
 
 from __future__ import annotations
@@ -23,9 +27,13 @@ __all__ = ["pattern_mesh"]
 
 _EQUAL = 1e-9
 """Relative difference below which two diagonals have equal lengths."""
+_SMOOTH = math.cos(math.radians(22.5))
+"""Cosine of the largest angle between the normals of faces that share slopes and the mean of these normals."""
+_COPLANAR = 1e-12
+"""Difference from 1 of this cosine below which the faces count as coplanar."""
 
 
-def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0) -> FacetMesh:
+def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0, folding: str = "MVU") -> FacetMesh:
     """Mesh of a pattern at its start.
 
     Parameters
@@ -35,6 +43,7 @@ def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0) -> FacetMe
         Largest length of the divisions of an edge, if they are equal.
     grading : -
         Grading of the cells of each facet towards its edges (`graded`).
+    folding : letters of the edges that fold
 
     Raises
     ------
@@ -47,7 +56,7 @@ def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0) -> FacetMe
     if count > MOST_TRIANGLES:
         text = f"{size:g} m gives {many(count)} triangles; at most {MOST_TRIANGLES:,} are allowed: use larger cells"
         raise CaseError(Fault("sheet.mesh_size", text))
-    return _Mesher(pattern, fine, divisions, grading).mesh()
+    return _Mesher(pattern, fine, divisions, grading, folding).mesh()
 
 
 def _pair(a: int, b: int) -> tuple[int, int]:
@@ -64,7 +73,8 @@ def _triangles_of(face: tuple[int, ...], divisions: dict[tuple[int, int], int]) 
 
 
 def _divisions(pattern: Pattern, size: float) -> dict[tuple[int, int], int]:
-    """Number of divisions of every edge of the faces, by its vertices."""
+    """Number of divisions of every edge of the faces, by its vertices; both sides of a cut have the same number."""
+    uncut = pattern.uncut or range(len(pattern.vertices))
     above: dict[tuple[int, int], tuple[int, int]] = {}
 
     def top(edge: tuple[int, int]) -> tuple[int, int]:
@@ -73,14 +83,15 @@ def _divisions(pattern: Pattern, size: float) -> dict[tuple[int, int], int]:
         return edge
 
     for face in pattern.faces:
-        sides = [_pair(a, b) for a, b in _sides(face)]
+        sides = [_pair(uncut[a], uncut[b]) for a, b in _sides(face)]
         for one, two in ((0, 1), (1, 2)) if len(face) == 3 else ((0, 2), (1, 3)):
             above[top(sides[one])] = top(sides[two])
     longest: dict[tuple[int, int], float] = {}
     for a, b in list(above):
         length = float(np.linalg.norm(pattern.vertices[a] - pattern.vertices[b]))
         longest[top((a, b))] = max(longest.get(top((a, b)), 0.0), length)
-    return {edge: max(1, math.ceil(longest[top(edge)] / size - _EQUAL)) for edge in list(above)}
+    number = {edge: max(1, math.ceil(longest[top(edge)] / size - _EQUAL)) for edge in list(above)}
+    return {_pair(a, b): number[_pair(uncut[a], uncut[b])] for face in pattern.faces for a, b in _sides(face)}
 
 
 @dataclass
@@ -89,9 +100,10 @@ class _Mesher:
     fine: Pattern
     divisions: dict[tuple[int, int], int]
     grading: float
+    folding: str
     places: list[np.ndarray] = field(default_factory=list)
     nodes: dict[tuple[int, ...], int] = field(default_factory=dict)
-    sectors: dict[tuple[int, int], int] = field(default_factory=dict)
+    parts: dict[tuple[int, int], int] = field(default_factory=dict)  # a part of a sector: one face at one node
     node_of: list[int] = field(default_factory=list)
     face_of: list[int] = field(default_factory=list)
     triangles: list[tuple[int, int, int]] = field(default_factory=list)
@@ -106,19 +118,30 @@ class _Mesher:
         positions, axes = np.array(self.places)[node_of], self._axes()[face_of]
         first_corner = self.fine.vertices[[face[0] for face in self.fine.faces]][face_of]
         flat = np.einsum("sij,si->sj", axes, positions - first_corner)
-        triangles = np.array(self.triangles)
-        angle = self._angles(flat)
-        along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        across = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
-        slopes = np.stack([np.einsum("sij,sj->si", axes, d) for d in (along, across)], axis=1)
+        parts = np.array(self.triangles)
+        angle, rank = self._angles(flat)
+        normal = np.cross(axes[..., 0], axes[..., 1])
+        sector, mean = self._sectors(normal)
+        curved = bool((np.einsum("si,si->s", normal, mean[sector]) < 1.0 - _COPLANAR).any())
+        # the part with the first slope of the highest rank gives the slopes of its sector
+        order = np.lexsort((np.arange(len(rank)), -rank, sector))
+        lead = order[np.searchsorted(sector[order], np.arange(len(mean)))]
+        slopes = np.stack([_directions(axes, angle), _directions(axes, angle + 0.5 * math.pi)], axis=1)[lead]
+        shared = np.flatnonzero(np.bincount(sector) > 1)
+        for k in range(2):
+            slopes[shared, k] = _tilted(slopes[shared, k], normal[lead[shared]], mean[shared])
+        own = np.flatnonzero(np.isin(sector, shared) & (np.arange(len(sector)) != lead[sector]))
+        along = _tilted(slopes[sector[own], 0], mean[sector[own]], normal[own])
+        angle[own] = np.arctan2(*np.einsum("sij,si->js", axes[own], along)[::-1])
         first: dict[int, int] = {}
-        owner = np.array([first.setdefault(node, sector) for sector, node in enumerate(self.node_of)])
+        owner = np.array([first.setdefault(node, k) for k, node in enumerate(node_of[lead].tolist())])
         vertices = np.array([first[self.nodes[v,]] for v in range(len(self.fine.vertices))])
         pieces = [max(1, len(face) - 2) if len(face) > 4 else 1 for face in self.pattern.faces]
-        facet = np.repeat(np.arange(len(pieces)), pieces)[face_of]
+        facet = np.repeat(np.arange(len(pieces)), pieces)[face_of[parts[:, 0]]]
+        triangles = sector[parts]
         return FacetMesh(
-            positions, slopes, owner, triangles, flat[triangles], angle[triangles], vertices, facet, self._edges(triangles),
-            False, self._creases(flat, angle),
+            positions[lead], slopes, owner, triangles, flat[parts], angle[parts], vertices, facet,
+            self._edges(triangles, sector), curved, self._creases(flat, angle, sector),
         )  # fmt: skip
 
     def _axes(self) -> np.ndarray:
@@ -144,30 +167,30 @@ class _Mesher:
             self.places.append(place)
         return self.nodes[key]
 
-    def _sector(self, face: int, node: int) -> int:
-        if (face, node) not in self.sectors:
-            self.sectors[face, node] = len(self.node_of)
+    def _part(self, face: int, node: int) -> int:
+        if (face, node) not in self.parts:
+            self.parts[face, node] = len(self.node_of)
             self.node_of.append(node)
             self.face_of.append(face)
-        return self.sectors[face, node]
+        return self.parts[face, node]
 
-    def _parts(self, count: int) -> np.ndarray:
+    def _shares(self, count: int) -> np.ndarray:
         """Positions of the divisions of an edge, from 0 to 1."""
         return 0.5 * (1.0 + graded(np.linspace(-1.0, 1.0, count + 1), self.grading))
 
     def _side(self, face: int, a: int, b: int) -> list[int]:
-        """Sectors of a face along its edge from vertex a to b."""
+        """Parts of a face along its edge from vertex a to b."""
         low, high = _pair(a, b)
         start, end = self.fine.vertices[low], self.fine.vertices[high]
         count = self.divisions[low, high]
         keys = [(low,), *((low, high, i) for i in range(1, count)), (high,)]
-        parts = self._parts(count).tolist()
-        line = [self._sector(face, self._node(key, start + (end - start) * x)) for x, key in zip(parts, keys, strict=True)]
+        parts = self._shares(count).tolist()
+        line = [self._part(face, self._node(key, start + (end - start) * x)) for x, key in zip(parts, keys, strict=True)]
         self.of_edge.setdefault((low, high), {})[face] = line
         return line if a < b else line[::-1]
 
     def _triangle(self, number: int, face: tuple[int, ...]) -> np.ndarray:
-        """Grid (n + 1, n + 1) of sectors in a triangle; -1 outside."""
+        """Grid (n + 1, n + 1) of parts in a triangle; -1 outside."""
         a, b, c = face
         count = self.divisions[_pair(a, b)]
         pa, pb, pc = self.fine.vertices[list(face)]
@@ -175,28 +198,28 @@ class _Mesher:
         grid[:, 0] = self._side(number, a, b)
         grid[0] = self._side(number, a, c)
         grid[np.arange(count, -1, -1), np.arange(count + 1)] = self._side(number, b, c)
-        parts = self._parts(count)
+        parts = self._shares(count)
         for i in range(1, count):
             for j in range(1, count - i):
                 shares = parts[[count - i - j, i, j]]  # on an edge their sum is 1
                 place = shares @ np.array([pa, pb, pc]) / shares.sum()
-                grid[i, j] = self._sector(number, self._node((-1, number, i, j), place))
+                grid[i, j] = self._part(number, self._node((-1, number, i, j), place))
         return grid
 
     def _quadrilateral(self, number: int, face: tuple[int, ...]) -> np.ndarray:
-        """Grid of sectors in a quadrilateral."""
+        """Grid of parts in a quadrilateral."""
         a, b, c, d = face
         m, n = self.divisions[_pair(a, b)], self.divisions[_pair(b, c)]
         pa, pb, pc, pd = self.fine.vertices[list(face)]
         grid = np.full((m + 1, n + 1), -1, dtype=np.int64)
         grid[:, 0], grid[:, n] = self._side(number, a, b), self._side(number, d, c)
         grid[0], grid[m] = self._side(number, a, d), self._side(number, b, c)
-        along, across = self._parts(m).tolist(), self._parts(n).tolist()
+        along, across = self._shares(m).tolist(), self._shares(n).tolist()
         for i in range(1, m):
             for j in range(1, n):
                 x, y = along[i], across[j]
                 place = (1 - x) * (1 - y) * pa + x * (1 - y) * pb + x * y * pc + (1 - x) * y * pd
-                grid[i, j] = self._sector(number, self._node((-1, number, i, j), place))
+                grid[i, j] = self._part(number, self._node((-1, number, i, j), place))
         return grid
 
     def _cells(self, grid: np.ndarray, triangle: bool) -> None:
@@ -215,25 +238,60 @@ class _Mesher:
                 first = (i + j) % 2 == 0 if abs(ac - bd) < _EQUAL * (ac + bd) else ac < bd
                 self.triangles += [(a, b, c), (a, c, d)] if first else [(a, b, d), (b, c, d)]
 
+    # slopes -----------------------------------------------------------------------------------------------------------
+
+    def _sectors(self, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sector of each part, and unit normals of the sectors; `normal` (p, 3): unit normals of the parts.
+
+        The parts of a node that lines without folds connect are one sector, if their normals differ little from their mean.
+        """
+        above = list(range(len(self.node_of)))
+
+        def top(part: int) -> int:
+            while above[part] != part:
+                part = above[part]
+            return part
+
+        for number, line in self._lines():
+            if self.fine.assignment[number] not in self.folding + "BC":
+                one, *others = self.of_edge[_pair(*line)].values()
+                for other in others:
+                    for pair in zip(one, other, strict=True):
+                        low, high = sorted(map(top, pair))
+                        above[high] = low
+        root = np.array([top(part) for part in above])
+        mean = np.zeros_like(normal)
+        np.add.at(mean, root, normal)
+        mean /= np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)[:, None]
+        far = np.einsum("pi,pi->p", normal, mean[root]) < _SMOOTH
+        root = np.where(np.isin(root, root[far]), np.arange(len(root)), root)
+        roots, sector = np.unique(root, return_inverse=True)
+        alone = np.bincount(sector) == 1
+        return sector, np.where(alone[:, None], normal[roots], mean[roots])
+
     # edges ------------------------------------------------------------------------------------------------------------
 
     def _lines(self) -> list[tuple[int, tuple[int, int]]]:
         """Number and both vertices of each edge of the pattern with bend lines."""
         return [(number, (int(a), int(b))) for number, (a, b) in enumerate(self.fine.edges.tolist())]
 
-    def _angles(self, flat: np.ndarray) -> np.ndarray:
-        """Angle of the first slope of each sector. If the node lies on an edge of its face, the slope is along this
-        edge; boundaries come first.
+    def _angles(self, flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Angle of the first slope of each part, and its rank. If the node lies on an edge of its face, the slope is along
+        this edge; boundaries have the highest rank, and lines that do not fold the lowest.
         """
-        angle = np.zeros(len(flat))
-        lines = [line for of_face in self.of_edge.values() if len(of_face) > 1 for line in of_face.values()]
-        lines += [line for of_face in self.of_edge.values() if len(of_face) == 1 for line in of_face.values()]
-        for line in lines:
-            x, y = flat[line[-1]] - flat[line[0]]
-            angle[line] = math.atan2(y, x)
-        return angle
+        angle, rank = np.zeros(len(flat)), np.zeros(len(flat), dtype=np.int64)
+        letters = {_pair(*line): self.fine.assignment[number] for number, line in self._lines()}
+        ranks = {
+            pair: 3 if len(of_face) == 1 else 2 if letters[pair] in self.folding + "BC" else 1
+            for pair, of_face in self.of_edge.items()
+        }
+        for pair in sorted(ranks, key=lambda one: ranks[one]):
+            for line in self.of_edge[pair].values():
+                x, y = flat[line[-1]] - flat[line[0]]
+                angle[line], rank[line] = math.atan2(y, x), ranks[pair]
+        return angle, rank
 
-    def _edges(self, triangles: np.ndarray) -> dict[str, np.ndarray]:
+    def _edges(self, triangles: np.ndarray, sector: np.ndarray) -> dict[str, np.ndarray]:
         """Named edges: all edges of one face between two vertices of a group of the pattern."""
         known: dict[tuple[int, int], tuple[int, int]] = {}
         for number, (a, b, c) in enumerate(triangles.tolist()):
@@ -245,26 +303,43 @@ class _Mesher:
             for (low, high), of_face in sorted(self.of_edge.items()):
                 if len(of_face) == 1 and low in members and high in members:
                     (line,) = of_face.values()
-                    edges += [known[_pair(a, b)] for a, b in pairwise(line)]
+                    edges += [known[_pair(a, b)] for a, b in pairwise(sector[line].tolist())]
             if edges:
                 found[name] = np.array(edges, dtype=np.int64)
         return found
 
-    def _creases(self, flat: np.ndarray, angle: np.ndarray) -> tuple[MeshCrease, ...]:
-        """Nodes along the creases, with the slopes across and along each crease on both sides."""
+    def _creases(self, flat: np.ndarray, angle: np.ndarray, sector: np.ndarray) -> tuple[MeshCrease, ...]:
+        """Nodes along the creases where both sides have separate slopes, with the slopes across and along each crease."""
         found = []
         faces = self.fine.edge_faces
         for number in self.fine.creases.tolist():
             a, b = (int(v) for v in self.fine.edges[number])
             low, high = _pair(a, b)
-            lines = [self.of_edge[low, high][int(face)][:: 1 if a < b else -1] for face in faces[number]]
+            lines = np.array([self.of_edge[low, high][int(face)][:: 1 if a < b else -1] for face in faces[number]])
+            separate = np.flatnonzero(sector[lines[0]] != sector[lines[1]])
+            if not len(separate):
+                continue
             directions = []
             for line in lines:
                 x, y = flat[line[-1]] - flat[line[0]]
                 turned = math.atan2(y, x) - angle[line]
                 directions.append(np.stack([np.cos(turned), np.sin(turned)], axis=-1))
-            steps = np.diff(self._parts(len(lines[0]) - 1))
+            steps = np.diff(self._shares(lines.shape[1] - 1))
             share = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
             length = float(np.linalg.norm(self.fine.vertices[b] - self.fine.vertices[a]))
-            found.append(MeshCrease(number, np.array(lines).T, np.stack(directions, axis=1), share * length))
+            along = np.stack(directions, axis=1)[separate]
+            found.append(MeshCrease(number, sector[lines].T[separate], along, share[separate] * length))
         return tuple(found)
+
+
+def _directions(axes: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Unit vectors (n, 3) at angles (n,) from the first of the axes (n, 3, 2)."""
+    return np.asarray(np.einsum("sij,sj->si", axes, np.stack([np.cos(angle), np.sin(angle)], axis=-1)))
+
+
+def _tilted(vector: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) after the shortest rotations that turn unit vectors `start` (n, 3) to `end`; these are not opposite."""
+    axis = np.cross(start, end)
+    turned = np.cross(axis, vector)
+    cosine = np.einsum("ni,ni->n", start, end)
+    return np.asarray(vector + turned + np.cross(axis, turned) / (1.0 + cosine)[:, None])

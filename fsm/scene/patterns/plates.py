@@ -70,7 +70,7 @@ def bent_mesh(
     corners = np.array([number[0, 0], number[-1, 0], number[-1, -1], number[0, -1]])
     return FacetMesh(
         positions, slopes, np.arange(len(points)), triangles, points[triangles], np.zeros(triangles.shape), corners,
-        np.zeros(len(points), dtype=np.int64), edges, curved,
+        np.zeros(len(triangles), dtype=np.int64), edges, curved,
     )  # fmt: skip
 
 
@@ -115,7 +115,7 @@ def annulus_mesh(
         corners = np.array([closed[0, 0], closed[-1, 0], closed[-1, -1], closed[0, -1]])
     return FacetMesh(
         np.column_stack([flat, zero]), slopes, np.arange(len(flat)), triangles, flat[triangles], at[triangles], corners,
-        np.zeros(len(flat), dtype=np.int64), edges,
+        np.zeros(len(triangles), dtype=np.int64), edges,
     )  # fmt: skip
 
 
@@ -143,7 +143,7 @@ def disc_mesh(radius: float, rings: int) -> FacetMesh:
     edge = first[rings] + np.arange(6 * rings + 1) % (6 * rings)
     return FacetMesh(
         np.column_stack([flat, zero]), slopes, np.arange(len(flat)), cells, flat[cells], angle[cells],
-        np.zeros(1, dtype=np.int64), np.zeros(len(flat), dtype=np.int64), {"outer": _edge(cells, edge)},
+        np.zeros(1, dtype=np.int64), np.zeros(len(cells), dtype=np.int64), {"outer": _edge(cells, edge)},
     )  # fmt: skip
 
 
