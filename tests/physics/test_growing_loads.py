@@ -62,7 +62,7 @@ time = { kind = "ramp", end = "0.2 s" }
 [solve]
 end_time = "0.4 s"
 [save]
-interval = "0.2 s"
+interval = "5 ms"
 """
 
 
