@@ -29,6 +29,8 @@ _COARSE, _LATE = 0.05, 0.02
 _LISTED_EVENTS = 6
 """Largest number of events with a warning each."""
 
+_ARC_LENGTH = 'solve.method = "arc-length"'
+
 _PULL_DEFAULTS: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
 """Keys of a pull that every summary has, with their values for a run without a drive."""
 
@@ -77,7 +79,11 @@ def summary_of(
         residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the reference energy, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
     listed = [event for event in events if event.kind != "vibration"]
-    found += [_event_text(event, solution.layout) for event in listed[:_LISTED_EVENTS]]
+    driven = bool(solution.layout.drive_names)
+    found += [
+        _event_text(event, solution.layout) if driven else _load_event_text(event, analysis.loads_at(solution, event.time))
+        for event in listed[:_LISTED_EVENTS]
+    ]
     if len(listed) > _LISTED_EVENTS:
         more = len(listed) - _LISTED_EVENTS
         found.append(f"{more} more events until {_where(listed[-1], solution.layout)}; `events` in summary.json lists all")
@@ -184,11 +190,31 @@ def _event_text(event: Event, layout: Layout) -> str:
         there = f"; {effort} {event.end_force:.4g} {unit} there" if layout.drive_names else ""
         start = f"the state at {event.time:.4g} s" if event.time else "the start"
         return f"{start} is not in equilibrium: solved with inertia until {until}{there}"
+    if event.kind == "motion":
+        return f"motion {where}: too fast for statics, solved with inertia until {until}{forces}; drive slower"
     if event.kind == "damped snap":
         return f"snap {where}: states are unstable until {until}, and dampers slow the motion{forces}"
     if event.kind == "unstable":
         return f"snap {where}: saved states until {until} are unstable{forces}"
     return f"snap {where}: solved with inertia until {until}{forces}"
+
+
+def _load_event_text(event: Event, loads: str) -> str:
+    """Warning about an event of a case without drives; `loads` are the sizes and displacements of the loads at its start."""
+    where = f"at {event.time:.4g} s" + (f" ({loads})" if loads else "")
+    inertia = f"solved with inertia until {event.end_time:.4g} s"
+    path = f"set {_ARC_LENGTH}, which follows the equilibria through limit points"
+    if event.kind == "motion":
+        return f"the load was too fast for statics {where}: {inertia}; let it grow more slowly, or {path}"
+    if event.kind == "snap":
+        return f"limit load reached {where}: the structure snaps, {inertia}; {path}"
+    if event.kind == "bifurcation":
+        return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
+    if event.kind == "release":
+        return f"the start is not in equilibrium: {inertia}"
+    if event.kind == "damped snap":
+        return f"snap {where}: states are unstable until {event.end_time:.4g} s, and dampers slow the motion; {path}"
+    return f"snap {where}: saved states until {event.end_time:.4g} s are unstable; {path}"
 
 
 def missed_expectations(case: Case, summary: dict[str, Any]) -> list[str]:

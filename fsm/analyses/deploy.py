@@ -15,6 +15,7 @@ from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
 from fsm.errors import FsmError, NotConverged
+from fsm.load_names import load_units
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import bent_energy, in_motion, summarise, summarise_contacts, summarise_drives
@@ -325,6 +326,18 @@ class Deployment(Analysis):
         """Whether the run is one motion of a [scene] whose steps have to resolve impacts."""
         dynamic = not self.plan.written and isinstance(self._settings(self.plan.steps[0]), Settings)
         return dynamic and self.case.scene is not None and self.case.strip is None and self.system.contacts.resolves
+
+    def loads_at(self, solution: Solution, time: float) -> str:
+        """See `Analysis`: loads of a case without `[[step]]` in the last record until a time (s)."""
+        record = int(np.searchsorted(solution.time, time, side="right")) - 1
+        if self.plan.written or record < 0:
+            return ""
+        start, end = ((float(solution.time[k]), solution.q[k]) for k in (0, record))
+        loads = self.system.load_displacements(start, (time, end[1]))
+        return ", ".join(
+            f"{name} {size:.4g} {load_units(name).size} at {1e3 * moved:.4g} {load_units(name).shown}"
+            for name, (size, moved) in list(loads.items())[:_NAMED]
+        )
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages, contacts, and the error of a motion."""
