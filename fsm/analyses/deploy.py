@@ -32,6 +32,7 @@ from fsm.segments.separate import shallowest
 from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
 from fsm.sheet_motion import fold_warning, folded_parts
+from fsm.shown_units import shown_unit
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
@@ -334,10 +335,12 @@ class Deployment(Analysis):
             return ""
         start, end = ((float(solution.time[k]), solution.q[k]) for k in (0, record))
         loads = self.system.load_displacements(start, (time, end[1]))
-        return ", ".join(
-            f"{name} {size:.4g} {load_units(name).size} at {1e3 * moved:.4g} {load_units(name).shown}"
-            for name, (size, moved) in list(loads.items())[:_NAMED]
-        )
+        texts = []
+        for name, (size, moved) in list(loads.items())[:_NAMED]:
+            units = load_units(name)
+            where = shown_unit(units.displacement, moved).text(moved)
+            texts.append(f"{name} {shown_unit(units.size, size).text(size)} at {where}")
+        return ", ".join(texts)
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages, contacts, and the error of a motion."""

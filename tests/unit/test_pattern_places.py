@@ -37,10 +37,12 @@ def test_edge_of_a_zigzag_is_its_whole_line(columns: int, rows: int) -> None:
     """The edges of a Miura sheet that is read from a file are those of the generated one."""
     sheet = miura(columns, rows, 1.0, 1.0, 1.3, 0.0)
     flat = np.round(sheet.vertices[:, :2], 9)
-    data = {"vertices_coords": flat.tolist(), "edges_vertices": sheet.edges.tolist(), "edges_assignment": [*sheet.assignment]}
+    letters = [*sheet.assignment]
+    data = {"vertices_coords": flat.tolist(), "edges_vertices": sheet.edges.tolist(), "edges_assignment": letters}
     read = read_fold(json.dumps(data), 1.0)
     for name, expected in sheet.groups.items():
-        assert {tuple(row) for row in read.vertices[list(read.groups[name]), :2]} == {tuple(row) for row in flat[list(expected)]}
+        found = {tuple(row) for row in read.vertices[list(read.groups[name]), :2]}
+        assert found == {tuple(row) for row in flat[list(expected)]}
     shifted = waterbomb(4, 3, 1.0)
     left = shifted.vertices[list(shifted.groups["left"]), :2]
     assert sorted({float(x) for x in left[:, 0]}) == [0.0, 0.5] and np.ptp(left[:, 1]) == 3.0
