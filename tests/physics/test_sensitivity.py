@@ -50,7 +50,7 @@ def test_curve_of_a_lattice(damping: float) -> None:
     case, travel = squares(damping=damping), np.linspace(1e-4, 1e-3, 10)
     paths = [f"lattice.{name}" for name in ("axial", "shear", "rotational", "angle", "hinge_length", "spacing")]
     paths += ["lattice.damping"] if damping else []
-    case = case.model_copy(update={"solve": case.solve.model_copy(update={"max_step": 0.25})})
+    case = case.model_copy(update={"solve": case.solve.model_copy(update={"max_step": 0.05})})
     found = force_response(case, travel, paths)
     assert found.jacobian is not None
     for column, path in zip(found.jacobian.T, paths, strict=True):
