@@ -99,6 +99,25 @@ def test_a_fold_closes_at_the_same_angle_with_every_mesh(cells: int) -> None:
     assert contacts.crossed(poses(-closed)) == (0,)
 
 
+def test_edges_near_a_crease_keep_triangles_apart() -> None:
+    """Two triangles on one line lie across each other, and each has its corner outside the other: only edges can touch."""
+    plane = np.array([[[0.0, 0.0], [0.0, 0.06], [0.05, -0.02]], [[0.0, 0.0], [0.0, 0.06], [0.05, 0.08]]])
+    surface = SheetSurface(
+        np.arange(4), np.ones(4), np.array([[0, 1, 2], [0, 1, 3]]), np.array([0, 1]), plane, 1e-3, THICKNESS, 0
+    )  # fmt: skip
+
+    def poses(angle: float) -> np.ndarray:
+        out = np.zeros((4, 7))
+        out[:, 3], out[1, 1], out[2, :2] = 1.0, 0.06, (0.05, -0.02)
+        out[3, :3] = 0.05 * np.cos(angle), 0.08, 0.05 * np.sin(angle)
+        return out
+
+    contacts = SheetContacts(surface, poses(1.0))
+    contacts.commit(poses(0.03))
+    assert not len(contacts.find(poses(0.03), 0.0).slot)
+    assert len(contacts.find(poses(0.005), 0.0).slot) == 1
+
+
 def group_of(contacts: SheetContacts, bodies: int, friction: bool = False) -> ContactGroup:
     normal = NormalForce(NORMAL_LAWS["hertz"], NORMAL_LAWS["hertz"].params(LAW), 1.0, 1e-3)
     law = FRICTION_LAWS["tanh"]
