@@ -348,6 +348,8 @@ class StaticArrays(Protocol):
         """Set the time, the last state, and the efforts to begin with; q is any configuration."""
         ...
 
-    def end(self) -> tuple[np.ndarray, BlockMatrix, bool]:
-        """Efforts at the end, the matrix of the last factorisation, and whether it is symmetric."""
+    def end(self) -> tuple[np.ndarray, BlockMatrix, bool, bool]:
+        """Efforts at the end, the matrix of the last factorisation, whether it is symmetric, and whether its last solution
+        needed no refinement.
+        """
         ...

@@ -10,6 +10,7 @@ from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import in_space, motion_of_bodies, placed, positions, quaternions, rotated, rotation_since
 from fsm.errors import CaseError, Fault
 from fsm.results.channel import AXES, Dim
+from fsm.scene.builders.beside_sheet import points_on_facets
 from fsm.scene.known_names import nearest_name
 from fsm.segments.plan import plan_of
 from fsm.segments.system import SegmentSystem
@@ -59,13 +60,14 @@ def points(model: Model) -> Iterator[Offer]:
     if not wanted or not isinstance(model.system, SegmentSystem):
         return
     table = model.system.bodies
-    faults = []
+    faults, on_facets = [], points_on_facets(model.case)
     for name, point in wanted.items():
-        if point.body not in table.names:
-            near = nearest_name(point.body, list(table.names))
-            faults.append(Fault(f"save.points.{name}.body", f"no body is called {point.body!r}{near}"))
+        body, origin = on_facets.get(point.body, (point.body, (0.0, 0.0, 0.0)))
+        if body not in table.names:
+            near = nearest_name(body, [*table.names, *on_facets])
+            faults.append(Fault(f"save.points.{name}.body", f"no body is called {body!r}{near}"))
             continue
-        i, arm = table.names.index(point.body), np.array(point.at)
+        i, arm = table.names.index(body), np.array(origin) + np.array(point.at)
         start = positions(table.pose)[i] + rotated(quaternions(table.pose)[i : i + 1], arm[None])[0]
         yield Offer(f"point.{name}.position", "m", f"point of {point.body}", _point(i, arm, np.zeros(3)), (AXES,))
         yield Offer(f"point.{name}.displacement", "m", "displacement since the start", _point(i, arm, start), (AXES,))

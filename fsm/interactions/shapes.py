@@ -46,12 +46,17 @@ class Points(NamedTuple):
     place : (n, 2 or 3) array, m, body axes
     radius : (n,) array, m
     shape : (n,) int array
+    around : (n, 3, 3) array, body axes
+        Two perpendicular radii of a circle around `place`, m; then cosine and sine of the angle from the lowest point of the
+        circle to this point, and 1 if it is the nearest point instead (`fsm.interactions.circle_point`). Zero for a fixed
+        point, and in the plane.
     """
 
     body: np.ndarray
     place: np.ndarray
     radius: np.ndarray
     shape: np.ndarray
+    around: np.ndarray
 
 
 class Edges(NamedTuple):

@@ -12,6 +12,9 @@ __all__ = [
     "add_product", "invert", "is_zero", "negative_eigenvalues", "subtract_product", "subtract_terms", "subtract_transposed",
 ]  # fmt: skip
 
+_ONE_BY_ONE = (1.0 + 17.0**0.5) / 8.0
+"""Entry of the diagonal over the largest other entry, from which it is a pivot of its own."""
+
 
 @kernel(inline=True)
 def subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
@@ -191,9 +194,23 @@ def invert(block: np.ndarray, work: np.ndarray) -> bool:
     return True
 
 
+@kernel(inline=True)
+def _exchange(work: np.ndarray, k: int, row: int) -> None:
+    """Exchange two rows and columns of a symmetric matrix."""
+    if row != k:
+        for j in range(work.shape[0]):
+            work[k, j], work[row, j] = work[row, j], work[k, j]
+        for i in range(work.shape[0]):
+            work[i, k], work[i, row] = work[i, row], work[i, k]
+
+
 @kernel
 def negative_eigenvalues(block: np.ndarray, work: np.ndarray) -> int:
-    """Number of negative eigenvalues of the symmetric part of a small block, from LDL^T with diagonal pivoting."""
+    """Number of negative eigenvalues of the symmetric part of a small block, from LDL^T with complete pivoting.
+
+    A pivot is an entry of the diagonal or, where these are small, a block of 2 x 2 with one eigenvalue of each sign (Bunch
+    and Parlett, 1971).
+    """
     size = block.shape[0]
     for i in range(size):
         for j in range(size):
@@ -203,23 +220,37 @@ def negative_eigenvalues(block: np.ndarray, work: np.ndarray) -> int:
         for j in range(size):
             work[i, j] *= scale
             work[j, i] *= scale
-    count = 0
-    for k in range(size):
+    count, k = 0, 0
+    while k < size:
         best, row = -1.0, k
         for i in range(k, size):
             if abs(work[i, i]) > best:
                 best, row = abs(work[i, i]), i
-        if row != k:
-            for j in range(size):
-                work[k, j], work[row, j] = work[row, j], work[k, j]
-            for i in range(size):
-                work[i, k], work[i, row] = work[i, row], work[i, k]
-        if work[k, k] < 0.0:
-            count += 1
-        if work[k, k] == 0.0:
-            continue
-        for i in range(k + 1, size):
-            factor = work[i, k] / work[k, k]
-            for j in range(k + 1, size):
-                work[i, j] -= factor * work[k, j]
+        beside, first, second = 0.0, k, k
+        for i in range(k, size):
+            for j in range(i + 1, size):
+                if abs(work[i, j]) > beside:
+                    beside, first, second = abs(work[i, j]), i, j
+        if best >= _ONE_BY_ONE * beside:
+            if not best > 0.0:
+                break
+            _exchange(work, k, row)
+            if work[k, k] < 0.0:
+                count += 1
+            for i in range(k + 1, size):
+                factor = work[i, k] / work[k, k]
+                for j in range(k + 1, size):
+                    work[i, j] -= factor * work[k, j]
+            k += 1
+        else:
+            _exchange(work, k, first)  # first < second
+            _exchange(work, k + 1, second)
+            a, b, c = work[k, k], work[k, k + 1], work[k + 1, k + 1]
+            per_determinant = 1.0 / (a * c - b * b)
+            for i in range(k + 2, size):
+                one = (c * work[i, k] - b * work[i, k + 1]) * per_determinant
+                two = (a * work[i, k + 1] - b * work[i, k]) * per_determinant
+                for j in range(k + 2, size):
+                    work[i, j] -= one * work[k, j] + two * work[k + 1, j]
+            count, k = count + 1, k + 2
     return count

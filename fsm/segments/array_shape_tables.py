@@ -76,7 +76,7 @@ class ShapeArrays(NamedTuple):
     kit_on_axis: np.ndarray
 
 
-POINTS, SHAPES, EDGES, EDGE_PAIRS, REACH = OWN, OWN + 4, OWN + 10, OWN + 15, OWN + 17
+POINTS, SHAPES, EDGES, EDGE_PAIRS, REACH = OWN, OWN + 5, OWN + 11, OWN + 16, OWN + 18
 (
     LIMIT, UNITS, POINT_START, PAIR_START, UNIT, COLUMN, WEIGHT, OPEN, MET, NEAR, NEAR_POINTS, NEAR_EDGES,
     KNOWN, LATEST, IN_FORCE, WHOLE, BASE, SOLID_SIZE, SOLID_OFFSET, SOLID_AXES, KIT_START, KIT_LOCAL,
@@ -90,7 +90,9 @@ UNITS_NEAR, POINTS_NEAR, EDGES_NEAR = OWN_STATE, OWN_STATE + 1, OWN_STATE + 2
 def points_of(g: np.ndarray) -> Points:
     """Table of the points."""
     k = POINTS
-    return Points(integers_1d(g, k), floats_2d(g, k + 1), floats_1d(g, k + 2), integers_1d(g, k + 3))
+    return Points(
+        integers_1d(g, k), floats_2d(g, k + 1), floats_1d(g, k + 2), integers_1d(g, k + 3), floats_3d(g, k + 4)
+    )
 
 
 @kernel

@@ -93,13 +93,13 @@ def _centres(g: np.ndarray, shapes: Shapes, rows: np.ndarray) -> Points:
     """Centres of the first shapes of units, as points on the second."""
     units, count = integers_2d(g, UNITS), rows.shape[0]
     body, other = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
-    place, radius = np.empty((count, shapes.offset.shape[1])), np.zeros(count)
+    place, radius, around = np.empty((count, shapes.offset.shape[1])), np.zeros(count), np.zeros((count, 3, 3))
     for k in range(count):
         shape = units[rows[k], 0]
         body[k], other[k] = shapes.body[shape], units[rows[k], 1]
         for c in range(place.shape[1]):
             place[k, c] = shapes.offset[shape, c]
-    return Points(body, place, radius, other)
+    return Points(body, place, radius, other, around)
 
 
 @kernel

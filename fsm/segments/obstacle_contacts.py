@@ -6,7 +6,8 @@ probed by the points of the plate's grid. A curved or pointed obstacle can touch
 obstacle therefore also has probes on the rectangle, and each side has half the weight:
 
 * a box has the points of a grid over its faces, and in space its edges are also paired with the edges of the plate;
-* a cylinder has points along its axis, rounded by its radius and at least that far from the caps, and points on its caps.
+* a cylinder has points along its axis, rounded by its radius and at least that far from the caps, and points on two circles
+  of each cap. These turn with the tilt; one of them is the lowest point of the rim (`fsm.interactions.circle_point`).
 
 Faces that lie on each other share the load in proportion to their overlap (`fsm.interactions.face_overlap`).
 """
@@ -26,7 +27,8 @@ from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
 __all__ = ["ObstacleContacts", "add_probes", "is_round"]
 
-RIM_POINTS = 8
+CIRCLE_POINTS = 8
+"""Points of each circle of a cap."""
 
 
 class ObstacleContacts(ShapeContacts):
@@ -111,15 +113,15 @@ def add_probes(builder: TableBuilder, number: int, obstacle: Shape, spacing: flo
         places, weights = _box_points(obstacle, points, spatial)
         builder.add_points(number, places, rounding, weights)
     elif obstacle.kind == CYLINDER:
-        angle = 2 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
+        angle = 2 * np.pi * np.arange(CIRCLE_POINTS) / CIRCLE_POINTS
         # weights 1/3 on the rim and 2/3 half-way reproduce the means of r and r^2 over the cap
         caps = [
-            (np.column_stack([part * x * np.cos(angle), np.full(RIM_POINTS, side * y), part * x * np.sin(angle)]), weight)
+            (np.column_stack([part * x * np.cos(angle), np.full(CIRCLE_POINTS, side * y), part * x * np.sin(angle)]), weight)
             for side in (-1, 1)
             for part, weight in ((1.0, 1 / 3), (0.5, 2 / 3))
         ]
-        weights = np.repeat([weight / RIM_POINTS for _, weight in caps], RIM_POINTS)
-        builder.add_points(number, np.concatenate([places for places, _ in caps]), rounding, weights)
+        weights = np.repeat([weight / CIRCLE_POINTS for _, weight in caps], CIRCLE_POINTS)
+        builder.add_points(number, np.concatenate([places for places, _ in caps]), rounding, weights, turns=True)
         if y >= x:
             count = int(np.clip(np.ceil(2 * (y - x) / spacing) + 1, 2, 50))
             axis = np.zeros((count, 3))

@@ -172,6 +172,9 @@ def approximations_of_contact(view: CheckContext) -> Iterator[str]:
     """Approximations of surfaces, thickness and pairs."""
     contact = view.scene.contact
     assert contact is not None
+    rigid = {obstacle.name for obstacle in view.scene.obstacles if obstacle.shape == "cylinder"}
+    if view.spatial and any(rigid & {pair.first, pair.second} for pair in view.pairs):
+        yield "the rim of a tilted cylinder is a circle that touches a plane or a plate at one point, with K/24"
     on_surfaces = any(view.sides[p.first].kind == view.sides[p.second].kind == "surface" for p in view.pairs)
     if not on_surfaces:
         yield "edges of rigid plates are rounded by half the thickness; nearly parallel edges have contact at points only"

@@ -248,7 +248,7 @@ class ShapeContacts:
         out = np.zeros(len(pairs), dtype=bool)
         rows = np.flatnonzero((shapes.kind[pairs[:, 1]] == HALF_SPACE) & (shapes.body[pairs[:, 1]] == GROUND))
         one, two = np.ascontiguousarray(pairs[rows].T)
-        centres = Points(shapes.body[one], shapes.offset[one], shapes.radius[one], two)
+        centres = Points(shapes.body[one], shapes.offset[one], shapes.radius[one], two, np.zeros((len(rows), 3, 3)))
         local = self._kernels.local(poses, np.arange(len(rows)), centres, shapes)
         out[rows] = local[:, 2] > self.reach[one] + shapes.radius[two] + self.margin
         return out

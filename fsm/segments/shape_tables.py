@@ -150,7 +150,7 @@ class TableBuilder:
         self.spatial = spatial
         self.shapes: list[Shape] = []
         self._edges: list[tuple[int, int, np.ndarray, np.ndarray, float, float]] = []
-        self._points: list[tuple[int, np.ndarray, float, np.ndarray, bool]] = []
+        self._points: list[tuple[int, np.ndarray, float, np.ndarray, bool, bool]] = []
 
     def add_shape(self, shape: Shape) -> int:
         """Add a shape; returns its number."""
@@ -166,27 +166,32 @@ class TableBuilder:
             self._edges.append((number, shape.body, (start + end) / 2, along / length, length / 2, shape.radius))
 
     def add_points(
-        self, number: int, local: np.ndarray, radius: float, weight: np.ndarray, on_axis: bool = False
+        self, number: int, local: np.ndarray, radius: float, weight: np.ndarray, on_axis: bool = False, turns: bool = False
     ) -> None:
-        """Add points (n, 3) to a shape in its axes, with rounding, m, and weights (n,); `on_axis` for a cylinder's axis."""
-        self._points.append((number, local, radius, weight, on_axis))
+        """Add points (n, 3) to a shape in its axes, with rounding, m, and weights (n,); `on_axis` for a cylinder's axis.
+
+        Points that turn are on circles about y, at their angle from the lowest point of the circle (`Points.around`).
+        """
+        self._points.append((number, local, radius, weight, on_axis, turns))
 
     def kit(self) -> Kit:
         """Build the tables."""
         points = sorted(self._points, key=lambda row: row[0])
         edges = sorted(self._edges, key=lambda row: row[0])
         lengths = [len(local) for _, local, *_ in points]
-        places = np.concatenate([np.zeros((0, 3)), *(self.shapes[number].in_body(local) for number, local, *_ in points)])
+        around = [_circles(self.shapes[row[0]], row[1], row[5] and self.spatial) for row in points]
+        places = np.concatenate([np.zeros((0, 3)), *(places for places, _ in around)])
         numbers = np.arange(len(self.shapes) + 1)
         owner = np.repeat(np.array([number for number, *_ in points], dtype=np.int64), lengths)
         return Kit(
             self._shape_table(),
             np.searchsorted(owner, numbers),
             places if self.spatial else np.ascontiguousarray(places[:, [0, 2]]),
-            np.repeat(np.array([radius for _, _, radius, *_ in points]), lengths),
-            np.concatenate([np.zeros(0), *(weight for *_, weight, _ in points)]),
+            np.repeat(np.array([row[2] for row in points]), lengths),
+            np.concatenate([np.zeros((0, 3, 3)), *(circles for _, circles in around)]),
+            np.concatenate([np.zeros(0), *(row[3] for row in points)]),
             np.concatenate([np.zeros((0, 3)), *(local for _, local, *_ in points)]),
-            np.repeat(np.array([on_axis for *_, on_axis in points], dtype=np.bool_), lengths),
+            np.repeat(np.array([row[4] for row in points], dtype=np.bool_), lengths),
             Solids(
                 _sizes(self.shapes),
                 np.array([shape.offset for shape in self.shapes]).reshape(-1, 3),
@@ -221,6 +226,19 @@ class TableBuilder:
         )
 
 
+def _circles(shape: Shape, local: np.ndarray, turns: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Places (n, 3) in body axes of fixed points, or of the centres of circles of points that turn; `Points.around`."""
+    around = np.zeros((len(local), 3, 3))
+    if not turns:
+        return shape.in_body(local), around
+    radius, axes = np.hypot(local[:, 0], local[:, 2]), rotation_matrix(np.array(shape.orientation))
+    around[:, 0], around[:, 1] = radius[:, None] * axes[:, 0], radius[:, None] * axes[:, 2]
+    around[:, 2, 0], around[:, 2, 1] = local[:, 0] / radius, local[:, 2] / radius
+    # the lowest point of the rim becomes the nearest one where it is not over the other shape
+    around[:, 2, 2] = (around[:, 2, 0] == 1.0) & (radius == shape.size[0])
+    return shape.in_body(local * [0.0, 1.0, 0.0]), around
+
+
 def _sizes(shapes: list[Shape]) -> np.ndarray:
     """Sizes (s, 3) of shapes, with more columns if there are polygons."""
     out = np.zeros((len(shapes), max((len(shape.size) for shape in shapes), default=3)))
@@ -244,8 +262,8 @@ class Kit(NamedTuple):
     ----------
     point_start, edge_start : (s + 1,) int arrays
         First point and first edge of every shape.
-    place, radius, weight : (p, 2 or 3), (p,), (p,) arrays
-        Position in body axes (m), rounding (m) and weight of the points.
+    place, radius, around, weight : (p, 2 or 3), (p,), (p, 3, 3), (p,) arrays
+        Position in body axes (m), rounding (m), circle (`Points.around`) and weight of the points.
     local, on_axis : (p, 3), (p,) arrays
         Positions of the points in the axes of their shapes, m, and whether they lie on the axis of a cylinder.
     solids : shapes in space
@@ -255,6 +273,7 @@ class Kit(NamedTuple):
     point_start: np.ndarray
     place: np.ndarray
     radius: np.ndarray
+    around: np.ndarray
     weight: np.ndarray
     local: np.ndarray
     on_axis: np.ndarray
@@ -269,8 +288,9 @@ class Kit(NamedTuple):
         lengths = np.where(probes, np.diff(self.point_start)[owner], 0)
         rows, side = ranges(self.point_start, owner[probes]), np.repeat(np.arange(len(owner)), lengths)
         points = Points(
-            self.shapes.body[owner][side], self.place[rows], self.radius[rows], np.ascontiguousarray(other[side])
-        )
+            self.shapes.body[owner][side], self.place[rows], self.radius[rows], np.ascontiguousarray(other[side]),
+            self.around[rows],
+        )  # fmt: skip
         point_start = np.concatenate([[0], np.cumsum(lengths.reshape(-1, 2).sum(axis=1))])
         weight, of_point = self.weight[rows], side // 2
         edge_pairs, pair_start, of_pair = self._edge_pairs(units.shapes)

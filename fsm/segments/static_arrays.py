@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix
 from fsm.kernels.addresses import address_table
-from fsm.kernels.block_equations import SYMMETRIC
+from fsm.kernels.block_equations import SYMMETRIC, TRUSTED
 from fsm.segments.array_statics import STATICS
 from fsm.segments.arrays import FACTORS
 from fsm.segments.arrays_of import segments_of
@@ -67,8 +67,8 @@ class StaticSegments:
             for group, place in self._damped:
                 place[:] = group.deformations_before(rates, system.past(t, since))
 
-    def end(self) -> tuple[np.ndarray, BlockMatrix, bool]:
-        """Efforts at the end, the matrix of the last factorisation, and whether it is symmetric."""
+    def end(self) -> tuple[np.ndarray, BlockMatrix, bool, bool]:
+        """See `fsm.system.StaticArrays`."""
         arrays, flags = self._arrays, self.model.arrays.flags
         matrix = BlockMatrix(self._pattern, arrays.matrix.copy())
-        return arrays.springs.efforts.ravel().copy(), matrix, bool(flags[SYMMETRIC])
+        return arrays.springs.efforts.ravel().copy(), matrix, bool(flags[SYMMETRIC]), bool(flags[TRUSTED])

@@ -176,11 +176,11 @@ class EquilibriumStep:
         model, q = arrays.model, np.ascontiguousarray(guess, dtype=float)
         arrays.begin(t, guess, before, efforts)
         settled = Settled._make(model.calls.force.entry(settle_arrays, model, q, rules)(model, q, rules))
-        later, matrix, symmetric = arrays.end()
+        later, matrix, symmetric, trusted = arrays.end()
         if settled.ending in (quasi_static.SINGULAR, quasi_static.NOT_FINITE):
             return None
         if settled.counts[quasi_static.FACTORISED]:
-            self.solver.adopt(matrix, symmetric, int(settled.counts[quasi_static.FACTORISED]))
+            self.solver.adopt(matrix, symmetric, trusted, int(settled.counts[quasi_static.FACTORISED]))
         return settled, later, matrix
 
     def _rates(self, t: float, before: PreviousState | None) -> PreviousState | None:

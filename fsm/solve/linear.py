@@ -36,6 +36,7 @@ from fsm.kernels.fronts import (
     solve_by_fronts,
     solve_columns,
 )
+from fsm.solve.accuracy import ACCURATE, trial_vector
 from fsm.solve.low_rank import LowRankSolution, shifted
 from fsm.solve.supernodes import supernodes
 
@@ -106,8 +107,6 @@ def many_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
     return np.argsort(factors.perm_c)
 
 
-_ACCURATE = 1e-4
-"""Largest error of a test vector with entries of size 1, up to which the signs of block pivots hold."""
 _SHIFT = 1e-9
 """Stiffness over the largest one that makes a singular matrix regular."""
 _REAL_TO = 1e-9
@@ -219,13 +218,13 @@ class LinearSolver:
             self._factors = np.empty(shape, dtype=dtype)
         return known, self._factors
 
-    def adopt(self, matrix: BlockMatrix, symmetric: bool, times: int) -> None:
+    def adopt(self, matrix: BlockMatrix, symmetric: bool, trusted: bool, times: int) -> None:
         """Use factors that the caller has computed in the data of `ready`; the caller has made `times` factorisations, and
-        the last one is used.
+        the last one is used. `trusted` tells whether its last solution needed no refinement.
         """
         self.factorisations += times
         self._low_rank = None
-        self._matrix, self._other, self._trusted, self._symmetric = matrix, None, False, symmetric
+        self._matrix, self._other, self._trusted, self._symmetric = matrix, None, trusted, symmetric
         self._supernodes = None
 
     def solve(self, right: np.ndarray) -> np.ndarray:
@@ -276,43 +275,49 @@ class LinearSolver:
         return np.column_stack([*found, *(self._solve_blocks(right) for right in rights[1:])])
 
     def negative_pivots(self, recount: bool = True) -> int:
-        """Number of negative eigenvalues of a symmetric matrix; by a dense solver if the block pivots failed.
+        """Number of negative eigenvalues of a symmetric matrix.
 
         Block pivots are eliminated by their inverses. The round-off of an inverse is proportional to the square of the
-        condition number of its block, and can make a small pivot negative. Unless a test vector shows that the factors
-        are accurate (`_signs_hold`), negative pivots are therefore counted again in a factorisation by scalars, whose
-        round-off is in proportion to the largest stiffness. With `recount` false, the signs of the block pivots are
-        used without this check.
+        condition number of its block, and can change the sign of a small pivot. Unless a solution needed no refinement or
+        a test vector shows that the factors are accurate, the eigenvalues are therefore counted by other factorisations
+        (`fsm.solve.inertia`). With `recount` false, the signs of the block pivots are used without this check.
         """
         found = self._negative_pivots(recount)
         return found if self._low_rank is None else found + self._low_rank.more_negative
 
     def _negative_pivots(self, recount: bool) -> int:
-        assert self._matrix is not None
+        matrix = self._matrix
+        assert matrix is not None
         if self._other is None and self._elimination is not None:
             if self._supernodes is not None:
                 found = int(count_negative_pivots(self._supernodes, self._front_factors))
             else:
                 found = int(count_negative(self._elimination.diagonal, self._factors))
-            if found == 0 or not (recount and self._symmetric) or self._signs_hold():
+            if not (recount and self._symmetric) or (found == 0 and self._trusted) or self._signs_hold():
                 return found
-            return _by_scalars(self._matrix, found)
-        values = np.linalg.eigvalsh(self._matrix.bsr().toarray())
-        return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
+        return self.negative_eigenvalues(BlockMatrix(matrix.pattern, matrix.data))
+
+    def negative_eigenvalues(self, matrix: BlockMatrix) -> int:
+        """Number of negative eigenvalues of any symmetric matrix, also of a singular one (`fsm.solve.inertia`)."""
+        from fsm.solve.inertia import negative_eigenvalues  # SciPy's import takes longer than many runs of small models
+
+        return negative_eigenvalues(matrix, self._analyse(matrix.pattern))
 
     def negative_real_pivots(self) -> int:
         """Number of negative real eigenvalues of the pivot blocks; `negative_pivots` for a symmetric matrix.
 
         For an unsymmetric matrix this number and the number of negative real eigenvalues of the matrix are both even or
-        both odd.
+        both odd. If the block pivots failed, scalar pivots count (`fsm.solve.inertia.negative_pivots_of_unsymmetric`).
         """
-        assert self._matrix is not None
-        if (self._other is None and self._symmetric) or self._low_rank is not None:
+        matrix = self._matrix
+        assert matrix is not None
+        if self._symmetric or self._low_rank is not None:
             return self.negative_pivots()
-        if self._other is None and self._elimination is not None:
-            values = np.linalg.eigvals(self._factors[self._elimination.diagonal])
-        else:
-            values = np.linalg.eigvals(self._matrix.bsr().toarray())
+        if self._other is not None or self._elimination is None:
+            from fsm.solve.inertia import negative_pivots_of_unsymmetric
+
+            return negative_pivots_of_unsymmetric(matrix)
+        values = np.linalg.eigvals(self._factors[self._elimination.diagonal])
         return int(np.sum((values.real < 0.0) & (np.abs(values.imag) <= _REAL_TO * np.abs(values.real))))
 
     # inside ---------------------------------------------------------------------------------------------------------
@@ -326,7 +331,7 @@ class LinearSolver:
         matrix, known = self._matrix, self._elimination
         assert matrix is not None and known is not None
         pattern, data = matrix.pattern, matrix.data
-        test = np.random.default_rng(0).choice((-1.0, 1.0), matrix.order)
+        test = trial_vector(matrix.order)
         right = matrix.times(test)
         if self._supernodes is not None:
             found, _, _ = solve_by_fronts(
@@ -337,7 +342,7 @@ class LinearSolver:
                 known.order, known.indptr, known.indices, known.diagonal, self._factors, pattern.indptr, pattern.indices,
                 data, right, REFINE_ABOVE, self._symmetric, True,
             )  # fmt: skip
-        return bool(np.abs(found - test).max() < _ACCURATE)
+        return bool(np.abs(found - test).max() < ACCURATE)
 
     def _analyse(self, pattern: BlockPattern) -> Elimination:
         if self._elimination is None or self._pattern is not pattern:
@@ -383,23 +388,6 @@ class LinearSolver:
                 "the linear equations are singular: a part of the model moves without resistance (a mechanism); "
                 "add a support or a stiffness"
             ) from None
-
-
-def _by_scalars(matrix: BlockMatrix, otherwise: int) -> int:
-    """Number of negative pivots of a symmetric factorisation without row exchanges; `otherwise` if there is no such
-    factorisation.
-    """
-    from scipy.sparse.linalg import splu
-
-    try:
-        factors = splu(
-            matrix.bsr().tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-    except RuntimeError:  # one of the pivots is zero
-        return otherwise
-    if not np.array_equal(factors.perm_r, factors.perm_c):
-        return otherwise
-    return int(np.sum(factors.U.diagonal() < 0.0))
 
 
 def _pardiso_solver() -> Any:

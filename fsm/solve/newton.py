@@ -155,7 +155,5 @@ def negative_pivots(
             return 0
         solver.factorise(stiffness)
     except NotConverged:  # the matrix is exactly singular: the system has a mechanism or a free body
-        size = system.scales().increment
-        values = np.linalg.eigvalsh(matrix.bsr().toarray() * size * size[:, None])
-        return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
+        return solver.negative_eigenvalues(matrix)
     return solver.negative_real_pivots()

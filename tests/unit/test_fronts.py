@@ -146,12 +146,12 @@ def test_accurate_fronts_need_no_second_count_of_negative_pivots(monkeypatch: py
     matrix = random_symmetric(14, 14, 3, 0, 5)
     negative = int(np.sum(np.linalg.eigvalsh(matrix.bsr().toarray()) < 0.0))
     monkeypatch.setattr(fsm.blocks, "FRONTS_FROM", 0.0)
-    monkeypatch.setattr(linear, "_by_scalars", lambda *_: -1)
+    monkeypatch.setattr("fsm.solve.inertia.negative_eigenvalues", lambda *_: -1)
     solver = LinearSolver()
     solver.factorise(matrix)
     assert solver._supernodes is not None and negative > 0
     assert solver.negative_pivots() == negative
-    monkeypatch.setattr(linear, "_ACCURATE", 0.0)
+    monkeypatch.setattr(linear, "ACCURATE", 0.0)
     assert solver.negative_pivots() == -1
 
 

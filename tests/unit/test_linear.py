@@ -107,11 +107,11 @@ def test_negative_real_pivots_tell_the_sign_of_the_determinant(count: int, size:
     assert solver.negative_real_pivots() == int(np.sum(np.linalg.eigvalsh(symmetric.bsr().toarray()) < 0.0))
 
 
-def chain(stiff: float, seed: int) -> BlockMatrix:
-    """Chain of six bodies on soft springs (1 N/m), joined by stiff joints that leave one random direction soft."""
-    rng, count = np.random.default_rng(seed), 6
+def chain(stiff: float, seed: int, count: int = 6, ground: float = 1.0) -> BlockMatrix:
+    """Chain of bodies on soft springs (N/m), joined by stiff joints that leave one random direction soft."""
+    rng = np.random.default_rng(seed)
     pattern = body_pattern(np.arange(count), [np.column_stack([range(count - 1), range(1, count)])], 6)
-    dense = np.eye(6 * count)
+    dense = ground * np.eye(6 * count)
     for k in range(count - 1):
         turn, _ = np.linalg.qr(rng.normal(size=(6, 6)))
         joint = turn @ np.diag([0.1, *stiff * 10.0 ** rng.uniform(-2.0, 0.0, 5)]) @ turn.T
@@ -134,6 +134,70 @@ def test_a_definite_matrix_has_no_negative_pivots(stiff: float) -> None:
         solver.factorise(matrix)
         assert solver.negative_pivots() == 0
         assert solver.negative_real_pivots() == 0
+
+
+def second_differences(nodes: int, size: int, shift: float) -> tuple[BlockMatrix, int]:
+    """Blocks 2 I, -I minus a shift, and the number of negative eigenvalues, which are 2 - 2 cos(k pi/(n + 1)) - shift."""
+    pattern = body_pattern(np.arange(nodes), [np.column_stack([range(nodes - 1), range(1, nodes)])], size)
+    data = np.where((pattern.rows == pattern.indices)[:, None, None], 2.0 - shift, -1.0) * np.eye(size)
+    values = 2.0 - 2.0 * np.cos(np.arange(1, nodes + 1) * np.pi / (nodes + 1)) - shift
+    assert np.abs(values).min() > 1e-8
+    return BlockMatrix(pattern, data), size * int(np.sum(values < 0.0))
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.013, 0.4, 2.0001, 3.9])
+def test_no_full_matrix_where_the_blocks_were_replaced(shift: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(np.linalg, "eigvalsh", None)
+    monkeypatch.setattr(np.linalg, "eigvals", None)
+    monkeypatch.setattr("fsm.solve.inertia._by_dense", None)
+    matrix, negative = second_differences(2000, 6, shift)
+    solver = LinearSolver("splu")
+    solver.factorise(matrix)
+    assert solver.negative_pivots() == negative
+    assert solver.negative_eigenvalues(matrix) == negative
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    count=st.integers(1, 30), size=st.sampled_from([1, 3, 6]), links=st.integers(0, 20), part=st.floats(0.0, 1.0),
+    seed=st.integers(0, 10**6),
+)  # fmt: skip
+def test_negative_eigenvalues_with_zeros_on_the_diagonal(count: int, size: int, links: int, part: float, seed: int) -> None:
+    """Zeros on the diagonal, as of Lagrange multipliers and of pressure on a slack film; scales over six decades."""
+    matrix, rng = random_matrix(count, size, links, seed, symmetric=True), np.random.default_rng(seed)
+    pattern = matrix.pattern
+    entries = np.flatnonzero(rng.random((count, size)).ravel() < part)
+    matrix.data[pattern.diagonal[entries // size], entries % size, entries % size] = 0.0
+    values = np.linalg.eigvalsh(matrix.bsr().toarray())
+    scale = 10.0 ** rng.uniform(-3.0, 3.0, (count, size))
+    scaled = matrix.data * scale[pattern.rows][:, :, None] * scale[pattern.indices][:, None, :]
+    if np.abs(values).min() > 1e-6 * np.abs(values).max():
+        solver, wanted = LinearSolver(), int(np.sum(values < 0.0))
+        assert solver.negative_eigenvalues(BlockMatrix(pattern, scaled)) == wanted
+        solver.factorise(BlockMatrix(pattern, scaled))
+        assert solver.negative_pivots() == wanted
+
+
+def test_zero_eigenvalues_are_not_negative() -> None:
+    """Bodies on joints without any support: the six motions of the whole have no stiffness, and no sign."""
+    matrix = chain(1e6, 3, 20, 0.0)
+    assert LinearSolver().negative_eigenvalues(matrix) == 0
+
+
+@settings(deadline=None, max_examples=60)
+@given(count=st.integers(1, 40), size=st.sampled_from([1, 3, 6]), links=st.integers(0, 30), seed=st.integers(0, 10**6))
+def test_scalar_pivots_of_unsymmetric_matrices_tell_the_sign_of_the_determinant(
+    count: int, size: int, links: int, seed: int
+) -> None:
+    matrix = random_matrix(count, size, links, seed)
+    solver = LinearSolver("splu")
+    solver.factorise(matrix)
+    assert (-1) ** solver.negative_real_pivots() == np.linalg.slogdet(matrix.bsr().toarray())[0]
+    matrix.data[matrix.pattern.diagonal] *= 1e-18  # no pivots without exchanges
+    full = matrix.bsr().toarray()
+    if np.linalg.cond(full) < 1e10:
+        solver.factorise(matrix)
+        assert (-1) ** solver.negative_real_pivots() == np.linalg.slogdet(full)[0]
 
 
 def test_sliding_friction_on_a_stiff_contact_is_no_negative_pivot() -> None:

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from fsm.interactions.box_pairs import ListedPairs
-from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE
+from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE, shape_distance
 from fsm.interactions.shapes import ContactForces
 from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
@@ -111,6 +112,16 @@ POINTS: dict[str, tuple[int, tuple[float, float, float], tuple[float, float, flo
     "rectangle, edge": (RECTANGLE, (0.3, 0.2, 0.0), (0.309, 0.05, 0.009)),
     "rectangle, corner": (RECTANGLE, (0.3, 0.2, 0.0), (0.307, -0.206, 0.007)),
 }
+# rims: kind, half sizes, and a point of the shape towards which a circle of 0.15 m is moved until it touches
+RIMS: dict[str, tuple[int, tuple[float, float, float], tuple[float, float, float]]] = {
+    "rim, plane": (HALF_SPACE, (0.0, 0.0, 0.0), (0.2, 0.1, 0.0)),
+    "rim, box face": (BOX, (0.3, 0.2, 0.1), (0.1, -0.1, 0.1)),
+    "rim, box edge": (BOX, (0.3, 0.02, 0.1), (0.1, 0.02, 0.1)),
+    "rim, cylinder side": (CYLINDER, (0.3, 0.3, 0.3), (0.24, 0.05, 0.18)),
+    "rim, sphere": (SPHERE, (0.3, 0.3, 0.3), (0.24, 0.0, 0.18)),
+    "rim, rectangle face": (RECTANGLE, (0.3, 0.2, 0.0), (0.1, 0.05, -0.0)),
+    "rim, rectangle edge": (RECTANGLE, (0.3, 0.2, 0.0), (0.0, 0.2, 0.0)),
+}
 # distance of the midpoints, angle between the edges, and position of the crossing on each edge (a half length is 0.2)
 EDGES: dict[str, tuple[float, float, float, float]] = {
     "edges, crossing": (0.013, 1.1, 0.05, -0.08),
@@ -169,6 +180,37 @@ def point_state(name: str, spatial: bool, seed: int = 1) -> State:
     return State(contacts, poses, rng.normal(size=(3, 6 if spatial else 3)))
 
 
+def rim_state(name: str, seed: int = 4) -> State:
+    """The rim of a disc of body 1 on a shape of body 2, both in any pose."""
+    rng = np.random.default_rng(seed)
+    poses = np.array([random_pose(rng, True) for _ in range(3)])
+    kind, size, at = RIMS[name]
+    turn, offset = rng.normal(size=4), rng.normal(size=3)
+    shape = Shape(2, kind, size, 0.005, tuple(offset), tuple(turn / np.linalg.norm(turn)))
+    # the disc in the axes of the shape: its axis is (0.6, -0.2, 0.77), its centre comes nearer from outside
+    axis = np.array([0.6, -0.2, 0.77]) / np.linalg.norm([0.6, -0.2, 0.77])
+    outwards = np.array([0.1, 1.0, 0.2] if "edge" in name else [0.3, 0.5, 1.0])
+    side = np.cross(axis, [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    frame = np.column_stack([side, axis, np.cross(side, axis)])
+    angles = np.linspace(0.0, 2.0 * np.pi, 4000)[:, None]
+    circle = 0.15 * (np.cos(angles) * frame[:, 0] + np.sin(angles) * frame[:, 2])
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        points = np.array(at) + middle * outwards + circle
+        nearest = min(shape_distance(kind, np.array(size), point) for point in points)
+        low, high = (middle, high) if nearest < 0.012 else (low, middle)
+    centre = in_body(poses[1], out_of_body(poses[2], shape.in_body(np.array(at) + high * outwards)))
+    whole = rotation_matrix(poses[1, 3:]).T @ rotation_matrix(poses[2, 3:]) @ rotation_matrix(np.array(shape.orientation))
+    disc = Rotation.from_matrix(whole @ frame).as_quat(scalar_first=True)
+    builder = TableBuilder(True)
+    number = builder.add_shape(shape)
+    own = builder.add_shape(Shape(1, CYLINDER, (0.15, 0.001, 0.15), 0.012, tuple(centre), tuple(disc)))
+    builder.add_points(own, np.array([[0.15, 0.0, 0.0]]), 0.012, np.ones(1), turns=True)
+    return State(ShapeContacts(builder.kit(), pair_of(own, number), True, 0.05, 0.0), poses, rng.normal(size=(3, 6)))
+
+
 def pair_of(one: int, two: int) -> ListedPairs:
     """Two shapes that may touch."""
     return ListedPairs([np.array([one]), np.array([two])], np.array([[0, 1]]), 2)
@@ -192,10 +234,12 @@ def edge_state(name: str, seed: int = 2) -> State:
 
 def any_state(case: str) -> State:
     name, _, where = case.partition(" / ")
+    if name in RIMS:
+        return rim_state(name)
     return edge_state(name) if name in EDGES else point_state(name, where == "space")
 
 
-CASES = [f"{name} / space" for name in (*POINTS, *EDGES)] + [f"{name} / plane" for name in PLANAR]
+CASES = [f"{name} / space" for name in (*POINTS, *RIMS, *EDGES)] + [f"{name} / plane" for name in PLANAR]
 EVERY = pytest.mark.parametrize("case", CASES)
 
 

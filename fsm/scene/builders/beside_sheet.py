@@ -30,7 +30,7 @@ from fsm.scene.point_element import BodyPoint, PointElement
 from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 from fsm.scene.sheet import Box
 
-__all__ = ["frame_of_mesh", "with_sheet_frames"]
+__all__ = ["frame_of_mesh", "points_on_facets", "with_sheet_frames"]
 
 
 def with_sheet_frames(case: Case, scene: Scene, more: Scene) -> tuple[Scene, Scene]:
@@ -229,6 +229,20 @@ class _FacetPoint(NamedTuple):
     facet: str
     turned: Quaternion
     point: np.ndarray
+
+
+def points_on_facets(case: Case) -> dict[str, tuple[str, tuple[float, float, float]]]:
+    """Facet and point in its axes, m, of every frame of [scene] on a sheet of rigid facets, whose frames are no bodies."""
+    if case.sheet is None or case.scene is None or case.sheet.facets not in ("rigid", "bend-lines"):
+        return {}
+    frames = [(number, frame) for number, frame in enumerate(case.scene.frames) if frame.on == SHEET]
+    if not frames:
+        return {}
+    on = _OnFacets(pattern_of(case.sheet))
+    for number, frame in frames:
+        assert frame.place is not None
+        on.add(frame.name, frame.place, f"scene.frames.{number}.place")
+    return {name: (point.facet, _moved(point, (0.0, 0.0, 0.0))) for name, point in on.points.items()}
 
 
 class _OnFacets(_OnVertices):

@@ -1,0 +1,15 @@
+"""Test of the accuracy of factors, from which the signs of their pivots follow."""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["ACCURATE", "trial_vector"]
+
+ACCURATE = 1e-4
+"""Largest error of a test vector with entries of size 1, up to which the signs of pivots hold."""
+
+
+def trial_vector(order: int) -> np.ndarray:
+    """Fixed vector (n,) of entries 1 and -1 in random order."""
+    return np.random.default_rng(0).choice((-1.0, 1.0), order)
