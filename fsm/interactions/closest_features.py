@@ -243,7 +243,7 @@ def select_faces(
 @kernel
 def find_point_faces(
     places: np.ndarray, node: np.ndarray, triangle: np.ndarray, part: np.ndarray, side: np.ndarray, faces: Faces,
-    clearance: float, limit: float, below: float,
+    clearance: np.ndarray, limit: float, below: float,
 ) -> tuple[np.ndarray, np.ndarray, Found]:  # fmt: skip
     """Find the slots of a point and a facet whose gap is below a bound.
 
@@ -255,8 +255,10 @@ def find_point_faces(
         edge, or a corner. A step is therefore not affected by the edges between triangles, where the normal jumps.
     side : (s,) array
         Side of the facet, +1 or -1, to which the point belongs; 0 beside the facet.
-    clearance, limit, below : m
-        The gap is the distance minus the clearance. A point deeper than the limit has passed round the facet.
+    clearance : (s,) array, m
+        The gap is the distance minus the clearance.
+    limit, below : m
+        A point deeper than the limit has passed round the facet.
     """
     count = node.shape[0]
     slot, gap = np.empty(count, dtype=np.int64), np.empty(count)
@@ -267,7 +269,7 @@ def find_point_faces(
     weights, normal, along, extension = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
     number = 0
     for s in range(count):
-        if triangle[s] < 0 or (part[s] > 0 and clearance == 0.0):
+        if triangle[s] < 0 or (part[s] > 0 and clearance[s] == 0.0):
             continue
         p, corners = places[node[s]], faces.triangles[triangle[s]]
         _extended(faces, triangle[s], extension)
@@ -299,9 +301,9 @@ def find_point_faces(
                 continue
             for e in range(3):
                 normal[e] /= distance
-        if distance < -limit or distance - clearance >= below:
+        if distance < -limit or distance - clearance[s] >= below:
             continue
-        slot[number], gap[number] = s, distance - clearance
+        slot[number], gap[number] = s, distance - clearance[s]
         found.nodes[number, 0] = node[s]
         found.nodes[number, 1:] = corners
         found.free[number] = _of_triangle(part[s], extension, found.directions[number])
@@ -345,9 +347,11 @@ def _on_edges(p: np.ndarray, q: np.ndarray, a: np.ndarray, b: np.ndarray) -> tup
 
 @kernel
 def find_edge_edges(
-    places: np.ndarray, slots: np.ndarray, pairs: np.ndarray, edges: np.ndarray, clearance: float, below: float
+    places: np.ndarray, slots: np.ndarray, pairs: np.ndarray, edges: np.ndarray, clearance: np.ndarray, below: float
 ) -> tuple[np.ndarray, np.ndarray, Found]:
-    """Find the pairs (m, 2) of edges whose gap is below a bound; other arguments as in `find_point_faces`."""
+    """Find the pairs (m, 2) of edges whose gap is below a bound; `clearance` (m,); other arguments as in
+    `find_point_faces`.
+    """
     count = slots.shape[0]
     slot, gap = np.empty(count, dtype=np.int64), np.empty(count)
     found = Found(
@@ -355,8 +359,9 @@ def find_edge_edges(
         np.empty((count, 2, 4)), np.empty((count, 3)), np.empty(count),
     )  # fmt: skip
     r = np.empty(3)
-    reach, number = clearance + below, 0
+    number = 0
     for i in range(count):
+        reach = clearance[slots[i]] + below
         one, two = edges[pairs[slots[i], 0]], edges[pairs[slots[i], 1]]
         p, q, a, b = places[one[0]], places[one[1]], places[two[0]], places[two[1]]
         far = False
@@ -368,9 +373,9 @@ def find_edge_edges(
         for e in range(3):
             r[e] = (1.0 - s) * p[e] + s * q[e] - (1.0 - t) * a[e] - t * b[e]
         distance = np.sqrt(dot(r, r))
-        if distance - clearance >= below or distance == 0.0:
+        if distance >= reach or distance == 0.0:
             continue
-        slot[number], gap[number] = slots[i], distance - clearance
+        slot[number], gap[number] = slots[i], distance - clearance[slots[i]]
         c, tau = found.coefficients[number], found.directions[number]
         c[0], c[1], c[2], c[3] = 1.0 - s, s, t - 1.0, -t
         tau[:] = 0.0

@@ -82,6 +82,8 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
         else:
             yield "parts of one facet touch only if they are more than three longest edges of the mesh apart"
         yield "facets with a common vertex have no contact where they touch at the start"
+        if contact.thickness_in_gap:
+            yield "facets with a common crease touch at a distance that grows from zero at the crease to the thickness"
         wanted, _ = sheet_spacing(view.scene)
         if math.isfinite(wanted):
             apart = millimetres(view.scene.touching.longest_edge / sheet_parts(view.scene))
