@@ -8,12 +8,21 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from fsm.calibrate.kinds import CALIBRATIONS
-from fsm.cli_options import Command, add_source, debug_option, debugging, drawing_options, out_folder, set_option
+from fsm.cli_options import (
+    Command,
+    add_source,
+    debug_option,
+    debugging,
+    drawing_options,
+    figure_file,
+    out_folder,
+    set_option,
+)
 from fsm.commands.export import export
 from fsm.commands.help_key import help_key, schema
 from fsm.commands.init import init
@@ -21,6 +30,9 @@ from fsm.errors import CaseError, ExpectationFailed, FsmError, OutOfMemory, is_i
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.interrupts import ignore_repeated_interrupts
 from fsm.threads import one_thread
+
+if TYPE_CHECKING:
+    from fsm.table import Figures
 
 __all__ = ["cli", "main"]
 
@@ -172,6 +184,13 @@ def run(
 @set_option
 @drawing_options
 @click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes; default: one for each core.")
+@click.option(
+    "--figures",
+    type=click.Choice(["none", "first", "all"]),
+    default="all",
+    show_default=True,
+    help="Rows whose figures are drawn; the overlay of all rows is always drawn.",
+)
 @method_option
 @resume_option
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
@@ -181,6 +200,7 @@ def table(
     out: str,
     overrides: tuple[str, ...],
     workers: int | None,
+    figures: Figures,
     method: str | None,
     resume: bool,
     quiet: bool,
@@ -189,10 +209,11 @@ def table(
 
     The columns of the table are dotted paths into a base case, case.toml beside it.
     """
-    from fsm.table import failures, format_comparison, format_table, run_table
+    from fsm.table import failures, run_table
+    from fsm.table_text import format_comparison, format_table
 
     folder = out_folder(out)
-    rows = run_table(table, folder, overrides, workers, resume, method, progress=not quiet)
+    rows = run_table(table, folder, overrides, workers, resume, method, not quiet, figures)
     if not quiet:
         click.echo(format_table(rows))
         _say(format_comparison(table, rows).splitlines())
@@ -253,8 +274,13 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 
 
 @cli.command()
-@click.argument("result", metavar="RESULT.h5")
-@click.option("--out", metavar="DIR", help="Folder for the plots; default: the folder of the result.")
+@click.argument("result", metavar="RESULT")
+@click.option(
+    "--out",
+    metavar="DIR|FILE",
+    help="Folder for the plots, or a file (.png, .svg, .pdf) for one of them: the figure of this name, as motion.png, "
+    "else the first one; default: the folder of the result.",
+)
 @click.option(
     "--channel", "channels", multiple=True, metavar="PATTERN", help="Draw only these channels, into channels.png."
 )
@@ -262,31 +288,35 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 @drawing_options
 @debug_option
 def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: bool) -> None:
-    """Draw the figures of a result again, or some of its channels."""
+    """Draw the figures of a result again, or some of its channels.
+
+    RESULT is a results file, or the folder of a run.
+    """
     from fsm.results.store import read_solution
 
     if over_time and not channels:
         raise click.UsageError("--over-time is for --channel only")
-    folder = Path(result).parent if out is None else out_folder(out)
-    solution = read_solution(Path(result))
+    target = None if out is None else figure_file(out)
+    file = Path(result) / "result.h5" if Path(result).is_dir() else Path(result)
+    folder = file.parent if out is None else out_folder(out) if target is None else target.parent
+    solution = read_solution(file)
     folder.mkdir(parents=True, exist_ok=True)
 
-    if channels:
-        with imports_outside_gc(), plain_matplotlib():
-            from fsm.plots.channels import plot_channels
-            from fsm.plots.drawing import file_format
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.plots.channels import plot_channels
+        from fsm.plots.drawing import file_format
+        from fsm.plots.figures import draw, draw_one
 
+    if channels:
+        path = target or (folder / "channels").with_suffix(file_format())
         with add_source(result):
-            path = (folder / "channels").with_suffix(file_format())
             plot_channels(solution, channels, path, over_time)
         click.echo(str(path))
-        return
-
-    with imports_outside_gc(), plain_matplotlib():
-        from fsm.plots.figures import draw
-
-    for path in draw(solution, folder):
-        click.echo(str(path))
+    elif target is not None:
+        click.echo(f"{target}: {draw_one(solution, target)}")
+    else:
+        for path in draw(solution, folder):
+            click.echo(str(path))
 
 
 @cli.command()

@@ -13,7 +13,10 @@ import click
 from fsm.errors import CaseError
 from fsm.plots.drawing import FORMATS, STYLES, drawing
 
-__all__ = ["add_source", "debug_option", "debugging", "drawing_options", "out_folder", "set_option"]
+__all__ = ["add_source", "debug_option", "debugging", "drawing_options", "figure_file", "out_folder", "set_option"]
+
+_OTHER_FORMATS = (".jpg", ".jpeg", ".gif", ".tif", ".tiff", ".eps", ".bmp", ".webp", ".ps")
+"""Suffixes of pictures that figures cannot have."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -67,6 +70,17 @@ def add_source(source: str) -> Iterator[None]:
         if error.source or not all(fault.path for fault in error.faults):
             raise
         raise CaseError(error.faults, source) from error
+
+
+def figure_file(out: str) -> Path | None:
+    """File of a figure, if `out` ends in the suffix of one; None for the name of a folder."""
+    path = Path(out)
+    if path.is_dir() or path.suffix.lower() not in (*FORMATS, *_OTHER_FORMATS):
+        return None
+    if path.suffix.lower() in _OTHER_FORMATS:
+        text = f"{out}: figures have the formats {', '.join(FORMATS)}; give one of them, or the name of a folder"
+        raise click.BadParameter(text, param_hint="--out")
+    return path
 
 
 def out_folder(out: str) -> Path:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-__all__ = ["MOMENT", "PRESSURE", "LoadUnits", "axis_labels", "force_name", "load_units"]
+__all__ = ["MOMENT", "PRESSURE", "LoadUnits", "force_name", "load_units"]
 
 PRESSURE = ", pressure"
 """Text behind the name of a pressure on nodes in results: its size is in Pa, and its displacement is a volume, m^3."""
@@ -18,26 +17,26 @@ _NUMBER = re.compile(r"#\d+$")
 
 @dataclass(frozen=True)
 class LoadUnits:
-    """Units of a load in results, and the labels of its curve, whose displacements are 1000 times as large.
+    """Units of a load in results, and the words of its curve.
 
     Attributes
     ----------
-    size, displacement : units
-    load, curve : labels of the axes
-    shown : unit of the displacement in the figure of the curve
+    size, displacement : SI units
+    load, curve : labels of the axes, without units
+    way : short word for the displacement
     """
 
     size: str
     displacement: str
     load: str
     curve: str
-    shown: str
+    way: str
 
 
-_FORCE = LoadUnits("N", "m", "load (N)", "displacement along the load (mm)", "mm")
+_FORCE = LoadUnits("N", "m", "load", "displacement along the load", "displacement")
 _UNITS = {
-    MOMENT: LoadUnits("N m", "rad", "moment (N m)", "rotation about the moment (mrad)", "mrad"),
-    PRESSURE: LoadUnits("Pa", "m^3", "pressure (Pa)", "swept volume (litre)", "litre"),
+    MOMENT: LoadUnits("N m", "rad", "moment", "rotation about the moment", "rotation"),
+    PRESSURE: LoadUnits("Pa", "m^3", "pressure", "swept volume", "volume"),
 }
 
 
@@ -49,9 +48,3 @@ def load_units(name: str) -> LoadUnits:
 def force_name(name: str) -> str:
     """Name of a force in results: the given name, which must not read as a moment or a pressure."""
     return name if load_units(name) is _FORCE else f"{name}, force"
-
-
-def axis_labels(names: Iterable[str]) -> tuple[str, str]:
-    """Labels of displacement and load of the curves of loads."""
-    kinds = list(dict.fromkeys(load_units(name) for name in names))
-    return " or ".join(kind.curve for kind in kinds), " or ".join(kind.load for kind in kinds)

@@ -11,6 +11,8 @@ from typing import Any
 
 from tqdm import tqdm
 
+from fsm.report_text import count
+
 __all__ = ["Progress", "report_compilation", "report_restart"]
 
 _LINE_EVERY = 10.0
@@ -58,11 +60,11 @@ class Progress:
         if self._report is not None:
             self._report(fraction)
         if self._visible and not self._lines:
-            self._bar.set_postfix_str(f"{steps} steps", refresh=False)
+            self._bar.set_postfix_str(count(steps, "step"), refresh=False)
             self._bar.update(100.0 * fraction - self._bar.n)
         elif self._lines and time.monotonic() - self._last_line > _LINE_EVERY:
             self._last_line = time.monotonic()
-            print(f"{self._name}: {100 * fraction:.0f} %, {steps} steps", file=sys.stderr, flush=True)
+            print(f"{self._name}: {100 * fraction:.0f} %, {count(steps, 'step')}", file=sys.stderr, flush=True)
 
     def further(self, name: str, end: float) -> None:
         """Show the progress of a further solve of the same run, from zero again.

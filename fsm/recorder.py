@@ -16,9 +16,9 @@ import numpy as np
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.at_start import equilibrium_at_start
-from fsm.analyses.load_path import static_load_path
+from fsm.analyses.load_path import loads_at_end, static_load_path
 from fsm.analyses.run_step import RunStep, States, StepResult
-from fsm.analyses.step_results import counted, step_modes, step_summaries, total_of
+from fsm.analyses.step_results import counted, final_loads, step_modes, step_summaries, total_of
 from fsm.checkpoint import RestartPoint, check_point, read_point, write_point
 from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
 from fsm.hdf5_checked import READ_ERRORS
@@ -157,6 +157,7 @@ class RecordedSolve:
             assert energy_balance is not None
             arcs = [number for number, result in enumerate(self.done, 1) if result.method == "arc-length"]
             summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off, arcs) | {
+                "loads": final_loads(self.done),
                 "step": step_summaries(self.done, self.points, solution),
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
@@ -215,6 +216,7 @@ class RecordedSolve:
                     self._record(writer, saved)
             self.warnings += path.warnings
             u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads
+            result.loads = {name: tuple(rows[-1]) for name, rows in path.loads["loads"].items()}
         else:
             assert self.energy_balance is not None
             statistics = self._solve(step, writer, bar, self.energy_balance, after, (step.start, q, u))
@@ -223,11 +225,8 @@ class RecordedSolve:
             end: AcceptedStep | None = self.latest
             if end is not None:
                 q, u = end.q, end.u
-            if step.method == "static" and isinstance(system, SegmentSystem) and isinstance(self.system, SegmentSystem):
-                writer.flush()
-                points = self.points[self.done[-1].n_points if self.done else 0 :]
-                records = read_solution(part_path(self.target))
-                result.path = static_load_path(system, self.system, records, self.number + 1, points)
+            if isinstance(system, SegmentSystem) and isinstance(self.system, SegmentSystem) and end is not None:
+                self._displace_loads(system, self.system, end, result, writer)
         result.n_points = len(self.points)
         self.done.append(result)
         if step.record_times:
@@ -236,6 +235,19 @@ class RecordedSolve:
             self.states = self.analysis.leave(system, step.end, q, u)
             if step.settings is not None and self.energy_balance is not None:
                 self.stored = self.energy_balance.stored  # a static step may end in a snap, with kinetic energy
+
+    def _displace_loads(
+        self, system: SegmentSystem, whole: SegmentSystem, end: AcceptedStep, result: StepResult, writer: ResultWriter
+    ) -> None:
+        """Compute displacements of loads at the end of a step, and along a static step."""
+        if not system.load_displacements((end.time, end.q), (end.time, end.q)):
+            return
+        writer.flush()
+        records = read_solution(part_path(self.target))
+        result.loads = loads_at_end(system, whole, records, self.number + 1, (end.time, end.q))
+        if result.method == "static":
+            points = self.points[self.done[-1].n_points if self.done else 0 :]
+            result.path = static_load_path(system, whole, records, self.number + 1, points)
 
     def _solve(
         self,
@@ -310,7 +322,19 @@ class RecordedSolve:
             return saved.negative_pivots
         return self.analysis.negative_pivots(self.current, t, saved.q)
 
+    def _without_false_motion(self, saved: SavedState) -> SavedState:
+        """State of a path whose drives rest, without kinetic energy: the time of a path in load is no time of a motion."""
+        system, before = self.current, saved.before
+        if before is None or not isinstance(system, SegmentSystem):
+            return saved
+        middle = 0.5 * (before[0] + saved.time)
+        if any(motion.program.at(middle)[1] for motion in system.motions):
+            return saved
+        energy = replace(saved.observation.energy, kinetic=0.0)
+        return replace(saved, observation=replace(saved.observation, energy=energy))
+
     def _record(self, writer: ResultWriter, saved: SavedState) -> None:
+        saved = self._without_false_motion(saved)
         observed = saved.observation
         stored = observed.energy.potential
         t = saved.acting

@@ -15,12 +15,12 @@ from fsm.atomic_write import remove_partial_files
 from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, NotConverged
 from fsm.folder_lock import locked_folder
 from fsm.kernels import jit
-from fsm.plots.figures import draw
+from fsm.plots.figures import draw, remove_figures
 from fsm.progress import report_compilation, report_restart
 from fsm.recorder import RecordedSolve
 from fsm.registry import load_extensions
 from fsm.results.channel import write_channels_csv
-from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
+from fsm.results.export import when_columns, write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 from fsm.results.step_data import write_load_path_csv
@@ -62,7 +62,7 @@ def run_case(
         only the times in the summary cover the last part alone. If the case is already solved, only curves and plots are
         written. If the files belong to another case, the run starts from the beginning and reports it with the progress.
     figures : bool
-        Whether to draw figures, in the style and format of `fsm.plots.drawing`.
+        Whether to draw figures, in the style and format of `fsm.plots.drawing`; else figures of an earlier run are deleted.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def _write_loads(solution: Solution, path: Path) -> None:
 
 
 def _write_channels(solution: Solution, path: Path) -> None:
-    write_channels_csv(solution.channels, solution.time, solution.travel, path)
+    write_channels_csv(solution.channels, when_columns(solution), path)
 
 
 def _clocks() -> tuple[float, float]:
@@ -223,4 +223,6 @@ def _write(solution: Solution, out: Path, figures: bool) -> None:
             (out / name).unlink(missing_ok=True)
     if figures:
         draw(solution, out, alone=True)
+    else:  # these files belong to an earlier run in the folder
+        remove_figures(out)
     write_summary(solution.summary, out / SUMMARY)

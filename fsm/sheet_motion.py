@@ -50,6 +50,8 @@ def vertices_of(solution: Solution) -> Floats:
     if case.sheet.facets == "flexible":
         return _nodes_of(solution, flexible_mesh(case.sheet))
     if case.sheet.facets == "bars":
+        if solution.q.shape[1] < 3 * count:  # by a version that did not separate the sides of cuts
+            raise CaseError("the result does not have the vertices of its case; run the case again with this version")
         return np.asarray(solution.q[:, -3 * count :].reshape(-1, count, 3))
     frames = facet_frames(pattern)
     rows = {name: k for k, name in enumerate(solution.layout.body_names)}

@@ -12,6 +12,7 @@ from fsm.analyses.analysis import MODAL, Analysis
 from fsm.results.solution import Layout, Solution
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case
+from fsm.shown_units import travel_text
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import Statistics
@@ -50,6 +51,8 @@ def summary_of(
     passages = unstable_passages(solution, statistics.events, arcs)
     events = sorted([*statistics.events, *passages], key=lambda event: event.time)
     summary: dict[str, Any] = {**_PULL_DEFAULTS}
+    if solution.layout.drive_names:
+        summary["drive"] = solution.layout.drive_names[0]
     summary |= analysis.summarise(solution, statistics)
     summary |= {
         "steps": statistics.steps,
@@ -117,27 +120,34 @@ def unstable_passages(solution: Solution, events: Sequence[Event], arcs: Sequenc
 
 
 def _where(event: Event, layout: Layout) -> str:
-    return layout.travel_text(event.travel) if event.travel else f"{event.time:.4g} s"
+    """Travel of the first drive at the start of an event; the time if this drive does not move in it."""
+    return layout.travel_text(event.travel) if _drives(event) else f"{event.time:.4g} s"
+
+
+def _drives(event: Event) -> bool:
+    """Whether the travel of the first drive tells when an event occurs: it moves, or the event takes no time."""
+    return event.travel != event.end_travel or (event.travel != 0.0 and event.time == event.end_time)
 
 
 def _event_text(event: Event, layout: Layout) -> str:
     """Warning about an event."""
     where = f"at {_where(event, layout)}"
-    way, effort, unit = ("mrad", "moment", "N m") if layout.turns() else ("mm", "force", "N")
+    effort, unit = ("moment", "N m") if layout.turns() else ("force", "N")
     if event.kind == "bifurcation":
         return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
     if event.kind == "force limit":
         return f"the force of the drive reached solve.force_limit {where}, {event.end_force:.4g} N; the run ends there"
-    until = f"{1e3 * event.end_travel:.4g} {way}" if event.end_travel else f"{event.end_time:.4g} s"
-    forces = f"{effort} {event.force:.4g} {unit} before, {event.end_force:.4g} {unit} after"
+    until = travel_text(layout.turns(), event.end_travel) if _drives(event) else f"{event.end_time:.4g} s"
+    forces = f"; {effort} {event.force:.4g} {unit} before, {event.end_force:.4g} {unit} after" if layout.drive_names else ""
     if event.kind == "release":
-        there = f"{effort} {event.end_force:.4g} {unit} there"
-        return f"the start is not in equilibrium: solved with inertia until {until}; {there}"
+        there = f"; {effort} {event.end_force:.4g} {unit} there" if layout.drive_names else ""
+        start = f"the state at {event.time:.4g} s" if event.time else "the start"
+        return f"{start} is not in equilibrium: solved with inertia until {until}{there}"
     if event.kind == "damped snap":
-        return f"snap {where}: states are unstable until {until}, and dampers slow the motion; {forces}"
+        return f"snap {where}: states are unstable until {until}, and dampers slow the motion{forces}"
     if event.kind == "unstable":
-        return f"snap {where}: saved states until {until} are unstable; {forces}"
-    return f"snap {where}: solved with inertia until {until}; {forces}"
+        return f"snap {where}: saved states until {until} are unstable{forces}"
+    return f"snap {where}: solved with inertia until {until}{forces}"
 
 
 def missed_expectations(case: Case, summary: dict[str, Any]) -> list[str]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import os
-import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from fsm.atomic_write import atomic_write, remove_partial_files
 from fsm.errors import CannotWrite, CaseError, Fault, OutOfMemory
@@ -21,9 +19,15 @@ from fsm.plots.drawing import FORMATS, drawing, file_format, selected
 from fsm.pool import JobOutcome, run_jobs
 from fsm.results.summary_file import SUMMARY, read_summary
 from fsm.scene.load_case import LoadedCase
-from fsm.scene.table import COLLECTED, OVERLAY, STUDY, TableCase, load_reference, load_table
+from fsm.scene.table import OVERLAY, STUDY, TableCase, load_reference, load_table
+from fsm.table_files import flat_numbers, write_extremes, write_summaries
+from fsm.table_text import progress_line
 
-__all__ = ["RESOLVED", "failures", "format_comparison", "format_table", "run_table"]
+__all__ = ["FIGURES", "RESOLVED", "Figures", "failures", "run_table"]
+
+Figures = Literal["none", "first", "all"]
+"""Rows whose figures are drawn."""
+FIGURES: tuple[Figures, ...] = ("none", "first", "all")
 
 RESOLVED = "case.resolved.toml"
 """File with the complete case of a row, in the folder of its results."""
@@ -42,6 +46,8 @@ class Job:
     resume: bool
     style: tuple[str, str]
     """Arguments of `fsm.plots.drawing.drawing`."""
+    figures: bool
+    """Whether figures of the row are drawn."""
 
 
 def run_table(
@@ -52,11 +58,12 @@ def run_table(
     resume: bool = False,
     method: str | None = None,
     progress: bool = True,
+    figures: Figures = "all",
 ) -> list[dict[str, Any]]:
     """Run every row of a table.
 
-    Write ``summary.csv``, ``overlay.png`` (``study.png`` for films), and a folder for each row with its complete case and
-    its results.
+    Write ``summary.csv``, ``extremes.csv`` of recorded channels, ``overlay.png`` (``study.png`` for films), and a folder
+    for each row with its complete case and its results.
 
     Parameters
     ----------
@@ -74,12 +81,14 @@ def run_table(
         Integration method, for all rows.
     progress : bool
         Show progress on standard error.
+    figures : "none", "first" or "all"
+        Rows whose folders get figures. ``overlay.png`` and ``study.png`` are always drawn.
 
     Returns
     -------
     list of dict
-        One item for each row, in the order of the table: `case` (its name), the cells, and the numbers of the summary
-        (stages as ``stage_<name>_travel``). A row that failed also has `error` (text) and `exit_code`.
+        One item for each row, in the order of the table: `case` (its name), the cells, and the summary as
+        `fsm.table_files.flat_numbers` gives it. A row that failed also has `error` (text) and `exit_code`.
 
     Raises
     ------
@@ -92,7 +101,7 @@ def run_table(
     reference = load_reference(path)
     kernels = _check_scenes(cases, str(path))
     with locked_folder(out):
-        return _run_cases(cases, Path(out), kernels, reference, workers, resume, progress)
+        return _run_cases(cases, Path(out), kernels, reference, workers, resume, progress, figures)
 
 
 def _run_cases(
@@ -103,6 +112,7 @@ def _run_cases(
     workers: int | None,
     resume: bool,
     progress: bool,
+    figures: Figures,
 ) -> list[dict[str, Any]]:
     """Run the rows that are not solved yet, and write the files of the whole table."""
     rows: dict[int, dict[str, Any]] = {}
@@ -113,14 +123,15 @@ def _run_cases(
         if same and _is_solved(where):
             rows[index] = _row(case, where)
         else:
-            jobs[index] = Job(case.loaded, where, same, selected())
+            jobs[index] = Job(case.loaded, where, same, selected(), figures == "all" or (figures == "first" and index == 0))
     remove_partial_files(folder)
     try:
         _run_rows(cases, jobs, rows, kernels, workers, progress)
     finally:
         done = [rows[index] for index in sorted(rows)]
         paths = dict.fromkeys(path for case in cases for path in case.overrides)
-        _write_csv(folder / COLLECTED, done, ["case", *paths])
+        write_summaries(folder, done, list(paths))
+        write_extremes(folder, done)
     _plot_overlay(folder, done)
     _plot_study(folder, done, list(paths), reference)
     return done
@@ -141,72 +152,6 @@ def failures(rows: Sequence[Mapping[str, Any]]) -> int:
     return 0 if not codes else 4 if codes == {4} else 3
 
 
-_Column = tuple[str, str, float, int]
-"""Column: heading, key of the row, factor, digits."""
-_OF_PULL: tuple[_Column, ...] = (("peak force (N)", "peak_force", 1.0, 4), ("at travel (mm)", "peak_travel", 1e3, 2))
-_OF_FILM: tuple[_Column, ...] = (
-    ("frequency (Hz)", "frequency_hz", 1.0, 3),
-    ("center (mm)", "amplitude_center", 1e3, 4),
-    ("patch (mm)", "amplitude_patch", 1e3, 4),
-    ("decay (1/s)", "decay_rate", 1.0, 2),
-    ("largest stress (MPa)", "tension_state_largest_stress", 1e-6, 2),
-)
-_OF_RUN: tuple[_Column, ...] = (
-    ("steps", "steps", 1.0, 0),
-    ("run time (s)", "wall_time_s", 1.0, 2),
-    ("warnings", "warnings", 1.0, 0),
-)
-
-
-def format_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Results as text: one line for each case, lengths in mm, with the errors of failed rows below the table."""
-    stages = list(dict.fromkeys(key for row in rows for key in row if _stage_name(key)))
-    own = _OF_FILM if any("frequency_hz" in row for row in rows) else _OF_PULL
-    columns = [*own, *((f"{_stage_name(key)} from (mm)", key, 1e3, 2) for key in stages), *_OF_RUN]
-    lines = [["condition", *(heading for heading, *_ in columns)]]
-    for row in rows:
-        lines.append([str(row["case"]), *(_cell(row.get(key), factor, digits) for _, key, factor, digits in columns)])
-    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    text = [
-        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip()
-        for line in lines
-    ]
-    text.insert(1, "-" * (sum(widths) + 2 * len(widths) - 2))
-    text += [f"{row['case']}: {line}" for row in rows for line in str(row.get("error", "")).splitlines()]
-    return "\n".join(text)
-
-
-def format_comparison(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> str:
-    """Comparison with the reference of a table, one line for each row and number; empty without a reference."""
-    from fsm.plots.study import STUDY_RESULTS, relative_changes
-
-    reference = load_reference(path)
-    lines = []
-    for name in STUDY_RESULTS:
-        for row, found in zip(rows, relative_changes(rows, reference, name), strict=True):
-            if found is not None:
-                ours, theirs, band = found
-                off = abs((100.0 + ours) / (100.0 + theirs) - 1.0)
-                said = "within" if off <= 0.01 * band + 1e-12 else "outside"
-                lines.append(
-                    f"{row['case']}: {name} {ours:+.2f} %, reference {theirs:+.2f} %"
-                    + (f", {said} its band of {band:g} %" if band else "")
-                )
-    return "\n".join(lines)
-
-
-def _cell(value: object, factor: float, digits: int) -> str:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return "-"
-    return f"{value * factor:.{digits}f}"
-
-
-def _stage_name(key: str) -> str:
-    """Name of a stage from the key of its travel; empty for any other key."""
-    match = re.fullmatch(r"stage_(.+)_travel", key)
-    return match[1].replace("_", " ") if match else ""
-
-
 def run_row(job: Job) -> dict[str, Any]:
     """Run one row in a worker; the complete case is written to the folder before the run starts."""
     with imports_outside_gc(), plain_matplotlib():
@@ -223,7 +168,7 @@ def run_row(job: Job) -> dict[str, Any]:
         with atomic_write(job.out / RESOLVED) as part:
             part.write_text(job.loaded.text, encoding="utf-8")
         with drawing(*job.style):
-            return run_in_locked_folder(job.loaded, job.out, progress=False, resume=job.resume)
+            return run_in_locked_folder(job.loaded, job.out, progress=False, resume=job.resume, figures=job.figures)
 
 
 def _same_case(folder: Path, loaded: LoadedCase) -> bool:
@@ -249,9 +194,7 @@ def _check_scenes(cases: Sequence[TableCase], source: str) -> set[str]:
         try:
             kernels.update(analysis_of(case.loaded.case).kernels)
         except CaseError as error:
-            faults += [
-                Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults
-            ]
+            faults += [Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults]
         except MemoryError as error:
             faults.append(Fault(case.name, str(OutOfMemory(error))))
     if faults:
@@ -289,7 +232,7 @@ def _row(case: TableCase, folder: Path, outcome: JobOutcome | None = None) -> di
     """Row of the summary: name, cells, numbers, and the error if there is one."""
     row: dict[str, Any] = {"case": case.name, **case.overrides}
     with suppress(CaseError):
-        row |= _scalars(read_summary(folder / SUMMARY))
+        row |= flat_numbers(read_summary(folder / SUMMARY))
     if outcome is not None and outcome.error:
         row |= {"error": "\n".join(outcome.error), "exit_code": outcome.exit_code}
         try:
@@ -302,43 +245,21 @@ def _row(case: TableCase, folder: Path, outcome: JobOutcome | None = None) -> di
     return row
 
 
-def _scalars(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Numbers and strings of a summary; stages give their start, and warnings their number."""
-    flat: dict[str, Any] = {}
-    for key, value in summary.items():
-        if key == "stages":
-            flat |= {f"stage_{stage['name'].replace(' ', '_')}_travel": stage["travel"] for stage in value}
-        elif key == "warnings":
-            flat[key] = len(value)
-        elif isinstance(value, Mapping):
-            flat |= {f"{key}_{below}": number for below, number in _scalars(value).items()}
-        elif not isinstance(value, list):
-            flat[key] = value
-    return flat
-
-
-def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -> None:
-    """Write the rows with the columns `first` at the start and the error at the end."""
-    if not rows:
-        return
-    last = ("error", "exit_code")
-    columns = list(dict.fromkeys([*first, *(key for row in rows for key in row if key not in last), *last]))
-    with atomic_write(path) as part, part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, columns, restval="")
-        writer.writeheader()
-        writer.writerows({**row, "error": row.get("error", "").replace("\n", "; ")} for row in rows)
-
-
 def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Draw the force curves of all rows with a drive."""
-    pulled = [row for row in rows if "peak_force" in row and "frequency_hz" not in row]
-    names = [row["case"] for row in pulled if (folder / row["case"] / RESULT).is_file()]
-    if not names:
+    """Draw the force curves of all rows with a drive; if there are none, the loads over their displacements."""
+    path = _figure(folder / OVERLAY)
+    path.unlink(missing_ok=True)
+    solved = [row for row in rows if "frequency_hz" not in row and (folder / row["case"] / RESULT).is_file()]
+    pulled = [row["case"] for row in solved if row.get("peak_force") is not None]
+    loaded = [row["case"] for row in solved if row.get("loads")]
+    if not pulled and not loaded:
         return
     from fsm.plots.force import plot_overlay
+    from fsm.plots.load import plot_load_overlay
     from fsm.results.store import read_solution
 
-    plot_overlay([(name, read_solution(folder / name / RESULT)) for name in names], _figure(folder / OVERLAY))
+    plot = plot_overlay if pulled else plot_load_overlay
+    plot([(name, read_solution(folder / name / RESULT)) for name in pulled or loaded], path)
 
 
 def _plot_study(
@@ -375,18 +296,9 @@ def _progress(total: int, done: int, show: bool) -> Iterator[Callable[[Mapping[s
             yield lambda row: _advance(bar, row)
     else:
         count = itertools.count(done + 1)
-        yield lambda row: print(f"[{next(count)}/{total}] {_line(row)}", file=sys.stderr, flush=True)
+        yield lambda row: print(f"[{next(count)}/{total}] {progress_line(row)}", file=sys.stderr, flush=True)
 
 
 def _advance(bar: Any, row: Mapping[str, Any]) -> None:
     bar.update()
-    bar.set_postfix_str(_line(row))
-
-
-def _line(row: Mapping[str, Any]) -> str:
-    if row.get("error"):
-        return f"{row['case']}: failed: {str(row['error']).splitlines()[0]}"
-    if "frequency_hz" in row:
-        return f"{row['case']}: {_cell(row['frequency_hz'], 1, 3)} Hz, {_cell(row.get('wall_time_s'), 1, 1)} s"
-    force, travel = _cell(row.get("peak_force"), 1, 4), _cell(row.get("peak_travel"), 1e3, 2)
-    return f"{row['case']}: peak {force} N at {travel} mm, {_cell(row.get('wall_time_s'), 1, 1)} s"
+    bar.set_postfix_str(progress_line(row))

@@ -17,8 +17,8 @@ from fsm.compile_case import compile_case, path_settings
 from fsm.errors import NotConverged
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.curve import ForceCurve
-from fsm.results.quantities import bent_energy, summarise, summarise_contacts
-from fsm.results.solution import Layout, Solution
+from fsm.results.quantities import bent_energy, summarise, summarise_contacts, summarise_drives
+from fsm.results.solution import ENERGIES, Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.sheet import SHELLS
 from fsm.scene.start import start_of
@@ -53,6 +53,8 @@ _TORN = 1e-3
 """Separation of the sides of a crease relative to the length of a facet, above which facets cannot follow a motion."""
 _DEEP = 0.2
 """Ratio of the penetration of contacts to the largest thickness, above which there is a warning."""
+_STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "work", "error"))
+"""Potential energies of a record, except of drives."""
 _COARSE = 0.05
 """Error of the peak force due to the segments, above which there is a warning."""
 
@@ -237,7 +239,7 @@ class Deployment(Analysis):
             quad_names=self.system.quad_names,
             pair_names=self.system.pair_names,
             drive_names=tuple(
-                " + ".join(drive.moved) + (" (turn)" if drive.turn is not None else "") for drive in self.scene.drives
+                drive.part + (" (turn)" if drive.turn is not None else "") for drive in self.scene.drives
             ),
             thickness=max(
                 (plate.thickness for _, plate, _ in bodies.plates),
@@ -269,9 +271,10 @@ class Deployment(Analysis):
         """Peak, stages, contacts, and the error of a motion."""
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
-            summary |= summarise(
-                ForceCurve.from_points(statistics.points), solution.layout.pair_names, bent_energy(solution.layout.case)
-            )
+            curve = ForceCurve.from_points(statistics.points)
+            summary |= summarise(curve, solution.layout.pair_names, bent_energy(solution.layout.case))
+            if solution.travel.shape[1] > 1:
+                summary["drives"] = summarise_drives(curve, solution.layout.drive_names)
             summary["unstable_at_end"] = self._ends_on_path and bool(solution.negative_pivots[-1] > 0)
             summary |= self._mesh_errors(solution, statistics, summary)
         looked_at = np.array([point.pair_force for point in statistics.points])
@@ -329,6 +332,11 @@ class Deployment(Analysis):
         return alike and not self.system.steps_of and all(all(s.acting) and s.method != "arc-length" for s in steps)
 
     @property
+    def _is_structure(self) -> bool:
+        """Whether the case has a strip, lattice or sheet, which a drive deploys."""
+        return any(part is not None for part in (self.case.strip, self.case.lattice, self.case.sheet))
+
+    @property
     def _ends_on_path(self) -> bool:
         """Whether a drive acts in the last state, so that this state is not part of a free motion of a later step."""
         return not self.plan.written or self.plan.steps[-1].kind != "dynamic"
@@ -382,7 +390,7 @@ class Deployment(Analysis):
             found.append(f'"arc-length" has no friction: contacts slide without it in {", ".join(arcs)}')
         found += _coarse(summary) + (_unstable_at_end(solution) if self._ends_on_path else [])
         return found + extrapolation_warnings(solution, self.scene, self.system) + (
-            [] if self.plan.written else _of_the_pull(solution, summary)
+            [] if self.plan.written else _of_the_pull(solution, summary, self._is_structure)
         )
 
 
@@ -424,21 +432,50 @@ def _crossed(crossings: list[tuple[int, int, float]], solution: Solution) -> lis
     return [f"panels pass through each other: {named}{more}; no contact pair includes them; later results are not physical"]
 
 
-def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
-    """Warnings on a pull that is not quasi-static, or that ends before its peak."""
+def _of_the_pull(solution: Solution, summary: dict[str, Any], structure: bool) -> list[str]:
+    """Warnings on a pull that is not quasi-static, or that ends before its peak.
+
+    A pull has to be slow if it deploys a `structure`: a strip, lattice or sheet. A drive of a [scene] may be a machine,
+    whose force is due to inertia at any speed.
+    """
     found: list[str] = []
     if not solution.travel.size:
         return found
-    elastic = np.maximum.accumulate(solution.energy["panels"] + solution.energy["creases"])
-    moving = solution.energy["kinetic"] > 0.01 * elastic
-    moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
+    statics = set(summary["method"].split(" + ")) == {"static"}
+    moving = _too_fast(solution, summary) if structure else np.zeros(len(solution.time), dtype=bool)
     if moving.any():
         at = solution.layout.travel_text(float(solution.travel[np.argmax(moving), 0]))
-        found.append(f"not quasi-static at {at}: kinetic energy above 1 % of the elastic energy; pull slower")
-    if summary["peak_kind"] == "dynamic":
+        off = f"at {at} the kinetic energy is above 1 % of the largest stored energy"
+        found.append(
+            f"statics neglects inertia, but {off} at this speed; pull slower, or give solve.method = \"generalized-alpha\""
+            if statics
+            else f"not quasi-static: {off}; pull slower"
+        )
+    if structure and summary["peak_kind"] == "dynamic":
         found.append("no part of the pull is quasi-static: peak_force is the largest dynamic force; pull slower")
     # if other drives continue, the force may have decreased while the travel stayed the same
     at_end = summary["peak_travel"] > 0.999 * solution.travel[-1, 0]
-    if at_end and summary["final_force"] >= summary["peak_force"] - 1e-3 * abs(summary["peak_force"]):
-        found.append("the force is still rising at the end of the travel; the peak may lie beyond this travel")
+    if at_end and summary["final_force"] >= summary["peak_force"] - 1e-3 * abs(summary["peak_force"]) and _rises(solution):
+        what, way = ("moment", "turn") if solution.layout.turns() else ("force", "travel")
+        found.append(f"the {what} is still rising at the end of the {way}; the peak may lie beyond this {way}")
     return found
+
+
+def _too_fast(solution: Solution, summary: dict[str, Any]) -> np.ndarray:
+    """Records (n,) in which kinetic energy exceeds 1 % of the largest change of stored energy, outside events.
+
+    Events of a static run, such as snaps, are motions at any speed of the drive. The first 2 % of the travel are ignored.
+    """
+    stored = sum(solution.energy[name] - solution.energy[name][0] for name in _STORED)
+    moving = solution.energy["kinetic"] > 0.01 * float(np.max(np.abs(stored)))
+    moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
+    for event in summary["events"]:
+        moving &= ~((solution.time >= event["time"]) & (solution.time <= event["end_time"]))
+    return np.asarray(moving)
+
+
+def _rises(solution: Solution) -> bool:
+    """Whether the force of the first drive rises by more than 0.1 % in the last 5 % of the travel."""
+    travel, force = solution.travel[:, 0], solution.force[:, 0]
+    before = force[np.flatnonzero(travel <= 0.95 * travel[-1])[-1:]]
+    return bool(np.any(force[-1] - before > 1e-3 * abs(force[-1])))

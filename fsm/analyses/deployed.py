@@ -131,11 +131,12 @@ def _known_places(case: Case, strip: Strip, solution: Solution) -> dict[int, Flo
     """
     known = {}
     for drive in case.drive:
-        if drive.crease is not None and drive.guide:
-            x, z = strip.crease_point(drive.crease)
+        line = drive.line(strip.panels)
+        if line is not None and drive.guide:
+            x, z = strip.crease_point(line)
             direction = np.array(drive.direction) / np.linalg.norm(drive.direction)
-            known[drive.crease] = np.array([x, 0.0, z]) + float(solution.travel[-1, case.drive.index(drive)]) * direction
-    for number in (1, strip.panels) if strip.held is None else strip.held:
+            known[line] = np.array([x, 0.0, z]) + float(solution.travel[-1, case.drive.index(drive)]) * direction
+    for number in sorted(case.held_panels):
         for end in (number - 1, number):
             x, z = strip.crease_point(end)
             known[end] = np.array([x, 0.0, z])
@@ -191,11 +192,11 @@ def _lines(
 def _clamped(case: Case, strip: Strip, panel_length: float) -> list[tuple[float, float]]:
     """Ends of clamped parts along the flat strip: held panels and driven segments."""
     parts = []
-    for number in (1, strip.panels) if strip.held is None else strip.held:
+    for number in sorted(case.held_panels):
         parts.append(((number - 1) * panel_length, number * panel_length))
     ends = np.concatenate([[0.0], np.cumsum(segment_lengths(strip))])
     for drive in case.drive:
-        for body in drive.moved:
+        for body in drive.moved if drive.panel is None else (drive.part,):
             found = re.fullmatch(r"panel (\d+)(?: segment (\d+))?", body)
             if found is not None:
                 begin = (int(found[1]) - 1) * panel_length
@@ -213,9 +214,10 @@ def _held(case: Case, grid: FilmGrid, panel_length: float, clamped: list[tuple[f
         held += [nodes, nodes + 6, grid.position[first + 1 : last + 1] + 3, grid.behind[first:last]]
     vectors = [(first.ravel()[:, None] + np.arange(3)).ravel() for first in held]
     for drive in case.drive:
-        if drive.crease is None:
+        number = None if case.strip is None else drive.line(case.strip.panels)
+        if number is None:
             continue
-        line = grid.position[int(np.argmin(np.abs(grid.x - drive.crease * panel_length)))]
+        line = grid.position[int(np.argmin(np.abs(grid.x - number * panel_length)))]
         (axes,) = np.nonzero(np.array(drive.direction))
         if drive.guide or len(axes) > 1:  # the driven line also remains straight
             vectors += [(line[:, None] + [0, 1, 2, 6, 7, 8]).ravel()]

@@ -1,4 +1,4 @@
-"""Loads over their displacements along a static step, from its records."""
+"""Loads and their displacements in a step, from its records: along a static step, and at the end of any step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fsm.results.solution import Solution
 from fsm.segments.system import SegmentSystem
 from fsm.solve.run_io import CurvePoint
 
-__all__ = ["static_load_path"]
+__all__ = ["loads_at_end", "static_load_path"]
 
 
 def static_load_path(
@@ -36,8 +36,7 @@ def static_load_path(
     records = records[[float(t) not in moving for t in solution.time[records]]]
     if not len(records):
         return {}
-    origin = max(int(records[0]) - 1, 0) if number > 1 else int(records[0])  # this is the last record of the previous step
-    first = _state(system, whole, solution, origin)
+    first = _state(system, whole, solution, _origin(solution, number))
     ways: dict[str, list[list[float]]] = {}
     for record in records.tolist():
         here = _state(system, whole, solution, record)
@@ -47,6 +46,26 @@ def static_load_path(
         return {}
     negative = [int(count) for count in solution.negative_pivots[records]]
     return {"time": solution.time[records].tolist(), "negative_modes": negative, "loads": ways}
+
+
+def loads_at_end(
+    system: SegmentSystem, whole: SegmentSystem, solution: Solution, number: int, end: tuple[float, np.ndarray]
+) -> dict[str, tuple[float, float]]:
+    """Size and displacement of every load at the end of a step; see `SegmentSystem.load_displacements`.
+
+    Parameters
+    ----------
+    system, whole, solution, number : see `static_load_path`
+    end : time (s) and configuration at the end of the step
+    """
+    if not np.any(solution.step <= number):
+        return {}
+    return system.load_displacements(_state(system, whole, solution, _origin(solution, number)), end)
+
+
+def _origin(solution: Solution, number: int) -> int:
+    """Record at the start of a step: the last record of the previous steps, or the first record of the run."""
+    return max(int(np.searchsorted(solution.step, number)) - 1, 0)
 
 
 def _state(system: SegmentSystem, whole: SegmentSystem, solution: Solution, record: int) -> tuple[float, np.ndarray]:

@@ -55,6 +55,7 @@ class StepResult:
     n_points : number of points of the curve at the end of the step
     events, frequencies : events, and natural frequencies in Hz
     path : program time, stability and loads at all points of a path by arc length (`fsm.solve.arc_run`)
+    loads : size of every load at the end, and displacement of its point along the load since the start of the step
     """
 
     name: str
@@ -67,5 +68,6 @@ class StepResult:
     events: list[dict[str, Any]] = field(default_factory=list)
     frequencies: list[float] = field(default_factory=list)
     path: dict[str, Any] = field(default_factory=dict)
+    loads: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 

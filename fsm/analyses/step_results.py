@@ -18,7 +18,7 @@ from fsm.solve.run_io import CurvePoint, Statistics
 from fsm.solve.status import Event, Outcome
 from fsm.system import System
 
-__all__ = ["counted", "limit_points", "step_modes", "step_summaries", "total_of"]
+__all__ = ["counted", "final_loads", "limit_points", "step_modes", "step_summaries", "total_of"]
 
 _SUMMED = (
     "steps", "force_evaluations", "jacobian_evaluations", "factorisations", "newton_iterations", "wall_time", "rejected",
@@ -46,7 +46,7 @@ def total_of(done: Sequence[StepResult], points: list[CurvePoint]) -> Statistics
 
 
 def step_summaries(done: Sequence[StepResult], points: list[CurvePoint], solution: Solution) -> list[dict[str, Any]]:
-    """One dict for every step: name, kind, times, peak of the first drive that has a force, steps and iterations."""
+    """One dict for every step: name, kind, times, peak of the first drive that has a force, loads, steps and iterations."""
     found, first = [], 0
     for number, result in enumerate(done, 1):
         part, first = points[first : result.n_points], result.n_points
@@ -71,12 +71,22 @@ def step_summaries(done: Sequence[StepResult], points: list[CurvePoint], solutio
             one["peak_kind"] = "quasi-static" if curve.has_quasi_static else "dynamic"
             one["final_force"] = float(forces[-1, drive])
             one["final_travel"] = float(part[-1].drive.travel[drive])
+        if result.loads:
+            one["loads"] = {
+                name: {"size": size, "displacement": moved} for name, (size, moved) in result.loads.items()
+            }
         if result.path and result.method == "arc-length":
             one["limit_points"] = limit_points(result.path)
         if result.frequencies:
             one["frequencies_hz"] = result.frequencies
         found.append(one)
     return found
+
+
+def final_loads(done: Sequence[StepResult]) -> list[dict[str, Any]]:
+    """Name, size and displacement of every load at the end of the last step with loads."""
+    loads = next((result.loads for result in reversed(done) if result.loads), {})
+    return [{"name": name, "size": size, "displacement": moved} for name, (size, moved) in loads.items()]
 
 
 def limit_points(path: dict[str, Any]) -> list[dict[str, Any]]:

@@ -344,8 +344,8 @@ class Result:
         summary, solution = self.summary, self.solution
         parts = [self._records()]
         if summary.get("peak_force"):
-            units = ("N m", "mrad") if solution.layout.turns() else ("N", "mm")
-            parts.append(f"peak {summary['peak_force']:.4g} {units[0]} at {1e3 * summary['peak_travel']:.4g} {units[1]}")
+            effort, at = "N m" if solution.layout.turns() else "N", solution.layout.travel_text(summary["peak_travel"])
+            parts.append(f"peak {summary['peak_force']:.4g} {effort} at {at}")
         if summary.get("frequency_hz"):
             parts.append(f"{summary['frequency_hz']:.4g} Hz")
         if not summary:

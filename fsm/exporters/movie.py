@@ -15,7 +15,9 @@ from fsm.optional import optional_module
 from fsm.plots.motion import leaves_plane
 from fsm.plots.obstacles import obstacle_outlines
 from fsm.plots.plane import vertical_axis
+from fsm.plots.style import drive_units
 from fsm.results.solution import Floats, Solution
+from fsm.shown_units import shown_unit
 
 __all__ = ["frames_of", "write_gif", "write_mp4"]
 
@@ -148,14 +150,12 @@ class _Camera:
         draw.text((20 * _FINER, 14 * _FINER), title, fill="black", font=self.font)
         text = f"t = {mesh.time[record]:.4g} s"
         if mesh.solution.travel.shape[1]:
-            unit = "rad" if mesh.solution.layout.turns() else "mm"
-            factor = 1.0 if unit == "rad" else 1e3
-            text += f",  drive {factor * mesh.solution.travel[record, 0]:.4g} {unit}"
+            text += f",  drive {drive_units(mesh.solution)[1].text(float(mesh.solution.travel[record, 0]))}"
         draw.text((20 * _FINER, 38 * _FINER), text, fill="black", font=self.font)
         length = _round_length(200 * _FINER / self.scale)
         end = 20 * _FINER + length * self.scale
         draw.line([(20 * _FINER, height - 24 * _FINER), (end, height - 24 * _FINER)], fill="black", width=2 * _FINER)
-        draw.text((20 * _FINER, height - 46 * _FINER), f"{1e3 * length:g} mm", fill="black", font=self.font)
+        draw.text((20 * _FINER, height - 46 * _FINER), shown_unit("m", length).text(length), fill="black", font=self.font)
         axes = "" if self.space else f"x to the right, {vertical_axis(mesh.solution)} upwards"
         draw.text((width - 20 * _FINER, height - 46 * _FINER), axes, fill="black", font=self.font, anchor="ra")
 

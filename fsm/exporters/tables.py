@@ -18,7 +18,7 @@ __all__ = ["write_csv", "write_parquet"]
 @exporter("csv", "all channels, one row for each record; units in the headings")
 def write_csv(solution: Solution, path: Path) -> None:
     """Write all channels with 12 significant digits; the first column is the time (s)."""
-    write_channels_csv(all_channels(solution), solution.time, np.zeros((0, 0)), path)
+    write_channels_csv(all_channels(solution), {"time (s)": solution.time}, path)
 
 
 @exporter("parquet", "all channels as columns in double precision; needs fsm[parquet]")

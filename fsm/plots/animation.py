@@ -14,7 +14,7 @@ from PIL import Image
 from fsm.atomic_write import atomic_write
 from fsm.plots.parts import colours_of_parts
 from fsm.plots.plane import vertical_axis
-from fsm.plots.style import rounded, styled
+from fsm.plots.style import figure_unit, rounded, styled
 from fsm.results.solution import Solution
 
 __all__ = ["animate"]
@@ -34,7 +34,8 @@ def animate(solution: Solution, path: str | Path) -> None:
         Motion in the x-z plane, or of a scissor array in the x-y plane.
     path : path of the file; its folder is created
     """
-    corners = 1e3 * solution.shape[..., [0, 2]]
+    unit = figure_unit("m", np.ptp(solution.shape.reshape(-1, 3), axis=0))
+    corners = unit.factor * solution.shape[..., [0, 2]]
     ends = np.stack([corners[:, :, [0, 3]].mean(axis=2), corners[:, :, [1, 2]].mean(axis=2)], axis=2)
     low, high = corners.reshape(-1, 2).min(axis=0), corners.reshape(-1, 2).max(axis=0)
     margin = 0.05 * float((high - low).max())
@@ -48,7 +49,7 @@ def animate(solution: Solution, path: str | Path) -> None:
         plates = LineCollection(list(ends[0]), colors=colours_of_parts(solution), linewidths=2.2, capstyle="round")
         ax.add_collection(plates)
         ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
-        ax.set(xlabel="x (mm)", ylabel=f"{vertical_axis(solution)} (mm)")
+        ax.set(xlabel=f"x ({unit.name})", ylabel=f"{vertical_axis(solution)} ({unit.name})")
         ax.set_aspect("equal", adjustable="box")
         title = ax.set_title("0 s")
         canvas.draw()

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from fsm.errors import CaseError
 from fsm.plots.drawing import line_width
 from fsm.plots.legend import HANDLE_WIDTH, ROW_HEIGHT, name_width
-from fsm.plots.style import COLOURS, DASHES, WIDE, abscissa, figure, shortened
+from fsm.plots.style import COLOURS, DASHES, WIDE, abscissa, figure, figure_unit, shortened
 from fsm.results.channel import select_channels
 from fsm.results.solution import Solution
 
@@ -26,7 +26,9 @@ _HEIGHT = 2.4
 """Height of one diagram, inches."""
 _QUANTITY = {
     "m": "length", "rad": "angle", "m/s": "velocity", "rad/s": "angular velocity", "1/m": "curvature", "N": "force",
-    "N m": "moment", "J": "energy", "Pa": "stress", "m2": "area", "m/s2": "acceleration",
+    "N m": "moment", "J": "energy", "Pa": "stress", "m^2": "area", "m/s^2": "acceleration",
+    "m^3": "volume", "s": "time", "W": "power", "kg": "mass", "Hz": "frequency", "N/m": "force per length",
+    "K": "temperature",
 }  # fmt: skip
 """Quantity that a unit measures, for the axis."""
 
@@ -64,11 +66,12 @@ def plot_channels(solution: Solution, patterns: Sequence[str], path: str | Path,
     with figure(path, (WIDE[0], 0.6 + _HEIGHT * len(units))) as fig:
         axes = fig.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
         for ax, (unit, columns) in zip(axes, units.items(), strict=True):
+            shown = figure_unit(unit, [*columns.values()])
             for k, (name, values) in enumerate(columns.items()):
                 colour, dashes = _line(k, len(columns))
-                ax.plot(x, values, dashes, color=colour, linewidth=line_width(1.0), label=shortened(name))
+                ax.plot(x, shown.factor * values, dashes, color=colour, linewidth=line_width(1.0), label=shortened(name))
             quantity = _QUANTITY.get(unit, "value")
-            ax.set_ylabel(f"{quantity} ({unit})" if unit != "1" else quantity)
+            ax.set_ylabel(f"{quantity} ({shown.name})" if unit != "1" else quantity)
             ax.margins(x=0)
             _add_names(fig, ax)
         axes[-1].set_xlabel(label)

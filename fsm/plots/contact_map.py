@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
-from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, drive_units, figure, rounded, shortened
+from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, drive_units, figure, figure_unit, rounded, shortened
 from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows
 from fsm.results.solution import Floats, Solution
 
@@ -34,7 +34,7 @@ MAX_NAMED_ROWS = 40
 
 
 def plot_contact_map(solution: Solution, path: str | Path) -> None:
-    """Draw a row for every pair that ever touches (see `contact_rows`), over travel in mm, or over time without a drive.
+    """Draw a row for every pair that ever touches (see `contact_rows`), over the travel, or over time without a drive.
 
     The colour follows the square root of the normal force. The height of the band is the contact area over the largest
     area of any pair. Stages are shaded, and snaps and bifurcations are marked, as in the figure of the force.
@@ -56,9 +56,11 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
         if solution.travel.shape[1] and not turns:
             summary = summary_with_stages(solution)
             handles += shade_stages(ax, summary["stages"], float(x[-1]), drive_units(solution)[1])
-            handles += _mark_events(ax, summary.get("events", []))
+            handles += _mark_events(ax, summary.get("events", []), drive_units(solution)[1].factor)
         if names:
-            fig.colorbar(_draw_bands(ax, x, force, area), ax=ax, pad=0.01, aspect=16, label="normal force (N)")
+            unit = figure_unit("N", force)
+            bands = _draw_bands(ax, x, unit.factor * force, area)
+            fig.colorbar(bands, ax=ax, pad=0.01, aspect=16, label=f"normal force ({unit.name})")
             handles += _area_note(area)
         else:
             ax.text(0.5, 0.5, "nothing touches", transform=ax.transAxes, ha="center", va="center", color=GREY)
@@ -102,15 +104,18 @@ def _area_note(area: Floats) -> list[Patch]:
     return [Patch(facecolor="black", label=f"full height: contact area {rounded(largest * 1e6)} mm²")]
 
 
-def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
-    """Mark snaps and bifurcations by lines across all rows with markers on top; return the legend entries."""
+def _mark_events(ax: Axes, events: Sequence[dict[str, Any]], factor: float) -> list[Line2D]:
+    """Mark snaps and bifurcations by lines across all rows with markers on top; return the legend entries.
+
+    `factor` converts travels to the unit of the axis.
+    """
     handles: dict[str, Line2D] = {}
     for event in events:
         if event["kind"] not in EVENTS:
             continue
         marker, label = EVENTS[event["kind"]]
         style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": points(5), "linestyle": "none"}
-        at = 1e3 * event["travel"]
+        at = factor * event["travel"]
         ax.axvline(at, color=COLOURS[3], linestyle=":", linewidth=line_width(1.0), zorder=3)
         ax.plot([at], [1.0], transform=ax.get_xaxis_transform(), zorder=5, clip_on=False, **style)
         handles.setdefault(label, Line2D([], [], label=label, **style))

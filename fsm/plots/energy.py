@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from fsm.plots.drawing import line_width
-from fsm.plots.style import COLOURS, GREY, WIDE, energy_unit, evolution, figure
+from fsm.plots.style import COLOURS, GREY, WIDE, evolution, figure, figure_unit
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["plot_energy"]
@@ -44,7 +44,7 @@ def plot_energy(solution: Solution, path: str | Path) -> None:
     x, label = evolution(solution)
     changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
     work = solution.energy["work"] - solution.energy["work"][0]
-    factor, unit = energy_unit(np.array([work, *changes.values()]))
+    factor, unit = figure_unit("J", [work, *changes.values()])
     with figure(path, (WIDE[0], 5.0)) as fig:
         top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[2.6, 1])
         thin = _draw_stack(top, x, {name: values * factor for name, values in changes.items()})
@@ -83,7 +83,7 @@ def _draw_stack(ax: Axes, x: Floats, changes: dict[str, Floats]) -> list[str]:
 
 
 def _draw_error(ax: Axes, x: Floats, error: Floats) -> None:
-    factor, unit = energy_unit(error)
+    factor, unit = figure_unit("J", error)
     ax.axhline(0, color=GREY, linewidth=line_width(0.6))
     ax.plot(x, error * factor, color=COLOURS[6], linewidth=line_width(1.0))
     ax.set_ylabel(f"balance residual ({unit})")

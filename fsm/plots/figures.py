@@ -6,6 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
+from fsm.errors import CaseError
 from fsm.plots.contact_map import plot_contact_map
 from fsm.plots.drawing import FORMATS, file_format
 from fsm.plots.energy import plot_energy
@@ -14,7 +15,7 @@ from fsm.plots.motion import plot_motion
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 
-__all__ = ["draw", "figures_of"]
+__all__ = ["draw", "draw_one", "figures_of", "remove_figures"]
 
 Plot = Callable[[Solution, Path], None]
 
@@ -89,6 +90,29 @@ def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
     for name, plot in figures.items():
         plot(solution, folder / name)
     return [folder / name for name in figures]
+
+
+def draw_one(solution: Solution, path: Path) -> str:
+    """Draw one figure of a result into a file (.png, .svg or .pdf): the one with this name, else the first one.
+
+    Returns
+    -------
+    str
+        Name of the figure that was drawn: "force", "load", "motion", ...
+    """
+    figures = {Path(name).stem: plot for name, plot in figures_of(solution).items() if name.endswith(".png")}
+    if not figures:
+        raise CaseError("no figure can be drawn, because the result has only one record; give --channel", str(path))
+    name = path.stem if path.stem in figures else next(iter(figures))
+    figures[name](solution, path)
+    return name
+
+
+def remove_figures(folder: Path) -> None:
+    """Delete all figures of a result in a folder, in all formats."""
+    for name in _ALL:
+        for suffix in FORMATS:
+            (folder / _named(name, suffix)).unlink(missing_ok=True)
 
 
 def _named(name: str, suffix: str) -> str:

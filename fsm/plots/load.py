@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsm.load_names import load_units
+from fsm.load_names import LoadUnits, load_units
 from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend
-from fsm.plots.style import COLOURS, DASHES, GREY, SINGLE, figure, rounded, shortened
+from fsm.plots.style import COLOURS, DASHES, GREY, SINGLE, WIDE, figure, figure_unit, rounded, shortened
 from fsm.results.solution import Solution
 from fsm.results.step_data import LoadPath
+from fsm.shown_units import ShownUnit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_load"]
+LoadAxes = tuple[ShownUnit, ShownUnit]
+"""Units of the displacements and of the sizes of loads of one kind."""
+
+__all__ = ["LoadAxes", "load_axes", "plot_load", "plot_load_overlay"]
 
 _LABELLED = 6
 """Largest number of limit points with their size beside them."""
+
+
+def load_axes(found: LoadPath) -> dict[LoadUnits, LoadAxes]:
+    """Units of the axes of every kind of load in a path, in the order of the loads."""
+    kinds: dict[LoadUnits, list[int]] = {}
+    for k, name in enumerate(found.names):
+        kinds.setdefault(load_units(name), []).append(k)
+    return {
+        kind: (
+            figure_unit(kind.displacement, float(np.nanmax(np.abs(found.way[:, own]), initial=0.0))),
+            figure_unit(kind.size, float(np.nanmax(np.abs(found.size[:, own]), initial=0.0))),
+        )
+        for kind, own in kinds.items()
+    }
 
 
 def plot_load(solution: Solution, path: str | Path) -> None:
@@ -30,27 +49,60 @@ def plot_load(solution: Solution, path: str | Path) -> None:
     """
     found = solution.load_path
     assert found is not None
-    kinds = list(dict.fromkeys(load_units(name) for name in found.names))
+    kinds = load_axes(found)
     width, height = SINGLE
     with figure(path, (width, height * len(kinds))) as fig:
-        for ax, kind in zip(fig.subplots(len(kinds), squeeze=False)[:, 0], kinds, strict=True):
-            own = [k for k, name in enumerate(found.names) if load_units(name) is kind]
-            unstable = [k for k in own if not _draw(ax, found, k)]
+        for ax, (kind, units) in zip(fig.subplots(len(kinds), squeeze=False)[:, 0], kinds.items(), strict=True):
+            own = _of_kind(found, kind)
+            unstable = [k for k in own if not _draw(ax, found, k, units)]
             if unstable:
                 ax.plot([], [], color=GREY, linestyle=DASHES[1], label="unstable")
             ax.axhline(0.0, color=GREY, linewidth=line_width(0.6), zorder=0)
-            ax.set_xlabel(kind.curve)
-            ax.set_ylabel(kind.load)
+            ax.set_xlabel(f"{kind.curve} ({units[0].name})")
+            ax.set_ylabel(f"{kind.load} ({units[1].name})")
             ax.margins(y=0.12)
             add_legend(fig, ax)
 
 
-def _draw(ax: Axes, found: LoadPath, k: int) -> bool:
+def plot_load_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> None:
+    """Draw the load-displacement curves of the runs of a table, with the end of each curve in the legend.
+
+    The kinds of loads (forces, moments, pressures) have separate axes. Runs without a curve are not drawn.
+    """
+    drawn = [(name, run.load_path) for name, run in curves if run.load_path is not None and run.load_path.names]
+    axes = [load_axes(found) for _, found in drawn]
+    kinds = list(dict.fromkeys(kind for one in axes for kind in one))
+    if not kinds:
+        return
+    width, height = WIDE
+    with figure(path, (width, height * len(kinds))) as fig:
+        for ax, kind in zip(fig.subplots(len(kinds), squeeze=False)[:, 0], kinds, strict=True):
+            way, size = (min(one[kind][k] for one in axes if kind in one) for k in range(2))  # the largest units
+            lines = [(name, found, k) for name, found in drawn for k in _of_kind(found, kind)]
+            for number, (name, found, k) in enumerate(lines):
+                x, y = way.factor * found.way[:, k], size.factor * found.size[:, k]
+                end = f"{rounded(float(y[-1]))} {size.name} at {rounded(float(x[-1]))} {way.name}"
+                called = name if len(_of_kind(found, kind)) == 1 else f"{name}, {shortened(found.names[k])}"
+                colour, dashes = COLOURS[number % len(COLOURS)], DASHES[number // len(COLOURS) % len(DASHES)]
+                ax.plot(x, y, dashes, color=colour, label=f"{called}: {end}")
+            ax.axhline(0.0, color=GREY, linewidth=line_width(0.6), zorder=0)
+            ax.set_xlabel(f"{kind.curve} ({way.name})")
+            ax.set_ylabel(f"{kind.load} ({size.name})")
+            add_legend(fig, ax)
+
+
+def _of_kind(found: LoadPath, kind: LoadUnits) -> list[int]:
+    """Numbers of the loads of a kind."""
+    return [k for k, name in enumerate(found.names) if load_units(name) is kind]
+
+
+def _draw(ax: Axes, found: LoadPath, k: int, units: LoadAxes) -> bool:
     """Draw one load; return whether all of its equilibria are stable."""
     colour, label, all_stable = COLOURS[k % len(COLOURS)], shortened(found.names[k]), True
     for step in np.unique(found.step):
         of_step = np.flatnonzero((found.step == step) & np.isfinite(found.size[:, k]))
-        way, size, stable = 1e3 * found.way[of_step, k], found.size[of_step, k], found.stable[of_step] > 0.0
+        way, size = units[0].factor * found.way[of_step, k], units[1].factor * found.size[of_step, k]
+        stable = found.stable[of_step] > 0.0
         ax.plot(way, np.where(_near(stable), size, np.nan), color=colour, label=label)
         ax.plot(way, np.where(_near(~stable), size, np.nan), color=colour, linestyle=DASHES[1], zorder=1.9)
         label, all_stable = "_", all_stable and bool(stable.all())

@@ -12,6 +12,7 @@ from fsm.plots.drawing import line_width
 from fsm.plots.style import rounded
 from fsm.results.quantities import STAGES, bent_energy, summarise
 from fsm.results.solution import Solution
+from fsm.shown_units import ShownUnit
 
 __all__ = ["EVENTS", "shade_stages", "stage_name", "stage_shade", "summary_with_stages"]
 
@@ -34,9 +35,9 @@ def summary_with_stages(solution: Solution) -> dict[str, Any]:
     return summarise(solution.force_curve, solution.layout.pair_names, bent_energy(solution.layout.case))
 
 
-def stage_name(stage: dict[str, Any], first: bool = False, unit: str = "mm") -> str:
+def stage_name(stage: dict[str, Any], unit: ShownUnit, first: bool = False) -> str:
     """Name of a stage with the travel at its beginning; the `first` stage has the name alone."""
-    return str(stage["name"]) if first else f"{stage['name']} from {rounded(1e3 * stage['travel'])} {unit}"
+    return str(stage["name"]) if first else f"{stage['name']} from {rounded(unit.factor * stage['travel'])} {unit.name}"
 
 
 def stage_shade(stage: dict[str, Any]) -> tuple[str, float]:
@@ -44,15 +45,18 @@ def stage_shade(stage: dict[str, Any]) -> tuple[str, float]:
     return _GREY, _SHADES[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
 
 
-def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float, unit: str = "mm") -> list[Patch]:
-    """Shade the travels of several stages up to `last` (mm or mrad) in the background; return the legend entries."""
+def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float, unit: ShownUnit) -> list[Patch]:
+    """Shade the travels of several stages up to `last` in the background; return the legend entries.
+
+    `last` and the axis are in the unit of travels.
+    """
     if len(stages) < 2:
         return []
-    begins = [1e3 * stage["travel"] for stage in stages]
+    begins = [unit.factor * stage["travel"] for stage in stages]
     patches: list[Patch] = []
     for stage, begin, end in zip(stages, begins, [*begins[1:], last], strict=True):
         colour, alpha = stage_shade(stage)
         ax.axvspan(begin, max(begin, end), color=colour, alpha=alpha, linewidth=0)
-        name = stage_name(stage, not patches, unit)
+        name = stage_name(stage, unit, not patches)
         patches.append(Patch(facecolor=(colour, alpha), edgecolor=colour, linewidth=line_width(0.4), label=name))
     return patches

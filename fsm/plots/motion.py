@@ -19,11 +19,23 @@ from fsm.plots.obstacles import obstacle_outlines
 from fsm.plots.parts import OBSTACLE, colours_of_parts, handles_of_parts
 from fsm.plots.plane import lattice_squares, vertical_axis
 from fsm.plots.space import arrange_in_space, draw_in_space, height_in_space
-from fsm.plots.style import WIDE, drive_units, evolution, figure, length_unit, rounded, start_of_step, steps_of
+from fsm.plots.style import (
+    WIDE,
+    drive_units,
+    evolution,
+    figure,
+    figure_unit,
+    rounded,
+    start_of_step,
+    steps_of,
+    travels_over,
+)
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["leaves_plane", "pick_records", "plot_motion"]
 
+_IDLE = 1e-4
+"""Largest force of a drive relative to that of another drive, below which it has no force."""
 _PAD = 0.05
 """Distance between pictures in the plane and their labels, inches."""
 _TITLE = 0.3
@@ -85,12 +97,12 @@ def pick_records(solution: Solution, views: int = 6) -> list[int]:
         return []
     chosen = [int(np.argmin(np.abs(x - value))) for value in np.linspace(x[0], x[-1], views)]
     chosen[0], chosen[-1] = 0, len(x) - 1
-    if solution.force.shape[1] and views > 2 and label == "travel (mm)":
+    if solution.force.shape[1] and views > 2 and travels_over(label):
         summary = summary_with_stages(solution)
         marked = [summary["peak_travel"], *(stage["travel"] for stage in summary["stages"][1:])]
-        free = list(range(1, len(chosen) - 1))
+        free, factor = list(range(1, len(chosen) - 1)), drive_units(solution)[1].factor
         for travel in marked[: len(free)]:
-            record = int(np.argmin(np.abs(x - 1e3 * travel)))
+            record = int(np.argmin(np.abs(x - factor * travel)))
             if record in chosen:
                 free = [place for place in free if chosen[place] != record]
             elif free:
@@ -102,7 +114,7 @@ def pick_records(solution: Solution, views: int = 6) -> list[int]:
 
 def _stages(solution: Solution) -> list[dict[str, Any]]:
     """Stages of a run; none where it is drawn over time."""
-    over_travel = solution.travel.shape[1] and evolution(solution)[1] == "travel (mm)"
+    over_travel = travels_over(evolution(solution)[1])
     return list(summary_with_stages(solution)["stages"]) if over_travel else []
 
 
@@ -161,14 +173,17 @@ def _title(solution: Solution, record: int, stages: list[dict[str, Any]]) -> str
         return f"{name}, {rounded(solution.time[record] - start_of_step(solution, rows))} s"
     if label == "time (s)":
         return f"{rounded(solution.time[record])} s"
-    travel, force = solution.travel[record, 0], solution.force[:, 0]
+    largest = np.abs(solution.force).max(axis=0)
+    drive = int(np.argmax(largest > _IDLE * largest.max()))  # the first drive may only guide, without a force
+    travel, force = solution.travel[record, drive], solution.force[:, drive]
     # a force as small as a residual of the solver is displayed as zero
     value = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
-    effort, way = drive_units(solution)
-    text = f"{rounded(travel * 1e3)} {way}, {rounded(value)} {effort}"
+    effort, way = drive_units(solution, [drive])
+    text = f"{rounded(way.factor * travel)} {way.name}, {rounded(effort.factor * value)} {effort.name}"
     if len(stages) < 2:
         return text
-    stage = [one for one in stages if one["travel"] <= travel * (1.0 + 1e-9) + 1e-12][-1]
+    first = solution.travel[record, 0]
+    stage = [one for one in stages if one["travel"] <= first * (1.0 + 1e-9) + 1e-12][-1]
     return f"{text}\n{stage['name']}"
 
 
@@ -212,7 +227,7 @@ def _label(axis: Axis, text: str) -> None:
 
 def _draw_plane(ax: Axes, solution: Solution, record: int, extent: Floats, view: tuple[Floats, float]) -> str:
     """Draw a record in its plane; return the unit of lengths."""
-    factor, unit = length_unit(float(np.max(np.ptp(extent, axis=0), initial=0.0)) if len(extent) else 0.0)
+    factor, unit = figure_unit("m", np.ptp(extent, axis=0) if len(extent) else 0.0)
     outlines = obstacle_outlines(solution, record, *view)
     sections = [factor * outline.section[:, [0, 2]] for outline in outlines]
     ax.add_collection(_plates_in_plane(solution, record, factor))

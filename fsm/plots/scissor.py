@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from fsm.plots.drawing import line_width
 from fsm.plots.legend import add_legend
-from fsm.plots.style import COLOURS, DASHES, GREY, WIDE, figure
+from fsm.plots.style import COLOURS, DASHES, GREY, WIDE, figure, figure_unit
 from fsm.results.array import ArrayMotion, Floats, asynchronism
 from fsm.results.solution import Solution
 
@@ -18,7 +18,8 @@ __all__ = ["plot_points", "plot_rigid", "plot_stress", "plot_synchronism"]
 
 _CUT = 8.0
 """Range of a flexible curve, relative to the range of the rigid curve, above which the flexible curve is cut off."""
-_MOTIONS = (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²"))
+_MOTIONS = (("displacement", ""), ("velocity", "/s"), ("acceleration", "/s²"))
+"""Quantity, and its unit behind that of a length."""
 
 
 def plot_points(solution: Solution, path: str | Path) -> None:
@@ -26,12 +27,13 @@ def plot_points(solution: Solution, path: str | Path) -> None:
     motion = _motion(solution)
     with figure(path, (WIDE[0], 6.4)) as fig:
         axes = fig.subplots(3, 1, sharex=True)
-        for ax, (name, unit) in zip(axes, _MOTIONS, strict=True):
+        for ax, (name, rate) in zip(axes, _MOTIONS, strict=True):
             values = getattr(motion.points, name)[..., 1]
+            unit = figure_unit("m", values)
             for k, point in enumerate(motion.upper):
                 history, colour = values[:, motion.point_index(point)], COLOURS[k % len(COLOURS)]
-                ax.plot(solution.time, history, color=colour, label=point, lw=line_width(1.0))
-            ax.set_ylabel(f"{name} along y ({unit})")
+                ax.plot(solution.time, unit.factor * history, color=colour, label=point, lw=line_width(1.0))
+            ax.set_ylabel(f"{name} along y ({unit.name}{rate})")
             ax.margins(x=0)
         fig.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(motion.upper), 8))
         axes[-1].set_xlabel("time (s)")
@@ -45,17 +47,18 @@ def plot_rigid(solution: Solution, path: str | Path) -> None:
     cut = False
     with figure(path, (WIDE[0], 6.4)) as fig:
         axes = fig.subplots(3, 2, sharex=True)
-        for row, (name, unit) in zip(axes, _MOTIONS, strict=True):
+        for row, (name, rate) in zip(axes, _MOTIONS, strict=True):
+            unit = figure_unit("m", [getattr(motion.points, name)[:, motion.point_index(p), i] for p, i, _ in shown])
             for ax, (point, axis, _) in zip(row, shown, strict=True):
                 k = motion.point_index(point)
-                flexible = getattr(motion.points, name)[:, k, axis]
+                flexible = unit.factor * getattr(motion.points, name)[:, k, axis]
                 ax.plot(solution.time, flexible, label="flexible bars", lw=line_width(1.0))
                 if motion.rigid is not None:
-                    rigid = getattr(motion.rigid, name)[:, k, axis]
+                    rigid = unit.factor * getattr(motion.rigid, name)[:, k, axis]
                     ax.plot(solution.time, rigid, "--", color=COLOURS[1], label="rigid bars", lw=line_width(1.2))
                     cut |= _set_limits(ax, rigid, flexible)
                 ax.margins(x=0)
-            row[0].set_ylabel(f"{name} ({unit})")
+            row[0].set_ylabel(f"{name} ({unit.name}{rate})")
         for ax, (point, _, along) in zip(axes[0], shown, strict=True):
             ax.set_title(f"point {point}, along {along}")
         for ax in axes[-1]:
@@ -70,12 +73,14 @@ def plot_synchronism(solution: Solution, path: str | Path) -> None:
     motion = _motion(solution)
     with figure(path) as fig:
         ax = fig.subplots()
-        for name, difference in asynchronism(motion).items():
-            ax.plot(solution.time, 1e3 * difference, label=name.replace("-", " \N{MINUS SIGN} "), lw=line_width(1.0))
+        apart = asynchronism(motion)
+        unit = figure_unit("m", [*apart.values()])
+        for name, difference in apart.items():
+            ax.plot(solution.time, unit.factor * difference, label=name.replace("-", " \N{MINUS SIGN} "), lw=line_width(1.0))
         ax.axhline(0.0, color=GREY, lw=line_width(0.5))
         ax.margins(x=0)
         ax.set_xlabel("time (s)")
-        ax.set_ylabel("difference across the units (mm)")
+        ax.set_ylabel(f"difference across the units ({unit.name})")
         if ax.lines[:-1]:
             ax.legend()
 
@@ -84,14 +89,14 @@ def plot_stress(solution: Solution, path: str | Path) -> None:
     """Draw the largest normal stress of every bar over time."""
     motion = _motion(solution)
     with figure(path) as fig:
-        ax = fig.subplots()
+        ax, unit = fig.subplots(), figure_unit("Pa", motion.stress)
         for k, name in enumerate(motion.bar_names):
             style = DASHES[k // len(COLOURS) % len(DASHES)]
             colour = COLOURS[k % len(COLOURS)]
-            ax.plot(solution.time, 1e-6 * motion.stress[:, k], style, label=name, lw=line_width(0.8), color=colour)
+            ax.plot(solution.time, unit.factor * motion.stress[:, k], style, label=name, lw=line_width(0.8), color=colour)
         ax.margins(x=0)
         ax.set_xlabel("time (s)")
-        ax.set_ylabel("largest normal stress (MPa)")
+        ax.set_ylabel(f"largest normal stress ({unit.name})")
         if motion.bar_names:
             add_legend(fig, ax)
 

@@ -16,7 +16,7 @@ from mpl_toolkits.mplot3d.proj3d import proj_transform
 from fsm.plots.drawing import line_width, points
 from fsm.plots.obstacles import ObstacleOutline, obstacle_outlines
 from fsm.plots.parts import OBSTACLE, colours_of_parts, panels_of, polygons
-from fsm.plots.style import COLOURS, WIDE, length_unit
+from fsm.plots.style import COLOURS, WIDE, figure_unit
 from fsm.results.solution import FILM, LINE, Floats, Solution
 
 __all__ = ["arrange_in_space", "draw_axes", "draw_in_space", "height_in_space"]
@@ -99,7 +99,7 @@ def draw_in_space(
     """
     ax: Any = fig.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", label=str(record))
     ax.patch.set_visible(False)
-    factor, unit = length_unit(float(np.max(np.ptp(extent, axis=0), initial=0.0)))
+    factor, unit = figure_unit("m", np.ptp(extent, axis=0))
     # the limits are set below, because automatic limits of collections sometimes come from uninitialised memory
     add = partial(ax.add_collection3d, autolim=False)
     _draw_parts(ax, add, solution, record, factor)

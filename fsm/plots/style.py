@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -18,11 +18,13 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
+from numpy.typing import ArrayLike
 
 from fsm.atomic_write import atomic_write
 from fsm.plots.drawing import line_width, points
 from fsm.plots.png import write_png
 from fsm.results.solution import Floats, Solution
+from fsm.shown_units import ShownUnit, shown_unit
 
 __all__ = [
     "COLOURS",
@@ -33,16 +35,17 @@ __all__ = [
     "WIDE",
     "abscissa",
     "drive_units",
-    "energy_unit",
     "evolution",
     "figure",
+    "figure_unit",
     "label_decades",
-    "length_unit",
     "rounded",
     "start_of_step",
     "styled",
     "steps_of",
     "shortened",
+    "travel_label",
+    "travels_over",
 ]
 
 # palette of Okabe and Ito (2008), for all common kinds of colour blindness
@@ -51,7 +54,7 @@ DASHES = ("-", "--", "-.", ":")
 """Line styles for curves of the same colour."""
 GREY = "#666666"
 _RESTS = 0.2
-"""Part of the records after the end of all drives, above which the time is the abscissa."""
+"""Part of the records in which the first drive rests, above which the time is the abscissa."""
 
 SINGLE = (4.8, 3.4)
 WIDE = (7.2, 4.6)
@@ -142,27 +145,50 @@ def _save(fig: Figure, path: Path) -> None:
 
 
 def abscissa(solution: Solution) -> tuple[Floats, str]:
-    """Abscissa of curves with its label: travel of the first drive in mm, or time without a drive."""
-    if solution.travel.shape[1]:
-        return solution.travel[:, 0] * 1e3, "turn (mrad)" if solution.layout.turns() else "travel (mm)"
-    return solution.time, "time (s)"
+    """Abscissa of curves with its label: travel or turn of the first drive, or time without a drive."""
+    if not solution.travel.shape[1]:
+        return solution.time, "time (s)"
+    unit = drive_units(solution)[1]
+    return unit.factor * solution.travel[:, 0], travel_label(solution.layout.turns(), unit)
 
 
-def drive_units(solution: Solution) -> tuple[str, str]:
-    """Units of the effort of the first drive, and of its travel in figures."""
-    return ("N m", "mrad") if solution.layout.turns() else ("N", "mm")
+def travel_label(turning: bool, unit: ShownUnit) -> str:
+    """Label of travels or turns of a drive."""
+    return "turns" if unit.name == "turns" else f"{'turn' if turning else 'travel'} ({unit.name})"
+
+
+def travels_over(label: str) -> bool:
+    """Whether the label of an abscissa is that of a drive."""
+    return label.startswith(("travel", "turn"))
+
+
+def drive_units(solution: Solution, drives: Sequence[int] = (0,)) -> tuple[ShownUnit, ShownUnit]:
+    """Units of force and travel of drives of one kind in figures; of moment and turn, if they turn."""
+    curve, turns = solution.force_curve, solution.layout.turns(drives[0])
+    force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
+    travel = solution.travel if len(solution) else curve.travel
+    return (
+        figure_unit("N m" if turns else "N", force[:, list(drives)]),
+        figure_unit("rad" if turns else "m", travel[:, list(drives)]),
+    )
+
+
+def figure_unit(si: str, values: ArrayLike) -> ShownUnit:
+    """Unit of values (SI) in figures, by the largest magnitude."""
+    finite = np.abs(np.asarray(values, dtype=float))
+    factor, name = shown_unit(si, float(np.max(finite, where=np.isfinite(finite), initial=0.0)))
+    return ShownUnit(factor, f"µ{name[1:]}" if name.startswith("u") else name.replace("^3", "³"))
 
 
 def evolution(solution: Solution) -> tuple[Floats, str]:
-    """As `abscissa`, but the time if the drives rest in more than a fifth of the records, for example before an impact.
+    """As `abscissa`, but the time if the first drive rests in more than a fifth of the records, as before an impact.
 
     If the run has several steps, each step then has the same width, so that a slow pull and a short impact are both visible.
     """
     x, label = abscissa(solution)
     if not solution.travel.shape[1] or not len(solution):
         return x, label
-    moved = np.flatnonzero(np.abs(np.diff(solution.travel, axis=0)).max(axis=1, initial=0.0) > 0.0)
-    if len(x) - (moved[-1] + 2 if len(moved) else 0) <= _RESTS * len(x):
+    if np.count_nonzero(np.diff(solution.travel[:, 0]) == 0.0) <= _RESTS * len(x):
         return x, label
     parts = steps_of(solution)
     if len(parts) < 2:
@@ -206,17 +232,3 @@ def rounded(value: float) -> str:
     if 999.5 <= abs(value) < 99950.0:
         return f"{float(f'{value:.3g}'):.0f}"
     return f"{value:#.3g}".rstrip(".") if value else "0"
-
-
-def length_unit(size: float) -> tuple[float, str]:
-    """Factor from m and name of the unit for lengths of a structure of a size, m: mm, or m from 10 m on."""
-    return (1e3, "mm") if size < 10.0 else (1.0, "m")
-
-
-def energy_unit(values: Floats) -> tuple[float, str]:
-    """Factor from J and name of the unit for the largest of `values`: J, mJ, µJ, nJ or pJ."""
-    largest = float(np.max(np.abs(values), initial=0.0))
-    for factor, unit in ((1.0, "J"), (1e3, "mJ"), (1e6, "µJ"), (1e9, "nJ")):
-        if largest * factor >= 1.0:
-            return factor, unit
-    return (1e12, "pJ") if largest > 0 else (1.0, "J")

@@ -17,16 +17,19 @@ from matplotlib.tri import Triangulation
 
 from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend_across
-from fsm.plots.style import COLOURS, GREY, WIDE, figure, label_decades, rounded
+from fsm.plots.style import COLOURS, GREY, WIDE, figure, figure_unit, label_decades, rounded
 from fsm.results.film import STATES, Film
 from fsm.results.solution import Floats, Integers, Solution
 from fsm.results.spectrum import spectrum
+from fsm.shown_units import ShownUnit
 
 __all__ = ["plot_history", "plot_modes", "plot_spectrum", "plot_tension"]
 
 
 _LONG = 0.35
 """Height over width below which a film is long."""
+_UNIFORM = 1e-3
+"""Relative difference of stresses, below which they count as equal."""
 _HATCHES = {1: "///", 2: "xxx"}
 """Hatching of wrinkled and slack elements, by `film.state`."""
 _LIGHT = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.35, 1.0, 256)))
@@ -44,17 +47,19 @@ def plot_history(solution: Solution, path: str | Path) -> None:
     """Draw the normal displacement of every probe over time on a common scale; the title gives frequency and decay rate."""
     film = _film(solution)
     names = film.probe_names
-    moved = solution.samples.displacement[:, :, 2] * 1e3
+    unit = figure_unit("m", solution.samples.displacement[:, :, 2])
+    moved = unit.factor * solution.samples.displacement[:, :, 2]
     time = solution.samples.time
     with figure(path, (WIDE[0], 0.6 + 1.5 * len(names))) as fig:
         axes = fig.subplots(len(names), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
         for k, (ax, name) in enumerate(zip(axes, names, strict=True)):
             ax.axhline(0, color=GREY, linewidth=line_width(0.6))
             ax.plot(time, moved[:, k], color=COLOURS[k % len(COLOURS)], linewidth=line_width(0.9))
-            ax.set_ylabel("displacement (mm)" if len(names) < 3 else "(mm)")
+            ax.set_ylabel(f"displacement ({unit.name})" if len(names) < 3 else f"({unit.name})")
             ax.margins(x=0, y=0.12)
-            top = f": normal displacement, largest {rounded(float(np.abs(moved[:, k]).max()))} mm" if moved.size else ""
-            ax.text(0.99, 0.99, f"{name}{top}", transform=ax.transAxes, ha="right", va="top")
+            largest = f"{rounded(float(np.abs(moved[:, k]).max(initial=0.0)))} {unit.name}"
+            top = f"{name}: normal displacement, largest {largest}" if moved.size else name
+            ax.text(0.99, 0.99, top, transform=ax.transAxes, ha="right", va="top")
         axes[0].set_title(_frequency_title(solution))
         axes[-1].set_xlabel("time (s)")
 
@@ -74,12 +79,13 @@ def plot_spectrum(solution: Solution, path: str | Path) -> None:
     film = _film(solution)
     begin = solution.samples.time >= float(solution.summary.get("free_from", 0.0))
     time = solution.samples.time[begin]
+    unit = figure_unit("m", solution.samples.displacement[begin, :, 2])
     with figure(path, WIDE) as fig:
         ax = fig.add_subplot()
         highest = float(np.abs(film.frequency).max(initial=1.0))
         if len(time) >= 8:
             for k, name in enumerate(film.probe_names):
-                lines = spectrum(time, solution.samples.displacement[begin, k, 2] * 1e3)
+                lines = spectrum(time, unit.factor * solution.samples.displacement[begin, k, 2])
                 amplitude = np.maximum(lines.amplitude[1:], 1e-30)
                 ax.semilogy(lines.frequency[1:], amplitude, label=name, linewidth=line_width(1.0))
             largest = max(float(line.get_ydata().max()) for line in ax.lines)
@@ -91,7 +97,7 @@ def plot_spectrum(solution: Solution, path: str | Path) -> None:
         ax.plot([], [], color=GREY, linewidth=line_width(0.8), label="natural frequencies")
         ax.set_xlim(0.0, highest)
         ax.set_xlabel("frequency (Hz)")
-        ax.set_ylabel("amplitude (mm)")
+        ax.set_ylabel(f"amplitude ({unit.name})")
         ax.set_title(_frequency_title(solution))
         ax.legend(loc="upper right")
 
@@ -102,7 +108,8 @@ def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
     Where elements lie above each other, the element with the largest motion is visible.
     """
     film = _film(solution)
-    corners = solution.shape[0][..., :2] * 1e3
+    unit = _size_unit(solution)
+    corners = solution.shape[0][..., :2] * unit.factor
     beside = _ratio(corners) > _LONG
     chosen = range(min(count if beside else count - 1, len(film.frequency)))
     columns = min(3 if beside else 2, max(len(chosen), 1))
@@ -123,8 +130,8 @@ def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
             _frame(ax, corners, solution.layout.panel > 0)
             ax.set_title(f"{k + 1}: {film.frequency[k]:.4g} Hz" + ("" if normal else " (in plane)"))
             ax.tick_params(labelbottom=k + columns >= len(chosen))
-        fig.supxlabel("x (mm)", fontsize=points(9.0))
-        fig.supylabel("y (mm)", fontsize=points(9.0))
+        fig.supxlabel(f"x ({unit.name})", fontsize=points(9.0))
+        fig.supylabel(f"y ({unit.name})", fontsize=points(9.0))
         if drawn is not None:
             between = "\n" if rows * _ratio(corners) < 1.0 else " "
             label = f"normal displacement{between}over the largest one (-)"
@@ -138,9 +145,10 @@ def plot_tension(solution: Solution, path: str | Path) -> None:
     """
     film = _film(solution)
     order = _upwards(solution)
-    corners = solution.shape[0][order, :, :2] * 1e3
-    panel, stress, state = solution.layout.panel[order], film.stress[order] * 1e-6, film.state[order]
-    of_film = panel == 0
+    size, force = _size_unit(solution), figure_unit("Pa", film.stress)
+    corners = solution.shape[0][order, :, :2] * size.factor
+    panel, stress, state = solution.layout.panel[order], film.stress[order] * force.factor, film.state[order]
+    of_film, differ = panel == 0, np.ptp(stress, axis=1) > _UNIFORM * np.abs(stress).max(axis=1)
     beside = _ratio(corners) > _LONG
     height = WIDE[0] * (0.36 * _ratio(corners) if beside else 1.6 * _ratio(corners))
     with figure(path, (WIDE[0], points(1.3 if beside else 1.9) + height)) as fig:
@@ -151,10 +159,10 @@ def plot_tension(solution: Solution, path: str | Path) -> None:
             low, high = (float(x) for x in np.percentile(inner, [2, 98]))
             if column == 1:
                 low = min(low, 0.0)
-            high = max(high, low + 1e-9)
+            high = max(high, low + _UNIFORM * max(abs(low), abs(high)) + 1e-9)
             drawn = _draw_elements(ax, corners, values, (low, high))
             if column == 0:
-                _directions(ax, corners, film.direction[order])
+                _directions(ax, corners[differ], film.direction[order][differ])
             for number, hatch in _HATCHES.items():
                 here = state == number
                 if here.any():
@@ -164,24 +172,24 @@ def plot_tension(solution: Solution, path: str | Path) -> None:
             below, above = bool(values.min() < low), bool(values.max() > high)
             extend = "both" if below and above else "min" if below else "max" if above else "neither"
             location = "bottom" if beside else "right"
-            label = f"{name} principal stress (MPa)" if beside else "stress (MPa)"
+            label = f"{name} principal stress ({force.name})" if beside else f"stress ({force.name})"
             if not beside:
                 ax.set_title(f"{name} principal stress")
             fig.colorbar(drawn, ax=ax, label=label, location=location, extend=extend, aspect=25 if beside else 12)
             if beside or column == 1:
-                ax.set_xlabel("x (mm)")
+                ax.set_xlabel(f"x ({size.name})")
             if not beside or column == 0:
-                ax.set_ylabel("y (mm)")
-        handles = _tension_handles(solution, film)
+                ax.set_ylabel(f"y ({size.name})")
+        handles = _tension_handles(solution, film, bool(differ.any()))
         add_legend_across(fig, handles, "upper", columns=2)
 
 
-def _tension_handles(solution: Solution, film: Film) -> list[Artist]:
-    """Entries of the legend: direction, share of wrinkled and of slack elements, patches."""
+def _tension_handles(solution: Solution, film: Film, directed: bool) -> list[Artist]:
+    """Entries of the legend: direction, if any is drawn, share of wrinkled and of slack elements, patches."""
     of_film = solution.layout.panel == 0
-    handles: list[Artist] = [
-        Line2D([], [], color="black", linewidth=line_width(0.7), label="direction of the larger stress")
-    ]
+    of_direction = Line2D([], [], color="black", linewidth=line_width(0.7), label="direction of the larger stress")
+    equal = Line2D([], [], linestyle="none", label="stress equal in all directions")
+    handles: list[Artist] = [of_direction if directed else equal]
     for number, hatch in _HATCHES.items():
         part = float(np.mean(film.state[of_film] == number)) if of_film.any() else 0.0
         if part:
@@ -192,6 +200,11 @@ def _tension_handles(solution: Solution, film: Film) -> list[Artist]:
     if (solution.layout.panel > 0).any():
         handles.append(Patch(facecolor="none", edgecolor="black", linewidth=line_width(0.9), label="patch"))
     return handles
+
+
+def _size_unit(solution: Solution) -> ShownUnit:
+    """Unit of the positions on a film."""
+    return figure_unit("m", np.ptp(solution.shape[0][..., :2].reshape(-1, 2), axis=0))
 
 
 def _ratio(corners: Floats) -> float:

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from fsm.load_names import axis_labels
+from fsm.load_names import load_units
 from fsm.plots.energy import STACK
+from fsm.plots.load import load_axes
 from fsm.plots.marks import EVENTS, stage_shade, summary_with_stages
-from fsm.plots.style import COLOURS, energy_unit, rounded, shortened
+from fsm.plots.style import COLOURS, drive_units, figure_unit, rounded, shortened, travel_label
 from fsm.report.packing import pack_doubles, pack_floats
+from fsm.report_text import count
 from fsm.results.array import asynchronism
 from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows, touching_pairs
 from fsm.results.solution import Floats, Integers, Solution
@@ -27,17 +29,18 @@ _PROBES = 8
 
 def travel_scale(solution: Solution) -> tuple[str, float]:
     """Label of the travel of the first drive and its factor from SI."""
-    return ("turn (deg)", 180.0 / np.pi) if solution.layout.turns() else ("travel (mm)", 1e3)
+    unit = drive_units(solution)[1]
+    return travel_label(solution.layout.turns(), unit), unit.factor
 
 
 def decimated(values: Sequence[Floats], limit: int = MOST_POINTS) -> Integers:
     """Points of curves (n,) to keep: both ends, and the extremes of every curve in each interval."""
-    count = len(values[0])
-    if count <= limit:
-        return np.arange(count)
-    size = max(2, -(-2 * len(values) * count // limit))
-    keep = {0, count - 1}
-    for start in range(0, count, size):
+    length = len(values[0])
+    if length <= limit:
+        return np.arange(length)
+    size = max(2, -(-2 * len(values) * length // limit))
+    keep = {0, length - 1}
+    for start in range(0, length, size):
         for one in values:
             part = np.nan_to_num(one[start : start + size])
             keep |= {start + int(part.argmin()), start + int(part.argmax())}
@@ -96,26 +99,28 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
         pairs = touching_pairs(solution.pair_force)[: len(COLOURS) * 3]
         lines = [_line(layout.pair_names[k], solution.pair_force[:, k], k) for k in pairs]
         if lines:
-            alt = f"Normal forces of {_pairs(len(pairs))} over time; largest {rounded(solution.pair_force.max())} N."
+            largest = f"largest {rounded(solution.pair_force.max())} N"
+            alt = f"Normal forces of {count(len(pairs), 'contact pair')} over time; {largest}."
             yield _plot("force", "Contact forces", alt, "normal force (N)", solution, lines, solution.time, None)
         return
     quasi_static = curve.has_quasi_static
+    effort, unit = drive_units(solution)[0]
     lines = []
     for k in range(curve.force.shape[1]):
         name = shortened(layout.drive_names[k]) if k < len(layout.drive_names) else f"drive {k + 1}"
-        force = np.where(curve.dynamic, np.nan, curve.force[:, k]) if quasi_static else curve.force[:, k]
+        whole = effort * curve.force[:, k]
+        force = np.where(curve.dynamic, np.nan, whole) if quasi_static else whole
         lines.append(_line(name, force, k))
         if quasi_static and curve.dynamic.any():
             edges = np.flatnonzero(np.diff(curve.dynamic.astype(int)))
             moving = curve.dynamic.copy()
             moving[edges], moving[edges + 1] = True, True
-            lines.append({"name": f"{name}, dynamic", "y": np.where(moving, curve.force[:, k], np.nan), "thin": True})
+            lines.append({"name": f"{name}, dynamic", "y": np.where(moving, whole, np.nan), "thin": True})
     summary = summary_with_stages(solution)
-    unit = "N m" if layout.turns() else "N"
-    label, factor = travel_scale(solution)
-    marks = [_mark("peak", summary["peak_travel"], summary["peak_force"], factor, unit)]
+    factor = drive_units(solution)[1].factor
+    marks = [_mark("peak", factor * summary["peak_travel"], effort * summary["peak_force"], unit)]
     events = [event for event in summary.get("events", ()) if event["kind"] in EVENTS]
-    marks += [_mark(EVENTS[e["kind"]][1], e["travel"], e["force"], factor, unit) for e in events]
+    marks += [_mark(EVENTS[e["kind"]][1], factor * e["travel"], effort * e["force"], unit) for e in events]
     begins = [factor * float(stage["travel"]) for stage in summary["stages"]]
     ends = [*begins[1:], factor * float(curve.travel[:, 0].max())]
     stages = [
@@ -123,12 +128,12 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
         for stage, begin, end in zip(summary["stages"], begins, ends, strict=True)
         for colour, opacity in [stage_shade(stage)]
     ]
-    at = f"{rounded(factor * summary['peak_travel'])} {label.partition('(')[2].rstrip(')')}"
+    at = f"{rounded(factor * summary['peak_travel'])} {drive_units(solution)[1].name}"
     drives = "the drive" if len(layout.drive_names) == 1 else f"{len(layout.drive_names)} drives"
     what = "Moment" if layout.turns() else "Force"
-    alt = f"{what} of {drives} over travel; peak {rounded(summary['peak_force'])} {unit} at {at}."
+    alt = f"{what} of {drives} over travel; peak {rounded(effort * summary['peak_force'])} {unit} at {at}."
     finite = curve.force[~curve.dynamic] if quasi_static else curve.force
-    limits = [float(np.nanmin(finite)), float(np.nanmax(finite))]
+    limits = [effort * float(np.nanmin(finite)), effort * float(np.nanmax(finite))]
     yield _plot(
         "force", "Moment over turn" if layout.turns() else "Force over travel", alt,
         f"{'moment' if layout.turns() else 'force'} ({unit})", solution, lines, curve.time, curve.travel[:, 0],
@@ -136,12 +141,8 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
     )  # fmt: skip
 
 
-def _mark(name: str, travel: float, force: float, factor: float, unit: str) -> dict[str, Any]:
-    return {"name": name, "x": factor * float(travel), "y": float(force), "text": f"{name}: {rounded(force)} {unit}"}
-
-
-def _pairs(count: int) -> str:
-    return "1 contact pair" if count == 1 else f"{count} contact pairs"
+def _mark(name: str, travel: float, force: float, unit: str) -> dict[str, Any]:
+    return {"name": name, "x": float(travel), "y": float(force), "text": f"{name}: {rounded(force)} {unit}"}
 
 
 def _line(name: str, values: Floats, number: int) -> dict[str, Any]:
@@ -153,22 +154,25 @@ def _load_path(solution: Solution) -> Iterator[dict[str, Any]]:
     path = solution.load_path
     if path is None:
         return
-    lines = [
-        {"name": name, "x": pack_floats(1e3 * path.way[:, k]), "y": pack_floats(path.size[:, k]), "colour": k}
-        for k, name in enumerate(path.names)
-    ]
+    kinds = load_axes(path)
+    lines, sizes = [], []
+    for k, name in enumerate(path.names):
+        way, size = kinds[load_units(name)]
+        sizes.append(size.factor * path.size[:, k])
+        lines.append({"name": name, "x": pack_floats(way.factor * path.way[:, k]), "y": pack_floats(sizes[k]), "colour": k})
     unstable = path.negative_modes > 0
     if unstable.any():
         for k, name in enumerate(path.names):
-            size = pack_floats(np.where(unstable, path.size[:, k], np.nan))
-            lines.append({"name": f"{name}, unstable", "x": lines[k]["x"], "y": size, "css": "#D55E00"})
+            part = pack_floats(np.where(unstable, sizes[k], np.nan))
+            lines.append({"name": f"{name}, unstable", "x": lines[k]["x"], "y": part, "css": "#D55E00"})
     at_records = len(path.time) == len(solution) and len(path.names) == 1
     cursor = {"time": pack_doubles(solution.time), "x": lines[0]["x"]} if at_records else None
-    across, up = axis_labels(path.names)
+    across = " or ".join(f"{kind.curve} ({way.name})" for kind, (way, _) in kinds.items())
+    up = " or ".join(f"{kind.load} ({size.name})" for kind, (_, size) in kinds.items())
     yield {
         "key": "load", "title": "Load over displacement", "ylabel": up, "lines": lines, "xlabel": across,
-        "alt": f"Load-displacement path of {len(path.names)} load(s) with {len(path.time)} points, "
-        f"of which {int(unstable.sum())} are unstable.",
+        "alt": f"Load-displacement path of {count(len(path.names), 'load')} with {count(len(path.time), 'point')}, "
+        f"{int(unstable.sum())} of them unstable.",
         **({"cursor": cursor} if cursor else {}),
     }  # fmt: skip
 
@@ -179,7 +183,7 @@ def _energy(solution: Solution) -> Iterator[dict[str, Any]]:
         return
     changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
     work = solution.energy["work"] - solution.energy["work"][0]
-    factor, unit = energy_unit(np.concatenate([*changes.values(), work]))
+    factor, unit = figure_unit("J", [*changes.values(), work])
     largest = max(float(np.abs(values).max()) for values in changes.values())
     shown = {name: factor * values for name, values in changes.items() if np.any(np.abs(values) > 1e-9 * largest)}
     if not shown:
@@ -204,7 +208,7 @@ def _balance(solution: Solution) -> Iterator[dict[str, Any]]:
     residual = solution.energy["error"]
     if len(solution) < 2 or not np.any(residual):
         return
-    factor, unit = energy_unit(residual)
+    factor, unit = figure_unit("J", residual)
     largest = float(np.abs(residual).max())
     alt = f"Energy balance residual; largest magnitude {rounded(factor * largest)} {unit}."
     lines = [_line("energy balance residual", factor * residual, 1)]
@@ -227,7 +231,7 @@ def _contact_map(solution: Solution) -> Iterator[dict[str, Any]]:
         "key": "contact", "title": "Contact map", "kind": "map", "names": names, "values": pack_floats(force),
         "time": pack_doubles(solution.time[rows]), "ylabel": "normal force (N)",
         "note": "" if len(shown) == len(pairs) else f"{len(shown)} of {len(pairs)} rows, those with the largest forces.",
-        "alt": f"Normal forces of {_pairs(len(shown))}; largest {rounded(float(force.max()))} N.",
+        "alt": f"Normal forces of {count(len(shown), 'contact pair')}; largest {rounded(float(force.max()))} N.",
     }  # fmt: skip
     travel = _travel(solution)
     if travel is not None:
@@ -240,11 +244,13 @@ def _history(solution: Solution) -> Iterator[dict[str, Any]]:
     film, samples = solution.layout.film, solution.samples
     if film is None or len(samples.time) < 2:
         return
-    lines = [_line(name, 1e3 * samples.displacement[:, k, 2], k) for k, name in enumerate(film.probe_names[:_PROBES])]
+    unit = figure_unit("m", samples.displacement[:, :_PROBES, 2])
+    moved = unit.factor * samples.displacement[:, :, 2]
+    lines = [_line(name, moved[:, k], k) for k, name in enumerate(film.probe_names[:_PROBES])]
     largest = max(float(np.abs(line["y"]).max()) for line in lines)
-    alt = f"Displacement normal to the film of {len(lines)} probe(s); largest {rounded(largest)} mm."
+    alt = f"Displacement normal to the film of {count(len(lines), 'probe')}; largest {rounded(largest)} {unit.name}."
     title = "Displacement of the probes"
-    yield _plot("history", title, alt, "normal displacement (mm)", solution, lines, samples.time, None)
+    yield _plot("history", title, alt, f"normal displacement ({unit.name})", solution, lines, samples.time, None)
 
 
 def _spectrum(solution: Solution) -> Iterator[dict[str, Any]]:
@@ -256,10 +262,11 @@ def _spectrum(solution: Solution) -> Iterator[dict[str, Any]]:
     begin = int(np.searchsorted(samples.time, end))
     if len(samples.time) - begin < 8:
         return
+    unit = figure_unit("m", samples.displacement[begin:, :_PROBES, 2])
     highest = 1.2 * float(np.abs(film.frequency).max(initial=0.0)) or np.inf
     lines = []
     for k, name in enumerate(film.probe_names[:_PROBES]):
-        found = spectrum(samples.time[begin:], 1e3 * samples.displacement[begin:, k, 2])
+        found = spectrum(samples.time[begin:], unit.factor * samples.displacement[begin:, k, 2])
         use = (found.frequency > 0.0) & (found.frequency <= highest)
         keep = np.flatnonzero(use)[decimated([found.amplitude[use]])] if use.any() else np.zeros(0, dtype=np.int64)
         lines.append(
@@ -267,9 +274,9 @@ def _spectrum(solution: Solution) -> Iterator[dict[str, Any]]:
         )
     yield {
         "key": "spectrum", "title": "Spectrum", "lines": lines, "xlabel": "frequency (Hz)",
-        "ylabel": "amplitude (mm)", "log": True,
+        "ylabel": f"amplitude ({unit.name})", "log": True,
         "verticals": [float(f) for f in film.frequency if f > 0.0],
-        "alt": f"Amplitude spectra of {len(lines)} probe(s), with {len(film.frequency)} natural frequencies as ticks.",
+        "alt": f"Amplitude spectra of {count(len(lines), 'probe')}; {len(film.frequency)} natural frequencies as ticks.",
     }  # fmt: skip
 
 
@@ -300,14 +307,15 @@ def _points(solution: Solution) -> Iterator[dict[str, Any]]:
     array = solution.array
     if array is None:
         return
-    lines = []
+    lines, unit = [], figure_unit("m", array.points.displacement)
     for number, name in enumerate(array.upper[:_PROBES]):
         k = array.point_index(name)
         for axis, letter in enumerate("xy"):
-            values = 1e3 * array.points.displacement[:, k, axis]
+            values = unit.factor * array.points.displacement[:, k, axis]
             lines.append({**_line(f"{name} {letter}", values, number), "dash": axis == 0})
     alt = f"Displacements of {len(array.upper)} upper points of the array over time."
-    yield _plot("points", "Displacement of the upper points", alt, "displacement (mm)", solution, lines, solution.time, None)
+    label = f"displacement ({unit.name})"
+    yield _plot("points", "Displacement of the upper points", alt, label, solution, lines, solution.time, None)
 
 
 def _synchronism(solution: Solution) -> Iterator[dict[str, Any]]:
@@ -315,14 +323,16 @@ def _synchronism(solution: Solution) -> Iterator[dict[str, Any]]:
     array = solution.array
     if array is None or len(array.upper) < 3:
         return
-    lines = [_line(name, 1e3 * values, k) for k, (name, values) in enumerate(asynchronism(array).items())]
+    apart = asynchronism(array)
+    unit = figure_unit("m", [*apart.values()])
+    lines = [_line(name, unit.factor * values, k) for k, (name, values) in enumerate(apart.items())]
     if lines:
-        alt = f"Difference in deployment of {len(lines)} pairs of neighbouring points."
+        alt = f"Difference in deployment of {count(len(lines), 'pair')} of neighbouring points."
         yield _plot(
             "synchronism",
             "Difference in deployment of neighbours",
             alt,
-            "difference (mm)",
+            f"difference ({unit.name})",
             solution,
             lines,
             solution.time,
@@ -335,6 +345,8 @@ def _stress(solution: Solution) -> Iterator[dict[str, Any]]:
     array = solution.array
     if array is None or not array.stress.shape[1]:
         return
-    lines = [_line(name, 1e-6 * array.stress[:, k], k) for k, name in enumerate(array.bar_names)]
-    alt = f"Largest normal stresses of {len(lines)} bars; largest {rounded(1e-6 * float(array.stress.max()))} MPa."
-    yield _plot("stress", "Largest stress of the bars", alt, "stress (MPa)", solution, lines, solution.time, None)
+    unit = figure_unit("Pa", array.stress)
+    lines = [_line(name, unit.factor * array.stress[:, k], k) for k, name in enumerate(array.bar_names)]
+    most = f"{rounded(unit.factor * float(array.stress.max()))} {unit.name}"
+    alt = f"Largest normal stresses of {count(len(lines), 'bar')}; largest {most}."
+    yield _plot("stress", "Largest stress of the bars", alt, f"stress ({unit.name})", solution, lines, solution.time, None)

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import FsmError
+from fsm.load_names import load_units
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
+from fsm.shown_units import shown_unit, turns
 
 __all__ = ["describe_case", "key_results", "sections_of"]
 
@@ -55,14 +57,14 @@ _MOST_EVENTS = 200
 
 def key_results(summary: dict[str, Any]) -> dict[str, tuple[float, str]]:
     """Named numbers of a summary with their units, in units of the page; a table of several results compares them."""
-    turns = _turns(summary)
+    turning = turns(summary)
     found = {}
     for key, (label, unit, factor) in _RESULTS.items():
         value = summary.get(key)
         if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
             if key in ("peak_force", "peak_travel") and not summary.get("peak_force"):
                 continue
-            unit, factor = _turned(key, unit, factor) if turns else (unit, factor)
+            unit, factor = _turned(key, unit, factor) if turning else (unit, factor)
             found[label] = (factor * float(value), unit)
     for key, (label, _) in _ERRORS.items():
         value = summary.get(key)
@@ -92,11 +94,6 @@ def sections_of(solution: Solution) -> list[dict[str, Any]]:
     ]
 
 
-def _turns(summary: dict[str, Any]) -> bool:
-    steps = summary.get("step", ())
-    return any(str(step.get("drive", "")).endswith("(turn)") for step in steps if isinstance(step, dict))
-
-
 def _turned(key: str, unit: str, factor: float) -> tuple[str, float]:
     if key.endswith("travel"):
         return "deg", 180.0 / math.pi
@@ -119,8 +116,12 @@ def _result_rows(summary: dict[str, Any]) -> list[list[str]]:
         stress = f"{1e-6 * state['smallest_stress']:.4g} to {1e-6 * state['largest_stress']:.4g} MPa"
         rows.append(["stress of the tensioned film", f"{stress}, {100 * state['slack_fraction']:.3g} % slack"])
     for stage in summary.get("stages", ()):
-        travel = f"{180 / math.pi * stage['travel']:.4g} deg" if _turns(summary) else f"{1e3 * stage['travel']:.4g} mm"
-        rows.append([f"stage: {stage['name']}", f"from {travel}, {stage['force']:.4g} {'N m' if _turns(summary) else 'N'}"])
+        travel = f"{180 / math.pi * stage['travel']:.4g} deg" if turns(summary) else f"{1e3 * stage['travel']:.4g} mm"
+        rows.append([f"stage: {stage['name']}", f"from {travel}, {stage['force']:.4g} {'N m' if turns(summary) else 'N'}"])
+    for load in summary.get("loads", ()):
+        units = load_units(load["name"])
+        moved = shown_unit(units.displacement, load["displacement"]).text(load["displacement"])
+        rows.append([load["name"], f"{load['size']:.4g} {units.size} at the end, {units.curve} {moved}"])
     return rows
 
 
@@ -157,7 +158,7 @@ def _events(summary: dict[str, Any]) -> dict[str, Any] | None:
         ]
         for e in events[:_MOST_EVENTS]
     ]
-    if _turns(summary):
+    if turns(summary):
         head[2:4] = ["turn (rad)", "moment (N m)"]
         rows = [[*row[:2], _number(e.get("travel")), *row[3:]] for row, e in zip(rows, events, strict=False)]
     return {"title": "Events", "head": head, "table": rows, "times": [e.get("time") for e in events[:_MOST_EVENTS]]}

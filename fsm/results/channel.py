@@ -102,7 +102,8 @@ def select_channels(
 
 
 def extremes_of(channels: Mapping[str, Channel], time: np.ndarray, travel: np.ndarray) -> dict[str, Any]:
-    """Smallest and largest value of every channel with the time (s), the travel (m) of the first drive, and the component.
+    """Smallest and largest value of every channel with the time (s), the travel (m) or turn (rad) of the first drive,
+    and the component.
 
     A channel with three components at most has an entry for each; a longer channel has the extremes over all
     components.
@@ -118,10 +119,12 @@ def extremes_of(channels: Mapping[str, Channel], time: np.ndarray, travel: np.nd
     return found
 
 
-def write_channels_csv(channels: Mapping[str, Channel], time: np.ndarray, travel: np.ndarray, path: Path) -> None:
-    """Write all channels with one record per row and 12 significant digits; the unit is in brackets in the heading."""
-    columns = {"travel (m)": travel[:, 0]} if travel.shape[1] else {}
-    columns["time (s)"] = time
+def write_channels_csv(channels: Mapping[str, Channel], first: Mapping[str, np.ndarray], path: Path) -> None:
+    """Write all channels with one record per row and 12 significant digits; the unit is in brackets in the heading.
+
+    `first` are the first columns by heading: travel or turn of the first drive, and time.
+    """
+    columns = dict(first)
     for channel in channels.values():
         columns |= {f"{label} ({channel.info.unit})": values for label, values in channel.columns.items()}
     with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:

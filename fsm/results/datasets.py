@@ -15,7 +15,7 @@ from fsm.results.film import STATES, Film, ProbeSamples
 
 __all__ = [
     "SAMPLE_TIME", "add_scale", "append_samples", "read_curve", "read_film", "read_parts", "read_samples", "set_description",
-    "write_curve", "write_film", "write_parts",
+    "units_of_drives", "write_curve", "write_film", "write_parts",
 ]  # fmt: skip
 
 
@@ -138,6 +138,13 @@ _CURVE = {
 }
 
 
+def units_of_drives(file: Any, units: str) -> str:
+    """Units of the travels (`units` "m") or forces ("N") of the drives of a file, some of which may turn bodies."""
+    turning = {name.endswith("(turn)") for name in names_in(file, "drive_name")}
+    of = {False: units, True: {"m": "rad", "N": "N m"}[units]}
+    return ", ".join(of[turns] for turns in sorted(turning)) or units
+
+
 def write_curve(file: Any, curve: ForceCurve) -> None:
     """Write the force curve, which has more points than the records."""
     times = file.create_dataset(_CURVE_TIME, data=curve.time)
@@ -145,7 +152,7 @@ def write_curve(file: Any, curve: ForceCurve) -> None:
     times.make_scale("curve_time")
     for name, (dims, units, text) in _CURVE.items():
         data = file.create_dataset(f"curve/{name}", data=getattr(curve, name))
-        set_description(data, units, text)
+        set_description(data, units_of_drives(file, units) if "drive_name" in dims else units, text)
         for axis, dim in enumerate(dims):
             data.dims[axis].attach_scale(times if dim == "curve_time" else file[dim])
 

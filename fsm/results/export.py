@@ -12,7 +12,9 @@ from fsm.atomic_write import atomic_write
 from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Floats, Solution
 
-__all__ = ["force_columns", "write_contact_csv", "write_force_csv", "write_history_csv", "write_points_csv"]
+__all__ = [
+    "force_columns", "when_columns", "write_contact_csv", "write_force_csv", "write_history_csv", "write_points_csv",
+]  # fmt: skip
 
 
 def force_columns(solution: Solution, energies: bool = False, dynamic: bool = False) -> dict[str, Floats]:
@@ -46,6 +48,14 @@ def force_columns(solution: Solution, energies: bool = False, dynamic: bool = Fa
     return columns
 
 
+def when_columns(solution: Solution) -> dict[str, Floats]:
+    """Travel (m) of the first drive, or its turn (rad), and time (s) of the records, by heading."""
+    columns: dict[str, Floats] = {}
+    if solution.travel.shape[1]:
+        columns["turn (rad)" if solution.layout.turns() else "travel (m)"] = solution.travel[:, 0]
+    return columns | {"time (s)": solution.time}
+
+
 def write_force_csv(solution: Solution, path: str | Path, energies: bool = False, dynamic: bool = False) -> None:
     """Write the force curve with one point per row and 12 significant digits; see `force_columns` for the columns."""
     columns = force_columns(solution, energies, dynamic)
@@ -59,7 +69,7 @@ def write_force_csv(solution: Solution, path: str | Path, energies: bool = False
 def write_contact_csv(solution: Solution, path: str | Path) -> None:
     """Write the contacts: one row per record and pair that ever touches, with 12 significant digits.
 
-    The columns are ``travel (m)`` of the first drive (if any), ``time (s)``, ``pair``, and the quantities of the pair.
+    The columns are those of `when_columns`, ``pair``, and the quantities of the pair.
     """
     columns = {
         "normal force (N)": solution.pair_force,
@@ -71,8 +81,7 @@ def write_contact_csv(solution: Solution, path: str | Path) -> None:
         "friction energy (J)": solution.pair_friction_energy,
         "damping energy (J)": solution.pair_damping_energy,
     }
-    when = {"travel (m)": solution.travel[:, 0]} if solution.travel.shape[1] else {}
-    when["time (s)"] = solution.time
+    when = when_columns(solution)
     with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([*when, "pair", *columns])

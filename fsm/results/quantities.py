@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ __all__ = [
     "sliding_distance",
     "summarise",
     "summarise_contacts",
+    "summarise_drives",
     "touching_pairs",
 ]
 
@@ -98,6 +100,14 @@ def peaks(curve: ForceCurve) -> Peaks:
     if (force[quasi_static] < -1e-9 * np.abs(force[quasi_static]).max()).any():
         magnitude = _peak_of_selected(travel, np.abs(force), curve.path, quasi_static)
     return Peaks(_peak_of_selected(travel, force, curve.path, quasi_static), dynamic, magnitude)
+
+
+def _start_up(curve: ForceCurve, largest: float) -> dict[str, float]:
+    """Largest force in the start-up phase and its travel, if it is larger than the peak after this phase."""
+    travel, force = curve.travel[:, 0], curve.force[:, 0]
+    force = np.where(np.isfinite(force) & (travel < START_UP * travel[-1]), force, -np.inf)
+    top = int(np.argmax(force))
+    return {"start_up_force": float(force[top]), "start_up_travel": float(travel[top])} if force[top] > largest else {}
 
 
 def _peak_of_selected(travel: Floats, force: Floats, path: np.ndarray, selected: np.ndarray) -> Peak:
@@ -267,6 +277,7 @@ def summarise(curve: ForceCurve, pair_names: Sequence[str], bent: float | None =
     * `peak_force`, `peak_travel`: largest quasi-static force, see `peaks`
     * `peak_kind`: "quasi-static", or "dynamic" if the whole run is dynamic
     * `dynamic_peak_force`, `dynamic_peak_travel`: largest force in motions after the start-up; None without motion
+    * `start_up_force`, `start_up_travel`: larger force in the first 2 % of the travel of a dynamic run, if any
     * `largest_magnitude`, `largest_magnitude_travel`: of the quasi-static force; None unless it is negative somewhere
     * `final_travel`, `final_force`: at the last point
     * `stages`: list of {name, travel, force}, see `find_stages`, with the energy `bent` (J) of bent panels
@@ -284,6 +295,8 @@ def summarise(curve: ForceCurve, pair_names: Sequence[str], bent: float | None =
         "stages": [stage._asdict() for stage in stages],
         "touches": _touches(curve, pair_names),
     }
+    if summary["peak_kind"] == "dynamic":
+        summary |= _start_up(curve, found.largest.force)
     for name, one in (("dynamic_peak", found.dynamic), ("largest_magnitude", found.magnitude)):
         key = f"{name}_force" if name == "dynamic_peak" else name
         summary |= {key: one.force if one else None, f"{name}_travel": one.travel if one else None}
@@ -291,6 +304,23 @@ def summarise(curve: ForceCurve, pair_names: Sequence[str], bent: float | None =
         if stage.name != STAGES[0]:
             summary |= {f"{stage.name}_travel": stage.travel, f"{stage.name}_force": stage.force}
     return summary
+
+
+def summarise_drives(curve: ForceCurve, names: Sequence[str]) -> list[dict[str, Any]]:
+    """Largest force, its travel, and force and travel at the end of every drive; see `peaks`.
+
+    * `name`, `peak_force`, `peak_travel`, `peak_kind`, `final_force`, `final_travel`: as in `summarise`
+    """
+    found = []
+    for k, name in enumerate(names):
+        own = replace(curve, travel=curve.travel[:, [k]], force=curve.force[:, [k]])
+        largest = peaks(own).largest
+        found.append({
+            "name": name, "peak_force": largest.force, "peak_travel": largest.travel,
+            "peak_kind": "quasi-static" if own.has_quasi_static else "dynamic",
+            "final_force": float(own.force[-1, 0]), "final_travel": float(own.travel[-1, 0]),
+        })  # fmt: skip
+    return found
 
 
 def _touches(curve: ForceCurve, pair_names: Sequence[str]) -> list[dict[str, Any]]:

@@ -18,6 +18,7 @@ from fsm.results.curve import ForceCurve
 from fsm.results.film import Film, Floats, Integers, ProbeSamples
 from fsm.results.step_data import LoadPath, StepModes
 from fsm.short_repr import ShortRepr
+from fsm.shown_units import travel_text
 
 __all__ = ["BEAM", "ENERGIES", "FILM", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
 
@@ -157,7 +158,8 @@ class Layout(ShortRepr):
 
     def travel_text(self, travel: float) -> str:
         """Travel (m) or turn (rad) of the first drive, for messages."""
-        return f"{1e3 * travel:.4g} {'mrad of turn' if self.turns() else 'mm of travel'}"
+        text = travel_text(self.turns(), travel)
+        return text if text.endswith("turns") else f"{text} of {'turn' if self.turns() else 'travel'}"
 
     @cached_property
     def case(self) -> dict[str, Any]:

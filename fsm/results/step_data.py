@@ -186,8 +186,7 @@ def write_load_path_csv(path: LoadPath, target: Path) -> None:
     for k, name in enumerate(path.names):
         units = load_units(name)
         columns[f"{name} ({units.size})"] = path.size[:, k]
-        way = "volume" if units.displacement == "m^3" else "displacement"
-        columns[f"{way} of {name} ({units.displacement})"] = path.way[:, k]
+        columns[f"{units.way} of {name} ({units.displacement})"] = path.way[:, k]
     with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)

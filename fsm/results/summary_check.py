@@ -7,7 +7,11 @@ from typing import Any
 
 __all__ = ["check_summary"]
 
-_ITEMS = {"stages": ("name", ("travel", "force")), "events": ("kind", ("travel", "end_travel", "force", "end_force"))}
+_ITEMS = {
+    "stages": ("name", ("travel", "force")), "events": ("kind", ("travel", "end_travel", "force", "end_force")),
+    "loads": ("name", ("size", "displacement")),
+    "drives": ("name", ("peak_force", "peak_travel", "final_force", "final_travel")),
+}  # fmt: skip
 """Lists in a summary: the key of the item's name, and the keys of its numbers."""
 _NUMBERS = (
     "peak_force", "peak_travel", "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "free_from",

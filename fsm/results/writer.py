@@ -27,6 +27,7 @@ from fsm.results.datasets import (
     add_scale,
     append_samples,
     set_description,
+    units_of_drives,
     write_curve,
     write_film,
     write_parts,
@@ -327,7 +328,8 @@ def _create_variables(file: Any, variables: dict[str, Variable], rows: dict[str,
         chunk = (max(1, min(256, CHUNK_BYTES // row_bytes)), *tail)
         kind = np.int64 if name in ("negative_pivots", "step") else np.float64
         data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk, fletcher32=True)
-        set_description(data, variable.units, variable.text)
+        units = units_of_drives(file, variable.units) if "drive_name" in variable.dims else variable.units
+        set_description(data, units, variable.text)
         for axis, dim in enumerate(("time", *variable.dims)):
             data.dims[axis].attach_scale(file[dim])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -25,7 +25,8 @@ from fsm.scene.steps import Step
 from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
 
 __all__ = [
-    "Analysis", "Case", "Expect", "Release", "Save", "Solve", "Start", "Strip", "contact_of_strip", "contact_scale", "root",
+    "Analysis", "Case", "Expect", "Release", "Save", "Solve", "Start", "Strip", "contact_of_strip", "contact_scale",
+    "held_panels", "root",
 ]  # fmt: skip
 
 
@@ -80,6 +81,13 @@ class Strip(Model):
                 f"panels x segments_per_panel = {count:,} segments; at most {MOST_SEGMENTS:,} are allowed"
             )
         return self
+
+
+def held_panels(strip: Strip, drives: Iterable[Drive]) -> frozenset[int]:
+    """Numbers of the held panels: by default the first and the last, unless a drive grips this panel or its end."""
+    if strip.held is not None:
+        return frozenset(strip.held)
+    return frozenset({1, strip.panels} - {drive.gripped(strip.panels) for drive in drives})
 
 
 def contact_scale(strip: Strip, material: Material) -> tuple[float, float]:
@@ -198,6 +206,12 @@ class Case(Model):
     def steps(self) -> tuple[Analysis, ...]:
         """Analyses of the case, in order."""
         return self.stages or (self.analysis,)
+
+    @property
+    def held_panels(self) -> frozenset[int]:
+        """Numbers of the held panels of the strip."""
+        drives = [*self.drive, *(drive for step in self.step for drive in step.drive)]
+        return frozenset() if self.strip is None else held_panels(self.strip, drives)
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

@@ -23,12 +23,13 @@ def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iter
     if strip is None or contact is None or contact.pairs is not None:
         return
     for path, drive in sections.all_drives:
-        if drive.crease is None or drive.travel is None or not drive.guide or not 1 <= drive.crease < strip.panels:
+        line = drive.line(strip.panels)
+        if line is None or drive.travel is None or not drive.guide or not 0 <= line <= strip.panels:
             continue
         size = math.sqrt(sum(x * x for x in drive.direction))
         way = tuple(drive.travel * x / size for x in drive.direction[::2])
-        start = strip.crease_point(drive.crease)
-        for panel in sorted(held - {drive.crease, drive.crease + 1}):
+        start, what = strip.crease_point(line), f"crease {line}" if drive.end is None else drive.part
+        for panel in sorted(held - {line, line + 1}):
             if not 1 <= panel <= strip.panels:
                 continue
             part = _crossing(start, way, strip.crease_point(panel - 1), strip.crease_point(panel))
@@ -36,7 +37,7 @@ def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iter
                 travel = 1e3 * part * drive.travel
                 yield Fault(
                     f"{path}.travel",
-                    f"{1e3 * drive.travel:.4g} mm lead crease {drive.crease} through panel {panel}, which is held; they "
+                    f"{1e3 * drive.travel:.4g} mm lead {what} through panel {panel}, which is held; they "
                     f"meet at {travel:.4g} mm. Reduce the travel, or hold other panels",
                 )
 

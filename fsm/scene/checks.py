@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import get_args
 
 from fsm.errors import Fault
-from fsm.scene.case import Analysis, Strip
+from fsm.scene.case import Analysis, Strip, held_panels
 from fsm.scene.check_drive_path import drives_through_held_panels
 from fsm.scene.check_scissor import check_scissor
 from fsm.scene.check_steps import check_steps
@@ -18,6 +18,8 @@ from fsm.scene.sections import Sections, method_faults, static_faults, static_ke
 __all__ = ["check_sections"]
 
 
+_OF_STRIP = {"crease": "crease numbers", "panel": "panel numbers", "end": "ends"}
+"""Keys of a drive that only a strip has."""
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
 _DEPLOY = (
     "start", "release", "strip", "lattice", "sheet", "scene", "crease", "contact", "friction", "drive", "load", "step",
@@ -67,12 +69,12 @@ def _check_deployment(sections: Sections) -> list[Fault]:
     return [
         *_missing_sections(sections),
         *_gas(sections),
-        *_held_panels(sections.strip),
+        *_held_panels(sections),
         *_contact_pairs(sections),
         *_beside_scene(sections),
         *_strip_drives(sections),
         *_crease_of_strip(sections),
-        *(drives_through_held_panels(sections, _held(sections.strip)) if sections.strip is not None else ()),
+        *(drives_through_held_panels(sections, _held(sections)) if sections.strip is not None else ()),
         *_lattice_drives(sections),
         *_scene_drives(sections),
         *(() if "step" in sections.written else _repeated(sections.drives)),
@@ -136,15 +138,20 @@ def _beside_scene(sections: Sections) -> Iterable[Fault]:
         yield Fault("scene.contact.pairs", "only a [strip] has panel numbers; give the pairs as `scene.pairs`")
 
 
-def _held(strip: Strip) -> frozenset[int]:
-    return frozenset((1, strip.panels) if strip.held is None else strip.held)
+def _held(sections: Sections) -> frozenset[int]:
+    """Numbers of the held panels of the strip."""
+    assert sections.strip is not None
+    return held_panels(sections.strip, [drive for _, drive in sections.all_drives])
 
 
-def _all_held(strip: Strip) -> bool:
-    return len(_held(strip) & set(range(1, strip.panels + 1))) == strip.panels
+def _all_held(sections: Sections) -> bool:
+    assert sections.strip is not None
+    panels = sections.strip.panels
+    return len(_held(sections) & set(range(1, panels + 1))) == panels
 
 
-def _held_panels(strip: Strip | None) -> Iterable[Fault]:
+def _held_panels(sections: Sections) -> Iterable[Fault]:
+    strip = sections.strip
     if strip is None:
         return
     for index, panel in enumerate(strip.held or ()):
@@ -152,7 +159,7 @@ def _held_panels(strip: Strip | None) -> Iterable[Fault]:
             yield Fault(
                 f"strip.held.{index}", f"must be a panel number from 1 to {strip.panels}; it is {panel}"
             )
-    if _all_held(strip):
+    if _all_held(sections):
         default = " (by default the first and the last)" if strip.held is None else ""
         yield Fault("strip.held", f"all {strip.panels} panels are held{default}, so none can move; hold fewer panels")
 
@@ -174,9 +181,10 @@ def _contact_pairs(sections: Sections) -> Iterable[Fault]:
 
 def _strip_drives(sections: Sections) -> Iterable[Fault]:
     strip = sections.strip
-    if strip is None or _all_held(strip):
+    if strip is None or _all_held(sections):
         return
     for place, drive in sections.all_drives:
+        yield from _gripped_panel(place, drive, strip)
         if drive.crease is None:
             continue
         path, last = f"{place}.crease", strip.panels - 1
@@ -186,7 +194,7 @@ def _strip_drives(sections: Sections) -> Iterable[Fault]:
                 f"must be a crease number from 1 to {last}, with {strip.panels} panels; it is {drive.crease}",
             )
             continue
-        held = sorted(_held(strip) & {drive.crease, drive.crease + 1})
+        held = sorted(_held(sections) & {drive.crease, drive.crease + 1})
         if held:
             panels = " and ".join(str(panel) for panel in held)
             what = f"panel {panels}, which is" if len(held) == 1 else f"panels {panels}, which are"
@@ -195,6 +203,16 @@ def _strip_drives(sections: Sections) -> Iterable[Fault]:
                 path,
                 f"crease {drive.crease} is an edge of {what} held ({source}), so it cannot move; choose another crease",
             )
+
+
+def _gripped_panel(place: str, drive: Drive, strip: Strip) -> Iterable[Fault]:
+    """Faults of a drive of a panel or of an end, whose panel must exist and must not be held."""
+    if drive.panel is not None and not 1 <= drive.panel <= strip.panels:
+        yield Fault(f"{place}.panel", f"must be a panel number from 1 to {strip.panels}; it is {drive.panel}")
+    key, panel = "panel" if drive.end is None else "end", drive.gripped(strip.panels)
+    if panel in (strip.held or ()):
+        text = f"panel {panel} is held by `strip.held`, so it cannot move; remove it from `strip.held`"
+        yield Fault(f"{place}.{key}", text)
 
 
 def _crease_of_strip(sections: Sections) -> Iterable[Fault]:
@@ -214,8 +232,9 @@ def _lattice_drives(sections: Sections) -> Iterable[Fault]:
             yield Fault(f"{path}.edge", text)
         if drive.at is not None and "sheet" not in sections.written:
             yield Fault(f"{path}.at", "only a [sheet] has such places; give `crease` in a [strip], else `body` or `bodies`")
-        if drive.crease is not None and {"lattice", "sheet"} & sections.written:
-            yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `edge` in a [lattice] or [sheet]")
+        for key in _OF_STRIP if {"lattice", "sheet"} & sections.written else ():
+            if getattr(drive, key) is not None:
+                yield Fault(f"{path}.{key}", f"only a [strip] has {_OF_STRIP[key]}; give `edge` in a [lattice] or [sheet]")
         if drive.edge is not None and drive.turn is not None and "sheet" not in sections.written:
             yield Fault(f"{path}.turn", "the edge of a [lattice] does not turn; give `travel`")
         facets = None if sections.sheet is None else sections.sheet.facets
@@ -237,8 +256,9 @@ def _scene_drives(sections: Sections) -> Iterable[Fault]:
     held = {body.name for body in scene.bodies if body.held} | {"ground"}
     listed = [*sections.all_drives, *((f"scene.drives.{index}", drive) for index, drive in enumerate(scene.drives))]
     for path, drive in listed:
-        if drive.crease is not None:
-            yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `body` in a [scene]")
+        for key, what in _OF_STRIP.items():
+            if getattr(drive, key) is not None:
+                yield Fault(f"{path}.{key}", f"only a [strip] has {what}; give `body` in a [scene]")
         for body in drive.moved if "step" not in sections.written else ():  # an earlier step may release the body
             if body in held:
                 key = "body" if drive.body is not None else "bodies"
@@ -252,6 +272,7 @@ def _repeated(drives: Mapping[int, Drive]) -> Iterable[Fault]:
     for index, drive in drives.items():
         targets = [f'body "{body}"' for body in drive.moved]
         targets += [f"crease {drive.crease}"] if drive.crease is not None else []
+        targets += [drive.part] if drive.panel is not None or drive.end is not None else []
         targets += [f'edge "{drive.edge}"'] if drive.edge is not None else []
         targets += [f"{drive.at}"] if drive.at is not None else []
         for what in targets:

@@ -109,10 +109,10 @@ class Load(Model):
 
 
 class Drive(Model):
-    """Prescribed motion of a crease line of a strip, of bodies, or of an edge of a lattice; its reaction is the drive force.
+    """Prescribed motion of a part of a strip, of bodies, or of an edge of a lattice; its reaction is the drive force.
 
-    Give one of `crease`, `body`, `bodies` and `edge`, and one of `travel` and `turn`. With `speed` or `rate` the motion has
-    a smooth start and then a constant speed; with `time` it is a function of time.
+    Give one of `crease`, `panel`, `end`, `body`, `bodies`, `edge` and `at`, and one of `travel` and `turn`.
+    With `speed` or `rate` the motion has a smooth start and then a constant speed; with `time` it is a function of time.
 
     Attributes
     ----------
@@ -120,6 +120,10 @@ class Drive(Model):
         Name by which a later step releases the drive; absent: the name of the driven part, for example "crease 3".
     crease : int
         Number of the crease, from 1.
+    panel : int
+        Number of a panel, from 1, which is gripped as a whole: its segments move together without rotation, or turn.
+    end : "first" or "last"
+        End line of a strip, about which the panel there can rotate.
     body : str
         Name of a body, which translates without rotation, or turns about a fixed axis.
     bodies : tuple of str
@@ -143,14 +147,16 @@ class Drive(Model):
     step : str
         Step in which the drive begins; absent: the first.
     guide : bool
-        Whether motion other than the drive is prevented, for a crease line, for vertices of a sheet, and for a turn. True: a
-        crease line and vertices move along `direction` only, and a line cannot rotate. False: the drive prescribes only the
-        motion along `direction`. A turn clamps a place of flexible facets in a rigid end. Without a guide, the rigid end can
-        translate.
+        Whether motion other than the drive is prevented, for a crease line or end line, for vertices of a sheet, and for a
+        turn. True: a line and vertices move along `direction` only, and a line cannot rotate. False: the drive prescribes
+        only the motion along `direction`. A turn clamps a place of flexible facets in a rigid end. Without a guide, the
+        rigid end can translate.
     """
 
     name: Name | None = None
     crease: Count | None = None
+    panel: Count | None = None
+    end: Literal["first", "last"] | None = None
     body: str | None = None
     bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     edge: DrivenEdge | None = None
@@ -177,7 +183,30 @@ class Drive(Model):
         """Name of the drive."""
         if self.name is not None:
             return self.name
-        return f"crease {self.crease}" if self.crease is not None else self.edge or str(self.at or " + ".join(self.moved))
+        return f"crease {self.crease}" if self.crease is not None else self.edge or str(self.at or self.part)
+
+    @property
+    def part(self) -> str:
+        """Name of the driven bodies: a panel, an end of a strip, successive segments, or the names of all bodies."""
+        if self.panel is not None:
+            return f"panel {self.panel}"
+        if self.end is not None:
+            return f"{self.end} end"
+        words = [name.rsplit(" segment ", 1) for name in self.moved]
+        panels = {word[0] for word in words}
+        numbers = [int(word[1]) for word in words if len(word) == 2 and word[1].isdecimal()]
+        successive = numbers == list(range(numbers[0], numbers[0] + len(words))) if numbers else False
+        if len(panels) == 1 and successive and len(numbers) > 1:
+            return f"{panels.pop()} segments {numbers[0]} to {numbers[-1]}"
+        return " + ".join(self.moved)
+
+    def gripped(self, panels: int) -> int | None:
+        """Number of the panel that the drive moves as a whole or at its end."""
+        return self.panel if self.end is None else {"first": 1, "last": panels}[self.end]
+
+    def line(self, panels: int) -> int | None:
+        """Number of the driven line of a strip: of a crease, 0 for the first end, the number of panels for the last end."""
+        return self.crease if self.end is None else {"first": 0, "last": panels}[self.end]
 
     @property
     def size(self) -> float:
@@ -197,10 +226,11 @@ class Drive(Model):
 
     @model_validator(mode="after")
     def _one_target(self) -> Self:
-        targets = (self.crease, self.body, self.bodies, self.edge, self.at)
+        targets = (self.crease, self.panel, self.end, self.body, self.bodies, self.edge, self.at)
         if sum(target is not None for target in targets) != 1:
-            text = "`crease` (its number), `body` (its name), `bodies`, `edge` (of a lattice or sheet), or `at` (of a sheet)"
-            raise ValueError(f"give either {text}")
+            of_strip = "`crease` or `panel` (its number) or `end` (\"first\" or \"last\") of a strip"
+            text = "`body` (its name), `bodies`, `edge` (of a lattice or sheet), or `at` (of a sheet)"
+            raise ValueError(f"give one of {of_strip}, {text}")
         if not any(self.direction):
             raise ValueError("direction [0, 0, 0] is not a direction; give for example [0, 0, 1]")
         self._read_table()
@@ -247,8 +277,8 @@ class Drive(Model):
         return isinstance(self.time, Table) and self.time.file is not None
 
     def _check_turn(self) -> None:
-        if self.crease is not None:
-            raise ValueError("`turn` rotates a `body`, `bodies` or a place of a sheet; a crease line has `travel`")
+        if self.crease is not None or self.end is not None:
+            raise ValueError("`turn` rotates a `panel`, `body`, `bodies` or place of a sheet; a crease or end has `travel`")
         if not any(self.axis):
             raise ValueError("axis [0, 0, 0] is not a direction; give for example [0, 1, 0]")
         if self.speed is not None or self.run_up is not None:

@@ -65,13 +65,15 @@ def drive_parts(case: Case) -> list[DrivePart]:
 
 def _sense(first: Drive, drive: Drive) -> float:
     """1 if two drives move the same bodies in the same direction, -1 in opposite directions, 0 if they differ."""
-    things = (drive.crease, set(drive.moved), drive.edge, drive.guide, drive.turn is None)
-    if things != (first.crease, set(first.moved), first.edge, first.guide, first.turn is None):
+    one, other = (
+        (of.crease, of.panel, of.end, set(of.moved), of.edge, of.guide, of.turn is None) for of in (first, drive)
+    )
+    if one != other:
         return 0.0
     if drive.turn is not None and drive.point != first.point:
         return 0.0
-    one, other = (first.direction, drive.direction) if drive.turn is None else (first.axis, drive.axis)
-    cosine = sum(a * b for a, b in zip(one, other, strict=True)) / math.hypot(*one) / math.hypot(*other)
+    along, now = (first.direction, drive.direction) if drive.turn is None else (first.axis, drive.axis)
+    cosine = sum(a * b for a, b in zip(along, now, strict=True)) / math.hypot(*along) / math.hypot(*now)
     return math.copysign(1.0, cosine) if abs(cosine) > 1.0 - 1e-9 else 0.0
 
 

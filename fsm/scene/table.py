@@ -30,12 +30,12 @@ from fsm.scene.toml_file import read_text, read_toml
 from fsm.scene.toml_text import case_text
 from fsm.short_repr import ShortRepr
 
-__all__ = ["COLLECTED", "OVERLAY", "STUDY", "TableCase", "load_reference", "load_table"]
+__all__ = ["COLLECTED", "EXTREMES", "OVERLAY", "STUDY", "TableCase", "load_reference", "load_table"]
 
 NAME = "case"
 BASE = "case.toml"
 
-COLLECTED, OVERLAY, STUDY = "summary.csv", "overlay.png", "study.png"
+COLLECTED, EXTREMES, OVERLAY, STUDY = "summary.csv", "extremes.csv", "overlay.png", "study.png"
 """Files that a table writes next to the folders of its rows."""
 
 _LONGEST = 200
@@ -206,7 +206,7 @@ def _name_faults(rows: Sequence[_Row], named: bool) -> list[Fault]:
     first: dict[str, int] = {}
     for row in rows:
         key = row.name.casefold()
-        if key in (COLLECTED, OVERLAY, STUDY):
+        if key in (COLLECTED, EXTREMES, OVERLAY, STUDY):
             text = f'the table writes a file with the name "{row.name}"; give another name'
             faults.append(Fault(f"row {row.number}", text))
         if key in first:

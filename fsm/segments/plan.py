@@ -17,7 +17,7 @@ from fsm.scene.builders.sheet_loads import placed_loads
 from fsm.scene.case import Case
 from fsm.scene.check_steps import step_names
 from fsm.scene.known_names import nearest_name
-from fsm.scene.loads import Load
+from fsm.scene.loads import Drive, Load
 from fsm.scene.method_selection import automatic_method, dynamic_method
 from fsm.scene.scene import Body, Scene
 from fsm.scene.solve import Save, Solve
@@ -181,6 +181,11 @@ class _Acting:
         return self.load.model_copy(update={"time": self.function})
 
 
+def _on_line(drive: Drive) -> bool:
+    """Whether a drive moves a crease line or an end line of a strip."""
+    return drive.crease is not None or drive.end is not None
+
+
 class _Planner:
     def __init__(self, case: Case, scene: Scene) -> None:
         self.case, self.scene = case, scene
@@ -215,10 +220,10 @@ class _Planner:
         return tuple(Parts(tuple(parts)) for parts in self.parts)
 
     def _is_line(self, target: int) -> bool:
-        """Whether a target is a crease line or a place of flexible facets, which is held before its first drive."""
+        """Whether a target is a line of a strip or a place of flexible facets, which is held before its first drive."""
         flexible = self.scene.facets is not None
         drives = (part.drive for part in self.drives if part.target == target)
-        return any(drive.crease is not None or (flexible and not drive.moved) for drive in drives)
+        return any(_on_line(drive) or (flexible and not drive.moved) for drive in drives)
 
     def _step(self, number: int, name: str, step: Step, start: float) -> PlannedStep:
         begun = [part for part in self.drives if part.step == number]
@@ -396,8 +401,8 @@ class _Planner:
             seen.add(part.target)
             if self._is_line(part.target) and self.started[part.target] and not self.acting[part.target]:
                 line, remedy = "a place of flexible facets", "give a load"
-                if part.drive.crease is not None:
-                    line, remedy = "a crease line", "drive a panel"
+                if _on_line(part.drive):
+                    line, remedy = "a crease line or end line", "drive a panel"
                 text = f"{part.drive.called} was released, and {line} cannot be driven again; {remedy}"
                 self.faults.append(Fault(part.path, text))
             for name in part.drive.moved:

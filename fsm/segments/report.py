@@ -33,6 +33,7 @@ from fsm.segments.report_contact import (
     soft_contact,
     stick_slip,
 )
+from fsm.segments.report_drive import drive_of_strip_lines, drives_line, pulled_beyond_length
 from fsm.segments.report_facets import pressure_line
 from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
 from fsm.segments.report_gas import gas_lines
@@ -141,7 +142,7 @@ def _joints(view: CheckContext) -> Iterator[str]:
     if joints:
         yield f"{count(joints, 'joint')}, linear springs"
     if kinds["drive"]:
-        yield f"{count(kinds['drive'], 'half joint')} between the driven crease line and its neighbouring segments"
+        yield f"{count(kinds['drive'], 'half joint')} between driven lines and the segments beside them"
     creases = [element for element in view.elements if element.kind == "crease" or element.crease is not None]
     tabulated = [element for element in creases if element.crease is not None]
     if len(creases) > len(tabulated):
@@ -196,10 +197,8 @@ def _damping(view: CheckContext) -> Iterator[str]:
 
 def _drives(view: CheckContext) -> Iterator[str]:
     for drive, motion in zip(view.scene.drives, view.motions, strict=True):
-        yield f"{' + '.join(drive.moved)} {_motion(drive, motion)}, duration {motion.end_time:.4g} s"
-        if view.case.strip is not None:
-            guided = "guided: the crease line cannot move in other directions, and cannot rotate"
-            yield guided if drive.guide else "not guided: the crease line can move in other directions, and rotate"
+        yield f"{drive.part} {_motion(drive, motion)}, duration {motion.end_time:.4g} s"
+        yield from drive_of_strip_lines(view, drive)
 
 
 def _motion(drive: Drive, motion: PrescribedMotion) -> str:
@@ -266,7 +265,7 @@ def _saved(view: CheckContext) -> Iterator[str]:
         spacing = f"one every {save.interval:.4g} s"
     else:
         spacing = "at equal intervals of travel" if motion else "at equal intervals of time"
-    yield f"{records} records, {spacing}"
+    yield f"{count(records, 'record')}, {spacing}"
 
 
 def _records(view: CheckContext, step: PlannedStep) -> int:
@@ -307,8 +306,8 @@ def _left_out(view: CheckContext) -> Iterator[str]:
         yield "gravity: not given"
     if not view.spatial:
         yield "motion out of the plane: no load acts in this direction; --spatial includes it"
-        if view.case.strip is not None and scene.drives:
-            yield "transverse motion of the driven crease line: it is guided; guide = false includes it, in space"
+        if view.case.strip is not None and any(drive.guide and drives_line(drive) for drive in scene.drives):
+            yield "transverse motion of the driven line: it is guided; guide = false includes it, in space"
 
 
 def _approximations(view: CheckContext) -> Iterator[str]:
@@ -359,6 +358,7 @@ def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
     yield from end_warnings(view.case, view.scene)
+    yield from pulled_beyond_length(view)
 
 
 _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (

@@ -48,13 +48,13 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
     yield f"{millimetres(sheet.thickness)} thick; {material_text(material.young, material.poisson, material.density)}"
     joints = sheet_joints(case, pattern)
     angles = np.abs(pattern.fold_angles())
-    for kind, name in (("crease", "creases"), ("bend line", "bend lines"), ("rigid", "rigid joints")):
+    for kind, name in (("crease", "crease"), ("bend line", "bend line"), ("rigid", "rigid joint")):
         edges = [joint.edge for joint in joints if joint.kind == kind]
         if not edges:
             continue
         stiffness = [1e3 * joint.stiffness / float(pattern.lengths[joint.edge]) for joint in joints if joint.kind == kind]
         first, last = (degrees(float(angle)) for angle in (angles[edges].min(), angles[edges].max()))
-        text = f"{len(edges)} {name}, fold angles {first if first == last else f'{first} to {last}'}"
+        text = f"{count(len(edges), name)}, fold angles {first if first == last else f'{first} to {last}'}"
         if kind != "rigid":
             low, high = f"{min(stiffness):.4g}", f"{max(stiffness):.4g}"
             text += f", stiffness {low if low == high else f'{low} to {high}'} mN m/rad per m"
@@ -100,7 +100,8 @@ def _bar_lines(case: Case, pattern: Pattern) -> Iterator[str]:
     exponents = f" with exponents {bars.exponents[0]:g} and {bars.exponents[1]:g}" if bars.law == "ogden" else ""
     law = AXIAL_LAWS[bars.law] + exponents
     preset = "" if bars.area is not None else " (preset: with the energy of the plate in a uniform expansion)"
-    yield f"{len(areas)} bars, E {stress_text(young)}, area {low if low == high else f'{low} to {high}'} mm^2{preset}; {law}"
+    area = low if low == high else f"{low} to {high}"
+    yield f"{count(len(areas), 'bar')}, E {stress_text(young)}, area {area} mm^2{preset}; {law}"
     if bars.linear_to < math.pi:
         yield f"moments of springs rise steeply beyond a fold angle of {degrees(bars.linear_to)}, so facets do not penetrate"
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.short_repr import ShortRepr
+from fsm.shown_units import travel_text
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.restart_points import State
 from fsm.solve.status import Event, Outcome
@@ -90,9 +91,12 @@ class CurvePoint(NamedTuple):
 
 
 def time_and_travel(system: System, t: float, drive: DriveState) -> str:
-    """Time (s) and travels of all drives for messages; a turn is in mrad, as in the figures."""
-    kinds = (("turn", "mrad") if system.drive_turns(k) else ("travel", "mm") for k in range(len(drive.travel)))
-    travels = ", ".join(f"{word} {1e3 * x:.4g} {unit}" for (word, unit), x in zip(kinds, drive.travel, strict=True))
+    """Time (s), and travels or turns of all drives, for messages."""
+    turning = [system.drive_turns(k) for k in range(len(drive.travel))]
+    travels = ", ".join(
+        f"{'turn' if turns else 'travel'} {travel_text(turns, float(x))}"
+        for turns, x in zip(turning, drive.travel, strict=True)
+    )
     return f"at t = {t:.6g} s" + (f" ({travels})" if travels else "")
 
 

@@ -59,19 +59,19 @@ def test_a_turn_on_two_torsion_springs_in_series(tmp_path: Path, spatial: bool) 
 
 @pytest.mark.parametrize("method", ["static", "generalized-alpha"])
 def test_a_failed_step_of_a_turn_states_an_angle(tmp_path: Path, method: str) -> None:
-    """The message has the turn in mrad and the travel of another drive in mm."""
+    """The message has the turn in degrees and the travel of another drive in mm."""
     text = HEAD + SPRINGS.format(first=3.0, second=1.5, swing="")
     text += '[[scene.bodies]]\nname = "slide"\nmass = 1.0\ninertia = [1e-3, 1e-3, 1e-3]\n'
     text += '[[drive]]\nbody = "handle"\nturn = "100 deg"\nrate = "1 rad/s"\n'
     text += '[[drive]]\nbody = "slide"\ntravel = "1 m"\nspeed = "0.5 m/s"\ndirection = [1, 0, 0]\n'
     with pytest.raises(NotConverged) as caught:
         run(tmp_path, text, f"solve.method={method}", "solve.max_steps=8")
-    found = re.match(r"at t = ([\d.e-]+) s \(turn ([\d.e-]+) mrad, travel ([\d.e-]+) mm\)", str(caught.value))
+    found = re.match(r"at t = ([\d.e-]+) s \(turn ([\d.e-]+) deg, travel ([\d.e-]+) (mm|nm)\)", str(caught.value))
     assert found is not None, caught.value
-    t, turn, travel = map(float, found.groups())
+    t, turn, travel = map(float, found.groups()[:3])
     end = math.radians(100.0)
-    assert turn == pytest.approx(1e3 * RunUp(1.0, end, 0.01 * end).at(t)[0], rel=1e-3)
-    assert travel == pytest.approx(1e3 * RunUp(0.5, 1.0, 0.01).at(t)[0], rel=1e-3)
+    assert math.radians(turn) == pytest.approx(RunUp(1.0, end, 0.01 * end).at(t)[0], rel=1e-3)
+    assert travel * {"mm": 1e-3, "nm": 1e-9}[found[4]] == pytest.approx(RunUp(0.5, 1.0, 0.01).at(t)[0], rel=1e-3)
 
 
 def test_a_cycle_of_a_linear_spring_returns_to_zero_energy(tmp_path: Path) -> None:

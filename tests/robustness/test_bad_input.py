@@ -181,7 +181,8 @@ ONE_MISTAKE = {
     ),
     "drive of nothing": (
         ("crease = 3\n", ""),
-        "drive.0: give either `crease` (its number), `body` (its name), `bodies`, `edge` (of a lattice or sheet), or `at`",
+        'drive.0: give one of `crease` or `panel` (its number) or `end` ("first" or "last") of a strip, `body` (its name), '
+        "`bodies`, `edge` (of a lattice or sheet), or `at`",
     ),
     "drive not a list": (
         ("[[drive]]", "[drive]"),

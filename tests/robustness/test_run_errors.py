@@ -93,7 +93,7 @@ def test_overlap_at_the_start(tmp_path: Path) -> None:
 def test_not_converged(method: str, blamed: str, tmp_path: Path) -> None:
     result, out = run(tmp_path, "solve.max_steps=3", f"solve.method={method}")
     line = check_stopped(result, out, 3)
-    where = rf"at t = [\d.e-]+ s \(travel [\d.e-]+ mm\), step 3, method {method}"
+    where = rf"at t = [\d.e-]+ s \(travel [\d.e-]+ [mun]m\), step 3, method {method}"
     match = re.fullmatch(rf"{where}: (.*)\. {blamed} panel \d segment \d", line)
     assert match is not None, line
     assert match[1] == "more steps than solve.max_steps; raise solve.max_steps, loosen solve.rtol, or pull faster"
@@ -115,7 +115,7 @@ def test_energy_lost(method: str, tmp_path: Path) -> None:
     result, out = run(tmp_path, "solve.energy_abort=1e-30", f"solve.method={method}")
     line = check_stopped(result, out, 5)
     which = "" if method == "static" else rf", step \d+, method {method}"
-    assert re.match(rf"at t = [\d.e-]+ s \(travel [\d.e-]+ mm\){which}: the energy balance residual is above", line)
+    assert re.match(rf"at t = [\d.e-]+ s \(travel [\d.e-]+ [mun]m\){which}: the energy balance residual is above", line)
     remedy = "tighten solve.rtol, which" if method == "static" else "tighten solve.rtol, or set solve.max_step"
     assert remedy in line
     assert re.search(r"Energy error [\d.e-]+ J; reference energy [\d.e-]+ J$", line)

@@ -30,10 +30,11 @@ from fsm.results.channel import Channel, ChannelInfo
 from fsm.results.film import Film
 from fsm.results.quantities import STAGES
 from fsm.results.solution import Layout, Solution
+from fsm.results.writer import ResultWriter
 from fsm.scene.scene import Body, Plate, Scene
 from fsm.segments.compile import compile_scene
 from tests.unit.plot_runs import strip_run, undriven, words
-from tests.unit.test_report_page import saved
+from tests.unit.test_report_page import records_of, saved
 
 
 def sizes(fig: Figure) -> tuple[float, float]:
@@ -52,7 +53,7 @@ def test_a_slide_has_larger_letters_and_thicker_lines(tmp_path: Path, figures: l
 
 
 def test_the_effort_of_a_turning_drive_is_a_moment(tmp_path: Path, figures: list[Figure]) -> None:
-    """The axes had N m and mrad, but the peak and the stages had N and mm."""
+    """The axes had N m and angles, but the peak and the stages had N and mm."""
     run = strip_run(31)
     turning = replace(run, layout=replace(run.layout, drive_names=("lid (turn)",)))
     plot_force(turning, tmp_path / "force.png")
@@ -61,9 +62,9 @@ def test_the_effort_of_a_turning_drive_is_a_moment(tmp_path: Path, figures: list
     plot_overlay([("a", turning), ("b", run)], tmp_path / "both.png")
     force, contact, overlay, both = map(words, figures)
     for text in (force, contact, overlay):
-        assert "mrad" in text
+        assert "deg" in text
         assert not re.search(r" mm\b(?!²)|\(mm\)| N at", text)
-    assert "travel (mm) or turn (mrad)" in both and "force (N) or moment (N m)" in both
+    assert "travel (mm) or turn (deg)" in both and "force (N) or moment (N m)" in both
 
 
 @pytest.mark.parametrize(("suffix", "text"), [(".svg", b">travel (mm)</text>"), (".pdf", b"/FontFile2")])
@@ -251,3 +252,32 @@ def test_damaged_results_are_not_drawn(damage: str, tmp_path: Path) -> None:
     assert found.exit_code == 2, found.output
     assert len(found.output.strip().splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("out", "options", "files"),
+    [
+        ("x.png", [], ["x.png"]), ("motion.pdf", [], ["motion.pdf"]),
+        ("angle.svg", ["--channel", "crease.1.angle"], ["angle.svg"]),
+        ("figures", [], ["contact.png", "energy.png", "force.png", "motion.png"]),
+        ("out.v1", ["--channel", "crease.*"], ["channels.png"]),
+    ],
+)  # fmt: skip
+def test_plots_are_written_where_the_option_says(tmp_path: Path, out: str, options: list[str], files: list[str]) -> None:
+    """`--out x.png` made a folder of this name."""
+    run, info, result = strip_run(11), ChannelInfo("crease.1.angle", "rad", (), "angle"), tmp_path / "run" / "result.h5"
+    with ResultWriter(result, replace(run.layout, channels=(info,))) as writer:
+        for k, record in enumerate(records_of(run)):
+            writer.append(replace(record, channels={info.name: np.array(0.1 * k)}))
+        writer.finish(run.stats, run.summary)
+    target = tmp_path / "new" / out
+    done = CliRunner().invoke(cli, ["plot", str(result), "--out", str(target), *options])
+    assert done.exit_code == 0, done.output
+    folder = target.parent if target.suffix in (".png", ".svg", ".pdf") else target
+    assert sorted(path.name for path in folder.iterdir()) == files
+
+
+def test_a_format_that_figures_do_not_have_is_refused(tmp_path: Path) -> None:
+    done = CliRunner().invoke(cli, ["plot", "result.h5", "--out", str(tmp_path / "x.jpg")])
+    assert done.exit_code == 2 and ".png, .svg, .pdf" in done.output
+    assert not list(tmp_path.iterdir())

@@ -192,7 +192,7 @@ def test_a_lattice_has_no_preview(tmp_path: Path) -> None:
         ("drive.0.edge=bottom", "is held"),
         ("contact.stiffness=1e5", "rigid and have no contact; remove section [contact]"),
         ("strip.length=1", "both define a model"),
-        ("drive.0.body=block 1.6", "give either"),
+        ("drive.0.body=block 1.6", "give one of"),
     ],
 )
 def test_what_a_lattice_cannot_have_is_refused(override: str, said: str) -> None:

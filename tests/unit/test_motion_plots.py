@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 from fsm.errors import CaseError
 from fsm.plots.animation import animate
-from fsm.plots.motion import leaves_plane, pick_records, plot_motion
+from fsm.plots.motion import _title, leaves_plane, pick_records, plot_motion
+from fsm.plots.style import rounded
 from fsm.results.solution import Solution
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
@@ -224,3 +225,12 @@ def test_records_of_the_motion() -> None:
     assert int(np.argmax(run.force)) in chosen
     assert pick_records(strip_run(3)) == [0, 1, 2]
     assert pick_records(strip_run(1)) == [0]
+
+
+def test_titles_have_the_force_of_the_drive_that_has_one(tmp_path: Path) -> None:
+    """Titles had "100 mm, 0 N" below a second drive whose peak was 45 N."""
+    run = strip_run(31, drives=2)
+    idle = np.stack([1e-9 * run.force[:, 0], run.force[:, 0]], axis=1)
+    other = replace(run, force=idle, travel=np.stack([run.travel[:, 0], 2.0 * run.travel[:, 0]], axis=1))
+    assert _title(other, 30, []) == f"{rounded(2e3 * run.travel[30, 0])} mm, {rounded(run.force[30, 0])} N"
+    assert _title(run, 30, []).startswith(f"{rounded(1e3 * run.travel[30, 0])} mm")

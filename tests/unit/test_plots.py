@@ -18,7 +18,7 @@ from fsm.plots.figures import draw
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import pick_records, plot_motion
 from fsm.plots.png import write_png
-from fsm.plots.style import STYLE, WIDE, energy_unit, evolution, figure, label_decades, shortened
+from fsm.plots.style import STYLE, WIDE, evolution, figure, figure_unit, label_decades, shortened
 from fsm.results.quantities import summarise
 from fsm.results.solution import ENERGIES, Layout, Solution
 from tests.unit.plot_runs import (
@@ -64,7 +64,7 @@ def test_turns_and_travels_have_separate_axes(tmp_path: Path, figures: list[Figu
     plot_force(replace(run, layout=replace(run.layout, drive_names=("edge", "end (turn)", "rope"))), tmp_path / "force.png")
     force, moment = figures[0].axes
     assert (force.get_xlabel(), force.get_ylabel()) == ("travel (mm)", "force (N)")
-    assert (moment.get_xlabel(), moment.get_ylabel()) == ("turn (mrad)", "moment (N m)")
+    assert (moment.get_xlabel(), moment.get_ylabel()) == ("turn (deg)", "moment (N m)")
     assert [text.get_text() for text in moment.get_legend().get_texts()] == ["end (turn)"]
     assert {"edge", "rope"} <= {line.get_label() for line in force.lines}
 
@@ -299,8 +299,8 @@ def test_no_global_state_is_left_behind(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("value", "unit"), [(2.0, "J"), (0.02, "mJ"), (3e-6, "µJ"), (3e-9, "nJ"), (1e-12, "pJ"), (0, "J")]
 )
-def test_energy_unit(value: float, unit: str) -> None:
-    assert energy_unit(np.array([0.0, -value]))[1] == unit
+def test_unit_of_energies_in_figures(value: float, unit: str) -> None:
+    assert figure_unit("J", np.array([0.0, -value, np.nan])).name == unit
 
 
 def test_what_comes_after_the_pull_is_drawn_over_time_or_steps() -> None:
@@ -311,6 +311,8 @@ def test_what_comes_after_the_pull_is_drawn_over_time_or_steps() -> None:
     time = np.where(np.arange(101) <= 60, run.time, run.time[60] + 1e-4 * np.arange(-60, 41))
     rests = replace(run, travel=travel, time=time)
     assert evolution(rests)[1] == "time (s)"
+    second = np.where(np.arange(101) <= 60, 0.0, 1e-3 * np.arange(-60, 41))[:, None]
+    assert evolution(replace(rests, travel=np.hstack([travel, second])))[1] == "time (s)"  # another drive goes on
     named = replace(rests.layout, step_names=("start", "pull", "blow"))
     steps = replace(rests, step=np.where(np.arange(101) <= 60, 2, 3), layout=named)
     x, label = evolution(steps)

@@ -89,7 +89,7 @@ def test_a_plain_strip() -> None:
         "16 free, 2 held, 1 driven",
         "48 degrees of freedom, 3 for each free body",
         "12 joints between the segments of panels",
-        "2 half joints between the driven crease line",
+        "2 half joints between driven lines",
         "5 creases, linear",
         "half cell     on",
         "contact: no [contact]",
@@ -241,7 +241,7 @@ def test_tabulated_creases() -> None:
 
 def test_unguided_is_spatial_and_says_why() -> None:
     text = text_of(pull={"guide": False})
-    said(text, "spatial: a crease line without guide can move out of the plane", "not guided: the crease line")
+    said(text, "spatial: a crease line without guide can move out of the plane", "not guided: the line")
     not_said(text, "guide = false includes it")
 
 

@@ -19,7 +19,9 @@ from fsm.folder_lock import locked_folder
 from fsm.pool import JobOutcome, run_jobs
 from fsm.results.summary_file import write_summary
 from fsm.scene.table import load_table
-from fsm.table import RESOLVED, failures, format_table, run_table
+from fsm.table import RESOLVED, failures, run_table
+from fsm.table_files import flat_numbers, write_extremes, write_summaries
+from fsm.table_text import format_table, progress_line
 
 CASE = """
 [strip]
@@ -142,13 +144,16 @@ def fake_run(monkeypatch):
     """Stand-in for the solver and the processes: it stores its calls."""
     calls: list[tuple[str, bool]] = []
 
-    def run_in_locked_folder(loaded, out, *, progress, resume):
+    def run_in_locked_folder(loaded, out, *, progress, resume, figures):
         calls.append((out.name, resume))
+        if figures:
+            (out / "force.png").touch()
         if out.name == "83 low":
             raise NotConverged("panel 2 segment 1: no equilibrium at 27 mm\ntry more segments")
         summary = {
             "peak_force": 1.992,
             "peak_travel": 0.0271,
+            "peak_kind": "quasi-static",
             "stages": [
                 {"name": "initial deformation", "travel": 0.0, "force": 0.1},
                 {"name": "contact", "travel": 0.013},
@@ -191,19 +196,24 @@ def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     assert [row["case"] for row in rows] == ["80 low", "80 high", "83 low", "base"]
     assert rows[0]["stage_contact_travel"] == 0.013
     assert rows[0]["crease.stiffness"] == "2 N mm"
-    assert rows[0]["warnings"] == 1
+    assert rows[0]["warnings"] == ["coarse mesh"]
     assert "touches" not in rows[0]
     assert rows[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm\ntry more segments"
     assert failures(rows) == 3
     assert failures(rows[:2]) == 0
-    assert capsys.readouterr().err.splitlines()[1] == "[2/4] 80 high: peak 1.9920 N at 27.10 mm, 3.5 s"
+    assert capsys.readouterr().err.splitlines()[1] == "[2/4] 80 high: peak 1.992 N at 27.1 mm, 3.5 s, 1 warning"
     with (tmp_path / "out" / "summary.csv").open() as file:
         table = list(csv.DictReader(file))
-    assert [row["peak_force"] for row in table] == ["1.992", "1.992", "", "1.992"]
-    assert table[0]["stage_initial_deformation_travel"] == "0.0"
-    assert list(table[0])[:5] == ["case", "strip.fold_angle", "crease.stiffness", "contact", "peak_force"]
-    assert table[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm; try more segments"
-    assert table[2]["exit_code"] == "3"
+    assert [row["peak_force (N)"] for row in table] == ["1.992", "1.992", "", "1.992"]
+    assert table[0]["stage_initial_deformation_travel (m)"] == "0.0"
+    assert list(table[0])[:9] == [
+        "case", "peak_force (N)", "peak_travel (m)", "exit_code", "warnings", "error", "strip.fold_angle (deg)",
+        "crease.stiffness", "contact",
+    ]  # fmt: skip
+    assert [row["strip.fold_angle (deg)"] for row in table] == ["80", "80", "83", ""]
+    assert [row["warnings"] for row in table] == ["coarse mesh", "coarse mesh", "", "coarse mesh"]
+    assert table[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm | try more segments"
+    assert [row["exit_code"] for row in table] == ["0", "0", "3", "0"]
     assert (tmp_path / "out" / "80 low" / RESOLVED).read_text() == load_table(tmp_path / "table.csv")[
         0
     ].loaded.text
@@ -247,7 +257,7 @@ def test_a_row_whose_folder_cannot_be_made_fails_alone(tmp_path, fake_run):
     assert (tmp_path / "out" / "summary.csv").is_file()
 
 
-@pytest.mark.parametrize("name", ["summary.csv", "Overlay.png", "study.png"])
+@pytest.mark.parametrize("name", ["summary.csv", "Overlay.png", "study.png", "extremes.csv"])
 def test_names_of_the_files_of_a_table_are_no_names_of_rows(tmp_path, name):
     with pytest.raises(CaseError, match="the table writes a file with the name"):
         load_table(write(tmp_path, TABLE.replace("80 low", name)))
@@ -284,24 +294,73 @@ def test_the_command_reports_failures_at_the_end(tmp_path, fake_run):
     assert "83 low: panel 2 segment 1: no equilibrium at 27 mm" in result.stdout
 
 
+@pytest.mark.parametrize(
+    ("figures", "drawn"), [("none", []), ("first", ["80 low"]), ("all", ["80 high", "80 low", "83 low", "base"])]
+)
+def test_figures_of_no_row_of_the_first_or_of_all(tmp_path, fake_run, figures, drawn):
+    done = CliRunner().invoke(cli, ["table", str(write(tmp_path)), "--out", str(tmp_path / "out"), "--figures", figures])
+    assert done.exit_code == 3
+    assert sorted(path.parent.name for path in (tmp_path / "out").glob("*/force.png")) == drawn
+
+
 def test_printed_table():
+    """Significant digits in the unit for the largest number of a column: 0.0006 N was all that was left of a force."""
     rows = [
         {
             "case": "80 low",
-            "peak_force": 1.9923,
+            "peak_force": 1.9923e-4,
             "peak_travel": 0.02712,
+            "stage_initial_deformation_travel": 0.0,
             "stage_contact_travel": 0.01301,
             "steps": 812,
         },
-        {"case": "a", "error": "no equilibrium", "exit_code": 3, "wall_time_s": 12.345, "warnings": 0},
+        {"case": "turned", "drive": "lid (turn)", "peak_force": 2.0, "peak_travel": 40.0, "steps": 7},
+        {"case": "a", "error": "no equilibrium", "exit_code": 3, "wall_time_s": 12.345, "warnings": []},
     ]
     assert format_table(rows).splitlines() == [
-        "condition  peak force (N)  at travel (mm)  contact from (mm)  steps  run time (s)  warnings",
-        "-------------------------------------------------------------------------------------------",
-        "80 low             1.9923           27.12              13.01    812             -         -",
-        "a                       -               -                  -      -         12.35         0",
+        "case    peak force (mN)  at travel (mm)  contact from (mm)  peak moment (N m)  at turn (turns)  steps  "
+        "run time (s)  warnings",
+        "-" * 125,
+        "80 low           0.1992           27.12              13.01                  -                -    812             "
+        "-         -",
+        "turned                -               -                  -                  2            6.366      7             "
+        "-         -",
+        "a                     -               -                  -                  -                -      -         "
+        "12.35         0",
         "a: no equilibrium",
     ]
+
+
+LOADED = {
+    "peak_force": 0.0, "peak_travel": 0.0, "stages": [], "warnings": ["one; two", "three"], "steps": 5, "wall_time_s": 1.5,
+    "loads": [{"name": "tip", "size": 2.0, "displacement": 4e-3}, {"name": "lid, moment", "size": 1.0, "displacement": 0.5}],
+    "probe_displacement": {"corner": [0.0, 0.0, 1e-3]}, "deploy": {"warnings": ["x"], "steps": 3},
+    "channels": {"point.tip.z": {"unit": "m", "min": 0.0, "min_time": 0.0, "max": 4e-3, "max_time": 1.0}},
+}  # fmt: skip
+
+
+def test_a_run_without_a_drive_has_displacements_of_loads_in_place_of_a_peak(tmp_path):
+    """The table had "peak 0.0000 N at 0.00 mm", and extremes of all channels in hundreds of columns."""
+    row = {"case": "a", **flat_numbers(LOADED)}
+    write_summaries(tmp_path, [row], [])
+    with (tmp_path / "summary.csv").open() as file:
+        (found,) = csv.DictReader(file)
+    assert list(found)[:8] == [
+        "case", "tip (N)", "displacement of tip (m)", "lid, moment (N m)", "rotation of lid, moment (rad)", "exit_code",
+        "warnings", "error",
+    ]  # fmt: skip
+    assert found["warnings"] == "one; two | three"
+    assert found["probe_displacement_corner z (m)"] == "0.001" and found["deploy_steps"] == "3"
+    assert not any("peak" in name or "point.tip" in name for name in found)
+    assert progress_line(row) == "a: tip 2 N, displacement 4 mm, 1.5 s, 2 warnings"
+    assert "peak" not in format_table([row]) and "displacement (mm)" in format_table([row])
+    write_extremes(tmp_path, [row])
+    with (tmp_path / "extremes.csv").open() as file:
+        (entry,) = csv.DictReader(file)
+    assert entry == {"case": "a", "channel": "point.tip.z", "unit": "m", "min": "0.0", "min_time (s)": "0.0", "max": "0.004",
+                     "max_time (s)": "1.0"}  # fmt: skip
+    write_extremes(tmp_path, [{"case": "a"}])
+    assert not (tmp_path / "extremes.csv").exists()
 
 
 # -- processes -----------------------------------------------------------------------------------------------

@@ -238,6 +238,31 @@ LAWS = (
     ),
 )
 
+CUTS = "fsm/scene/patterns/cuts.py"
+SHEETS = (
+    Mutant(
+        "sides of cuts joined at their vertices",
+        CUTS,
+        "np.flatnonzero(between & ~cut))",
+        "np.flatnonzero(between))",
+        unit_test("open_cuts", "test_vertices_are_split_where_the_material_is_not_joined"),
+    ),
+    Mutant(
+        "contact between both sides of a cut",
+        "fsm/segments/sheet_contacts.py",
+        "_to_segment(a[:, k], b) < 0.5 * reach",
+        "_to_segment(a[:, k], b) < 0.0",
+        physics_test("cuts", "test_both_sides_of_a_cut_do_not_press_each_other"),
+    ),
+    Mutant(
+        "fold angles from a corner on the wrong side of a crease",
+        "fsm/scene/patterns/folding.py",
+        "math.copysign(float(np.linalg.norm(area)), float(area @ normal))",
+        "float(np.linalg.norm(area))",
+        physics_test("cuts", "test_cards_start_folded"),
+    ),
+)
+
 SOLVERS = (
     Mutant(
         "beta of generalized-alpha",
@@ -297,4 +322,4 @@ SOLVERS = (
     ),
 )
 
-MUTANTS = (*STRIPS, *LAWS, *SOLVERS, *ELEMENTS)
+MUTANTS = (*STRIPS, *LAWS, *SHEETS, *SOLVERS, *ELEMENTS)

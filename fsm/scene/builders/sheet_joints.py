@@ -7,6 +7,7 @@ import re
 from typing import NamedTuple
 
 from fsm.errors import CaseError, Fault
+from fsm.report_text import count
 from fsm.scene.case import Case
 from fsm.scene.materials import UNREAD, LinearCrease, SplineCrease
 from fsm.scene.patterns.of_sheet import bend_stiffness_per_length, folding_letters
@@ -72,7 +73,7 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
         found.append(SheetJoint(edge, kind, name, stiffness, rest))
     if by_name:
         name, (own, *_) = next(iter(by_name.items()))
-        counted = f"{numbers['crease']} creases and {numbers['bend line']} bend lines, numbered from 1"
+        counted = f"{count(numbers['crease'], 'crease')} and {count(numbers['bend line'], 'bend line')}, numbered from 1"
         path = f"sheet.crease.{case.sheet.crease.index(own)}.of"
         raise CaseError(Fault(path, f"there is no {name}; the sheet has {counted}"))
     return found

@@ -1,8 +1,8 @@
 """Scene of a strip: a zig-zag of panels that consist of rigid segments (Li and Huang, 2025, figures 5 to 7 and 18).
 
 Panel i goes from crease i-1 to crease i. At the fold angle odd panels rise and even panels fall. Springs with six degrees
-of freedom join the segments, and creases join the panels. A held panel is one rigid plate. A driven crease line is a
-massless body, and half a joint connects it to each of its panels.
+of freedom join the segments, and creases join the panels. A held panel is one rigid plate. A driven crease line or end line
+is a massless body, and half a joint connects it to each of its panels.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class _Segment:
 class _StripBuilder:
     def __init__(self, case: Case, strip: Strip, material: Material, crease: Crease, damping: float) -> None:
         self.case, self.strip, self.material, self.crease, self.damping = case, strip, material, crease, damping
-        self.held = set(strip.held if strip.held is not None else (1, strip.panels))
+        self.held = case.held_panels
         self.area = strip.width * strip.thickness
         self.bending = bending_stiffness(strip, material)
         if not 0.0 < self.bending < math.inf:
@@ -118,17 +118,20 @@ class _StripBuilder:
         bodies = [body for panel, segments in enumerate(panels) for body in self._bodies(panel, segments)]
         elements = [joint for segments in panels for joint in self._joints(segments)]
         lines: dict[int, Drive] = {}
-        driven = {drive.crease: drive for drive in self.case.drive if drive.crease is not None}
-        for number in range(1, self.strip.panels):
-            first, second = panels[number - 1][-1], panels[number][0]
-            if first.held and second.held:
+        by_line = ((drive.line(self.strip.panels), drive) for drive in self.case.drive)
+        driven = {line: drive for line, drive in by_line if line is not None}
+        for number in range(self.strip.panels + 1):
+            sides = [(panels[number - 1][-1], 1)] if number else []
+            sides += [(panels[number][0], -1)] if number < self.strip.panels else []
+            if all(segment.held for segment, _ in sides):
                 continue
             drive = driven.get(number)
-            elements.append(self._crease(number, first, second, drive))
+            if len(sides) == 2:
+                elements.append(self._crease(number, sides[0][0], sides[1][0], drive))
             if drive is not None:
                 bodies.append(self._line(number))
-                elements += self._released(number, first, second, drive)
-                lines[number] = drive.model_copy(update={"crease": None, "body": f"crease {number}"})
+                elements += self._released(number, sides, drive)
+                lines[number] = drive.model_copy(update={"crease": None, "end": None, "body": self._line_name(number)})
         return Scene(
             bodies=tuple(bodies),
             elements=tuple(elements),
@@ -142,9 +145,17 @@ class _StripBuilder:
             friction=self.case.friction,
             loads=self.case.load,
             # the drives keep the order of the case, because the force curve and its peak belong to the first drive
-            drives=tuple(drive if drive.crease is None else lines[drive.crease] for drive in self.case.drive),
+            drives=tuple(self._with_bodies(drive, panels, lines) for drive in self.case.drive),
             gravity=self.case.gravity,
         )
+
+    def _with_bodies(self, drive: Drive, panels: list[list[_Segment]], lines: dict[int, Drive]) -> Drive:
+        """Drive of the body of a line, of the segments of a panel, or as it is given."""
+        if drive.panel is not None:
+            names = tuple(segment.name for segment in panels[drive.panel - 1])
+            return drive.model_copy(update={"panel": None, "bodies": names})
+        line = drive.line(self.strip.panels)
+        return drive if line is None else lines[line]
 
     def _pairs(self) -> tuple[ContactPair, ...]:
         """Contact pairs of the case; by default each panel with all others (Li and Huang: with the next panel only)."""
@@ -278,19 +289,19 @@ class _StripBuilder:
             kind="crease",
         )
 
-    def _released(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
-        """Half joints at a driven crease line. If a step releases the drive, half joints act until then, and the springs of
-        a free crease act afterwards.
+    def _released(self, number: int, sides: list[tuple[_Segment, int]], drive: Drive) -> list[ForceElement]:
+        """Half joints at a driven line. If a step releases the drive, half joints act until then, and the springs of a free
+        crease act afterwards; an end of the strip is then free.
         """
-        half_joints = self._half_joints(number, inner, outer, drive)
+        half_joints = self._half_joints(number, sides, drive)
         at = releases(self.case, drive.called)
         if at is None:
             return half_joints
         before, since = steps_from(self.case, at)
         half_joints = [joint.model_copy(update={"steps": before}) for joint in half_joints]
-        if not drive.guide:
+        if not drive.guide or len(sides) < 2:
             return half_joints
-        joints = self._crease(number, inner, outer, None)
+        joints = self._crease(number, sides[0][0], sides[1][0], None)
         twist = {"rotation": (joints.rotation[0], 0.0, joints.rotation[2]), "crease": None, "crease_flexibility": 0.0}
         damping = (joints.rotation_damping[0], 0.0, joints.rotation_damping[2])
         more = {"name": f"crease {number}, released", "rotation_damping": damping, "steps": since, "kind": "drive"}
@@ -308,20 +319,23 @@ class _StripBuilder:
 
     def _line(self, number: int) -> Body:
         x, z = self.strip.crease_point(number)
-        return Body(name=f"crease {number}", mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, 0.0, z))
+        return Body(name=self._line_name(number), mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, 0.0, z))
 
-    def _half_joints(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
-        """Half joints from the crease line to the segment on each side.
+    def _line_name(self, number: int) -> str:
+        return {0: "first end", self.strip.panels: "last end"}.get(number, f"crease {number}")
+
+    def _half_joints(self, number: int, sides: list[tuple[_Segment, int]], drive: Drive) -> list[ForceElement]:
+        """Half joints from a driven line to the segment on each side, which has its end (1) or its start (-1) there.
 
         With a guide, a segment can only rotate about the line. Without a guide, the half joint acts along the direction of
         the drive only.
         """
         elements = []
-        for segment, end in ((inner, 1), (outer, -1)):
+        for segment, end in sides:
             if segment.held:
                 continue
             translation, rotation = self._springs(segment.length / 2)
-            line, body = f"crease {number}", segment.name
+            line, body = self._line_name(number), segment.name
             point = (end * segment.length / 2, 0.0, 0.0)
             if drive.guide:
                 turn = self._turn(segment.panel)
