@@ -250,16 +250,22 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 @debug_option
 def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
     """Animate the deployment with rigid panels: fast, but only approximate. For a sheet, draw the crease pattern
-    instead.
+    instead; places of faults are red.
     """
     from fsm.scene.load_case import load_case
 
-    loaded = load_case(case, overrides)
+    try:
+        loaded = load_case(case, overrides)
+    except CaseError as error:
+        _draw_pattern_fault(error, Path(out))
+        raise
     if loaded.case.sheet is not None:
         with imports_outside_gc(), plain_matplotlib():
             from fsm.sheet_picture import draw_sheet
         with add_source(case):
-            draw_sheet(loaded.case, Path(out))
+            notes = draw_sheet(loaded.case, Path(out))
+        for note in notes:
+            click.echo(note, err=True)
         click.echo(out)
         return
 
@@ -271,6 +277,15 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
     for note in notes:
         click.echo(note, err=True)
     click.echo(out)
+
+
+def _draw_pattern_fault(error: CaseError, out: Path) -> None:
+    """Draw the pattern file of a case that is faulty, if the fault has places."""
+    causes = [fault.cause for fault in error.faults if fault.cause is not None]
+    if causes:
+        with imports_outside_gc(), plain_matplotlib():
+            from fsm.sheet_picture import draw_fault
+        draw_fault(causes[0], out)
 
 
 @cli.command()

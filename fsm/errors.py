@@ -34,12 +34,14 @@ class Fault:
         Value with its unit, bound and remedy, in one line.
     value : value as given; None if it is missing or unknown
     unit : SI unit of the quantity; empty if it has none
+    cause : error with more data, for a picture of the fault
     """
 
     path: str
     message: str
     value: object = field(default=None, compare=False, repr=False)
     unit: str = field(default="", compare=False, repr=False)
+    cause: Exception | None = field(default=None, compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"{self.path}: {self.message}" if self.path else self.message

@@ -15,6 +15,7 @@ from fsm.atomic_write import atomic_write
 from fsm.scene.case import Case
 from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.flexible_mesh import flexible_mesh
+from fsm.scene.patterns.foldability import bad_vertices
 from fsm.scene.patterns.mesh_places import mesh_place
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS
@@ -48,6 +49,10 @@ def draw_facets(case: Case, path: Path) -> None:
     seen = {} if case.sheet.kind == "plate" else _draw_creases(ax, mesh, case.sheet)
     for kind, at in _places(case, case.sheet):
         seen[kind] = _mark(ax, mesh, kind, at)
+    pattern = None if case.sheet.is_shell else pattern_of(case.sheet)
+    for vertices, marker, text in bad_vertices(pattern, bends=True) if pattern is not None else ():
+        ax.plot(*points[mesh.vertices[list(vertices)]].T, marker, color="#E00000", markersize=7, fillstyle="none")
+        seen[text] = Line2D([], [], color="#E00000", marker=marker, ls="", label=text, fillstyle="none")
     low, high = points.min(axis=0), points.max(axis=0)
     sides = np.maximum(high - low, 0.05 * float((high - low).max()))
     for axis, middle, side in zip("xyz", 0.5 * (low + high), sides, strict=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -16,11 +17,13 @@ import numpy as np
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.at_start import equilibrium_at_start
+from fsm.analyses.choose import analysis_of
+from fsm.analyses.comparison import Comparison, Statement, compared
 from fsm.analyses.load_path import loads_at_end, static_load_path
 from fsm.analyses.run_step import RunStep, States, StepResult
 from fsm.analyses.step_results import counted, final_loads, step_modes, step_summaries, total_of
 from fsm.checkpoint import RestartPoint, check_point, read_point, write_point
-from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
+from fsm.errors import CaseError, EnergyAbort, FsmError, NotConverged, is_interrupt
 from fsm.hdf5_checked import READ_ERRORS
 from fsm.kernels import jit
 from fsm.panel_crossing import lattice_overlap
@@ -34,8 +37,10 @@ from fsm.results.step_data import LoadPath, StepModes
 from fsm.results.store import part_path, read_solution
 from fsm.results.writer import ResultWriter
 from fsm.round_off import position_round_off_energy, round_off_of
+from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
+from fsm.scene.toml_text import case_text
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.arc_run import ArcRun
@@ -45,7 +50,7 @@ from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings
-from fsm.summary import summary_of
+from fsm.summary import state_errors, summary_of
 
 if TYPE_CHECKING:
     from fsm.channels.sample import ChannelSampler
@@ -152,24 +157,52 @@ class RecordedSolve:
                 raise NotConverged(round_off.refusal())
             watch = partial(_further, bar)
             solution.array = array = self.analysis.array_motion(solution, self.warnings, watch)
-            self.analysis.compare(solution, watch)
             statistics, energy_balance = total_of(self.done, self.points), self.energy_balance
             assert energy_balance is not None
             arcs = [number for number, result in enumerate(self.done, 1) if result.method == "arc-length"]
             summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off, arcs) | {
                 "loads": final_loads(self.done),
                 "step": step_summaries(self.done, self.points, solution),
-                "compile_time_s": jit.compile_time() - compiled,
-                "wall_time_s": time.perf_counter() - begun,
             }
+            solution.load_path = paths = LoadPath.of([result.path for result in self.done])
+            state_errors(summary, self._errors(bar, solution, statistics, summary))
             if solution.channels:
                 summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
+            summary |= {"compile_time_s": jit.compile_time() - compiled, "wall_time_s": time.perf_counter() - begun}
             driven = bool(self.points) and len(self.points[0].drive.travel) > 0
             curve = ForceCurve.from_points(self.points).decimate() if driven else None
-            paths = LoadPath.of([result.path for result in self.done])
             writer.finish(_counters(statistics), summary, array, curve, StepModes.joined(self.modes), paths)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
+
+    def _errors(
+        self, bar: Progress, solution: Solution, statistics: Statistics, summary: dict[str, Any]
+    ) -> dict[str, Statement]:
+        """Errors of the summary by their causes, with further runs of the case."""
+        found: dict[str, Statement] = {}
+        for cause, stated in self.analysis.stated_errors(solution, statistics, summary).items():
+            if not isinstance(stated, Comparison):
+                found[cause] = stated
+                continue
+            try:
+                others = [self._further_run(case, stated.coarsen, bar, cause) for case in stated.cases]
+            except (FsmError, OSError) as error:  # the results of the run itself remain valid
+                found[cause] = {"by": f"not estimated: the {stated.by} failed: {error}"}
+                continue
+            found[cause] = compared(stated, (solution, summary), others)
+        return found
+
+    def _further_run(self, case: Case, coarsen: float, bar: Progress, cause: str) -> Solution:
+        """Result of a run with other settings, without its files."""
+        case = case.model_copy(update={"save": case.save.model_copy(update={"channels": ()})})
+        loaded = LoadedCase(case, case_text(case), self.loaded.path)
+        bar.further(f"error due to {cause}", 1.0)
+        analysis, warnings = analysis_of(case, str(loaded.path)), list[str]()
+        analysis.coarsen(coarsen)
+        analysis.initialise(warnings)
+        with tempfile.TemporaryDirectory(prefix="fsm-") as folder:
+            run = RecordedSolve(loaded, analysis, Path(folder), False, warnings)
+            return run.run(lambda fraction: bar.step(fraction, 0), time.perf_counter(), jit.compile_time())
 
     def _named(self, text: str) -> str:
         """Message with the name of the step, if the case has steps."""

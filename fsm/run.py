@@ -26,6 +26,7 @@ from fsm.results.solution import Solution
 from fsm.results.step_data import write_load_path_csv
 from fsm.results.store import part_path, read_solution
 from fsm.results.summary_file import SUMMARY, write_summary
+from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
 from fsm.summary import joined, missed_expectations
 from fsm.version import fsm_version
@@ -106,7 +107,7 @@ def run_in_locked_folder(
     if loaded.case.stages:
         summary = _run_stages(loaded, out, progress, resume, figures)
     else:
-        begun, warnings = _clocks(), list[str]()
+        begun, warnings = _clocks(), _file_notes(loaded.case)
         with report_compilation(progress, _title(loaded), jit):
             analysis = analysis_of(loaded.case, str(loaded.path), warnings)
         summary = _run_analysis(loaded, analysis, out, progress, resume, figures, warnings, begun).summary
@@ -156,7 +157,7 @@ def _run_stages(
 
     case, source = loaded.case, str(loaded.path)
     (out / SUMMARY).unlink(missing_ok=True)
-    begun, warnings = _clocks(), list[str]()
+    begun, warnings = _clocks(), _file_notes(case)
     with report_compilation(progress, _title(loaded), jit):
         deployment = analysis_of(case, source, warnings)
     first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, figures, warnings, begun)
@@ -167,6 +168,11 @@ def _run_stages(
     summary = joined(first.summary, second.summary)
     write_summary(summary, out / SUMMARY)
     return summary
+
+
+def _file_notes(case: Case) -> list[str]:
+    """Warnings on what was ignored or changed in the pattern file of a sheet."""
+    return [] if case.sheet is None else [f"pattern file: {note}" for note in case.sheet.notes]
 
 
 def _write_loads(solution: Solution, path: Path) -> None:

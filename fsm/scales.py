@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from fsm.blocks import BlockMatrix
     from fsm.system import System
 
-__all__ = ["OF_DRIVES", "Scales", "speed_from_rest"]
+__all__ = ["OF_DRIVES", "AtRest", "Scales"]
 
 OF_DRIVES = 10.0
 """Scale of the speed relative to the largest speed of a drive. On the pulled strip a smaller scale needs more steps, and a
 larger scale causes energy errors."""
 
 _OF_FORCES = 0.1
-"""Scale of the speed relative to the speed that forces at rest can cause; with 1, errors are four times as large as with 0.03."""
-_AT_REST = 1e-12
+"""Scale of the speed relative to the speed that forces at rest can cause; with 1, errors are three times as large."""
+_ROUND_OFF = 1e-12
 """Work of forces at rest relative to the stiffness times the square of the span, below which the forces are round-off."""
 
 
@@ -42,6 +42,8 @@ class Scales:
         Size of an element, and of the whole structure.
     drive_speed : m/s
         `OF_DRIVES` times the largest speed of a drive; 0 without drives.
+    work : J
+        Without drives, the largest work of the forces at rest, see `AtRest`.
     configuration : (nq,) array
         Size of each component of q: `length` for positions, else 1.
     velocity : (nu,) array
@@ -63,6 +65,7 @@ class Scales:
     length: float
     extent: float
     drive_speed: float
+    work: float
     configuration: np.ndarray
     velocity: np.ndarray
     increment: np.ndarray
@@ -75,13 +78,13 @@ class Scales:
     @classmethod
     def of(
         cls, length: float, extent: float, drive_speed: float, speed: float, in_q: np.ndarray, in_u: np.ndarray,
-        free: np.ndarray, resolution: float = math.inf, turns: Iterable[bool] = (),
+        free: np.ndarray, resolution: float = math.inf, turns: Iterable[bool] = (), work: float = 0.0,
     ) -> Scales:  # fmt: skip
         """Sizes of variables from the sizes of the structure.
 
         Parameters
         ----------
-        length, drive_speed : see the attributes
+        length, drive_speed, work : see the attributes
         extent : m
             Distance between the outermost places; at least `length` is used.
         speed : m/s
@@ -96,7 +99,7 @@ class Scales:
         power, positions = in_u.astype(float), in_u == 1
         increment = length**power
         return cls(
-            length, extent, drive_speed, length ** in_q.astype(float), speed / length * increment, increment,
+            length, extent, drive_speed, work, length ** in_q.astype(float), speed / length * increment, increment,
             np.where(positions, extent, increment), resolution / length * increment, positions, free,
             np.array([extent if turn else 1.0 for turn in turns]),
         )  # fmt: skip
@@ -106,13 +109,10 @@ class Scales:
         """Divisors (nu,) that convert generalised forces to N: moments become forces at the extent of the structure."""
         return self.extent / self.span
 
-    def path_velocity(self, duration: float) -> np.ndarray:
-        """Velocity (nu,) that may occur on a quasi-static path of this duration (s).
-
-        All parts have the speed of the drives, or, without drives, move by the extent of the structure; times `OF_DRIVES`.
-        """
-        speed = self.drive_speed or OF_DRIVES * self.extent / duration
-        return speed / self.length * self.increment
+    @property
+    def driven_velocity(self) -> np.ndarray:
+        """Velocity (nu,) of all parts at the speed of the drives, times `OF_DRIVES`."""
+        return self.drive_speed / self.length * self.increment
 
     def span_forces(self, stiffness: BlockMatrix) -> np.ndarray:
         """Largest generalised force (nu,) of an entry of each row of a stiffness matrix along `span`, N or N m.
@@ -126,32 +126,45 @@ class Scales:
         return np.where(self.free, np.maximum.reduceat(forces.max(axis=2), pattern.indptr[:-1]).ravel(), 0.0)
 
 
-def speed_from_rest(system: System, free: np.ndarray, in_u: np.ndarray, extent: float) -> float:
-    """Scale of the speed (m/s) that forces give to a structure at rest: weight, loads, pressures and springs.
+class AtRest(NamedTuple):
+    """Scales of a structure without drives, from the forces at rest: weight, loads, pressures and springs.
 
-    The work W of all forces along the span of the structure, of which the largest over time counts, becomes kinetic energy
-    of a translation, m v^2/2; the scale is a part of v. Without any force at rest, nothing moves, and the result is the extent times the frequency
-    of the softest component.
-
-    Parameters
+    Attributes
     ----------
-    system : System
-        `peak_times` gives the times at which forces are largest.
-    free, in_u : (nu,) bool arrays
-        Whether each component is free to move, and whether it is a position.
-    extent : m
+    work : J
+        Work of all forces along the span of the structure, of which the largest over time counts; 0 without forces.
+    speed : m/s
+        Part of the speed v of a translation with this kinetic energy, m v^2/2. Without any force at rest, nothing moves, and
+        the speed is the extent times the frequency of the softest component.
     """
-    q, _ = system.initial()
-    memory, places = system.memory(), free & in_u
-    system.restore(np.zeros(0))
-    times = sorted({0.0, *system.peak_times()})
-    span = np.where(in_u, extent, 1.0)[free]
-    work = max(float(np.abs(system.force(t, q, None)[free]) @ span) for t in times)
-    direction = places / math.sqrt(3.0)
-    mass = float(direction @ system.momentum(q, direction))
-    stiffness = system.linearise(0.0, q, None).stiffness.bsr().diagonal()
-    system.restore(memory)
-    if work <= _AT_REST * float(np.abs(stiffness[free]) @ span**2) and mass > 0.0:
+
+    work: float
+    speed: float
+
+    @classmethod
+    def of(cls, system: System, free: np.ndarray, in_u: np.ndarray, extent: float) -> AtRest:
+        """Scales of a system in its initial state.
+
+        Parameters
+        ----------
+        system : System
+            `peak_times` gives the times at which forces are largest.
+        free, in_u : (nu,) bool arrays
+            Whether each component is free to move, and whether it is a position.
+        extent : m
+        """
+        q, _ = system.initial()
+        memory, places = system.memory(), free & in_u
+        system.restore(np.zeros(0))
+        times = sorted({0.0, *system.peak_times()})
+        span = np.where(in_u, extent, 1.0)[free]
+        work = max(float(np.abs(system.force(t, q, None)[free]) @ span) for t in times)
+        direction = places / math.sqrt(3.0)
+        mass = float(direction @ system.momentum(q, direction))
+        stiffness = system.linearise(0.0, q, None).stiffness.bsr().diagonal()
+        system.restore(memory)
+        if work > _ROUND_OFF * float(np.abs(stiffness[free]) @ span**2) and mass > 0.0:
+            return cls(work, _OF_FORCES * math.sqrt(2.0 * work / mass))
         ratio = (stiffness / system.mass(q).diagonal())[places]
-        work = 0.5 * mass * extent**2 * float(ratio[ratio > 0.0].min(initial=math.inf))
-    return _OF_FORCES * math.sqrt(2.0 * work / mass) if 0.0 < work < math.inf and mass > 0.0 else extent
+        ratio = ratio[ratio > 0.0]
+        return cls(0.0, extent * math.sqrt(float(ratio.min())) if len(ratio) else extent)

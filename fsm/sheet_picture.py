@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -19,26 +20,37 @@ from fsm.plots.space import draw_axes
 from fsm.plots.style import WIDE, figure
 from fsm.scene.case import Case
 from fsm.scene.patterns.cuts import sides_of_cuts
+from fsm.scene.patterns.foldability import bad_lines, bad_vertices
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.patterns.places import Place, place_of
+from fsm.scene.patterns.reading import PatternFault
 from fsm.scene.sheet import Sheet
 from fsm.scene.step_items import loads_of
 
-__all__ = ["draw_sheet"]
+__all__ = ["draw_fault", "draw_sheet"]
 
 _NUMBERED = 130
 """Largest number of vertices and facets with numbers in the picture."""
+_RED = "#E00000"
+"""Colour of faults."""
 
 
-def draw_sheet(case: Case, path: str | Path) -> None:
-    """Draw the flat pattern of a sheet, if it has one, and its start in space.
+def draw_sheet(case: Case, path: str | Path) -> list[str]:
+    """Draw the flat pattern of a sheet, if it has one, and its start in space; vertices that cannot fold are red.
+
+    A pattern that cannot be folded as given is drawn flat before the error is raised.
 
     Parameters
     ----------
     case : Case
         Case with `sheet`.
     path : name of a PNG, SVG or PDF file
+
+    Returns
+    -------
+    list of str
+        Notes on the pattern file, and the vertices that cannot fold.
 
     Raises
     ------
@@ -51,21 +63,99 @@ def draw_sheet(case: Case, path: str | Path) -> None:
         raise CaseError(f"{path}: the preview of a sheet is a picture ({names}); give --out FILE.png")
     assert case.sheet is not None
     if case.sheet.facets == "flexible":
-        draw_facets(case, path)
-        return
-    pattern = pattern_of(case.sheet)
+        try:
+            draw_facets(case, path)
+        except CaseError:
+            if not case.sheet.is_shell:
+                _draw(case, case.sheet.model_copy(update={"fold": 0.0}), path)
+            raise
+        return list(case.sheet.notes)
+    try:
+        pattern_of(case.sheet)
+    except CaseError:
+        if case.sheet.fold:
+            _draw(case, case.sheet.model_copy(update={"fold": 0.0}), path)
+        raise
+    _draw(case, case.sheet, path)
+    return [*case.sheet.notes, *bad_lines(pattern_of(case.sheet), case.sheet.facets != "rigid")]
+
+
+def _draw(case: Case, sheet: Sheet, path: Path) -> None:
+    """Draw the pattern of a sheet, flat and at the start."""
+    pattern = pattern_of(sheet)
+    bad = bad_vertices(pattern, sheet.facets != "rigid")
     with figure(path, (WIDE[0], 3.9 if pattern.flat is not None else 4.6)) as fig:
-        marks = _marks(case, case.sheet, pattern)
+        marks = _marks(case, sheet, pattern)
         if pattern.flat is not None:
-            _draw_flat(fig.add_subplot(1, 2, 1), pattern, pattern.flat * 1e3, marks)
+            ax = fig.add_subplot(1, 2, 1)
+            _draw_flat(ax, pattern, pattern.flat * 1e3, marks)
+            _draw_bad(ax, pattern.flat * 1e3, bad)
         columns = 1 if pattern.flat is None else 2
-        _draw_space(fig.add_subplot(1, columns, columns, projection="3d"), pattern, marks)
+        ax = fig.add_subplot(1, columns, columns, projection="3d")
+        _draw_space(ax, pattern, marks)
+        for vertices, marker, _ in bad:
+            ax.plot(*1e3 * pattern.vertices[list(vertices)].T, marker, color=_RED, markersize=6, fillstyle="none")
         letters = [letter for letter in ASSIGNMENTS if letter in pattern.assignment]
         styles = [(ASSIGNMENTS[letter], *CREASES[letter]) for letter in letters]
         handles = [Line2D([], [], color=c, ls=dashes, lw=width, label=name) for name, c, dashes, width in styles]
         roles = {"^": "support", "o": "driven", "s": "loaded"}
         shown = dict.fromkeys((marker, colour) for _, marker, colour in marks)
         handles += [Line2D([], [], color=c, marker=marker, ls="", label=roles[marker]) for marker, c in shown]
+        handles += [
+            Line2D([], [], color=_RED, marker=m, ls="", label=name, fillstyle="none") for _, m, name in bad
+        ]  # fmt: skip
+        add_legend_across(fig, handles, "lower", columns=6)
+
+
+def _draw_bad(ax: Any, flat: np.ndarray, bad: list[tuple[tuple[int, ...], str, str]]) -> None:
+    """Mark vertices that cannot fold in the flat pattern, with their numbers."""
+    for vertices, marker, _ in bad:
+        ax.plot(*flat[list(vertices)].T, marker, color=_RED, markersize=8, fillstyle="none", zorder=6)
+        for vertex in vertices[:_NUMBERED]:
+            text = ax.annotate(
+                str(vertex + 1), flat[vertex], xytext=(3, 3), textcoords="offset points", fontsize=7, color=_RED, zorder=7
+            )
+            text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+
+
+def draw_fault(fault: Exception, path: Path) -> None:
+    """Draw the lines of a pattern that cannot be read, with red marks at the places of its fault.
+
+    Parameters
+    ----------
+    fault : PatternFault
+    path : name of a PNG, SVG or PDF file; other files are not written
+    """
+    if path.suffix.lower() not in FORMATS or not isinstance(fault, PatternFault):
+        return
+    lines, places = 1e3 * np.asarray(fault.lines), 1e3 * fault.places
+    in_space = lines.shape[-1] == 3 and bool(np.ptp(lines[..., 2]))
+    with figure(path, (WIDE[0], 5.0)) as fig:
+        ax = fig.add_subplot(projection="3d" if in_space else None)
+        kind: Any = Line3DCollection if in_space else LineCollection
+        size = 3 if in_space else 2
+        handles = []
+        for letter, (colour, dashes, width) in CREASES.items():
+            own = [k for k, found in enumerate(fault.letters) if found == letter]
+            if own:
+                chosen = list(lines[own][..., :size])
+                (ax.add_collection3d if in_space else ax.add_collection)(
+                    kind(chosen, colors=colour, linestyles=dashes, linewidths=width)
+                )
+                handles.append(Line2D([], [], color=colour, ls=dashes, lw=width, label=ASSIGNMENTS[letter]))
+        if len(places):
+            ax.plot(*places[:, :size].T, "o", color=_RED, markersize=9, fillstyle="none", zorder=6)
+            handles.append(Line2D([], [], color=_RED, marker="o", ls="", label="fault", fillstyle="none"))
+            for label, place in zip(fault.labels[:_NUMBERED], places, strict=False):
+                ax.text(*place[:size], label, color=_RED, fontsize=9)
+        ends = lines.reshape(-1, lines.shape[-1])[:, :size]
+        if in_space:
+            low, high = ends.min(axis=0), ends.max(axis=0)
+            draw_axes(ax, np.maximum(high - low, 0.05 * float((high - low).max())), 0.5 * (low + high), "mm")
+        else:
+            ax.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
+            ax.autoscale_view()
+        ax.set_title(fill(str(fault), 90), fontsize=8)
         add_legend_across(fig, handles, "lower", columns=6)
 
 

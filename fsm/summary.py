@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import MODAL, Analysis
+from fsm.analyses.comparison import Statement
+from fsm.results.quantities import in_motion
 from fsm.results.solution import Layout, Solution
+from fsm.results.stated_errors import largest_errors
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case
 from fsm.shown_units import travel_text
@@ -19,10 +22,14 @@ from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.status import Event
 
-__all__ = ["joined", "missed_expectations", "summary_of", "unstable_passages"]
+__all__ = ["joined", "missed_expectations", "state_errors", "summary_of", "unstable_passages"]
 
+_COARSE, _LATE = 0.05, 0.02
+"""Errors due to the mesh of facets, and errors of positions due to steps, above which there is a warning."""
 _LISTED_EVENTS = 6
 """Largest number of events with a warning each."""
+
+_ARC_LENGTH = 'solve.method = "arc-length"'
 
 _PULL_DEFAULTS: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
 """Keys of a pull that every summary has, with their values for a run without a drive."""
@@ -72,7 +79,11 @@ def summary_of(
         residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the reference energy, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
     listed = [event for event in events if event.kind != "vibration"]
-    found += [_event_text(event, solution.layout) for event in listed[:_LISTED_EVENTS]]
+    driven = bool(solution.layout.drive_names)
+    found += [
+        _event_text(event, solution.layout) if driven else _load_event_text(event, analysis.loads_at(solution, event.time))
+        for event in listed[:_LISTED_EVENTS]
+    ]
     if len(listed) > _LISTED_EVENTS:
         more = len(listed) - _LISTED_EVENTS
         found.append(f"{more} more events until {_where(listed[-1], solution.layout)}; `events` in summary.json lists all")
@@ -92,6 +103,40 @@ def _remedy(analysis: Analysis, method: str) -> str:
     return "reduce solve.step" if fixed else "tighten rtol"
 
 
+def state_errors(summary: dict[str, Any], errors: dict[str, Statement]) -> None:
+    """Add errors to a summary, also under the names of single errors, and warnings on large errors.
+
+    Parameters
+    ----------
+    summary : changed in place
+    errors : errors by their causes, "mesh" and "steps"
+    """
+    summary["errors"] = errors
+    mesh, steps = (errors.get(cause, {}) for cause in ("mesh", "steps"))
+    for key, of, name in (
+        ("mesh_error", mesh, "peak_force"), ("mesh_error_final", mesh, "final_force"), ("motion_error", steps, "positions"),
+    ):  # fmt: skip
+        if name in of:
+            summary.setdefault(key, of[name])
+    if "positions" in mesh:  # errors of strips and films have their own warnings
+        coarse = [pair for pair in largest_errors(mesh) if pair[1] > _COARSE and "along" not in pair[0]]
+        large = [f"{name}: error about {100.0 * error:.2g} %" for name, error in coarse]
+        if large:
+            summary["warnings"].append(f"the mesh of the facets is coarse: {', '.join(large)}; give smaller cells")
+    late = [
+        f"{name} have an error of about {100.0 * error:.2g} % of the largest displacement"
+        for name, error in largest_errors(steps)
+        if name.startswith("positions") and error > _LATE
+    ]
+    if late:
+        since = f" (above 2 % from t = {steps['positions_since']:.4g} s on)" if "positions_since" in steps else ""
+        remedy = "solve.step" if "steps of twice" in steps["by"] else "solve.rtol"
+        summary["warnings"].append(
+            f"{', '.join(late)}{since}, due to the steps in time: reduce {remedy}. If the error remains, small changes of "
+            "the case change the motion as much"
+        )
+
+
 def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, Any]:
     """Summary of two stages: all keys of the vibration, keys of the deployment alone, and the deployment as `deploy`."""
     pull = {key: value for key, value in deployment.items() if key not in vibration or key in _PULL_DEFAULTS}
@@ -103,8 +148,8 @@ def unstable_passages(solution: Solution, events: Sequence[Event], arcs: Sequenc
     """Events for unstable records that no event of the solve covers; successive records give one event.
 
     An event lasts from the last stable record before to the first stable record after. The event is a "vibration" if the
-    drive stands still during it. The solver of a dynamic run reports no events. Steps by arc length (`arcs`) have no
-    such events.
+    drive stands still during it, or if inertia matters at its beginning (`in_motion`): a snap begins near an equilibrium.
+    The solver of a dynamic run reports no events. Steps by arc length (`arcs`) have no such events.
     """
     time, unstable = solution.time, (solution.negative_pivots > 0) & ~np.isin(solution.step, arcs)
     for event in events:
@@ -112,10 +157,12 @@ def unstable_passages(solution: Solution, events: Sequence[Event], arcs: Sequenc
     edges = np.flatnonzero(np.diff(np.concatenate([[False], unstable, [False]]).astype(int)))
     driven = solution.travel.shape[1] > 0
     travel, force = ((values[:, 0] if driven else np.zeros(len(time))) for values in (solution.travel, solution.force))
-    found = []
+    if not edges.size:
+        return []
+    found, moving = [], in_motion(solution.energy)
     for begin, end in zip(np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], len(time) - 1), strict=True):
         ends = [float(values[k]) for values in (time, travel, force) for k in (begin, end)]
-        found.append(Event("vibration" if driven and travel[begin] == travel[end] else "unstable", *ends))
+        found.append(Event("vibration" if moving[begin] or (driven and travel[begin] == travel[end]) else "unstable", *ends))
     return found
 
 
@@ -143,11 +190,31 @@ def _event_text(event: Event, layout: Layout) -> str:
         there = f"; {effort} {event.end_force:.4g} {unit} there" if layout.drive_names else ""
         start = f"the state at {event.time:.4g} s" if event.time else "the start"
         return f"{start} is not in equilibrium: solved with inertia until {until}{there}"
+    if event.kind == "motion":
+        return f"motion {where}: too fast for statics, solved with inertia until {until}{forces}; drive slower"
     if event.kind == "damped snap":
         return f"snap {where}: states are unstable until {until}, and dampers slow the motion{forces}"
     if event.kind == "unstable":
         return f"snap {where}: saved states until {until} are unstable{forces}"
     return f"snap {where}: solved with inertia until {until}{forces}"
+
+
+def _load_event_text(event: Event, loads: str) -> str:
+    """Warning about an event of a case without drives; `loads` are the sizes and displacements of the loads at its start."""
+    where = f"at {event.time:.4g} s" + (f" ({loads})" if loads else "")
+    inertia = f"solved with inertia until {event.end_time:.4g} s"
+    path = f"set {_ARC_LENGTH}, which follows the equilibria through limit points"
+    if event.kind == "motion":
+        return f"the load was too fast for statics {where}: {inertia}; let it grow more slowly, or {path}"
+    if event.kind == "snap":
+        return f"limit load reached {where}: the structure snaps, {inertia}; {path}"
+    if event.kind == "bifurcation":
+        return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
+    if event.kind == "release":
+        return f"the start is not in equilibrium: {inertia}"
+    if event.kind == "damped snap":
+        return f"snap {where}: states are unstable until {event.end_time:.4g} s, and dampers slow the motion; {path}"
+    return f"snap {where}: saved states until {event.end_time:.4g} s are unstable; {path}"
 
 
 def missed_expectations(case: Case, summary: dict[str, Any]) -> list[str]:

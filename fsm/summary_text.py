@@ -8,12 +8,13 @@ from typing import Any
 
 from fsm.load_names import load_units
 from fsm.report_text import count
+from fsm.results.stated_errors import largest_errors
 from fsm.shown_units import ShownUnit, shown_unit, turns
 
 __all__ = ["summary_lines", "summary_travel_unit"]
 
 _LISTED = 6
-"""Largest number of limit points of a step, of loads, and of drives that the text lists."""
+"""Largest number of limit points of a step, of errors of a cause, of loads, and of drives that the text lists."""
 _SMALL = 1e-3
 """Dynamic peak relative to the quasi-static one, below which it is not printed."""
 _AT_ONCE = 1e-4
@@ -35,6 +36,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
         *_contact_lines(summary),
         *_solve_lines(summary),
     ]
+    lines += [f"error       {text}" for text in _error_texts(summary.get("errors", {}))]
     lines += [f"warning     {text}" for text in summary.get("warnings", ())]
     return [*lines, f"results     {folder}"]
 
@@ -108,6 +110,17 @@ def _drive_text(drive: Mapping[str, Any]) -> str:
     turning = drive["name"].endswith("(turn)")
     at = shown_unit("rad" if turning else "m", drive["peak_travel"]).text(drive["peak_travel"])
     return f"{drive['peak_force']:.4g} {'N m' if turning else 'N'} at {at} of {drive['name']} ({drive['peak_kind']})"
+
+
+def _error_texts(errors: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """One text for each cause of errors: the errors and how they were found, or why there are none."""
+    texts = []
+    for cause, stated in errors.items():
+        named = [f"{name} {100.0 * error:.2g} %" for name, error in largest_errors(stated)]
+        more = f", and {len(named) - _LISTED} more" if len(named) > _LISTED else ""
+        listed = f"{', '.join(named[:_LISTED])}{more} ({stated['by']})"
+        texts.append(f"{cause}: {listed if named else stated['by']}")
+    return texts
 
 
 def _step_lines(steps: Sequence[dict[str, Any]]) -> list[str]:
@@ -184,14 +197,7 @@ def _contact_lines(summary: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _solve_lines(summary: Mapping[str, Any]) -> Iterator[str]:
-    """Error estimates, number of steps, and error of the energy balance."""
-    errors = [
-        f"{key.replace('_error', '').replace('_', ' ')} {100 * value:.2g} %"
-        for key, value in summary.items()
-        if "_error" in key and key != "energy_error" and isinstance(value, float)
-    ]
-    if errors:
-        yield f"errors      {', '.join(errors)}"
+    """Number of steps, and error of the energy balance."""
     steps, ends = summary.get("steps"), [step["end_time"] for step in summary.get("step", ())]
     if steps and ends and "energy_error" in summary:
         error = f"energy balance residual {100 * summary['energy_error']:.2g} %"

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from fsm.analyses.comparison import Comparison, Statement
 from fsm.analyses.run_step import RunStep, States
 from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
@@ -16,10 +17,12 @@ from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
 
-__all__ = ["MODAL", "Analysis", "OneStep", "Solver", "Watch"]
+__all__ = ["MODAL", "Analysis", "OneStep", "Solver", "StatedErrors", "Watch"]
 
 MODAL = "modal"
 """Name of the method of a reduced model."""
+
+StatedErrors = dict[str, Statement | Comparison]
 
 Watch = Callable[[str, float], Callable[[AcceptedStep], None]]
 """Function of the name and end time (s) of a further solve; returns a function to call after each of its steps."""
@@ -104,8 +107,12 @@ class Analysis(Protocol):
         """
         return None
 
-    def compare(self, solution: Solution, watch: Watch) -> None:
-        """Solve again, to compute errors for the summary; `watch` receives the progress."""
+    def stated_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> StatedErrors:
+        """Errors of the summary by their causes, "mesh" and "steps": a statement, or further runs that find it."""
+        ...
+
+    def coarsen(self, factor: float) -> None:
+        """Multiply the steps that resolve impacts by a factor, for a further run."""
         return
 
     def own_solver(self) -> Solver | None:
@@ -115,6 +122,10 @@ class Analysis(Protocol):
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Part of the summary that depends on the analysis."""
         ...
+
+    def loads_at(self, solution: Solution, time: float) -> str:
+        """Sizes and displacements of the loads at a time (s), for messages; empty by default."""
+        return ""
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """Warnings about the result."""

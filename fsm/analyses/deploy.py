@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import Analysis, Watch
+from fsm.analyses.analysis import Analysis, StatedErrors
+from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_mesh, larger_steps, not_compared, other_meshes
 from fsm.analyses.extrapolation_warnings import extrapolation_warnings
-from fsm.analyses.motion_error import MotionError, motion_error
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
-from fsm.errors import NotConverged
+from fsm.errors import FsmError, NotConverged
+from fsm.load_names import load_units
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.curve import ForceCurve
-from fsm.results.quantities import bent_energy, summarise, summarise_contacts, summarise_drives
+from fsm.results.quantities import bent_energy, in_motion, summarise, summarise_contacts, summarise_drives
 from fsm.results.solution import ENERGIES, Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.sheet import SHELLS
@@ -57,6 +58,8 @@ _STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "
 """Potential energies of a record, except of drives."""
 _COARSE = 0.05
 """Error of the peak force due to the segments, above which there is a warning."""
+_FEWER = 0.7
+"""Ratio of the unknowns of a coarser mesh to those of the mesh itself, below which both are compared."""
 
 
 class Deployment(Analysis):
@@ -83,7 +86,6 @@ class Deployment(Analysis):
         if self.plan.written:  # the travels refer to the whole run
             self.system = whole_system(self.system, self.scene, self.plan)
         self._pivots = LinearSolver()
-        self._motion_error: MotionError | None = None
 
     @property
     def kernels(self) -> tuple[str, ...]:
@@ -252,20 +254,90 @@ class Deployment(Analysis):
         assert isinstance(system, SegmentSystem)
         return negative_pivots(system, t, q, self._pivots) if len(system.driven) and system.nu else 0
 
-    def compare(self, solution: Solution, watch: Watch) -> None:
-        """See `Analysis`; for a motion of a [scene] with impacts, the error of the motion is computed."""
-        if self._with_impacts and np.any(solution.pair_force):
-            (step,) = self.steps()
-            assert isinstance(step.settings, Settings)
-            _, system = compile_case(self.case)
-            on_step = watch("comparison with a larger tolerance", step.end)
-            self._motion_error = motion_error(system, step.settings, step.record_times, solution.q, on_step)
+    def stated_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> StatedErrors:
+        """See `Analysis`."""
+        iterations = max(statistics.newton_iterations, statistics.steps)
+        refused = not_compared(self.case.solve.error_estimates, iterations, self.system.dof)
+        return {"mesh": self._of_mesh(summary, refused), "steps": self._of_steps(solution, statistics, refused)}
+
+    def coarsen(self, factor: float) -> None:
+        """See `Analysis`."""
+        self.system.contacts.coarsen(factor)
+
+    def _of_mesh(self, summary: dict[str, Any], refused: str) -> Statement | Comparison:
+        """Error due to segments or cells."""
+        if self.case.strip is not None:
+            if "mesh_error" not in summary:
+                text = "not estimated: bodies differ between steps, or the first drive goes back"
+                return {"by": f"{text}; compare with another strip.segments_per_panel"}
+            forces = {"peak_force": summary["mesh_error"], "final_force": summary["mesh_error_final"]}
+            by = "bending energy that the segments do not resolve"
+            if None in forces.values():
+                by = "not estimated: no panel bends, or a panel has fewer than four segments"
+            return {"by": by} | {name: error for name, error in forces.items() if error is not None}
+        if self.scene.facets is None:
+            if self.scene.flexible:
+                return {"by": "not estimated: compare with more elements of films, cables and beams"}
+            return {"by": "none: rigid bodies and bars have no mesh"}
+        if refused:
+            return {"by": refused}
+        coarser = other_meshes(self.case)
+        if coarser and self._smaller(coarser[0]):
+            if len(coarser) > 1 and (self._dynamic or not self._smaller(coarser[1], coarser[0])):
+                coarser = coarser[:1]
+            size = "2 and 4 times" if len(coarser) > 1 else "twice"
+            return Comparison(f"comparison with cells of {size} the size", coarser)
+        return Comparison("comparison with cells of half the size", (finer_mesh(self.case),), finer=True)
+
+    def _smaller(self, coarser: Case, than: Case | None = None) -> bool:
+        """Whether a coarser mesh has far fewer unknowns."""
+        try:
+            own = self.system if than is None else compile_case(than)[1]
+            return compile_case(coarser)[1].nu < _FEWER * own.nu
+        except FsmError:  # a mesh that is too coarse for the case
+            return False
+
+    def _of_steps(self, solution: Solution, statistics: Statistics, refused: str) -> Statement | Comparison:
+        """Error due to steps in time, or due to increments."""
+        if not any(step.settings is not None for step in self.steps()):
+            return {"by": "none: nothing moves"}
+        dynamic = self._dynamic
+        if not dynamic and not statistics.events and not np.any(solution.pair_friction):
+            return {"by": "none: all records are equilibria"}
+        if not dynamic and self.case.solve.error_estimates == "auto":
+            return {"by": f'not estimated for friction and snaps on a static path; {ASK_FOR_ALL}'}
+        impacts = self._with_impacts and bool(np.any(solution.pair_force))
+        if refused and (self.case.solve.error_estimates == "off" or not impacts):
+            return {"by": refused}
+        fixed = any(isinstance(step.settings, Settings) and step.settings.step is not None for step in self.steps())
+        by = f"comparison with {'steps of twice the size' if fixed else 'ten times the tolerance'}"
+        resolved = dynamic and self.system.contacts.resolves
+        if resolved:
+            by += ", and half as many steps in an impact"
+        return Comparison(by, (larger_steps(self.case),), coarsen=2.0 if resolved else 1.0)
+
+    @property
+    def _dynamic(self) -> bool:
+        """Whether any step is a motion in time."""
+        return any(isinstance(step.settings, Settings) for step in self.steps())
 
     @property
     def _with_impacts(self) -> bool:
         """Whether the run is one motion of a [scene] whose steps have to resolve impacts."""
         dynamic = not self.plan.written and isinstance(self._settings(self.plan.steps[0]), Settings)
         return dynamic and self.case.scene is not None and self.case.strip is None and self.system.contacts.resolves
+
+    def loads_at(self, solution: Solution, time: float) -> str:
+        """See `Analysis`: loads of a case without `[[step]]` in the last record until a time (s)."""
+        record = int(np.searchsorted(solution.time, time, side="right")) - 1
+        if self.plan.written or record < 0:
+            return ""
+        start, end = ((float(solution.time[k]), solution.q[k]) for k in (0, record))
+        loads = self.system.load_displacements(start, (time, end[1]))
+        return ", ".join(
+            f"{name} {size:.4g} {load_units(name).size} at {1e3 * moved:.4g} {load_units(name).shown}"
+            for name, (size, moved) in list(loads.items())[:_NAMED]
+        )
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages, contacts, and the error of a motion."""
@@ -275,7 +347,7 @@ class Deployment(Analysis):
             summary |= summarise(curve, solution.layout.pair_names, bent_energy(solution.layout.case))
             if solution.travel.shape[1] > 1:
                 summary["drives"] = summarise_drives(curve, solution.layout.drive_names)
-            summary["unstable_at_end"] = self._ends_on_path and bool(solution.negative_pivots[-1] > 0)
+            summary["unstable_at_end"] = self._ends_on_path and _unstable_end(solution)
             summary |= self._mesh_errors(solution, statistics, summary)
         looked_at = np.array([point.pair_force for point in statistics.points])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
@@ -288,8 +360,6 @@ class Deployment(Analysis):
             from fsm.analyses.facet_results import probe_displacements  # imports all kinds of elements
 
             summary["probe_displacement"] = probe_displacements(self.system, self.scene.facets, solution)
-        if self._with_impacts:
-            summary["motion_error"] = None if self._motion_error is None else self._motion_error.largest
         return summary
 
     def _folded(self, solution: Solution) -> dict[str, Any]:
@@ -384,7 +454,6 @@ class Deployment(Analysis):
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)
-        found += [] if self._motion_error is None else self._motion_error.warnings()
         arcs = [repr(step.name) for step in self.plan.steps if step.method == "arc-length"]
         if arcs and self.scene.friction is not None:
             found.append(f'"arc-length" has no friction: contacts slide without it in {", ".join(arcs)}')
@@ -394,9 +463,14 @@ class Deployment(Analysis):
         )
 
 
+def _unstable_end(solution: Solution) -> bool:
+    """Whether the last state is unstable and near an equilibrium."""
+    return bool(solution.negative_pivots[-1] > 0 and not in_motion(solution.energy)[-1])
+
+
 def _unstable_at_end(solution: Solution) -> list[str]:
     """Warning if the last state is unstable, with the travel at which this begins."""
-    if not solution.travel.shape[1] or not solution.negative_pivots[-1] > 0:
+    if not solution.travel.shape[1] or not _unstable_end(solution):
         return []
     stable = np.flatnonzero(solution.negative_pivots == 0)
     since = solution.layout.travel_text(float(solution.travel[stable[-1] if len(stable) else 0, 0]))

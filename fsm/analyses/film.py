@@ -12,7 +12,7 @@ from fsm.ancf.build import CableMaterial, FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.mesh import Mesh
 from fsm.ancf.shape import membrane_shape
-from fsm.scene.builders.membrane import MeshLines, PlacedPatch, mesh_lines, place_patches
+from fsm.scene.builders.membrane import MeshLines, PlacedPatch, coarser_lines, finer_lines, mesh_lines, place_patches
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, EdgeCable, Membrane, Support
 
@@ -22,11 +22,9 @@ CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 """Signs of x and y at the corners, in order."""
 _PARTS = 8
 """Quadrature points along a side of an element, for distributed forces."""
-_OTHER = (1.5, 2.0, 3.0)
-"""Ratios of elements of the comparison mesh in both directions; the first ratio with a sufficient difference is used."""
-_CHANGED = 1.3
-"""Sufficient ratio of elements in a direction."""
-_MANY = 400
+_LEAST = 1.5
+"""Smallest ratio of the numbers of elements of both meshes between edges of film and patches."""
+_MANY = 200
 """Number of elements above which the comparison mesh is coarser, to save time."""
 _NAMES = {"x": 0, "y": 1, "z": 2}
 
@@ -163,12 +161,14 @@ class FilmMesh:
         return np.array([self.grid.position[0 if x < 0 else -1, 0 if y < 0 else -1] for x, y in CORNERS])
 
 
-def build_film(case: Case) -> FilmMesh:
-    """Mesh of the film of a case, with its patches, cables and air, flat and without stress."""
+def build_film(case: Case, lines: MeshLines | None = None) -> FilmMesh:
+    """Mesh of the film of a case, with its patches, cables and air, flat and without stress; by default with the mesh lines
+    of the case.
+    """
     membrane, material, tension = case.membrane, case.material, case.tension
     assert membrane is not None and material is not None and tension is not None
     placed = place_patches(membrane, dict(enumerate(case.patch)))
-    lines = mesh_lines(membrane, placed)
+    lines = lines or mesh_lines(membrane, placed)
     shape = (len(lines.x) - 1, len(lines.y) - 1)
     of = [[lines.patch_of(placed, i, j) for j in range(shape[1])] for i in range(shape[0])]
     cells = np.array([[0 if number is None else number + 1 for number in row] for row in of], dtype=np.int64)
@@ -186,25 +186,20 @@ def build_film(case: Case) -> FilmMesh:
     return FilmMesh(builder.build(), grid, lines, tuple(placed), cells, ends, outwards)
 
 
-def on_other_mesh(case: Case) -> Case | None:
-    """Film of the case on a finer mesh, or on a coarser mesh if it has many elements; None if patches determine the
-    mesh.
+def on_other_mesh(case: Case) -> tuple[MeshLines, float] | None:
+    """Lines of the comparison mesh, and the ratio of its number of elements in a direction to that of the case.
+
+    Every element is halved in both directions, also beside and in patches. If the film has many elements, the comparison
+    mesh has half as many elements between the edges of film and patches; None if these edges determine the mesh.
     """
     membrane = case.membrane
     assert membrane is not None
     placed = place_patches(membrane, dict(enumerate(case.patch)))
-
-    def elements(of: Membrane) -> int:
-        lines = mesh_lines(of, placed)
-        return (len(lines.x) - 1) * (len(lines.y) - 1)
-
-    count = elements(membrane)
-    for factor in _OTHER:
-        wanted = [max(1, round(n / factor if count > _MANY else n * factor)) for n in membrane.mesh]
-        other = membrane.model_copy(update={"mesh": tuple(wanted)})
-        if abs(math.log(elements(other) / count)) >= 2.0 * math.log(_CHANGED):
-            return case.model_copy(update={"membrane": other})
-    return None
+    lines = mesh_lines(membrane, placed)
+    if (len(lines.x) - 1) * (len(lines.y) - 1) <= _MANY:
+        return finer_lines(membrane, placed), 2.0
+    coarser, ratio = coarser_lines(membrane, placed)
+    return (coarser, 1.0 / ratio) if ratio >= _LEAST else None
 
 
 def _tension_fields(case: Case, film: FilmMaterial, patches: list[FilmMaterial]) -> tuple[bool, ...]:

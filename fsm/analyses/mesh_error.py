@@ -1,11 +1,15 @@
 """Error of a film's frequencies and of its largest displacement due to the mesh, by comparison with another mesh.
 
-The natural frequencies on both meshes have an error of order p in the size of the elements (Richardson extrapolation). With
-n and m elements the error on the first mesh is (f_m - f_n)/(1 - (n/m)^p). The order is 2, or 1 if parts of a film are
-wrinkled or slack, since edges of these parts cross elements. The largest displacement of a motion in many modes depends
-on the phases of these modes. After many periods the phases depend on small errors of frequencies. The error is
-therefore computed from linear responses: one on the other mesh, and some on the mesh itself with frequencies changed in
-steps up to their errors.
+The natural frequencies on both meshes have an error of order p in the size of the elements (Richardson extrapolation).
+With m/n times the elements in a direction the error on the first mesh is (f_m - f_n)/(1 - (n/m)^p). The order is the lowest
+of those that films of the kind show (`validation/errors`): 2 for a taut film; 1/2 if parts are wrinkled or slack, since
+edges of these parts cross elements; 0.4 with patches. The slope of a film has a kink at the edge of a patch, over a
+length of sqrt(D/N) (bending stiffness D, tension N) that elements do not resolve, and its stress is singular at the
+corners.
+
+The largest displacement of a motion in many modes depends on the phases of these modes. After many periods the phases
+depend on small errors of frequencies. The error is therefore computed from linear responses: one on the other mesh, and
+some on the mesh itself with frequencies changed in steps up to their errors.
 """
 
 from __future__ import annotations
@@ -44,13 +48,11 @@ class OnMesh:
     Attributes
     ----------
     system : AncfSystem
-    elements : number of elements in a direction, or its mean over both
     deflection : m
         Normal displacement of the probe at a configuration.
     """
 
     system: AncfSystem
-    elements: float
     deflection: Callable[[np.ndarray], float]
 
     def modes(self, count: int) -> Modes:
@@ -77,11 +79,13 @@ class MeshError:
     modes : (n,) array
         Relative error of each frequency; NaN if the mode has no stiffness on one of the meshes.
     amplitude : relative error of the largest displacement at the probe; None without motion, or if a mode has no stiffness
+    finer : whether the comparison mesh is finer
     """
 
     frequencies: np.ndarray
     modes: np.ndarray
     amplitude: float | None
+    finer: bool = True
 
     def at(self, frequency: float) -> float | None:
         """Relative error of the natural mode nearest to a frequency (Hz); None if it is not known."""
@@ -102,13 +106,16 @@ class MeshError:
         return [f"the mesh of the film is coarse: {', '.join(large)}; {remedy}"] if large else []
 
 
-def mesh_error(own: OnMesh, other: OnMesh, order: int, count: int, duration: float, step: float) -> MeshError:
+def mesh_error(
+    own: OnMesh, other: OnMesh, ratio: float, order: float, count: int, duration: float, step: float
+) -> MeshError:
     """Error of a film's vibration.
 
     Parameters
     ----------
     own, other : OnMesh
         Films on the mesh itself and on the comparison mesh, which is finer or coarser.
+    ratio : ratio of the numbers of elements in a direction, of the comparison mesh over the mesh itself
     order : order of the natural frequencies in the size of the elements
     count : number of modes
     duration : s
@@ -119,14 +126,14 @@ def mesh_error(own: OnMesh, other: OnMesh, order: int, count: int, duration: flo
     first, second = own.modes(max(count, _MODES)), other.modes(max(count, _MODES))
     both = min(len(first.squared), len(second.squared))
     stiff = (first.squared[:both] > 0.0) & (second.squared[:both] > 0.0)
-    whole = 1.0 / (1.0 - (own.elements / other.elements) ** order)
+    whole = 1.0 / (1.0 - ratio**-order)
     change = np.full(both, np.nan)
     change[stiff] = whole * (second.frequencies[:both][stiff] / first.frequencies[:both][stiff] - 1.0)
     wanted = min(count, both)
     amplitude = None
     if np.all(first.squared > 0.0) and np.all(second.squared > 0.0):
         amplitude = _of_amplitude(own, other, (first, second), change, abs(whole), duration, max(step, duration / _RESPONSE))
-    return MeshError(first.frequencies[:wanted], np.abs(change[:wanted]), amplitude)
+    return MeshError(first.frequencies[:wanted], np.abs(change[:wanted]), amplitude, ratio > 1.0)
 
 
 def _of_amplitude(

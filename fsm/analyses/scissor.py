@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fsm.analyses.analysis import OneStep, Watch
+from fsm.analyses.analysis import OneStep, StatedErrors, Watch
 from fsm.analyses.array import compile_array
+from fsm.analyses.comparison import Statement
 from fsm.ancf.scissor_system import ScissorSystem
 from fsm.errors import FsmError
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism, largest_differences
@@ -148,6 +149,18 @@ class ScissorArray(OneStep):
             "elements_per_bar": 0 if self.scissor.rigid else self.scissor.elements_per_bar,
             **latched,
         }
+
+    def stated_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> StatedErrors:
+        """See `Analysis`; the error of the stress is due to elements and steps together."""
+        other = "; compare with another scissor.elements_per_bar"
+        if self.scissor.rigid:
+            mesh: Statement = {"by": "none: rigid bars have no mesh"}
+        elif summary["max_stress_error"] is None:
+            mesh = {"by": f"not estimated{other}"}
+        else:
+            by = "another mesh with larger steps; of positions not estimated"
+            mesh = {"by": f"{by}{other}", "largest_stress": summary["max_stress_error"]}
+        return {"mesh": mesh, "steps": {"by": "not estimated; compare with another solve.rtol or solve.step"}}
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """Warnings on strains beyond the linear range, errors of the stress, and latches that have not closed."""

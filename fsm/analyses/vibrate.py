@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import MODAL, OneStep, Solver
+from fsm.analyses.analysis import MODAL, OneStep, Solver, StatedErrors
+from fsm.analyses.comparison import Statement
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import FilmMesh, build_film, mean_strain, on_other_mesh
 from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
@@ -53,6 +54,8 @@ _STEPS = 40.0
 """Number of steps of the full model in the pulse, or in a period of the lowest mode if shorter."""
 _RECORDS = 200
 """Default number of records."""
+_ORDER = {"taut": 2.0, "wrinkled": 0.5, "patches": 0.4}
+"""Order of the frequencies in the size of the elements, for the stated error."""
 
 
 class VibrationAnalysis(OneStep):
@@ -250,6 +253,22 @@ class VibrationAnalysis(OneStep):
             },
         }
 
+    def stated_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> StatedErrors:
+        """See `Analysis`."""
+        mesh: Statement = {"by": "not estimated: no comparison mesh, or no equilibrium on it; compare with another mesh"}
+        if self.mesh_error is not None:
+            finer = self.mesh_error.finer
+            mesh = {"by": f"modes on a {'finer' if finer else 'coarser'} mesh", "modes": summary["mesh_error_modes"]}
+            mesh |= {name: summary[f"mesh_error_{name}"] for name in ("frequency", "amplitude")}
+        steps: Statement = {"by": "none: nothing moves"}
+        if self.model is not None:
+            steps = {"by": "none: the modes of the reduced model are integrated exactly; see reduced_error"}
+        elif summary["step_error"] is not None:
+            steps = {"by": "first 80 steps with half the step", "displacements": summary["step_error"]}
+        elif self.case.impact is not None:
+            steps = {"by": "not estimated; compare with another solve.step or solve.rtol"}
+        return {"mesh": mesh, "steps": steps}
+
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """Warnings on an uncertain frequency or decay, on the step, and on a coarse mesh."""
         found = frequency_warnings(solution.samples.time, summary)
@@ -289,31 +308,29 @@ class VibrationAnalysis(OneStep):
             return None
         if found is None:
             return None
-        film, system = found
+        film, system, ratio = found
         duration = self.vibration.duration if self.case.impact is not None else 0.0
         step = min(self._first_step(), self.vibration.sampling or math.inf)
         own, other = (
-            OnMesh(system, self._elements(film), self._deflection(film))
+            OnMesh(system, self._deflection(film))
             for system, film in ((self.system, self.film), (system, film))
         )
-        order = 1 if self._wrinkled() else 2
-        return mesh_error(own, other, order, self.vibration.modes, duration, step)
+        order = _ORDER["patches" if self.film.patches else "wrinkled" if self._wrinkled() else "taut"]
+        return mesh_error(own, other, ratio, order, self.vibration.modes, duration, step)
 
-    def _on_other_mesh(self) -> tuple[FilmMesh, AncfSystem] | None:
-        """Film on the comparison mesh, and its system at rest."""
+    def _on_other_mesh(self) -> tuple[FilmMesh, AncfSystem, float] | None:
+        """Film on the comparison mesh, its system at rest, and the ratio of the numbers of elements in a direction."""
         if self.deployed is not None:
             finer = self.deployed.finer
-            return None if finer is None else (finer.film, as_deployed(self.case, finer, self._loading(finer.film)))
-        case = on_other_mesh(self.case)
-        if case is None:
+            if finer is None:
+                return None
+            ratio = finer.film.cells.shape[1] / self.film.cells.shape[1]
+            return finer.film, as_deployed(self.case, finer, self._loading(finer.film)), ratio
+        found = on_other_mesh(self.case)
+        if found is None:
             return None
-        film = build_film(case)
-        return film, stretched(case, film, self._loading(film))
-
-    def _elements(self, film: FilmMesh) -> float:
-        """Number of elements across a deployed strip; of another film, the mean of both directions."""
-        along, across = film.cells.shape
-        return math.sqrt(along * across) if self.deployed is None else across
+        film = build_film(self.case, found[0])
+        return film, stretched(self.case, film, self._loading(film)), found[1]
 
     @cached_property
     def _stated(self) -> SummaryErrors | None:

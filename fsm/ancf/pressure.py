@@ -40,12 +40,15 @@ class PressedFaces:
         Facet of the sheet to which each triangle belongs.
     plane, angle : (m, 3, 2) and (m, 3) arrays, m and rad
         As in `FacetGroup`, for cubic shapes; empty for linear shapes.
+    weight : (m,) array
+        Part of the pressure on each triangle; absent: 1. Two pairs of triangles with half of the pressure may cover a cell.
     """
 
     vectors: np.ndarray
     facet: np.ndarray
     plane: np.ndarray
     angle: np.ndarray
+    weight: np.ndarray | None = None
 
     def of(self, facets: np.ndarray) -> PressedFaces:
         """Selected triangles, which belong to the given facets."""
@@ -54,6 +57,7 @@ class PressedFaces:
         return PressedFaces(
             np.ascontiguousarray(self.vectors[here]), self.facet[here],
             self.plane if linear else self.plane[here], self.angle if linear else self.angle[here],
+            None if self.weight is None else self.weight[here],
         )  # fmt: skip
 
     def straight(self) -> PressedFaces:
@@ -61,13 +65,15 @@ class PressedFaces:
         if not len(self.plane):
             return self
         vectors = np.ascontiguousarray(self.vectors[:, ::3])
-        return PressedFaces(vectors, self.facet, np.zeros((0, 3, 2)), np.zeros((0, 3)))
+        return PressedFaces(vectors, self.facet, np.zeros((0, 3, 2)), np.zeros((0, 3)), self.weight)
 
     @cached_property
     def _coefficients(self) -> np.ndarray:
-        if not len(self.plane):
-            return np.broadcast_to(linear_coefficients(), (len(self.vectors), 3, 3)).copy()
-        return cubic_coefficients(self.plane, self.angle)
+        if len(self.plane):
+            found = cubic_coefficients(self.plane, self.angle)
+        else:
+            found = np.broadcast_to(linear_coefficients(), (len(self.vectors), 3, 3)).copy()
+        return found if self.weight is None else found * self.weight[:, None, None]
 
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ With `before` (quasi-statics), velocities are mean velocities since that state, 
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -28,7 +29,7 @@ from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
-from fsm.scales import OF_DRIVES, Scales, speed_from_rest
+from fsm.scales import OF_DRIVES, AtRest, Scales
 from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
 from fsm.system import System
@@ -126,9 +127,10 @@ class AncfSystem(System):
         is_position = self.mesh.is_position
         extent, driven = max(spread, length), OF_DRIVES * self.loading.fastest
         speed = max(float(np.abs(self.rate[is_position]).max(initial=0.0)), driven)
-        speed = speed or speed_from_rest(self, ~self.fixed, is_position, extent)
-        turns = [False] * len(self.loading.motions)
-        return Scales.of(length, extent, driven, speed, is_position, is_position, ~self.fixed, turns=turns)
+        free, turns = ~self.fixed, [False] * len(self.loading.motions)
+        at_rest = AtRest(0.0, 0.0) if driven else AtRest.of(self, free, is_position, extent)
+        speed = speed or at_rest.speed
+        return Scales.of(length, extent, driven, speed, is_position, is_position, free, math.inf, turns, at_rest.work)
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""

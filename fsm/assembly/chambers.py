@@ -230,6 +230,11 @@ class Chambers:
         """Accept a state."""
         self.gases.commit(t, self.volumes(nodes), self.areas(nodes))
 
+    @property
+    def vectors(self) -> list[np.ndarray]:
+        """First coordinates (m, v) of the nodal vectors that each part of a chamber joins."""
+        return [one for surface in self._surfaces for one in surface.vectors]
+
     def slots(self, shift: int, pattern: BlockPattern) -> list[list[np.ndarray]]:
         """Slots of all chambers; see `Surface.slots`."""
         return [surface.slots(shift, pattern) for surface in self._surfaces]
@@ -237,7 +242,7 @@ class Chambers:
     def pairs(self) -> np.ndarray:
         """Pairs (m, 2) of nodes that the sparse part of the tangent joins, if all coordinates are positions of nodes."""
         found = [np.zeros((0, 2), dtype=np.int64)]
-        for vectors in (one // 3 for surface in self._surfaces for one in surface.vectors):
+        for vectors in (one // 3 for one in self.vectors):
             first, second = np.triu_indices(vectors.shape[1], 1)
             found += [vectors[:, [a, b]] for a, b in zip(first, second, strict=True)]
         return np.unique(np.concatenate(found), axis=0)

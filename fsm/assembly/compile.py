@@ -207,9 +207,9 @@ class _Parts:
     def pressed(self, scene: Scene) -> PressedFaces | None:
         """Triangles of the sheet that can carry a pressure."""
         if scene.facets is not None:
-            mesh = scene.facets.mesh
-            vectors = self.first + 3 * facet_vectors(mesh)
-            return PressedFaces(vectors, mesh.facet, mesh.plane, mesh.angle)
+            mesh, faces = scene.facets.mesh, scene.facets.mesh.loaded
+            vectors = self.first + 3 * facet_vectors(mesh, faces.triangles)
+            return PressedFaces(vectors, faces.facet, faces.plane, faces.angle, faces.weight)
         for truss, places in self.trusses.values():
             if truss.faces and all(len(face) == 3 for face in truss.faces):
                 vectors = places[np.array(truss.faces, dtype=np.int64)]

@@ -218,11 +218,8 @@ class JoinedConfiguration(SegmentSystem):
         nodes, (in_q, in_u) = self.elements.scales(), self._positions
         positions, extent = self.elements.mesh.is_position, max(self.spread, nodes.extent)
         in_q, in_u = np.concatenate([in_q, positions]), np.concatenate([in_u, positions])
-        length, speed, free = nodes.length, 0.0, ~self._fixed.ravel()
-        if self.n_free:
-            length = min(length, self._body_length)
-            speed = self._body_speed(free, in_u, extent)
-        scales = self._sized(length, extent, speed, in_q, in_u, free)
+        length = min(nodes.length, self._body_length) if self.n_free else nodes.length
+        scales = self._sized(length, extent, in_q, in_u, ~self._fixed.ravel())
         velocity, resolution = scales.velocity.copy(), scales.resolution.copy()
         velocity[self._nu :] = self._wave_speed / nodes.length * nodes.increment
         resolution[self._nu :] = math.inf

@@ -186,6 +186,8 @@ class JoinedSystem(JoinedConfiguration):
         if self._joined is None or self._joined_of is not bodies:
             mesh, shift = self.elements.mesh, 2 * self.n_free
             vectors = [group.vectors for group in mesh.groups] + [part.vectors for part in mesh.masses]
+            vectors += [load.faces.vectors for load in self.pressures]
+            vectors += [] if self.chambers is None else self.chambers.vectors
             joined = [vector // 3 + shift for vector in vectors if len(vector)]
             self._joined = joined_pattern(self.nu // 3, bodies, self._first, self._rows, joined)
             self._joined_of = bodies

@@ -52,11 +52,14 @@ def plot_load(solution: Solution, path: str | Path) -> None:
     kinds = load_axes(found)
     width, height = SINGLE
     with figure(path, (width, height * len(kinds))) as fig:
+        motions = _motions(solution, found)
         for ax, (kind, units) in zip(fig.subplots(len(kinds), squeeze=False)[:, 0], kinds.items(), strict=True):
             own = _of_kind(found, kind)
-            unstable = [k for k in own if not _draw(ax, found, k, units)]
+            unstable = [k for k in own if not _draw(ax, found, k, units, motions)]
             if unstable:
                 ax.plot([], [], color=GREY, linestyle=DASHES[1], label="unstable")
+            if motions.any():
+                ax.plot([], [], color=GREY, linestyle=DASHES[2], label="motion")
             ax.axhline(0.0, color=GREY, linewidth=line_width(0.6), zorder=0)
             ax.set_xlabel(f"{kind.curve} ({units[0].name})")
             ax.set_ylabel(f"{kind.load} ({units[1].name})")
@@ -96,15 +99,29 @@ def _of_kind(found: LoadPath, kind: LoadUnits) -> list[int]:
     return [k for k, name in enumerate(found.names) if load_units(name) is kind]
 
 
-def _draw(ax: Axes, found: LoadPath, k: int, units: LoadAxes) -> bool:
-    """Draw one load; return whether all of its equilibria are stable."""
+def _motions(solution: Solution, found: LoadPath) -> np.ndarray:
+    """Whether a motion lies between each point of a path (n,) and the point before it."""
+    out = np.zeros(len(found.time), dtype=bool)
+    for event in solution.summary.get("events", ()):
+        if event["kind"] in ("motion", "snap", "release"):
+            first, last = np.searchsorted(found.time, [event["time"], event["end_time"]], side="right")
+            out[first : last + 1] = True
+    return out
+
+
+def _draw(ax: Axes, found: LoadPath, k: int, units: LoadAxes, motions: np.ndarray) -> bool:
+    """Draw one load, with lines of its own across `motions`; return whether all of its equilibria are stable."""
     colour, label, all_stable = COLOURS[k % len(COLOURS)], shortened(found.names[k]), True
     for step in np.unique(found.step):
         of_step = np.flatnonzero((found.step == step) & np.isfinite(found.size[:, k]))
         way, size = units[0].factor * found.way[of_step, k], units[1].factor * found.size[of_step, k]
         stable = found.stable[of_step] > 0.0
-        ax.plot(way, np.where(_near(stable), size, np.nan), color=colour, label=label)
-        ax.plot(way, np.where(_near(~stable), size, np.nan), color=colour, linestyle=DASHES[1], zorder=1.9)
+        for at in np.split(np.arange(len(of_step)), np.flatnonzero(motions[of_step])):
+            ax.plot(way[at], np.where(_near(stable[at]), size[at], np.nan), color=colour, label=label)
+            ax.plot(way[at], np.where(_near(~stable[at]), size[at], np.nan), color=colour, linestyle=DASHES[1], zorder=1.9)
+            label = "_"
+        for at in np.flatnonzero(motions[of_step])[np.flatnonzero(motions[of_step]) > 0]:
+            ax.plot(way[at - 1 : at + 1], size[at - 1 : at + 1], color=colour, linestyle=DASHES[2], zorder=1.8)
         label, all_stable = "_", all_stable and bool(stable.all())
         limits = np.flatnonzero(np.diff(np.sign(np.diff(found.time[of_step]))) != 0.0) + 1
         dot = {"markersize": points(4.5), "markeredgecolor": "white", "zorder": 4}

@@ -24,6 +24,7 @@ __all__ = [
     "contact_rows",
     "find_stages",
     "first_touch",
+    "in_motion",
     "peak",
     "peaks",
     "sliding_distance",
@@ -51,6 +52,12 @@ class Stage(NamedTuple):
     name: str
     travel: float
     force: float
+
+
+_ELASTIC = ("panels", "creases", "bars", "hinges", "film", "patch", "cable", "beam")
+"""Elastic energies of the structure."""
+_IN_MOTION = 0.01
+"""Ratio of the kinetic energy to the largest elastic energy so far, above which a state is not near an equilibrium."""
 
 
 class Peak(NamedTuple):
@@ -162,6 +169,17 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
         return float(f[top]), float(s[top])
     x = float(np.clip(-b / (2 * c), left, right))
     return float(f[top] + b * x + c * x * x), float(s[top] + x)
+
+
+def in_motion(energy: Mapping[str, Floats]) -> np.ndarray:
+    """Records (n,) whose kinetic energy is above 1 % of the largest elastic energy so far.
+
+    These states are not near an equilibrium: accelerations change the balance of forces, and the sign of the stiffness says
+    nothing about stability.
+    """
+    parts = [energy[name] for name in _ELASTIC if name in energy]
+    elastic = np.maximum.accumulate(np.sum(parts, axis=0))
+    return np.asarray(energy["kinetic"] > _IN_MOTION * elastic)
 
 
 def find_stages(curve: ForceCurve, bent: float | None = None) -> list[Stage]:

@@ -224,10 +224,17 @@ class Sheet(Model):
     scale : m
         Length of one unit of the file. Absent: `frame_unit` of a FOLD file.
     frame : number of the frame of a FOLD file, from 0; absent: the first folded one, else the first
+    part : number of the separate part of the file that is the sheet, from 1, the largest
+    merge : m
+        Distance below which points of the file are one vertex, and height below which a facet is planar. Absent: from the
+        digits of the file.
+    notes : what was ignored or changed in the file; the complete case contains these texts
     vertices, edges, assignment, angles, faces : pattern of the file, as in the FOLD format
         Positions in m, numbers of vertices from 0, letters, fold angles in rad, numbers of vertices from 0.
     fold : -
         Part of each fold angle at the start of a flat pattern, with rigid facets; creases are at rest there.
+    align : str
+        "mean plane": the plane of least squares through the vertices at the start is turned to z = 0.
     fold_to : -
         Part of each fold angle to which the rest angles of the creases move until `solve.end_time`.
     facets : str
@@ -277,12 +284,16 @@ class Sheet(Model):
     pattern: Path | None = None
     scale: Annotated[Length, Field(gt=0)] | None = None
     frame: Annotated[Count, Field(ge=0)] | None = None
+    part: Annotated[Count, Field(ge=1)] | None = None
+    merge: Annotated[Length, Field(gt=0)] | None = None
+    notes: tuple[str, ...] = ()
     vertices: tuple[tuple[Length, Length, Length], ...] | None = None
     edges: tuple[tuple[Count, Count], ...] | None = None
     assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = None
     angles: tuple[Angle, ...] | None = None
     faces: tuple[tuple[Count, ...], ...] | None = None
     fold: Annotated[Number, Field(ge=0, lt=1)] = 0.0
+    align: Literal["mean plane"] | None = None
     fold_to: Annotated[Number, Field(ge=0, le=1)] | None = None
     facets: Literal["rigid", "bend-lines", "bars", "flexible"] = "rigid"
     bars: BarsOfSheet | None = None
@@ -316,7 +327,7 @@ class Sheet(Model):
         given = [name for name in ("kind", "pattern", "vertices") if getattr(self, name) is not None]
         if len(given) != 1:
             both = f"{' and '.join(given)} are given" if given else "none is given"
-            raise ValueError(f"give either `kind`, or `pattern` (a FOLD or SVG file), or `vertices` with `edges`; {both}")
+            raise ValueError(f"give either `kind`, or `pattern` (a file), or `vertices` with `edges`; {both}")
         needed = self._needed
         if self.pattern is None:
             missing = [f"`{name}`" for name in needed if getattr(self, name) is None]
@@ -327,7 +338,7 @@ class Sheet(Model):
         for name in sorted(own - allowed):
             if getattr(self, name) is not None:
                 raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
-        for name in ("scale", "frame"):
+        for name in ("scale", "frame", "part", "merge"):
             if self.pattern is None and getattr(self, name) is not None:
                 raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
         return self
@@ -385,6 +396,8 @@ class Sheet(Model):
 
     @model_validator(mode="after")
     def _plate(self) -> Self:
+        if self.is_shell and self.align is not None:
+            raise ValueError(f'`align` is for crease patterns only, not for kind = "{self.kind}"; remove `align`')
         if not self.is_shell:
             if self.mesh is not None or self.mesh_shift:
                 raise ValueError("`mesh` and `mesh_shift` are for plates and booms; give `mesh_size` for other sheets")

@@ -52,6 +52,8 @@ class Solve(Model):
         Whether each body has 6 degrees of freedom, even if the motion is planar.
     energy_abort : -
         Energy balance residual, over the reference energy, above which the solve stops (exit code 5).
+    error_estimates : str
+        Whether errors are stated that need further runs of the case: "auto" (if the run is short), "all" or "off".
     """
 
     method: Method = "auto"
@@ -67,6 +69,7 @@ class Solve(Model):
     branch: Literal[-1, 1] | None = None
     rho_inf: Annotated[Number, Field(ge=0, le=1)] | None = None
     step: Annotated[Time, Field(gt=0)] | None = None
+    error_estimates: Literal["auto", "all", "off"] = "auto"
 
 
 class SavedPoint(Model):

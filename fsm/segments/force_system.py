@@ -18,7 +18,7 @@ from fsm.kernels.newton_euler import (
     add_gyroscopic,
     gyroscopic_damping,
 )
-from fsm.scales import OF_DRIVES, Scales, speed_from_rest
+from fsm.scales import OF_DRIVES, AtRest, Scales
 from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_set import ContactSet
@@ -94,17 +94,17 @@ class SegmentForces(Configuration):
         of the speed is the largest initial speed, or follows from the drives, else from the forces at rest. The contact
         forces give the resolution of increments.
         """
-        (in_q, in_u), free = self._positions, np.ones(self.nu, dtype=bool)
-        speed = self._body_speed(free, in_u, self.spread)
-        return self._sized(self._body_length, self.spread, speed, in_q, in_u, free)
+        free = np.ones(self.nu, dtype=bool)
+        return self._sized(self._body_length, self.spread, *self._positions, free)
 
-    def _sized(
-        self, length: float, extent: float, speed: float, in_q: np.ndarray, in_u: np.ndarray, free: np.ndarray
-    ) -> Scales:
+    def _sized(self, length: float, extent: float, in_q: np.ndarray, in_u: np.ndarray, free: np.ndarray) -> Scales:
         """Sizes as in `Scales.of`, with the drives and contacts."""
         drives = OF_DRIVES * max((motion.pace(extent) for motion in self.motions), default=0.0)
-        turns = [motion.axis is not None for motion in self.motions]
-        return Scales.of(length, extent, drives, max(drives, speed), in_q, in_u, free, self.contacts.resolution, turns)
+        fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
+        at_rest = AtRest(0.0, 0.0) if drives else AtRest.of(self, free, in_u, max(extent, length))
+        speed, turns = max(drives, fastest) or at_rest.speed, [motion.axis is not None for motion in self.motions]
+        resolution = self.contacts.resolution
+        return Scales.of(length, extent, drives, speed, in_q, in_u, free, resolution, turns, at_rest.work)
 
     @cached_property
     def _positions(self) -> tuple[np.ndarray, np.ndarray]:
@@ -119,16 +119,6 @@ class SegmentForces(Configuration):
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
         lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
         return float(np.median(lengths)) if lengths else (self.spread or 1.0)
-
-    def _body_speed(self, free: np.ndarray, in_u: np.ndarray, extent: float) -> float:
-        """Largest initial speed of a body, m/s; without it and without drives, the speed that the forces at rest cause.
-
-        `free` and `in_u` (nu,) as in `speed_from_rest`.
-        """
-        fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
-        if fastest or any(motion.pace(extent) for motion in self.motions):
-            return fastest
-        return speed_from_rest(self, free, in_u, max(extent, self._body_length))
 
     def mass(self, q: np.ndarray) -> sparse.csr_matrix:
         """See `System`; diagonal and constant."""

@@ -27,6 +27,8 @@ __all__ = ["sheet_lines", "sheet_support_lines"]
 
 _LISTED = 4
 """Number of vertices of a place whose positions are listed."""
+_NAMED = 20
+"""Number of vertices that violate a condition whose numbers are listed."""
 
 
 def sheet_lines(view: CheckContext) -> Iterator[str]:
@@ -35,6 +37,7 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
     sheet, material = case.sheet, case.material
     if sheet is None or material is None:
         return
+    yield from (f"pattern file: {note}" for note in sheet.notes)
     if sheet.facets == "flexible":
         yield from facet_lines(view)
         return
@@ -84,7 +87,7 @@ def _foldability_lines(pattern: Pattern, bends: bool) -> Iterator[str]:
     ]
     for vertices, text in parts:
         if vertices:
-            listed = ", ".join(str(v + 1) for v in vertices[:_LISTED]) + (" ..." if len(vertices) > _LISTED else "")
+            listed = ", ".join(str(v + 1) for v in vertices[:_NAMED]) + (" ..." if len(vertices) > _NAMED else "")
             verb = "" if text.startswith("do not") else "have " if len(vertices) > 1 else "has "
             words = text if len(vertices) > 1 else text.replace("do not fold", "does not fold")
             yield f"{inner}: {count(len(vertices), 'vertex', 'vertices')} ({listed}) {verb}{words}"

@@ -27,7 +27,8 @@ _SLOW, _SLOW_AND_EXACT = 0.7, 0.35
 """Ratio of successive corrections above which the tangent is evaluated again, for fixed steps and for error control. Two
 tangents and their factorisation cost ten times as much as two forces. Error control has a tighter tolerance."""
 _ROUND_OFF = 1e-13
-"""Round-off of the energy relative to the stored energy at the start."""
+"""Energy that counts as round-off, relative to the stored energy at the start, the work of the loads along the span, and the
+kinetic energy at the speed of the drives. While a load begins to grow, all energies are far below this value."""
 
 
 class MeanForce(StepMethod):
@@ -115,7 +116,10 @@ class MeanForce(StepMethod):
             energy = self.system.energy(self.t, self.q, self.u)
             sizes[stepping.START] = sizes[stepping.STORED] = energy.stored_except_driven
             sizes[stepping.TURNOVER] = energy.kinetic
-            sizes[stepping.ROUND_OFF] = _ROUND_OFF * sum(map(abs, energy.potential.values()))
+            scales = self.system.scales()
+            driven = 0.5 * float(scales.driven_velocity @ self.system.momentum(self.q, scales.driven_velocity))
+            whole = sum(map(abs, energy.potential.values())) + scales.work + driven
+            sizes[stepping.ROUND_OFF] = _ROUND_OFF * whole
 
     # state ----------------------------------------------------------------------------------------------------------
 

@@ -116,9 +116,11 @@ class PathSteps:
         self.reason: Reason | None = None
         self.coarse = _NONE_COARSE
         self.lost: Mark | None = None
-        # kinetic energy of all bodies at the speed that the drives may cause, or that loads cause within the duration
-        speed = self.newton.scales.path_velocity(whole)
-        self.slow = 0.5 * float(speed @ system.momentum(q, speed)) if system.rate_dependent else 0.0
+        # kinetic energy of all bodies at the speed that the drives may cause; without drives, a part of the work of loads
+        scales = self.newton.scales
+        speed = scales.driven_velocity
+        slow = 0.5 * float(speed @ system.momentum(q, speed)) if scales.drive_speed else MOVING * scales.work
+        self.slow = slow if system.rate_dependent else 0.0
         self.joint = system.max_joint_opening(t, q)[1]
         if after is not None:
             self._renew(after)

@@ -41,7 +41,7 @@ _TRIES = 4
 _RINGING = 500
 """Steps of a motion after which artificial damping is added."""
 _RELAXATIONS = 3
-_RELAXATION_TIME = 1e-3
+_RELAXATION_TIME = 1e-2
 """Time of the relaxation, relative to the first step of the path, or to the time in which the forces at rest move the parts
 by their span if that is shorter."""
 _SLIDES = 200

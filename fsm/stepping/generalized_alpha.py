@@ -196,6 +196,9 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
             trial = _newton(model, motion, rules, end, h, True)
         if unable(model):
             return UNABLE
+        if not trial.solved:  # the last tangent may belong to a state that is far away, or not finite
+            counts[LINEARISATIONS] += 1
+            renewed_force(model, t, motion.q, motion.u)
         if rules.fixed_step > 0.0:
             if trial.solved:
                 counts[DIVISION] = max(1, counts[DIVISION] // 2)

@@ -150,7 +150,8 @@ def _fixed_step(model: Any, motion: MeanMotion, rules: MeanRules, target: float)
             return UNABLE
         if done:
             found = step_energies(model, motion, h, x, end)
-            if counts[DIVISION] >= _FINEST // 4 or _conserved(motion, found):
+            done = math.isfinite(found.stored)
+            if done and (counts[DIVISION] >= _FINEST // 4 or _conserved(motion, found)):
                 break
         counts[FAILED] += 1
         sizes[FACTORED] = 0.0
@@ -208,6 +209,10 @@ def _controlled_step(model: Any, motion: MeanMotion, rules: MeanRules, target: f
         if unable(model):
             return UNABLE
         part = 1.0
+        # the end of a step may be beyond a state that the Gauss points do not reach, for example where facets meet
+        if done:
+            found = step_energies(model, motion, h, x, end)
+            done = math.isfinite(found.stored)
         if not done:
             counts[FAILED] += 1
             sizes[FACTORED] = 0.0
@@ -215,7 +220,6 @@ def _controlled_step(model: Any, motion: MeanMotion, rules: MeanRules, target: f
         else:
             part = part_of_step(model, end, retract(model, motion.q, x), end_velocity(x, h, motion.u), h)
             if part == 1.0:
-                found = step_energies(model, motion, h, x, end)
                 of_time = _error(model, motion, rules, h, x) if h > rules.shortest else 0.0
                 error = max(of_time, _lost(motion, found) if h > rules.shortest / _FINEST else 0.0)
                 if error <= 1.0:

@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fsm.analyses.film import on_other_mesh
+from fsm.analyses.film import build_film, on_other_mesh
+from fsm.analyses.natural import natural_modes
+from fsm.analyses.stretch import stretched
+from fsm.analyses.vibrate import VibrationAnalysis
+from fsm.ancf.loading import Loading
 from fsm.cli import cli
+from fsm.scene.builders.membrane import MeshLines
 from fsm.scene.load_case import load_case
 
 FILM = """
@@ -81,19 +86,41 @@ def test_the_stated_error_is_that_against_a_fine_mesh(tmp_path: Path, overrides:
 def test_a_coarse_mesh_is_warned_of(tmp_path: Path) -> None:
     coarse, fine = (summary(tmp_path, f"membrane.mesh={mesh}", "patch=none") for mesh in ("[2, 2]", "[10, 10]"))
     found = [[text for text in made["warnings"] if "mesh of the film is coarse" in text] for made in (coarse, fine)]
-    assert len(found[0]) == 1 and "natural frequencies: error about" in found[0][0] and "finer membrane.mesh" in found[0][0]
+    assert len(found[0]) == 1 and "largest displacement: error about" in found[0][0] and "finer membrane.mesh" in found[0][0]
     assert not found[1]
 
 
 def test_the_other_mesh(tmp_path: Path) -> None:
-    """The comparison mesh is finer where that is cheap, else coarser; there is none if only patches determine the mesh."""
+    """Every element is halved where that is cheap; else there are half as many, and none if patches determine the mesh."""
     case = tmp_path / "case.toml"
     case.write_text(FILM, encoding="utf-8")
 
-    def other(*overrides: str) -> tuple[int, int] | None:
+    def other(*overrides: str) -> tuple[int, int, float] | None:
         found = on_other_mesh(load_case(case, overrides).case)
-        return None if found is None or found.membrane is None else found.membrane.mesh
+        return None if found is None else (len(found[0].x) - 1, len(found[0].y) - 1, found[1])
 
-    assert other() == (12, 10)
-    assert other("membrane.mesh=[30, 24]") == (20, 16)
-    assert other(*PATCHES_ONLY) is None
+    assert other() == (20, 16, 2.0)  # lines at the edges of the patch divide the 8 x 7 elements into 10 x 8
+    assert other("membrane.mesh=[30, 24]") == (15, 13, pytest.approx(1.0 / 1.8))
+    assert other(*PATCHES_ONLY) == (14, 14, 2.0)
+    assert other("membrane.mesh=[30, 24]", "patch.0.size=5 mm") is None
+
+
+def test_the_error_at_a_small_patch_is_stated(tmp_path: Path) -> None:
+    """The edge of a patch reduces the order below 1; a comparison with order 2 states half of the error."""
+    case = tmp_path / "case.toml"
+    case.write_text(FILM, encoding="utf-8")
+    patch = '[{ place = "position", size = 0.02, thickness = 2e-4, young = 3e9, density = 1420, position = [0.05, 0.03] }]'
+    loaded = load_case(case, ("tension.strain=2e-3", f"patch={patch}", "impact=none", "membrane.mesh=[8, 8]")).case
+    analysis = VibrationAnalysis(loaded, "")
+    analysis.initialise([])
+    assert analysis.mesh_error is not None
+    finer = on_other_mesh(loaded)
+    assert finer is not None
+    x, y = (np.interp(np.arange(2 * len(of) - 1) / 2, np.arange(len(of)), of) for of in (finer[0].x, finer[0].y))
+    lines = MeshLines(tuple(x.tolist()), tuple(y.tolist()))
+    system = stretched(loaded, build_film(loaded, lines), Loading())
+    fine = natural_modes(system, system.initial()[0], 6).frequencies
+    off = np.abs(fine / analysis.modes.frequencies - 1.0)
+    assert np.all(off < analysis.mesh_error.modes)
+    assert np.all(analysis.mesh_error.modes < 5.0 * off + 1e-3)
+    assert off[0] > 1e-3

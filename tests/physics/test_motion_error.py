@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.motion_error import MotionError
 from fsm.results.store import read_solution
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
+from fsm.summary import state_errors
 
 CASE = """
 gravity = [0, 0, "-9.81 m/s^2"]
@@ -54,6 +54,9 @@ def test_the_stated_error_contains_the_difference(tmp_path: Path) -> None:
 
 
 def test_a_large_error_is_a_warning() -> None:
-    assert MotionError(0.019, None).warnings() == []
-    (line,) = MotionError(0.043, 0.2).warnings()
-    assert line.startswith("positions have an error of about 4.3 % of the largest displacement, above 2 % from t = 0.2 s on")
+    summary: dict[str, Any] = {"warnings": []}
+    state_errors(summary, {"steps": {"by": "comparison", "positions": 0.019}})
+    assert summary["warnings"] == [] and summary["motion_error"] == 0.019
+    state_errors(summary, {"steps": {"by": "comparison", "positions": 0.043, "positions_since": 0.2}})
+    (line,) = summary["warnings"]
+    assert "error of about 4.3 % of the largest displacement (above 2 % from t = 0.2 s on), due to the steps" in line

@@ -18,6 +18,8 @@ from fsm.ancf.mesh import node_pattern
 from fsm.ancf.pressure import PressedFaces
 from fsm.blocks import BlockMatrix
 from fsm.errors import CaseError
+from fsm.scene.patterns.facet_mesh import facet_vectors
+from fsm.scene.patterns.plates import rectangle_mesh
 
 POINTS = np.array([[0.0, 0.0], [1.0, 0.1], [1.1, 0.9], [0.1, 1.0], [0.4, 0.5]])
 TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
@@ -202,3 +204,57 @@ def test_faults_are_told(load: dict[str, Any], text: str) -> None:
     }  # fmt: skip
     with pytest.raises(CaseError, match=text):
         fsm.load(data, folder=Path.cwd()).check()
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.2])
+def test_cells_share_a_pressure_equally(shift: float) -> None:
+    """On a flat rectangle each corner of a cell has a quarter of its load, whatever its diagonal; the sum is p A."""
+    size, (nx, ny) = np.array([0.4, 0.3]), (4, 3)
+    moved = np.zeros((nx + 1, ny + 1, 2))
+    moved[1:-1, 1:-1] = shift * np.random.default_rng(3).uniform(-0.1, 0.1, (nx - 1, ny - 1, 2))
+    mesh = rectangle_mesh(*size, (nx, ny), moved=moved)
+    faces = mesh.loaded
+    pressed = PressedFaces(
+        3 * facet_vectors(mesh, faces.triangles), faces.facet, faces.plane, faces.angle, faces.weight
+    )
+    q = np.stack([mesh.positions, *mesh.slopes.swapaxes(0, 1)], axis=1).ravel()
+    for one in (pressed, pressed.straight()):
+        force = np.zeros_like(q)
+        one.add_force(q, 2.0, force)
+        normal = force.reshape(nx + 1, ny + 1, 3, 3)[:, :, 0, 2]
+        assert normal.sum() == pytest.approx(2.0 * size.prod(), rel=1e-12)
+        if not shift:
+            quarters = np.zeros((nx + 1, ny + 1))
+            for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+                quarters[i : i + nx, j : j + ny] += 0.25 * 2.0 * size.prod() / (nx * ny)
+            np.testing.assert_allclose(normal, quarters, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("cells", "lid"), [((8, 3), False), ((16, 12), True)])
+def test_radius_of_a_tube(cells: tuple[int, int], lid: bool, tmp_path: Path) -> None:
+    """Half of a tube: each node far from its end moves out by p R^2/(E t) (1 - nu^2) between planes, by (1 - nu/2) under a
+    lid.
+
+    A lid has straight edges, so cells of the angle a have cos(a/2) of the hoop force, -0.5 %.
+    """
+    radius, poisson, strain = 0.1, 0.3, 2e-3 if lid else 1e-4
+    sheet = {
+        "kind": "plate", "facets": "flexible", "thickness": 1e-4, "length": math.pi * radius, "width": 0.8, "radius": radius,
+        "mesh": cells, "support": [
+            {"at": "edge left", "mirror": "x"}, {"at": "edge right", "mirror": "x"}, {"at": "edge bottom", "mirror": "y"},
+            *([] if lid else [{"at": "edge top", "mirror": "y"}]), {"at": "vertex 1", "fixed": ["z"]},
+        ],
+    }  # fmt: skip
+    closed = [{"axis": "x"}, {"axis": "y"}, {"cap": "edge top"} if lid else {"axis": "y", "at": 0.8}]
+    data = {
+        "sheet": sheet, "material": {"young": YOUNG, "poisson": poisson, "density": 1390.0},
+        "gas": [{"closed_by": closed, "supply_pressure": strain * YOUNG * 1e-4 / radius}],
+        "solve": {"method": "static", "end_time": 1.0}, "save": {"interval": 1.0},
+    }  # fmt: skip
+    q = fsm.load(data, folder=tmp_path).run(tmp_path / "out", figures=False).solution.q
+    start, end = (state.reshape(cells[0] + 1, cells[1] + 1, 3, 3)[:, : cells[1] // 4 + 1, 0] for state in q[[0, -1]])
+    centre = 0.5 * (end[0] + end[-1])
+    grown = np.linalg.norm((end - centre)[..., [0, 2]], axis=-1) / radius - 1.0
+    expected = strain * (1.0 - 0.5 * poisson if lid else 1.0 - poisson**2)
+    assert np.linalg.norm(start[0, 0] - start[-1, 0]) == pytest.approx(2.0 * radius, rel=1e-12)
+    np.testing.assert_allclose(grown, expected, rtol=0.02 if lid else 0.01)

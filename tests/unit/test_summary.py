@@ -21,7 +21,7 @@ from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.status import Event
-from fsm.summary import summary_of
+from fsm.summary import summary_of, unstable_passages
 from fsm.summary_text import summary_lines
 
 
@@ -257,7 +257,18 @@ def test_kinetic_energy_in_a_snap_of_statics_is_no_fast_pull() -> None:
 @pytest.mark.parametrize(("drive", "told"), [("arm (turn)", "from 11.46 deg of turn"), ("arm", "from 200 mm of travel")])
 def test_an_unstable_end_of_a_drive_that_turns_is_told_in_degrees(drive: str, told: str) -> None:
     solution: Any = SimpleNamespace(
-        travel=np.array([[0.0], [0.2], [0.3]]), negative_pivots=np.array([0, 0, 1]), layout=Layout(drive_names=(drive,))
-    )
+        travel=np.array([[0.0], [0.2], [0.3]]), negative_pivots=np.array([0, 0, 1]), layout=Layout(drive_names=(drive,)),
+        energy={"kinetic": np.zeros(3), "panels": np.ones(3)},
+    )  # fmt: skip
     (line,) = _unstable_at_end(solution)
     assert told in line
+
+
+@pytest.mark.parametrize(("kinetic", "kind"), [(0.02, "vibration"), (0.001, "unstable")])
+def test_a_negative_pivot_in_a_fast_motion_is_no_snap(kinetic: float, kind: str) -> None:
+    """A snap begins near an equilibrium, not in a motion with a kinetic energy above 1 % of the elastic energy."""
+    solution: Any = SimpleNamespace(
+        time=np.arange(4.0), negative_pivots=np.array([0, 1, 0, 0]), step=np.ones(4), travel=np.arange(4.0)[:, None],
+        force=np.zeros((4, 1)), energy={"kinetic": np.full(4, kinetic), "panels": np.ones(4)},
+    )  # fmt: skip
+    assert [event.kind for event in unstable_passages(solution, [])] == [kind]

@@ -29,6 +29,7 @@ NOT_IN_GALLERY = {
     "intervals": "a campaign of 200 synthetic calibrations with a summary of its own: python -m validation.intervals",
     "fuzz": "broken files by thousands, with a summary of its own: python -m validation.fuzz",
     "faults": "kills and full disks, with a summary of its own: python -m validation.faults",
+    "errors": "a campaign of random cases that compares stated errors with real ones: python -m validation.errors",
     "mutants": "faults put in on purpose, which the tests and this page must catch: python -m validation.mutants",
     "gallery": "the gallery itself",
 }

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fsm.kernels.rotation import rotation_matrix
+from fsm.results.quantities import in_motion
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
@@ -115,7 +116,8 @@ def _silence(solution: Solution, abort: float) -> Iterator[str]:
     if summary["energy_error"] > abort and summary["method"] != "modal":
         yield f"energy balance off by {summary['energy_error']:.2g}, more than energy_abort, and not stopped"
     # unstable states of a snap lie in its event
-    if summary["unstable_equilibria"] and "unstable" not in said and "snap" not in said:
+    unstable = (solution.negative_pivots > 0) & ~in_motion(solution.energy)
+    if unstable.any() and "unstable" not in said and "snap" not in said:
         yield "unstable equilibria and nothing said"
 
 

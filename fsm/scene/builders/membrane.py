@@ -10,7 +10,9 @@ from itertools import combinations, pairwise
 from fsm.errors import Fault
 from fsm.scene.membrane import CentrePatch, DiagonalPatch, DiagonalsPatch, Membrane, Patch, PositionPatch
 
-__all__ = ["COARSEST", "MeshLines", "PlacedPatch", "check_film", "mesh_lines", "place_patches"]
+__all__ = [
+    "COARSEST", "MeshLines", "PlacedPatch", "check_film", "coarser_lines", "finer_lines", "mesh_lines", "place_patches",
+]  # fmt: skip
 
 COARSEST = 5.0
 """Largest ratio of the widths of two neighbouring elements at the edge of a patch."""
@@ -96,21 +98,46 @@ def mesh_lines(membrane: Membrane, patches: Sequence[PlacedPatch]) -> MeshLines:
     """Mesh lines on the edges of film and patches, with equal cells between these lines; the cells are at least as fine as
     `mesh` requires.
     """
-    return MeshLines(_lines(membrane, patches, 0), _lines(membrane, patches, 1))
+    return MeshLines(*(_divided(*_pieces(membrane, patches, axis)) for axis in (0, 1)))
 
 
-def _lines(membrane: Membrane, patches: Sequence[PlacedPatch], axis: int) -> tuple[float, ...]:
+def finer_lines(membrane: Membrane, patches: Sequence[PlacedPatch]) -> MeshLines:
+    """Mesh lines of `mesh_lines` with every cell halved in both directions."""
+    found = [_pieces(membrane, patches, axis) for axis in (0, 1)]
+    return MeshLines(*(_divided(given, [2 * count for count in counts]) for given, counts in found))
+
+
+def coarser_lines(membrane: Membrane, patches: Sequence[PlacedPatch]) -> tuple[MeshLines, float]:
+    """Mesh lines with half as many cells between the edges of film and patches, and the smallest ratio of these numbers.
+
+    The ratio is 1 if a single cell lies between two edges.
+    """
+    found = [_pieces(membrane, patches, axis) for axis in (0, 1)]
+    halves = [[math.ceil(count / 2) for count in counts] for _, counts in found]
+    ratios = [
+        count / half for (_, counts), few in zip(found, halves, strict=True) for count, half in zip(counts, few, strict=True)
+    ]
+    lines = MeshLines(*(_divided(given, few) for (given, _), few in zip(found, halves, strict=True)))
+    return lines, min(ratios)
+
+
+def _divided(given: Sequence[float], counts: Sequence[int]) -> tuple[float, ...]:
+    """Lines with equal cells of these numbers between successive given lines."""
+    lines = [given[0]]
+    for (begin, end), pieces in zip(pairwise(given), counts, strict=True):
+        lines += [begin + (end - begin) * step / pieces for step in range(1, pieces)] + [end]
+    return tuple(lines)
+
+
+def _pieces(membrane: Membrane, patches: Sequence[PlacedPatch], axis: int) -> tuple[list[float], list[int]]:
+    """Edges of film and patches along an axis, m, and numbers of cells between them."""
     size, count = _sizes(membrane)[axis], membrane.mesh[axis]
     wanted = sorted([-0.5 * size, 0.5 * size, *(edge for patch in patches for edge in patch.edges(axis))])
     given = [wanted[0]]
     for line in wanted[1:]:
         if line - given[-1] > _SAME * size:
             given.append(line)
-    lines = [given[0]]
-    for begin, end in pairwise(given):
-        pieces = max(1, math.ceil((end - begin) / size * count - 1e-6))
-        lines += [begin + (end - begin) * step / pieces for step in range(1, pieces)] + [end]
-    return tuple(lines)
+    return given, [max(1, math.ceil((end - begin) / size * count - 1e-6)) for begin, end in pairwise(given)]
 
 
 def _sizes(membrane: Membrane) -> tuple[float, float]:
@@ -163,7 +190,7 @@ def _coarse(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault
     """Faults of neighbouring elements with very different widths at the edge of a patch."""
     reported = set()
     for axis, (name, size) in enumerate(zip(("length", "width"), _sizes(membrane), strict=True)):
-        lines = _lines(membrane, placed, axis)
+        lines = (mesh_lines(membrane, placed).x, mesh_lines(membrane, placed).y)[axis]
         widths = [end - begin for begin, end in pairwise(lines)]
         for k, (left, right) in enumerate(pairwise(widths)):
             small, large = min(left, right), max(left, right)

@@ -90,4 +90,5 @@ def _lens(upper: FacetMesh, mesh: tuple[int, int], rise: float) -> FacetMesh:
         np.concatenate([upper.slopes, upper.slopes @ half]), owner,
         np.concatenate([upper.triangles, count + upper.triangles]), np.tile(upper.plane, (2, 1, 1)),
         np.tile(upper.angle, (2, 1)), upper.vertices, np.repeat([0, 1], triangles), edges, True, seams,
+        np.concatenate([upper.cells, triangles + upper.cells]),
     )  # fmt: skip

@@ -210,12 +210,12 @@ def _lid(gas: Gas, number: int, surface: SheetSurface, free: dict[int, int], pat
         text = "is not on a closed ring of open edges of the chamber, or on a line that ends in a plane of `closed_by`"
         raise CaseError(Fault(key, f"{cap} {text}, which a lid needs"))
     # the facets are on one side of the edges of the ring and the lid is on the other side
-    nodes = np.array(found[::-1], dtype=np.int64)
-    at, margin = surface.positions[nodes], _near(surface)
-    images = np.ones(len(nodes))  # of every node in the planes
+    ring = np.array(found[::-1], dtype=np.int64)
+    at, margin = surface.positions[ring], _near(surface)
+    images = np.ones(len(ring))  # of every node in the planes
     for axis, place in planes:
         images *= np.where(np.abs(at[:, axis] - place) <= margin, 1.0, 2.0)
-    return Lid(nodes, whole, images / images.sum(), tuple(planes))
+    return Lid(ring, whole, images / images.sum(), tuple(planes))
 
 
 def _planes_between(gas: Gas, surface: SheetSurface, ends: tuple[int, int]) -> list[tuple[int, float]]:

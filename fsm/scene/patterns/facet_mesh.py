@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["MOST_TRIANGLES", "FacetMesh", "MeshCrease", "MeshPoint", "facet_vectors", "graded", "many"]
+__all__ = [
+    "MOST_TRIANGLES", "FacetMesh", "MeshCrease", "MeshFaces", "MeshPoint", "facet_vectors", "graded", "many",
+]  # fmt: skip
 
 MOST_TRIANGLES = 100_000
 """Largest number of triangles of a sheet."""
@@ -23,6 +25,8 @@ _ALIGNED = 1e-9
 """Sine of the angle between an edge and a slope below which both have one direction."""
 _SMOOTH = 0.7
 """Cosine of the angle between two edges above which they form one smooth line."""
+_CONVEX = 0.01
+"""Least area of the triangles beside either diagonal of a cell, relative to the cell, for a mean of both diagonals."""
 _LONG = 10**12
 _GAUSS = 0.5 - 0.5 / np.sqrt(3.0)
 
@@ -68,6 +72,16 @@ class MeshCrease(NamedTuple):
     lengths: np.ndarray
 
 
+class MeshFaces(NamedTuple):
+    """Triangles of a surface of the mesh in arrays as of `FacetMesh`, with the part `weight` (m,) of each in the surface."""
+
+    triangles: np.ndarray
+    plane: np.ndarray
+    angle: np.ndarray
+    weight: np.ndarray
+    facet: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class FacetMesh:
     """Triangles of all facets; see the module docstring.
@@ -94,6 +108,8 @@ class FacetMesh:
     of this number)
     curved : whether the sheet starts curved, with zero stress
     creases : edges between facets with separate slopes
+    cells : (c, 2) int array
+        Triangles of each cell of four corners, on both sides of its diagonal.
     """
 
     positions: np.ndarray
@@ -107,6 +123,7 @@ class FacetMesh:
     edges: Mapping[str, np.ndarray]
     curved: bool = False
     creases: tuple[MeshCrease, ...] = ()
+    cells: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @cached_property
     def lengths(self) -> np.ndarray:
@@ -137,6 +154,41 @@ class FacetMesh:
         areas = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0])
         owners = self.owner[self.triangles].ravel()
         return np.bincount(owners, np.repeat(areas / 3.0, 3), len(self.owner))[self.nodes]
+
+    @cached_property
+    def loaded(self) -> MeshFaces:
+        """Surface that carries pressure: the mean of the two surfaces with either diagonal in each convex cell.
+
+        Alternating diagonals join 4 or 8 triangles at a node. On the triangles alone, pressure loads these nodes with 2/3
+        and 4/3 of their area, and nodes of a curved surface move in and out in turn. The mean of both diagonals gives each
+        corner of a rectangle a quarter of its load.
+        """
+        first, second = self.triangles[self.cells].swapaxes(0, 1)
+        alone = ~(first[:, :, None] == second[:, None, :]).any(axis=2)  # the corner beside the diagonal
+        other = ~(second[:, :, None] == first[:, None, :]).any(axis=2)
+        start, end = alone.argmax(axis=1), other.argmax(axis=1)
+        cell = np.arange(len(self.cells))
+
+        def corners(values: np.ndarray) -> np.ndarray:
+            """Values at the corners of the triangles beside the other diagonal, (2 c, 3, ...)."""
+            of_first, of_second = values[self.cells[:, 0]], values[self.cells[:, 1]]
+            a, b, d = (of_first[cell, (start + k) % 3] for k in range(3))
+            c = of_second[cell, end]
+            return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+        plane = corners(self.plane)
+        along = np.roll(plane, -1, axis=1) - plane
+        areas = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0]).reshape(2, -1)
+        convex = areas.min(axis=0) > _CONVEX * areas.sum(axis=0)
+        weight = np.ones(len(self.triangles))
+        weight[self.cells[convex]] = 0.5
+        both = np.tile(convex, 2)
+        return MeshFaces(
+            np.concatenate([self.triangles, corners(self.triangles)[both]]), np.concatenate([self.plane, plane[both]]),
+            np.concatenate([self.angle, corners(self.angle)[both]]),
+            np.concatenate([weight, np.full(2 * int(convex.sum()), 0.5)]),
+            np.concatenate([self.facet, np.tile(self.facet[self.cells[convex, 0]], 2)]),
+        )  # fmt: skip
 
     def depth(self, crease: MeshCrease) -> float:
         """Smallest size across a crease of the triangles beside it, m."""
@@ -219,8 +271,8 @@ class FacetMesh:
         return own[inside]
 
 
-def facet_vectors(mesh: FacetMesh) -> np.ndarray:
-    """Numbers of the vectors r, r_1, r_2 at the corners of all triangles, (m, 9)."""
-    sectors = mesh.triangles
+def facet_vectors(mesh: FacetMesh, triangles: np.ndarray | None = None) -> np.ndarray:
+    """Numbers (m, 9) of the vectors r, r_1, r_2 at the corners of all triangles, or of given triangles (m, 3) of sectors."""
+    sectors = mesh.triangles if triangles is None else triangles
     numbers = np.stack([3 * mesh.owner[sectors], 3 * sectors + 1, 3 * sectors + 2], axis=-1)
     return np.asarray(numbers.reshape(len(sectors), 9))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 from fsm.errors import Fault
 from fsm.input_file import read_failure, read_input_file
 from fsm.scene.patterns.fold_file import read_fold
+from fsm.scene.patterns.line_file import LINE_FILES
 from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.patterns.reading import PatternFault, Reading
 from fsm.scene.patterns.svg_file import read_svg
 from fsm.scene.sheet import MOST_FACETS, Sheet
 
@@ -16,6 +19,10 @@ __all__ = ["with_pattern"]
 
 _MOST_TEXT = 16 * 2**20
 """Largest size of a pattern file, bytes."""
+_READ = {"pattern": None, "scale": None, "frame": None, "part": None, "merge": None}
+"""Keys of the section [sheet] that a pattern in the section replaces."""
+_ENCODINGS = ("iso-8859-1", "iso-8859-15", "latin-1", "us-ascii", "windows-1252", "cp1252", "shift_jis", "euc-jp", "gb2312")
+"""Encodings that an XML file may name, beside UTF-8 and UTF-16."""
 
 
 def with_pattern(sheet: Sheet, folder: Path) -> tuple[Sheet, list[Fault]]:
@@ -24,30 +31,42 @@ def with_pattern(sheet: Sheet, folder: Path) -> tuple[Sheet, list[Fault]]:
         return sheet, []
     place = folder / sheet.pattern
     try:
-        text = read_input_file(place, _MOST_TEXT).decode("utf-8-sig")
-        pattern = _read(sheet, place.suffix.lower(), text)
+        pattern = _read(sheet, place.suffix.lower(), _text(read_input_file(place, _MOST_TEXT)))
     except OSError as error:
         return sheet, [Fault("sheet.pattern", f"cannot read {place}: {read_failure(error)}")]
     except UnicodeDecodeError as error:
         return sheet, [Fault("sheet.pattern", f"{place} is not UTF-8 text (byte {error.start}); save it as UTF-8")]
+    except PatternFault as error:
+        return sheet, [Fault("sheet.pattern", f"{place.name}: {error}", cause=error)]
     except ValueError as error:
         return sheet, [Fault("sheet.pattern", f"{place.name}: {error}")]
     if len(pattern.faces) > MOST_FACETS:
         text = f"{place.name} has {len(pattern.faces):,} facets; at most {MOST_FACETS:,} are allowed"
         return sheet, [Fault("sheet.pattern", text)]
-    return sheet.model_copy(update=_keys(pattern) | {"pattern": None, "scale": None, "frame": None}), []
+    return sheet.model_copy(update=_keys(pattern) | _READ), []
+
+
+def _text(data: bytes) -> str:
+    """Text of a file in UTF-8, in UTF-16 with a byte order mark, or in the encoding that an XML file names."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return data.decode("utf-16")
+    match = re.match(rb"<\?xml[^>]{0,200}?encoding=[\"']([\w-]{1,20})[\"']", data[:300])
+    named = match[1].decode().lower() if match else "utf-8"
+    return data.decode(named if named in _ENCODINGS else "utf-8-sig")
 
 
 def _read(sheet: Sheet, kind: str, text: str) -> Pattern:
+    reading = Reading(sheet.merge, sheet.part, sheet.facets in ("bend-lines", "bars"))
     if kind == ".fold":
-        return read_fold(text, sheet.scale, sheet.frame)
-    if kind != ".svg":
-        raise ValueError("is neither a .fold nor an .svg file; give a file of one of these formats")
+        return read_fold(text, sheet.scale, sheet.frame, reading)
+    if kind != ".svg" and kind not in LINE_FILES:
+        raise ValueError("is no .fold, .svg, .cp, .opx or .ori file; give a file of one of these formats")
+    name = "an SVG file" if kind == ".svg" else f"a {kind} file"
     if sheet.frame is not None:
-        raise ValueError("an SVG file has no frames; remove sheet.frame")
+        raise ValueError(f"{name} has no frames; remove sheet.frame")
     if sheet.scale is None:
-        raise ValueError("an SVG file has no lengths; give sheet.scale, the length of one unit of the file")
-    return read_svg(text, sheet.scale)
+        raise ValueError(f"{name} has no lengths; give sheet.scale, the length of one unit of the file")
+    return read_svg(text, sheet.scale, reading) if kind == ".svg" else LINE_FILES[kind](text, sheet.scale, reading)
 
 
 def _keys(pattern: Pattern) -> dict[str, Any]:
@@ -58,4 +77,5 @@ def _keys(pattern: Pattern) -> dict[str, Any]:
         "assignment": pattern.assignment,
         "angles": tuple(0.0 if angle != angle else angle for angle in pattern.target.tolist()),
         "faces": pattern.faces,
+        "notes": pattern.notes,
     }

@@ -16,11 +16,13 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern
 
-__all__ = ["Foldability", "foldability"]
+__all__ = ["Foldability", "bad_lines", "bad_vertices", "foldability"]
 
 _CREASES = "MVU"
 _EITHER = "UFJ"
 """Letters of creases and bend lines that can fold to either side or remain flat."""
+_NAMED = 20
+"""Largest number of vertices in a line."""
 _STRAIGHT = 1e-6
 """Difference from 180 degrees below which two creases are one straight line, rad."""
 
@@ -92,6 +94,28 @@ def foldability(pattern: Pattern, bends: bool = False, tolerance: float = 1e-6) 
         if "U" not in letters and abs(letters.count("M") - letters.count("V")) != 2:
             maekawa.append(vertex)
     return Foldability(inner, tuple(rigid), tuple(blocked), tuple(kawasaki), tuple(maekawa))
+
+
+def bad_vertices(pattern: Pattern, bends: bool = False) -> list[tuple[tuple[int, ...], str, str]]:
+    """Vertices (from 0) that cannot fold from flat, and other vertices that do not fold flat, each with the marker of a
+    picture and a text; kinds without vertices are left out.
+    """
+    found = foldability(pattern, bends)
+    if found is None:
+        return []
+    stuck = tuple(sorted({*found.rigid, *found.blocked}))
+    open_ones = tuple(sorted({*found.kawasaki, *found.maekawa} - set(stuck)))
+    kinds = [(stuck, "X", "cannot fold from flat"), (open_ones, "o", "does not fold flat")]
+    return [(vertices, marker, text) for vertices, marker, text in kinds if vertices]
+
+
+def bad_lines(pattern: Pattern, bends: bool = False) -> list[str]:
+    """Lines that name the vertices of `bad_vertices`, numbered from 1."""
+    found = []
+    for vertices, _, text in bad_vertices(pattern, bends):
+        listed = ", ".join(str(v + 1) for v in vertices[:_NAMED]) + (" ..." if len(vertices) > _NAMED else "")
+        found.append(f"{'vertex' if len(vertices) == 1 else f'{len(vertices)} vertices:'} {listed} {text}")
+    return found
 
 
 def _folds_rigidly(lines: Sequence[tuple[float, str]]) -> bool:

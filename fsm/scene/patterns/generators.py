@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsm.scene.patterns.pattern import Pattern, box_groups
+from fsm.scene.patterns.pattern import Pattern, edge_groups
 
 __all__ = ["cone", "flasher", "kresling", "miura", "miura_cell", "miura_tube", "tube", "waterbomb", "yoshimura", "zigzag"]
 
@@ -92,7 +92,7 @@ def waterbomb(columns: int, rows: int, a: float) -> Pattern:
             *corners, centre = [places.setdefault(place, len(places)) for place in around]
             faces += [(first, last, centre) for first, last in zip(corners, [*corners[1:], corners[0]], strict=True)]
     flat = 0.5 * a * np.array(list(places), dtype=float)
-    pattern = Pattern.of_faces(np.column_stack([flat, np.zeros(len(flat))]), faces, flat, box_groups(flat))
+    pattern = Pattern.of_faces(np.column_stack([flat, np.zeros(len(flat))]), faces, flat, edge_groups(flat, faces))
     across = np.abs(np.diff(flat[pattern.edges], axis=1)[:, 0])
     diagonal = across.min(axis=1) > 1e-6 * a
     letters = ["B" if old == "B" else "V" if slant else "M" for old, slant in zip(pattern.assignment, diagonal, strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -9,9 +10,10 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.patterns.cuts import open_cuts
+from fsm.scene.patterns.foldability import bad_lines
 from fsm.scene.patterns.folding import fold_pattern
 from fsm.scene.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
-from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, box_groups
+from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, edge_groups
 from fsm.scene.sheet import Sheet
 
 __all__ = ["bend_stiffness_per_length", "folding_letters", "pattern_of"]
@@ -32,9 +34,44 @@ def pattern_of(sheet: Sheet) -> Pattern:
         raise CaseError(Fault("sheet", str(error))) from None
     pattern = pattern if sheet.facets in ("rigid", "flexible") else pattern.with_bend_lines()
     try:
-        return fold_pattern(pattern, sheet.fold)
+        pattern = fold_pattern(pattern, sheet.fold)
     except ValueError as error:
-        raise CaseError(Fault("sheet.fold", str(error))) from None
+        stuck = bad_lines(pattern, sheet.facets != "rigid")
+        raise CaseError(Fault("sheet.fold", "; ".join([str(error), *stuck]))) from None
+    try:
+        return pattern if sheet.align is None else _in_mean_plane(pattern)
+    except ValueError as error:
+        raise CaseError(Fault("sheet.align", str(error))) from None
+
+
+def _in_mean_plane(pattern: Pattern) -> Pattern:
+    """Pattern after the smallest rotation that makes the plane of least squares through its vertices horizontal, with this
+    plane at z = 0; the mean of the vertices keeps x and y, and most of the area of the facets is seen from above as before.
+
+    Raises
+    ------
+    ValueError
+        The vertices have no such plane.
+    """
+    middle = pattern.vertices.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(pattern.vertices - middle, full_matrices=False)
+    if sizes[1] - sizes[2] <= 1e-6 * sizes[0]:
+        raise ValueError("the vertices have no mean plane, because they extend as far in two directions; remove `align`")
+    normal = axes[2]
+    points = pattern.vertices - middle
+    sums = [np.cross(points[list(face)], points[[*face[1:], face[0]]]).sum(axis=0) for face in pattern.faces]
+    area = np.sum(sums, axis=0)
+    before, after = float(area[2]), float(normal @ area)
+    same = before * after if abs(before) > 1e-6 * float(np.linalg.norm(area)) else float(normal[2])
+    normal = -normal if same < 0.0 else normal
+    across, cosine = np.cross(normal, [0.0, 0.0, 1.0]), float(normal[2])
+    if cosine <= -1.0 + 1e-12:
+        turn = np.diag([1.0, -1.0, -1.0])
+    else:
+        skew = np.cross(np.eye(3), across)  # the matrix of the cross product with this axis
+        turn = np.eye(3) + skew + skew @ skew / (1.0 + cosine)
+    turned = (pattern.vertices - middle) @ turn.T
+    return replace(pattern, vertices=turned + [middle[0], middle[1], 0.0])
 
 
 def _generated(sheet: Sheet) -> Pattern:
@@ -74,7 +111,7 @@ def _written(sheet: Sheet) -> Pattern:
             text = f"it needs three or more different vertices from 0 to {count - 1}"
             raise ValueError(f"faces.{number} is {list(face)}; {text}")
     flat = vertices[:, :2] if not np.ptp(vertices[:, 2]) else None
-    pattern = Pattern.of_faces(vertices, faces, flat, box_groups(vertices[:, :2]))
+    pattern = Pattern.of_faces(vertices, faces, flat, edge_groups(vertices[:, :2], faces))
     edges, letters, angles = sheet.edges or (), sheet.assignment or (), sheet.angles or ()
     if not len(edges) == len(letters) == len(angles):
         raise ValueError("`edges`, `assignment` and `angles` must have as many items")

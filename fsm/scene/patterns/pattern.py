@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-__all__ = ["ASSIGNMENTS", "Pattern", "box_groups", "polygon_normal", "triangles_of_face"]
+__all__ = ["ASSIGNMENTS", "Pattern", "edge_groups", "polygon_normal", "triangles_of_face"]
 
 ASSIGNMENTS = {
     "B": "boundary", "M": "mountain", "V": "valley", "F": "flat", "U": "unassigned", "C": "cut", "J": "bend line",
@@ -23,6 +23,8 @@ _FLAT = 1e-9
 """Fold angle below which a crease counts as flat, rad."""
 _CLOSED = 1e-3
 """Distance of a fold angle from 180 degrees below which a crease is closed, rad."""
+_ZIGZAG = 0.25
+"""Largest distance of an edge of a pattern from the side of the box around it, relative to this box."""
 _SAME = 1e-6
 """Relative distance below which a vertex lies on a side of the bounding box of the pattern; the reference is the size of the
 pattern."""
@@ -45,6 +47,7 @@ class Pattern:
         Fold angle of each edge in the folded state that the pattern describes, rad; NaN for an edge without such an angle.
     faces : vertices of each face, counter-clockwise around its normal
     groups : vertices of named edges of the sheet, for example "left"
+    notes : lines of its file that are ignored, and what was changed
     uncut : vertex of the sheet without cuts for each vertex, see `open_cuts`; empty without cuts
     """
 
@@ -55,6 +58,7 @@ class Pattern:
     target: np.ndarray
     faces: tuple[tuple[int, ...], ...]
     groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     uncut: tuple[int, ...] = ()
 
     @classmethod
@@ -215,15 +219,62 @@ def _is_ear(vertices: np.ndarray, corners: tuple[int, int, int], others: list[in
     return not any(min(side(a, b, p), side(b, c, p), side(c, a, p)) >= 0.0 for p in vertices[others])
 
 
-def box_groups(flat: np.ndarray) -> dict[str, tuple[int, ...]]:
-    """Vertices on the four sides of the box around a flat pattern (n, 2)."""
+def edge_groups(flat: np.ndarray, faces: Sequence[Sequence[int]]) -> dict[str, tuple[int, ...]]:
+    """Vertices of the four edges of a pattern: those on the sides of the box around it, or the whole line of the outline
+    between two corners if this line is a zigzag along the side.
+
+    A line is a zigzag if it contains all vertices on the side of the box, at least two of them, and if it is not farther
+    from this side than a quarter of the box. A straight line between two corners counts as well.
+
+    Parameters
+    ----------
+    flat : (n, 2) positions
+    faces : vertices of each face
+    """
     low, high = flat.min(axis=0), flat.max(axis=0)
     near = _SAME * float((high - low).max())
-    sides = {"left": (0, low), "right": (0, high), "bottom": (1, low), "top": (1, high)}
-    return {
+    sides = {"bottom": (1, low), "right": (0, high), "top": (1, high), "left": (0, low)}
+    found = {
         name: tuple(np.flatnonzero(np.abs(flat[:, axis] - bound[axis]) <= near).tolist())
         for name, (axis, bound) in sides.items()
     }
+    loop = _outline(flat, faces)
+    if not loop or not (high - low).all():
+        return found
+    u, v = ((flat[loop] - low) / (high - low)).T
+    corners = [int(np.argmin(u + v)), int(np.argmax(u - v)), int(np.argmax(u + v)), int(np.argmin(u - v))]
+    if len(set(corners)) < 4:
+        return found
+    for (name, (axis, bound)), first, last in zip(sides.items(), corners, [*corners[1:], corners[0]], strict=True):
+        line = [loop[k % len(loop)] for k in range(first, first + (last - first) % len(loop) + 1)]
+        away = float(np.abs(flat[line, axis] - bound[axis]).max())
+        on_box = len(found[name]) > 1 or len(line) == 2
+        if on_box and set(found[name]) <= set(line) and away <= _ZIGZAG * float((high - low)[axis]):
+            found[name] = tuple(sorted(line))
+    return found
+
+
+def _outline(flat: np.ndarray, faces: Sequence[Sequence[int]]) -> list[int]:
+    """Vertices of the longest closed line of edges with one face, counter-clockwise; empty if edges meet in other ways."""
+    pairs = {pair for face in faces for pair in _sides(face)}
+    after: dict[int, int] = {}
+    for first, last in sorted(pairs):
+        if (last, first) not in pairs:
+            if first in after:
+                return []
+            after[first] = last
+    best: list[int] = []
+    length = 0.0
+    while after:
+        at, loop = next(iter(after)), list[int]()
+        while at in after:
+            loop.append(at)
+            at = after.pop(at)
+        points = flat[loop]
+        size = float(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum())
+        if size > length:
+            best, length = loop, size
+    return best
 
 
 def _letter(angle: float) -> str:

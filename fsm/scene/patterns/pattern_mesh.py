@@ -107,6 +107,7 @@ class _Mesher:
     node_of: list[int] = field(default_factory=list)
     face_of: list[int] = field(default_factory=list)
     triangles: list[tuple[int, int, int]] = field(default_factory=list)
+    cells: list[tuple[int, int]] = field(default_factory=list)
     of_edge: dict[tuple[int, int], dict[int, list[int]]] = field(default_factory=dict)
 
     def mesh(self) -> FacetMesh:
@@ -142,6 +143,7 @@ class _Mesher:
         return FacetMesh(
             positions[lead], slopes, owner, triangles, flat[parts], angle[parts], vertices, facet,
             self._edges(triangles, sector), curved, self._creases(flat, angle, sector),
+            np.array(self.cells, dtype=np.int64).reshape(-1, 2),
         )  # fmt: skip
 
     def _axes(self) -> np.ndarray:
@@ -236,6 +238,7 @@ class _Mesher:
                 at = [self.places[self.node_of[s]] for s in (a, b, c, d)]
                 ac, bd = float(np.linalg.norm(at[0] - at[2])), float(np.linalg.norm(at[1] - at[3]))
                 first = (i + j) % 2 == 0 if abs(ac - bd) < _EQUAL * (ac + bd) else ac < bd
+                self.cells.append((len(self.triangles), len(self.triangles) + 1))
                 self.triangles += [(a, b, c), (a, c, d)] if first else [(a, b, d), (b, c, d)]
 
     # slopes -----------------------------------------------------------------------------------------------------------

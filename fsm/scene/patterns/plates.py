@@ -70,7 +70,7 @@ def bent_mesh(
     corners = np.array([number[0, 0], number[-1, 0], number[-1, -1], number[0, -1]])
     return FacetMesh(
         positions, slopes, np.arange(len(points)), triangles, points[triangles], np.zeros(triangles.shape), corners,
-        np.zeros(len(triangles), dtype=np.int64), edges, curved,
+        np.zeros(len(triangles), dtype=np.int64), edges, curved, cells=_cells(triangles),
     )  # fmt: skip
 
 
@@ -115,7 +115,7 @@ def annulus_mesh(
         corners = np.array([closed[0, 0], closed[-1, 0], closed[-1, -1], closed[0, -1]])
     return FacetMesh(
         np.column_stack([flat, zero]), slopes, np.arange(len(flat)), triangles, flat[triangles], at[triangles], corners,
-        np.zeros(len(triangles), dtype=np.int64), edges,
+        np.zeros(len(triangles), dtype=np.int64), edges, cells=_cells(triangles),
     )  # fmt: skip
 
 
@@ -160,6 +160,11 @@ def _triangles(number: np.ndarray, points: np.ndarray) -> np.ndarray:
     one = np.where(along[:, None], np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
     two = np.where(along[:, None], np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
     return np.stack([one, two], axis=1).reshape(-1, 3)
+
+
+def _cells(triangles: np.ndarray) -> np.ndarray:
+    """Numbers (c, 2) of the triangles of each cell of `_triangles`."""
+    return np.arange(len(triangles)).reshape(-1, 2)
 
 
 def _edge(triangles: np.ndarray, nodes: np.ndarray) -> np.ndarray:

@@ -1,0 +1,318 @@
+"""Errors of a run from further runs of the same case: on coarser or finer meshes, or with larger steps in time.
+
+The numbers of two runs are compared: the peak and the last force of the first drive, positions at the records, displacements
+of probes, natural frequencies, displacements of loads and limit points. A difference d of the run with cells (or
+steps) of size h and a run with 2 h is the error itself if the error is of first order in h, and three times the error if it
+is of second order. The order is not assumed: a third mesh with 4 h shows it. With the ratio R of both differences, and R
+above 1/2 (less than first order), the error is d R/(1 - R), at most 3 d. A difference that is small by coincidence gives
+too small an error, so the error is at least an eighth of the difference between the coarser meshes. With a mesh of h/2
+the error is 2 d. All differences are multiplied by 1.25 (the grid convergence index of Roache, 1994). The numbers in the
+results are not corrected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fsm.results.solution import Solution
+from fsm.scene.case import Case
+from fsm.scene.sheet import Sheet
+from fsm.scene.solve import Solve
+
+__all__ = [
+    "ASK_FOR_ALL", "MOST_WORK", "Comparison", "Statement", "compared", "finer_mesh", "larger_steps", "not_compared",
+    "other_meshes",
+]  # fmt: skip
+
+MOST_WORK = 2e10
+"""Work of a run up to which "auto" compares, about twenty seconds: Newton iterations (or steps) times the square of the
+degrees of freedom, for flexible facets 1.2e-9 s each. The number depends on the case alone, so that each run of a case
+states the same errors."""
+ASK_FOR_ALL = 'set solve.error_estimates = "all"'
+"""Remedy where "auto" does not compare."""
+_OVERHEAD = 1e5
+"""Work of an iteration of a small system."""
+_SLOWEST = 3.0
+"""Largest ratio of an error to the difference from a mesh with half as many cells."""
+_COINCIDENCE = 0.125
+"""Smallest ratio of an error to the difference between two coarser meshes."""
+_SAME = 0.02
+"""Distance of the same material point on two meshes at the start, relative to the size of a cell of the coarser mesh."""
+_SEEN = 0.7
+"""Smallest displacement of common points relative to the largest displacement, along an axis with an error."""
+_MOVES = 1e-4
+"""Smallest displacement along an axis relative to the largest displacement, for an error along this axis."""
+_LARGE = 0.02
+"""Error of positions above which its time is stated."""
+_LOOSER, _LONGER = 10.0, 2.0
+"""Ratios of tolerances, and of fixed steps and largest steps."""
+
+Statement = dict[str, Any]
+"""Errors of the numbers of a summary due to one cause, and `by`: how they were found, or why there are none."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Further runs that show one kind of error.
+
+    Attributes
+    ----------
+    by : words about the runs
+    cases : cases of further runs, in the order of increasing size of cells or steps
+    finer : whether the only further run is finer than the run itself
+    coarsen : factor of the steps that resolve impacts
+    safety : factor of all differences
+    """
+
+    by: str
+    cases: tuple[Case, ...]
+    finer: bool = False
+    coarsen: float = 1.0
+    safety: float = 1.25
+
+    def error(self, differences: Sequence[float]) -> float:
+        """Error from the differences of successive runs, the first from the run itself."""
+        first = self.safety * differences[0]
+        if self.finer:
+            return 2.0 * first
+        if len(differences) == 1:
+            return first
+        second = self.safety * differences[1]
+        if first >= second:  # no convergence yet
+            return _SLOWEST * first
+        ratio = first / second
+        slow = min(ratio / (1.0 - ratio), _SLOWEST) if ratio > 0.5 else 1.0
+        return max(slow * first, _COINCIDENCE * second)
+
+
+def not_compared(wanted: str, iterations: int, dof: int) -> str:
+    """Words if a run is not compared with further runs; empty if it is.
+
+    Parameters
+    ----------
+    wanted : `solve.error_estimates`
+    iterations : Newton iterations or steps, whichever are more
+    dof : degrees of freedom
+    """
+    work = iterations * (float(dof) ** 2 + _OVERHEAD)
+    if wanted == "off":
+        return 'not estimated: solve.error_estimates = "off"'
+    if wanted == "auto" and work > MOST_WORK:
+        return f"not estimated for a long run; {ASK_FOR_ALL}"
+    return ""
+
+
+def larger_steps(case: Case) -> Case:
+    """Case with ten times the tolerance, or twice the fixed step, in all steps of the run."""
+
+    def looser(solve: Solve) -> Solve:
+        changed: dict[str, Any] = {"rtol": _LOOSER * solve.rtol, "error_estimates": "off"}
+        for name in ("step", "max_step", "increment"):
+            value = getattr(solve, name)
+            if value is not None:
+                changed[name] = _LONGER * value
+        return solve.model_copy(update=changed)
+
+    steps = tuple(
+        step if step.solve is None else step.model_copy(update={"solve": looser(step.solve)}) for step in case.step
+    )
+    return case.model_copy(update={"solve": looser(case.solve), "step": steps})
+
+
+def other_meshes(case: Case) -> tuple[Case, ...]:
+    """The case with cells of twice and of four times the size; empty if no direction has two cells."""
+    found = []
+    for factor in (2, 4):
+        sheet = case.sheet
+        assert sheet is not None
+        if sheet.mesh_size is not None:
+            found.append(_on_mesh(case, {"mesh_size": factor * sheet.mesh_size}))
+            continue
+        assert sheet.mesh is not None
+        least = (1, 4) if sheet.is_annulus else (1, 1)
+        mesh = tuple(max(bound, -(-count // factor)) for count, bound in zip(sheet.mesh, least, strict=True))
+        before = sheet.mesh if not found else found[-1].sheet.mesh  # type: ignore[union-attr]
+        assert before is not None
+        if 1.5 * mesh[0] * mesh[1] > before[0] * before[1]:
+            break
+        found.append(_on_mesh(case, {"mesh": mesh}))
+    return tuple(found)
+
+
+def finer_mesh(case: Case) -> Case:
+    """The case with cells of half the size."""
+    sheet: Sheet | None = case.sheet
+    assert sheet is not None
+    if sheet.mesh_size is not None:
+        return _on_mesh(case, {"mesh_size": 0.5 * sheet.mesh_size})
+    assert sheet.mesh is not None
+    return _on_mesh(case, {"mesh": (2 * sheet.mesh[0], 2 * sheet.mesh[1])})
+
+
+def _on_mesh(case: Case, mesh: dict[str, Any]) -> Case:
+    assert case.sheet is not None
+    solve = case.solve.model_copy(update={"error_estimates": "off"})
+    return case.model_copy(update={"sheet": case.sheet.model_copy(update=mesh), "solve": solve})
+
+
+def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], others: Sequence[Solution]) -> Statement:
+    """Errors of the numbers that all runs have.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    own : records and summary of the run
+    others : results of its further runs, in the order of `comparison.cases`
+    """
+    solution, summary = own
+    runs = [(other, other.summary) for other in others]
+    found: Statement = {"by": comparison.by}
+
+    def state(values: Callable[[dict[str, Any]], np.ndarray | None], scale: float | np.ndarray) -> list[float] | None:
+        numbers = [values(summary), *(values(there) for _, there in runs)]
+        first = numbers[0]
+        if first is None or not first.size or any(n is None or n.shape != first.shape for n in numbers):
+            return None
+        scales = np.broadcast_to(scale, first.shape)
+        if not np.all(scales > 0.0):
+            return None
+        known = [np.asarray(n) for n in numbers]
+        apart = [np.abs(b - a) / scales for a, b in pairwise(known)]
+        return [comparison.error([float(d.ravel()[k]) for d in apart]) for k in range(first.size)]
+
+    peak, final = (abs(summary.get(name) or 0.0) for name in ("peak_force", "final_force"))
+    if solution.travel.shape[1]:
+        for name, scale in (("peak_force", peak), ("final_force", max(peak, final))):
+            error = state(lambda at, name=name: np.array([at[name]]) if name in at else None, scale)  # type: ignore[misc]
+            if error:
+                found[name] = error[0]
+    found |= _of_positions(comparison, solution, others)
+    probes = {}
+    for name, moved in summary.get("probe_displacement", {}).items():
+        size = float(np.linalg.norm(moved))
+        error = state(lambda at, name=name: np.array(at.get("probe_displacement", {}).get(name, ())), size)  # type: ignore[misc]
+        if error:
+            probes[name] = float(np.linalg.norm(error))
+    frequencies, limits = {}, {}
+    for number, step in enumerate(summary.get("step", ())):
+        own_modes = np.abs(np.array(step.get("frequencies_hz", ())))
+        error = state(lambda at, n=number: np.array(at["step"][n].get("frequencies_hz", ())), own_modes)  # type: ignore[misc]
+        if error:
+            frequencies[step["name"]] = error
+        sizes = np.abs(_limit_loads(summary, number))
+        error = state(lambda at, n=number: _limit_loads(at, n), float(sizes.max(initial=0.0)))  # type: ignore[misc]
+        if error:
+            limits[step["name"]] = max(error)
+    loads = _of_loads(comparison, solution, others)
+    named = {"probes": probes, "frequencies": frequencies, "limit_points": limits, "loads": loads}
+    return found | {name: errors for name, errors in named.items() if errors}
+
+
+def _limit_loads(summary: dict[str, Any], number: int) -> np.ndarray:
+    """Sizes of the first load at the limit points of a step."""
+    points = summary["step"][number].get("limit_points", ())
+    return np.array([next(iter(point["loads"].values()))["size"] for point in points if point["loads"]])
+
+
+def _of_loads(comparison: Comparison, own: Solution, others: Sequence[Solution]) -> dict[str, float]:
+    """Errors of the displacements of the loads at the end, relative to these displacements."""
+    path = own.load_path
+    if path is None or any(other.load_path is None or other.load_path.names != path.names for other in others):
+        return {}
+    found = {}
+    for k, name in enumerate(path.names):
+        ends = [float(one.load_path.way[-1, k]) for one in (own, *others) if one.load_path is not None]
+        if np.all(np.isfinite(ends)) and ends[0]:
+            found[name] = comparison.error([abs(b - a) / abs(ends[0]) for a, b in pairwise(ends)])
+    return found
+
+
+def _of_positions(comparison: Comparison, own: Solution, others: Sequence[Solution]) -> Statement:
+    """Errors of the positions at the records: relative to the largest displacement, and along each axis to that along it."""
+    steps = own.step
+    differences, points = [], []
+    chain = [own, *others]
+    for finer, coarser in pairwise(chain):
+        pair = _same_points(finer, coarser)
+        if pair is None:
+            return {}
+        differences.append(pair[0])
+        points.append(pair[1])
+    places = _places(own)
+    moved = np.abs(places - places[0]).max(axis=0, initial=0.0)
+    way = moved.max(axis=0, initial=0.0)
+    largest = float(way.max(initial=0.0))
+    if not largest or not len(steps):
+        return {}
+    # common points at held edges alone would show no error
+    seen = moved[points[0]].max(axis=0, initial=0.0) >= _SEEN * way
+    if not seen[int(np.argmax(way))]:
+        return {}
+    total = [float(pair.max(initial=0.0)) / largest for pair in differences]
+    found: Statement = {"positions": comparison.error(total)}
+    above = np.flatnonzero(differences[0].max(axis=1) > _LARGE * largest)
+    if len(above) and found["positions"] > _LARGE:
+        found["positions_since"] = float(own.time[_common_records(own, others[0])[0][above[0]]])
+    along = {
+        axis: comparison.error([float(pair[:, k].max(initial=0.0)) / float(way[k]) for pair in differences])
+        for k, axis in enumerate("xyz"[: places.shape[2]])
+        if way[k] > _MOVES * largest and seen[k]
+    }
+    return found | {"positions_along": along}
+
+
+def _places(solution: Solution) -> np.ndarray:
+    """Corners of all plates at the records, or positions of all bodies if there are no plates, (n, points, 3 or 2), m."""
+    if solution.shape.size:
+        return solution.shape.reshape(len(solution), -1, 3)
+    size, kept = (7, 3) if solution.layout.dimension == "spatial" else (3, 2)
+    count = len(solution.layout.body_names)
+    return solution.q[:, : count * size].reshape(len(solution), count, size)[:, :, :kept]
+
+
+def _same_points(own: Solution, other: Solution) -> tuple[np.ndarray, np.ndarray] | None:
+    """Largest difference of the positions of common points at each common record, along each axis, (records, 3), m; and the
+    numbers of these points.
+    """
+    mine, theirs = _common_records(own, other)
+    if len(mine) < 2:
+        return None
+    a, b = _places(own), _places(other)
+    if a.shape[1] == b.shape[1]:
+        first, second = np.arange(a.shape[1]), np.arange(b.shape[1])
+    else:
+        first, second = _common_points(own, other, a[0], b[0])
+    if not len(first):
+        return None
+    return np.abs(a[mine][:, first] - b[theirs][:, second]).max(axis=1), first
+
+
+def _common_records(own: Solution, other: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the records of both runs at the same step and time."""
+    key = {(int(s), f"{t:.9g}"): k for k, (s, t) in enumerate(zip(other.step, other.time, strict=True))}
+    pairs = [(k, key.get((int(s), f"{t:.9g}"))) for k, (s, t) in enumerate(zip(own.step, own.time, strict=True))]
+    found = [(k, there) for k, there in pairs if there is not None]
+    return np.array([k for k, _ in found], dtype=int), np.array([there for _, there in found], dtype=int)
+
+
+def _common_points(own: Solution, other: Solution, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of corners of both meshes that are the same material point, as they have the same place at the start."""
+    cells = b.reshape(-1, 4, 3)
+    size = float(np.linalg.norm(cells[:, 2] - cells[:, 0], axis=1).max(initial=0.0))
+    parts = own.layout.panel, other.layout.panel
+    found: tuple[list[int], list[int]] = ([], [])
+    for panel in np.unique(parts[1]):
+        rows, others = (np.flatnonzero(np.repeat(part == panel, 4)) for part in parts)
+        if not len(rows):
+            continue
+        far, near = cKDTree(a[rows]).query(b[others])
+        same = far <= _SAME * size
+        found[0].extend(rows[near[same]].tolist())
+        found[1].extend(others[same].tolist())
+    return np.array(found[0], dtype=int), np.array(found[1], dtype=int)

@@ -1,0 +1,97 @@
+"""Loads that grow in time, without drives: slow ones follow equilibria, fast ones are named, and motions start from zero."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fsm
+
+STRIP = """
+[strip]
+length = "600 mm"
+width = "25 mm"
+thickness = "0.125 mm"
+panels = 5
+fold_angle = "75 deg"
+segments_per_panel = 10
+held = [1]
+[material]
+young = "2.5 GPa"
+density = 1420
+damping = "10 ms"
+[crease]
+law = "linear"
+stiffness = "1.5 N mm/rad"
+[[load]]
+body = "panel 5 segment 10"
+force = ["2 mN", 0, 0]
+time = { kind = "ramp", shape = "linear", end = "100 s" }
+[solve]
+end_time = "100 s"
+method = "static"
+[save]
+interval = "0.5 s"
+"""
+KRESLING = """
+[sheet]
+kind = "kresling"
+sides = 6
+rows = 1
+radius = "40 mm"
+height = "40 mm"
+twist = "45 deg"
+facets = "bars"
+thickness = "0.3 mm"
+[sheet.bars]
+law = "ogden"
+[[sheet.support]]
+at = "edge bottom"
+[material]
+young = "3 GPa"
+density = 1000
+damping = "1 ms"
+[crease]
+stiffness_per_length = 0.05
+[[load]]
+at = "edge top"
+force = [0, 0, "-40 N"]
+time = { kind = "ramp", end = "0.2 s" }
+[solve]
+end_time = "0.4 s"
+[save]
+interval = "5 ms"
+"""
+
+
+def _at(result: Any, displacement: float) -> float:
+    """Load (N) at a displacement (m) of a path of equilibria."""
+    path = result.solution.load_path
+    return float(np.interp(displacement, path.way[:, 0], path.size[:, 0]))
+
+
+def test_a_slow_ramp_follows_the_equilibria() -> None:
+    """The same curve by arc length; a straight line over 270 mm was a motion whose records were left out."""
+    case = fsm.load(STRIP)
+    ramp, arc = case.run(), case.set({"solve.method": "arc-length", "save.interval": None}).run()
+    assert ramp.summary["events"] == []
+    assert _at(ramp, 0.05) == pytest.approx(_at(arc, 0.05), rel=0.02)
+
+
+def test_a_fast_ramp_is_named_with_its_loads_and_the_remedy() -> None:
+    case = fsm.load(STRIP).set({"load.0.time.end": "1 s", "solve.end_time": "1 s", "save.interval": "20 ms"})
+    (text,) = (text for text in case.run().summary["warnings"] if "too fast" in text)
+    assert "mm): solved with inertia until" in text
+    assert 'set solve.method = "arc-length"' in text
+
+
+def test_bars_move_from_rest_with_default_settings() -> None:
+    """The energies of a load that begins to grow are below their round-off; the run ended at 200,000 steps before 10 ms."""
+    moved = fsm.load(KRESLING).run()
+    still = fsm.load(KRESLING).set("solve.method", "static").run()
+    assert moved.summary["method"] == "mean-force"
+    assert moved.summary["steps"] < 5000
+    way = [float((one.shape[0] - one.shape[-1])[..., 2].max()) for one in (moved, still)]  # the twist decays slowly
+    assert way[0] == pytest.approx(way[1], rel=1e-3)

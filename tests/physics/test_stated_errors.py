@@ -1,0 +1,102 @@
+"""Errors that runs of flexible facets state, against runs with much smaller cells or steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.analyses.comparison import Comparison, compared, not_compared
+from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.run import run_case
+from fsm.scene.load_case import load_case
+
+PLATE = """
+[sheet]
+kind = "plate"
+length = 0.3
+width = 0.2
+thickness = 1e-3
+mesh = [4, 4]
+facets = "flexible"
+probe = [{ name = "tip", at = "vertex 3" }]
+[[sheet.support]]
+at = "edge left"
+clamped = true
+[material]
+young = 70e9
+poisson = 0.3
+density = 2700
+damping = 0
+"""
+LOADED = (
+    'load=[{ name = "push", at = "edge right", force_per_length = [0, 0, 80] }]', "solve.method=static", "solve.end_time=1",
+    "save.interval=0.25",
+)  # fmt: skip
+STRUCK = (
+    'load=[{ at = "edge right", force_per_length = [0, 0, 20], time = { kind = "table", time = [0, 0.01, 0.02], '
+    "value = [0, 1, 0] } }]",
+    "solve.method=mean-force", "solve.end_time=0.2", "solve.step=4e-3", "save.interval=8e-3", "sheet.mesh=[2, 1]",
+)  # fmt: skip
+
+
+def run(folder: Path, *overrides: str) -> tuple[dict[str, Any], Solution]:
+    folder.mkdir()
+    (folder / "case.toml").write_text(PLATE, encoding="utf-8")
+    summary = run_case(load_case(folder / "case.toml", overrides), folder / "out", progress=False, figures=False)
+    return summary, read_solution(folder / "out" / "result.h5")
+
+
+def true_errors(own: tuple[dict[str, Any], Solution], reference: Solution) -> dict[str, Any]:
+    return compared(Comparison("", (), safety=1.0), (own[1], own[0]), [reference])
+
+
+def test_the_error_of_the_mesh_of_facets_contains_the_real_one(tmp_path: Path) -> None:
+    own = run(tmp_path / "own", *LOADED)
+    _, fine = run(tmp_path / "fine", *LOADED, "sheet.mesh=[12, 12]", "solve.error_estimates=off")
+    stated, true = own[0]["errors"]["mesh"], true_errors(own, fine)
+    pairs = [(found["positions"], found["probes"]["tip"], found["loads"]["push"]) for found in (stated, true)]
+    for one, other in zip(*pairs, strict=True):
+        assert 1e-3 < other < one < 12.0 * other
+    assert own[0]["errors"]["steps"] == {"by": "none: all records are equilibria"}
+    assert "motion_error" not in own[0] and fine.summary["errors"]["mesh"]["by"].startswith("not estimated")
+
+
+def test_the_error_of_frequencies_of_facets_contains_the_real_one(tmp_path: Path) -> None:
+    modes = ('step=[{ name = "free", kind = "modes", modes = 4 }]',)
+    own, fine = run(tmp_path / "own", *modes), run(tmp_path / "fine", *modes, "sheet.mesh=[12, 12]")
+    stated, true = own[0]["errors"]["mesh"]["frequencies"]["free"], true_errors(own, fine[1])["frequencies"]["free"]
+    assert np.all(np.array(true) < stated) and max(true) > 5e-3
+
+
+def test_the_error_of_the_steps_of_a_motion_of_facets_contains_the_real_one(tmp_path: Path) -> None:
+    own = run(tmp_path / "own", *STRUCK)
+    _, fine = run(tmp_path / "fine", *STRUCK, "solve.step=5e-4", "solve.error_estimates=off")
+    true = true_errors(own, fine)["positions"]
+    assert 0.02 < true < own[0]["motion_error"] < 8.0 * true
+    assert any("due to the steps in time: reduce solve.step" in line for line in own[0]["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("differences", "finer", "error"),
+    [
+        ((1.0,), False, 1.0),
+        ((1.0,), True, 2.0),
+        ((1.0, 4.0), False, 1.0),  # second order: three times the error
+        ((1.0, 1.5), False, 2.0),  # slower than first order
+        ((1.0, 1.0), False, 3.0),  # no convergence
+        ((0.1, 4.0), False, 0.5),  # small by coincidence
+    ],
+)
+def test_no_order_is_assumed(differences: tuple[float, ...], finer: bool, error: float) -> None:
+    assert Comparison("", (), finer, safety=1.0).error(differences) == pytest.approx(error)
+
+
+def test_a_long_run_is_compared_only_if_asked() -> None:
+    assert not not_compared("auto", 1000, 1000)
+    assert 'solve.error_estimates = "all"' in not_compared("auto", 100_000, 1000)
+    assert not not_compared("all", 100_000, 1000)
+    assert not_compared("off", 1, 1) == 'not estimated: solve.error_estimates = "off"'
