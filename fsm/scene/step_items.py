@@ -11,7 +11,9 @@ from fsm.scene.case import Case
 from fsm.scene.check_steps import step_names
 from fsm.scene.loads import Drive, Load
 
-__all__ = ["DrivePart", "drive_parts", "drives_of", "loads_of", "releases", "steps_from", "with_paths_of_steps"]
+__all__ = [
+    "DrivePart", "acting_steps", "drive_parts", "drives_of", "loads_of", "releases", "steps_from", "with_paths_of_steps",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def drive_parts(case: Case) -> list[DrivePart]:
 def _sense(first: Drive, drive: Drive) -> float:
     """1 if two drives move the same bodies in the same direction, -1 in opposite directions, 0 if they differ."""
     one, other = (
-        (of.crease, of.panel, of.end, set(of.moved), of.edge, of.guide, of.turn is None) for of in (first, drive)
+        (of.crease, of.panel, of.end, set(of.moved), of.edge, of.at, of.guide, of.turn is None) for of in (first, drive)
     )
     if one != other:
         return 0.0
@@ -111,6 +113,19 @@ def with_paths_of_steps(case: Case, faults: Iterable[Fault]) -> list[Fault]:
         path = paths.get(f"{name}.{index}")
         found.append(fault if path is None else Fault(f"{path}.{key}" if key else path, fault.message))
     return found
+
+
+def acting_steps(case: Case, target: int, body: str) -> tuple[str, ...]:
+    """Names of the steps in which a place of a sheet is joined to its driven body: from a drive of the target, or a `hold`
+    of the body, until a release.
+    """
+    parts = [part for part in drive_parts(case) if part.target == target]
+    begins, names = {part.step for part in parts}, {"all", body, *(part.drive.called for part in parts)}
+    acts, found = False, []
+    for number, (name, step) in enumerate(zip(step_names(case.step), case.step, strict=True)):
+        acts = (acts and not names & set(step.release)) or number in begins or body in step.hold
+        found += [name] if acts else []
+    return tuple(found)
 
 
 def releases(case: Case, name: str) -> int | None:

@@ -193,6 +193,7 @@ class _Planner:
         self.drives = drive_parts(case)
         self.targets = max((part.target for part in self.drives), default=-1) + 1
         self.parts: list[list[tuple[float, float, Program]]] = [[] for _ in range(self.targets)]
+        self.massless = {body.name for body in scene.bodies if _weightless(body)}
         self.acting = [self._is_line(k) for k in range(self.targets)]
         self.started = [False] * self.targets
         self.held = {body.name for body in scene.bodies if body.held}
@@ -220,10 +221,22 @@ class _Planner:
         return tuple(Parts(tuple(parts)) for parts in self.parts)
 
     def _is_line(self, target: int) -> bool:
-        """Whether a target is a line of a strip or a place of flexible facets, which is held before its first drive."""
-        flexible = self.scene.facets is not None
+        """Whether a target is a line of a strip or a place of a sheet, whose body has no mass and rests before its first
+        drive.
+        """
+        massless = not self.massless.isdisjoint(self.scene.drives[target].moved)
         drives = (part.drive for part in self.drives if part.target == target)
-        return any(_on_line(drive) or (flexible and not drive.moved) for drive in drives)
+        return any(_on_line(drive) or (massless and not drive.moved) for drive in drives)
+
+    def _joins_again(self, target: int) -> bool:
+        """Whether a target is a place whose springs act only while it is driven; see `acting_steps`."""
+        return self.case.sheet is not None and self.scene.facets is None and self._is_line(target)
+
+    def _join(self, target: int) -> None:
+        """Begin to drive a target, or to hold a place of a sheet with its driven body."""
+        self.acting[target] = self.started[target] = True
+        if self._joins_again(target):
+            self.held -= set(self.scene.drives[target].moved)
 
     def _step(self, number: int, name: str, step: Step, start: float) -> PlannedStep:
         begun = [part for part in self.drives if part.step == number]
@@ -316,6 +329,10 @@ class _Planner:
             if name in self.frames:
                 text = f"{name!r} is a frame, which its film or cable carries; join it to a body, and hold that body"
                 self.faults.append(Fault(f"step.{number}.hold.{index}", text))
+            for k in (k for k in range(self.targets) if name != ALL and self._joins_again(k)):
+                if bodies.issuperset(moved := set(self.scene.drives[k].moved)) and not (self.acting[k] and self.started[k]):
+                    self._join(k)
+                    bodies -= moved
             driven = bodies & self._driven() if name != ALL else set()
             if driven:
                 text = f"{sorted(driven)[0]!r} is driven, so it cannot be held; it stays where its drive stops"
@@ -351,7 +368,8 @@ class _Planner:
     def _called(self, target: int) -> list[str]:
         """Names that refer to a target of drives: the names of its drives and of its bodies."""
         of_target = [part.drive for part in self.drives if part.target == target]
-        return [name for drive in of_target for name in (drive.called, *drive.moved)]
+        moved = self.scene.drives[target].moved if self._joins_again(target) else ()
+        return [name for drive in of_target for name in (drive.called, *drive.moved, *moved)]
 
     def _unused_weightless(self, steps: Iterable[PlannedStep]) -> list[Fault]:
         """Bodies without mass that can move in a step."""
@@ -399,7 +417,8 @@ class _Planner:
             if part.target in seen:
                 self.faults.append(Fault(part.path, f"{part.drive.called!r} is driven twice in one step; remove one drive"))
             seen.add(part.target)
-            if self._is_line(part.target) and self.started[part.target] and not self.acting[part.target]:
+            again = self.started[part.target] and not self.acting[part.target]
+            if again and self._is_line(part.target) and not self._joins_again(part.target):
                 line, remedy = "a place of flexible facets", "give a load"
                 if _on_line(part.drive):
                     line, remedy = "a crease line or end line", "drive a panel"
@@ -409,7 +428,7 @@ class _Planner:
                 if name in self.held:
                     self.faults.append(Fault(part.path, f"{name!r} is held in this step; a held body cannot be driven"))
             self.parts[part.target].append((start, part.sense, self._program(part)))
-            self.acting[part.target] = self.started[part.target] = True
+            self._join(part.target)
         moved: dict[str, int] = {}
         for k, drive in enumerate(self.scene.drives):
             for name in drive.moved if self.acting[k] else ():

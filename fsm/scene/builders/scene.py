@@ -7,7 +7,7 @@ from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.frame_bodies import frame_faults, with_frames
 from fsm.scene.scene import Scene
-from fsm.scene.step_items import drives_of, loads_of
+from fsm.scene.step_items import acting_steps, drives_of, loads_of
 
 __all__ = ["build_scene"]
 
@@ -17,6 +17,7 @@ def build_scene(case: Case) -> Scene:
 
     A [scene] beside a [strip] or a [sheet] adds its parts.
     """
+    written = case
     if case.step:
         case = _with_items_of_steps(case)
     if case.lattice is not None:
@@ -27,6 +28,8 @@ def build_scene(case: Case) -> Scene:
 
         bars = case.sheet.facets == "bars"
         scene = build_bars(case) if bars else build_sheet(case)
+        if case.step and case.sheet.facets != "flexible":
+            scene = _with_steps_of_places(written, scene)
         if case.scene is not None:
             from fsm.scene.builders.beside_sheet import with_sheet_frames
 
@@ -58,6 +61,21 @@ def _with_items_of_steps(case: Case) -> Case:
         scene = scene.model_copy(update={"drives": (), "loads": ()})
     loads = tuple(load for _, load in loads_of(case))
     return case.model_copy(update={"drive": drives_of(case), "load": loads, "scene": scene})
+
+
+def _with_steps_of_places(case: Case, scene: Scene) -> Scene:
+    """Scene of a sheet in which the springs of a driven place act only in the steps in which it is driven.
+
+    The springs carry no force at the start of the first of these steps.
+    """
+    massless = {body.name for body in scene.bodies if not body.mass}
+    changes = {}
+    for number, drive in enumerate(scene.drives):
+        for body in massless.intersection(drive.moved):
+            steps = acting_steps(case, number, body)
+            changes[body] = {"steps": steps, "latch": True} if len(steps) < len(case.step) else {}
+    elements = tuple(element.model_copy(update=changes.get(element.outer, {})) for element in scene.elements)
+    return scene.model_copy(update={"elements": elements})
 
 
 def _added(first: Scene, more: Scene) -> Scene:
