@@ -191,7 +191,8 @@ def _event_text(event: Event, layout: Layout) -> str:
         start = f"the state at {event.time:.4g} s" if event.time else "the start"
         return f"{start} is not in equilibrium: solved with inertia until {until}{there}"
     if event.kind == "motion":
-        return f"motion {where}: too fast for statics, solved with inertia until {until}{forces}; drive slower"
+        advice = "" if layout.turns() else "; drive slower"  # a machine has inertia at any speed
+        return f"motion {where}: too fast for statics, solved with inertia until {until}{forces}{advice}"
     if event.kind == "damped snap":
         return f"snap {where}: states are unstable until {until}, and dampers slow the motion{forces}"
     if event.kind == "unstable":

@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from fsm.analyses.choose import analysis_of
-from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.compile_beside import compiled_beside
 from fsm.compile_case import compile_case
 from fsm.interactions.end_taper import add_taper_tangent
 from fsm.interactions.probe_sides import round_tips
 from fsm.kernels import jit
+from fsm.kernels.fronts import count_nonzero
 from fsm.progress import report_compilation
 from fsm.scene.builders.warm_up import (
     WHOLE,
@@ -89,6 +90,27 @@ def compile_linear_solver() -> None:
         solver.negative_pivots()
 
 
+class _Fronts(LinearSolver):
+    """Solver that uses dense fronts for matrices of any size."""
+
+    def _has_fronts(self, matrix: BlockMatrix, known: Elimination) -> bool:
+        super()._has_fronts(matrix, known)
+        count_nonzero(matrix.data)
+        return True
+
+
+def _fronts() -> None:
+    """Solve a small system by dense fronts, which the comparison meshes of films use."""
+    pattern = BlockPattern(np.array([0, 2, 4]), np.array([0, 1, 0, 1]), 3)
+    solver = _Fronts()
+    data = np.zeros((4, 3, 3))
+    data[[0, 3]] = np.eye(3)
+    solver.factorise(BlockMatrix(pattern, data))
+    solver.solve(np.ones(6))
+    solver._solve_all(np.ones((2, 6)))
+    solver.negative_pivots()
+
+
 def _rare_contacts() -> None:
     """Compile the kernels of contacts at the ends of surfaces by calls without contacts; few states use these kernels."""
     none, numbers, block, blocks = np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros((0, 0, 0))
@@ -143,7 +165,7 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
         for space in SPACES
     },
     "lattice": (partial(_segments, warm_up_lattice),),
-    "film": (partial(_film, "plain"), partial(_film, "tension-field")),
+    "film": (partial(_film, "plain"), partial(_film, "tension-field"), _fronts),
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),

@@ -18,7 +18,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
@@ -46,6 +45,8 @@ _SAME = 0.02
 """Distance of the same material point on two meshes at the start, relative to the size of a cell of the coarser mesh."""
 _SEEN = 0.7
 """Smallest displacement of common points relative to the largest displacement, along an axis with an error."""
+_STILL = 1e-6
+"""Largest displacement relative to the largest coordinate, below which nothing moves and no error is stated."""
 _MOVES = 1e-4
 """Smallest displacement along an axis relative to the largest displacement, for an error along this axis."""
 _LARGE = 0.02
@@ -248,7 +249,8 @@ def _of_positions(comparison: Comparison, own: Solution, others: Sequence[Soluti
     moved = np.abs(places - places[0]).max(axis=0, initial=0.0)
     way = moved.max(axis=0, initial=0.0)
     largest = float(way.max(initial=0.0))
-    if not largest or not len(steps):
+    size = float(np.abs(places).max(initial=0.0))
+    if largest <= _STILL * size or not len(steps):
         return {}
     # common points at held edges alone would show no error
     seen = moved[points[0]].max(axis=0, initial=0.0) >= _SEEN * way
@@ -311,6 +313,8 @@ def _common_points(own: Solution, other: Solution, a: np.ndarray, b: np.ndarray)
         rows, others = (np.flatnonzero(np.repeat(part == panel, 4)) for part in parts)
         if not len(rows):
             continue
+        from scipy.spatial import cKDTree  # runs without a second mesh do not import SciPy
+
         far, near = cKDTree(a[rows]).query(b[others])
         same = far <= _SAME * size
         found[0].extend(rows[near[same]].tolist())

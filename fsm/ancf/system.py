@@ -108,8 +108,9 @@ class AncfSystem(System):
         return list(self.loading.breaks)
 
     def peak_times(self) -> list[float]:
-        """See `System`: ends and middles of the pieces of all functions of time."""
-        times = self.loading.breaks
+        """See `System`: ends and middles of the pieces of all functions of time, of loads and of rest angles."""
+        folds = (group.laws.time.breaks() for group in self.mesh.groups if isinstance(group, FoldGroup))
+        times = sorted({*self.loading.breaks, *(time for found in folds for time in found)})
         return [*times, *(0.5 * (begin + end) for begin, end in pairwise(times))]
 
     def scales(self) -> Scales:

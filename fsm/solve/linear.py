@@ -342,7 +342,7 @@ class LinearSolver:
                 known.order, known.indptr, known.indices, known.diagonal, self._factors, pattern.indptr, pattern.indices,
                 data, right, REFINE_ABOVE, self._symmetric, True,
             )  # fmt: skip
-        return bool(np.abs(found - test).max() < ACCURATE)
+        return bool(np.abs(found - test).max(initial=0.0) < ACCURATE)
 
     def _analyse(self, pattern: BlockPattern) -> Elimination:
         if self._elimination is None or self._pattern is not pattern:

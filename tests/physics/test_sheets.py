@@ -191,7 +191,7 @@ def test_actuator_turns_a_single_crease() -> None:
     ("changes", "message"),
     [
         (["sheet.scale=1", 'sheet.pattern="none.fold"'], "cannot read"),
-        (['sheet.pattern="case.toml"'], "is neither a .fold nor an .svg file"),
+        (['sheet.pattern="case.toml"'], "is no .fold, .svg, .cp, .opx or .ori file"),
         (["sheet.columns=3"], "`columns` is not used by a pattern file"),
         (["solve.end_time=none"], "solve.end_time"),
         (['crease.law="spline"', "crease.stiffness_per_length=none", "crease.angle=[0,1,2,3]", "crease.moment=[0,1,2,3]",

@@ -43,9 +43,9 @@ def test_check_of_every_shipped_case(case: Path) -> None:
         ("strip_pull", "save.every=1e-12", "save.every: gives more than 1,000,000 records"),
         ("strip_pull", "save={interval=1e-12}", "save.interval: gives more than 1,000,000 records"),
         ("scissor_array", "save.interval=1e-12", "save.interval: gives more than 1,000,000 records"),
-        ("strip_pull", "strip.thickness=1e-200", "bending stiffness E w t^3/12 is 0 N m^2"),
-        ("strip_pull", "strip.thickness=1e200", "bending stiffness E w t^3/12 is inf N m^2"),
-        ("strip_pull", "strip.length=1.7e308", "strip.length: the strip has a moment of inertia of inf kg m^2"),
+        ("strip_pull", "strip.thickness=1e-200", "strip.thickness: 1e-200 is outside 1e-60 to 1e+60 in SI"),
+        ("strip_pull", "strip.thickness=1e200", "strip.thickness: 1e+200 is outside 1e-60 to 1e+60 in SI"),
+        ("strip_pull", "strip.length=1.7e308", "strip.length: 1.7e+308 is outside 1e-60 to 1e+60 in SI"),
         ("strip_pull", "strip.panels=1000 strip.segments_per_panel=5000", "= 5,000,000 segments; at most 50,000"),
         ("rotating_squares", "lattice.hinge_length=100", "less than spacing"),
     ],
@@ -60,7 +60,7 @@ def test_what_cannot_be_built_is_refused_at_once(case: str, override: str, words
 
 
 def test_a_drive_faster_than_numbers_go_has_a_method() -> None:
-    result = CliRunner().invoke(cli, ["check", str(CASES / "strip_trial/case.toml"), "--set", "drive.0.speed=1e300"])
+    result = CliRunner().invoke(cli, ["check", str(CASES / "strip_trial/case.toml"), "--set", "drive.0.speed=1e59"])
     assert result.exit_code == 0, result.output
 
 

@@ -224,7 +224,7 @@ def test_a_strip_pulled_by_it_has_the_peak_of_radau(spatial: bool) -> None:
     """Through `simulate`: steps end at the saved times, and the counters count what Radau's do."""
     system = strip(spatial)
     times = np.linspace(0.0, 0.1 * system.motions[0].end_time, 21)
-    (ours, counted), (plain, reference) = (pulled(m, system, times, 1e-6) for m in ("Radau-blocks", "Radau"))
+    (ours, counted), (plain, reference) = (pulled(m, system, times, 1e-7) for m in ("Radau-blocks", "Radau"))
     assert [state.time for state in ours] == [state.time for state in plain] == list(times)
     force = np.array([state.observation.drive.force[0] for state in plain])
     np.testing.assert_allclose([s.observation.drive.force[0] for s in ours], force, atol=1e-5 * force.max())
