@@ -26,7 +26,7 @@ larger scale causes energy errors."""
 
 _OF_FORCES = 0.1
 """Scale of the speed relative to the speed that forces at rest can cause; with 1, errors are three times as large."""
-_ROUND_OFF = 1e-12
+_ROUND_OFF = 1e-14
 """Work of forces at rest relative to the stiffness times the square of the span, below which the forces are round-off."""
 
 
