@@ -36,13 +36,13 @@ def of_point(outline: int, side: float) -> Callable[[np.ndarray], Found]:
     def find(places: np.ndarray) -> Found:
         slots = ONE, np.array([0, 1]), ONE
         triangle, part, _ = select_faces(places, *slots, faces)
-        return Found(*find_point_faces(places, ONE, triangle, part, np.array([side]), faces, 0.01, 9.0, 9.0)[2])
+        return Found(*find_point_faces(places, ONE, triangle, part, np.array([side]), faces, np.array([0.01]), 9.0, 9.0)[2])
 
     return find
 
 
 def of_edges(places: np.ndarray) -> Found:
-    return Found(*find_edge_edges(places, ONE, np.array([[0, 1]]), np.array([[0, 1], [2, 3]]), 0.01, 9.0)[2])
+    return Found(*find_edge_edges(places, ONE, np.array([[0, 1]]), np.array([[0, 1], [2, 3]]), np.array([0.01]), 9.0)[2])
 
 
 def cases() -> list[tuple[str, Callable[[np.ndarray], Found], np.ndarray, int]]:
