@@ -212,7 +212,8 @@ def _load_event_text(event: Event, loads: str) -> str:
     if event.kind == "bifurcation":
         return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
     if event.kind == "release":
-        return f"the start is not in equilibrium: {inertia}"
+        start = f"the state at {event.time:.4g} s" if event.time else "the start"
+        return f"{start} is not in equilibrium: {inertia}"
     if event.kind == "damped snap":
         return f"snap {where}: states are unstable until {event.end_time:.4g} s, and dampers slow the motion; {path}"
     return f"snap {where}: saved states until {event.end_time:.4g} s are unstable; {path}"
