@@ -5,8 +5,8 @@
     ```
 
 shows the commands (`sh` or `python`), runs them in a folder of the page's own (in which `folding_cases` is at hand), and
-shows what they print and the picture. The text of a block with any other file name, as in `toml case.toml`, is written into this
-file and not run. A command that fails fails the build. FSM_DOCS_RUN=0 leaves the running out.
+shows what they print and the picture. The text of a block with any other file name, as in `toml case.toml`, is written
+into this file and not run. A command that fails fails the build. FSM_DOCS_RUN=0 leaves the running out.
 """
 
 from __future__ import annotations
