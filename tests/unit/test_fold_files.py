@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections import Counter
 from typing import Any
 
@@ -259,3 +260,41 @@ def test_frames_are_made_when_they_are_asked_for() -> None:
         read_fold(json.dumps(many | {"file_frames": [{}] * 2000}), 1.0)
     two = fold(FOLDED, file_frames=[{"frame_inherit": True, "frame_classes": ["foldedForm"]}])
     assert read_fold(two, 1.0).notes == ("frame 0 of 2 is the start; sheet.frame selects another",)
+
+
+@pytest.mark.parametrize(
+    ("base", "changes", "message", "places"),
+    [
+        (SQUARE, {"edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 9]]}, "edge 4 with the vertices", [[0, 0]]),
+        (SQUARE, {"edges_assignment": [*"BBBBX"]}, "edge 4 with the assignment 'X'", [[1, 1]]),
+        (SQUARE, {"edges_assignment": [*"BBB"]}, "these numbers must be equal", [[0, 1], [1, 1]]),
+        (SQUARE, {"edges_assignment": [*"BBBBMM"]}, "these numbers must be equal", [[1, 1]]),
+        (SQUARE, {"edges_foldAngle": [0, 0, 0, 0, 90]}, "edge 4, a mountain, with the fold angle 90", [[1, 1]]),
+        (SQUARE, {"faces_vertices": [[0, 1, 2], [0, 3], [2, 3, 3]]}, "(1 other face too)", [[0, 1], [2 / 3, 2]]),
+        (SQUARE, {"faces_vertices": [[0, 1, 2]]}, "enclose 2 facets", [[2 / 3, 4 / 3]]),
+        (SQUARE, {"faces_vertices": [[0, 1, 2], [0, 1, 3]]}, "enclose no such facet", [[2 / 3, 4 / 3], [2 / 3] * 2]),
+        (SQUARE, {"vertices_coords": [[0, 0], [2, 0], [2, 2], [0, "a"]]}, "vertex 3 is", [[1, 1]]),
+        (FOLDED, {"faces_vertices": [[0, 1, 2], [0, 3, 1], [0, 2, 1]]}, "two faces on one side", [[0, 0.5, 0]]),
+        (FOLDED, {"edges_assignment": [*"VBBBQ"]}, "edge 4 with the assignment", [[0.4, 0.5, 0.3]]),
+    ],
+)
+def test_places_of_faults_in_lists(base: dict[str, Any], changes: dict[str, Any], message: str, places: list[Any]) -> None:
+    """Vertices, edges and faces with faults have their places (in cm of the square), among the edges that can be drawn."""
+    with pytest.raises(PatternFault, match=re.escape(message)) as raised:
+        read_fold(fold(base, **changes), 1.0)
+    fault = raised.value
+    wanted = np.array([[*row, 0.0][: fault.places.shape[1]] for row in places])
+    if changes.keys() == {"vertices_coords"}:
+        wanted = wanted * 0.01  # the unit of the file
+    np.testing.assert_allclose(fault.places, wanted, atol=1e-12)
+    assert 3 <= len(fault.lines) == len(fault.letters)
+
+
+def test_edges_of_faces_without_edges() -> None:
+    """Common sides of faces are unassigned creases; overlapping faces are refused."""
+    faces = [[0, 1, 2], [0, 2, 3]]
+    pattern = read_fold(fold(SQUARE, edges_vertices=None, edges_assignment=None, faces_vertices=faces), 1.0)
+    assert Counter(pattern.assignment) == {"B": 4, "U": 1}
+    assert pattern.notes == ("the file has no edges_vertices; the common sides of its faces are unassigned creases",)
+    with pytest.raises(PatternFault, match="has no edges_vertices, and the sides of its faces are no pattern: edges cross"):
+        read_fold(fold(SQUARE, edges_vertices=None, edges_assignment=None, faces_vertices=[*faces, [0, 1, 3]]), 1.0)

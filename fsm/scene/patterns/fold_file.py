@@ -18,9 +18,10 @@ from fsm.scene.patterns.fold_frames import (
     short,
     size_of,
     vertices_of,
+    with_edges,
 )
 from fsm.scene.patterns.folded_frame import FLAT, NEAR, folded_pattern
-from fsm.scene.patterns.lines import TOLERANCE, Line, counted
+from fsm.scene.patterns.lines import TOLERANCE, Line, others
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.planar import planar_pattern
 from fsm.scene.patterns.reading import PatternFault, Reading
@@ -50,7 +51,7 @@ def read_fold(text: str, scale: float | None, number: int | None = None, reading
         if number >= len(frames) or not frames[number].get("vertices_coords"):
             raise ValueError(f"has no frame {number} with vertices_coords; its frames are 0 to {len(frames) - 1}")
         frame = frames[number]
-        return folded_pattern(frame, scale, reading) if _is_folded(frame) else _flat(frame, scale, reading)
+        return _pattern(frame, _is_folded(frame), scale, reading)
     listed = [k for k in range(len(frames)) if frames[k].get("vertices_coords")]
     if not listed:
         raise ValueError("has no vertices_coords; give the coordinates of the vertices")
@@ -64,12 +65,25 @@ def read_fold(text: str, scale: float | None, number: int | None = None, reading
         return known[rows] or "foldedForm" in classes(frame)
 
     chosen = next((k for k in listed if is_folded(k)), None)
-    frame = frames[listed[0] if chosen is None else chosen]
-    pattern = _flat(frame, scale, reading) if chosen is None else folded_pattern(frame, scale, reading)
+    start = listed[0] if chosen is None else chosen
+    pattern = _pattern(frames[start], chosen is not None, scale, reading)
     if len(listed) == 1:
         return pattern
-    note = f"frame {listed[0] if chosen is None else chosen} of {len(frames)} is the start; sheet.frame selects another"
+    note = f"frame {start} of {len(frames)} is the start; sheet.frame selects another"
     return replace(pattern, notes=(note, *pattern.notes))
+
+
+def _pattern(frame: Mapping[str, Any], folded: bool, scale: float | None, reading: Reading) -> Pattern:
+    """Pattern of a frame that is folded or flat."""
+    frame, notes = with_edges(frame)
+    try:
+        pattern = (folded_pattern if folded else _flat)(frame, scale, reading)
+    except PatternFault as fault:
+        if not notes:
+            raise
+        text = f"has no edges_vertices, and the sides of its faces are no pattern: {fault}"
+        raise PatternFault(text, fault.places, fault.labels).among(fault.lines, fault.letters) from None
+    return replace(pattern, notes=(*notes, *pattern.notes))
 
 
 def _is_folded(frame: Mapping[str, Any]) -> bool:
@@ -86,8 +100,8 @@ def _is_raised(frame: Mapping[str, Any]) -> bool:
 def _flat(frame: Mapping[str, Any], scale: float | None, reading: Reading) -> Pattern:
     """Pattern of a flat frame; its faces follow from its edges."""
     points, length = vertices_of(frame), scale_of(frame, scale)
-    edges = edges_of(frame, len(points))
-    faces = None if frame.get("faces_vertices") is None else faces_of(frame, len(points))
+    edges = edges_of(frame, points * length)
+    faces = None if frame.get("faces_vertices") is None else faces_of(frame, points * length)
     ends = points[:, :2].tolist()
     lines = [Line(tuple(ends[u]), tuple(ends[v]), letter, target) for u, v, letter, target in edges]
     try:
@@ -147,29 +161,38 @@ def _check_edges(pattern: Pattern, lines: list[Line], scale: float) -> None:
     if bad:
         line = lines[bad[0]]
         where = f"from ({line.first[0]:g}, {line.first[1]:g}) to ({line.last[0]:g}, {line.last[1]:g})"
-        more = f" ({counted(len(bad) - 1, 'other line', 'other lines')} too)" if len(bad) > 1 else ""
-        text = f"the line {where} is a side of no facet{more}; complete the boundary, or remove the line"
+        text = f"the line {where} is a side of no facet{others(len(bad), 'line')}; complete the boundary, or remove the line"
         raise PatternFault(text, ends[bad].mean(axis=1)).among(ends, [line.letter for line in lines])
 
 
 def _check_faces(pattern: Pattern, faces: list[list[int]], points: np.ndarray) -> None:
-    """Raise a ValueError if listed faces are not the facets that the edges enclose."""
+    """Raise a PatternFault if listed faces are not the facets that the edges enclose."""
     from scipy.spatial import KDTree
 
     if any("added between the outline" in note for note in pattern.notes):
         return  # FOLD cannot list a face with a hole
+    assert pattern.flat is not None
+    nearest = KDTree(pattern.flat).query(points)[1].tolist()
+    known = {frozenset(face): k for k, face in enumerate(pattern.faces)}
+    missing = dict.fromkeys(range(len(pattern.faces)))
+    bad = []
+    for number, face in enumerate(faces):
+        own = known.get(frozenset(nearest[v] for v in face))
+        if own is None or own not in missing:
+            bad.append((number, own is not None))
+        missing.pop(-1 if own is None else own, None)
+    if not bad and not missing:
+        return
     if len(faces) != len(pattern.faces):
         text = f"has {len(faces)} faces_vertices, but its edges enclose {len(pattern.faces)} facets"
-        raise ValueError(f"{text}; faces are missing or overlap")
-    assert pattern.flat is not None
-    known = {frozenset(face) for face in pattern.faces}
-    seen: set[frozenset[int]] = set()
-    nearest = KDTree(pattern.flat).query(points)[1].tolist()
-    for number, face in enumerate(faces):
-        own = frozenset(nearest[v] for v in face)
-        if own not in known:
-            text = "but its edges enclose no such facet; correct the face"
-            raise ValueError(f"has face {number} with the vertices {short(face)}, {text}")
-        if own in seen:
-            raise ValueError(f"has face {number} with the vertices {short(face)} twice; faces are missing or overlap")
-        seen.add(own)
+        text = f"{text}; faces are missing or overlap"
+    else:
+        (number, twice), more = bad[0], others(len(bad), "face")
+        text = f"has face {number} with the vertices {short(faces[number])}"
+        text = (
+            f"{text} twice{more}; faces are missing or overlap" if twice
+            else f"{text}, but its edges enclose no such facet{more}; correct the face"
+        )  # fmt: skip
+    middles = [pattern.flat[list(pattern.faces[k])].mean(axis=0) for k in missing]
+    middles += [points[faces[number]].mean(axis=0) for number, _ in bad]
+    raise PatternFault(text, np.array(middles)).among(pattern.flat[pattern.edges], pattern.assignment)

@@ -35,11 +35,12 @@ def folded_pattern(frame: Mapping[str, Any], scale: float | None, reading: Readi
         raise ValueError("has a folded frame without faces_vertices; give the vertices of each face")
     size, length = size_of(points), scale_of(frame, scale)
     check_size(size * length)
-    listed = edges_of(frame, len(points))
+    listed = edges_of(frame, points * length)
     ends = points[[edge[:2] for edge in listed]] * length
     try:
         edges, notes = _single(listed, points * length)
-        faces, points, edges, more = _of_sheet(_oriented(faces_of(frame, len(points))), points, edges, reading.part)
+        every = _oriented(faces_of(frame, points * length))
+        faces, points, edges, more = _of_sheet(every, points, edges, reading.part)
         pattern = Pattern.of_faces(points * length, faces)
         notes += [*more, *_check_planar(pattern, 5.0 * last_digit(points) * length, reading)]
         if _is_seen_from_behind(pattern, edges):

@@ -32,6 +32,6 @@ def counted(number: int, one: str, many: str) -> str:
     return f"{number:,} {one if number == 1 else many}"
 
 
-def others(count: int) -> str:
+def others(count: int, what: str = "place") -> str:
     """Text on further places of a fault."""
-    return f" ({counted(count - 1, 'other place', 'other places')} too)" if count > 1 else ""
+    return f" ({counted(count - 1, f'other {what}', f'other {what}s')} too)" if count > 1 else ""
