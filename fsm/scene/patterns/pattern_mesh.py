@@ -332,7 +332,7 @@ class _Mesher:
     def _first_slopes(
         self, along: np.ndarray, rank: np.ndarray, sector: np.ndarray, lead: np.ndarray, mean: np.ndarray
     ) -> np.ndarray:
-        """First slope of each sector, (s, 3), along its line of the highest rank; on a curved boundary along the mean of both
+        """First slope of each sector, (s, 3), along its line of highest rank; on a curved boundary along the mean of both
         edges. `along` (p, 3): directions of the lines of the parts.
         """
         out = np.einsum("pi,pi->p", along, mean[sector])
