@@ -118,10 +118,11 @@ class _FlexibleBuilder:
         held = {vector // 3: axes for vector, axes in self.facets.held.items() if vector % 3 == 0}
         facet = mesh.facet
         groups = {name: tuple(mesh.owner[mesh.ends(edges)].ravel().tolist()) for name, edges in mesh.edges.items()}
-        surface = SheetSurface(mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices])
-        scene = scene.with_facets(self.facets).with_touching(touching)
-        if not self.sheet.is_shell:
-            scene = scene.with_across_cuts(facets_across_cuts(pattern_of(self.sheet)))
+        across = () if self.sheet.is_shell else facets_across_cuts(pattern_of(self.sheet))
+        surface = SheetSurface(
+            mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices], across
+        )
+        scene = scene.with_facets(self.facets).with_touching(touching).with_across_cuts(across)
         return with_gas(self.case, scene, surface)
 
     def _touching(self) -> TouchingSheet | None:
