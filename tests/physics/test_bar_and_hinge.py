@@ -228,8 +228,8 @@ def test_faults_of_bars(sheet: str, more: str, message: str) -> None:
 
 def test_tube_that_snaps_shut_keeps_its_energy(tmp_path: Path) -> None:
     """A tube in motion under more than its limit load falls by nearly its height; facets meet with about 100 times the
-    energy that the springs of its creases store in a turn of 1 rad. The tube then vibrates by 1 to 2 % about the equilibrium of
-    its second branch (38.03 mm, slow static load)."""
+    energy that the springs of its creases store in a turn of 1 rad. The tube then vibrates by 1 to 2 % about the equilibrium
+    of its second branch (38.03 mm, slow static load)."""
     text = """
     [sheet]
     kind = "kresling"
