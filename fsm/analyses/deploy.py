@@ -17,6 +17,7 @@ from fsm.compile_case import compile_case, path_settings
 from fsm.errors import FsmError, NotConverged
 from fsm.load_names import load_units
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
+from fsm.report_text import count
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import bent_energy, in_motion, summarise, summarise_contacts, summarise_drives
 from fsm.results.solution import ENERGIES, Layout, Solution
@@ -32,7 +33,7 @@ from fsm.segments.separate import shallowest
 from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
 from fsm.sheet_motion import fold_warning, folded_parts
-from fsm.shown_units import shown_unit
+from fsm.shown_units import shown, shown_unit
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
@@ -210,8 +211,8 @@ class Deployment(Analysis):
         bound = max(_DEEP * self.layout().thickness, shallowest(system))
         if -gaps.min() > bound:
             raise NotConverged(
-                f"{system.pair_names[int(np.argmin(gaps))]} overlap by {-1e3 * gaps.min():.3g} mm when their contact "
-                f"begins; the limit is {1e3 * bound:.3g} mm. Separate them in an earlier step, or add a step with "
+                f"{system.pair_names[int(np.argmin(gaps))]} overlap by {shown(-gaps.min(), 'm')} when their contact "
+                f"begins; the limit is {shown(bound, 'm')}. Separate them in an earlier step, or add a step with "
                 'kind = "relax" before this one'
             )
 
@@ -420,7 +421,7 @@ class Deployment(Analysis):
         if self.case.sheet is None or summary["joint_opening"] <= _TORN * length:
             return []
         return [
-            f"facets separate by up to {1e3 * summary['joint_opening']:.3g} mm at their creases, so rigid facets cannot "
+            f"facets separate by up to {shown(summary['joint_opening'], 'm')} at their creases, so rigid facets cannot "
             "follow this motion and the force is not physical; change drive or supports, or try facets = \"bend-lines\""
         ]
 
@@ -434,7 +435,7 @@ class Deployment(Analysis):
             if apart > _STRETCHED * length:
                 apart, joint = self.system.max_joint_opening(float(solution.time[-1]), solution.q[-1])
                 return [
-                    f"panels are stretched by over {100 * _STRETCHED:g} % from {1e3 * travel:.4g} mm of travel on, by "
+                    f"panels are stretched by over {100 * _STRETCHED:g} % from {shown(travel, 'm')} of travel on, by "
                     f"{100 * apart / length:.2g} % at its end ({joint}): a drive pulls beyond the full length of the "
                     "strip; reduce its travel"
                 ]
@@ -449,7 +450,7 @@ class Deployment(Analysis):
         if solution.pair_gap.size and -solution.pair_gap.min() > _DEEP * thickness > 0.0:
             pair = solution.layout.pair_names[int(np.argmin(solution.pair_gap.min(axis=0)))]
             found.append(
-                f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "
+                f"faces of {pair} penetrate by {shown(-solution.pair_gap.min(), 'm')}, more than a fifth of the thickness; "
                 "raise contact.stiffness"
             )
         found += _crossed(unwatched_crossings(solution, self.scene), solution)
@@ -505,7 +506,7 @@ def _crossed(crossings: list[tuple[int, int, float]], solution: Solution) -> lis
     named = ", ".join(
         f"{a} and {b} (from {layout.travel_text(at) if driven else f'{at:.4g} s'} on)" for a, b, at in first[:_NAMED]
     )
-    more = f", and {len(first) - _NAMED} more pairs later" if len(first) > _NAMED else ""
+    more = f", and {count(len(first) - _NAMED, 'more pair')} later" if len(first) > _NAMED else ""
     return [f"panels pass through each other: {named}{more}; no contact pair includes them; later results are not physical"]
 
 

@@ -256,7 +256,8 @@ class _Tracer:
 
     def _factorise(self, t: float, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray | None:
         """Factorise the stiffness, with given efforts if these are unknowns, and return the force; None if it is not
-        finite, as where facets would pass through each other."""
+        finite, as where facets would pass through each other.
+        """
         if self.mixed is None or efforts is None:
             linear = self.system.linearise(t, q, None)
         else:

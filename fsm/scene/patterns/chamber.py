@@ -18,6 +18,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.gas import Gas
 from fsm.scene.patterns.places import facets_named
+from fsm.shown_units import shown_points
 
 __all__ = ["Chamber", "Lid", "SheetSurface", "chamber_of"]
 
@@ -249,11 +250,11 @@ def _check_closed(gas: Gas, surface: SheetSurface, free: dict[int, int], path: s
     for edge in free.items():
         ends = surface.positions[list(edge)]
         axes = _in_planes(gas, surface, edge)
-        where = " to ".join(f"({', '.join(f'{round(1e3 * x, 6) + 0.0:.4g}' for x in end)})" for end in ends)
+        where = shown_points(ends, between=" to ")
         if not axes:
-            text = f"the chamber is open at the edge {where} mm and {len(free) - 1} others"
+            text = f"the chamber is open at the edge {where} and {len(free) - 1} others"
             ways = 'add facets, or close it by `closed_by`: { axis = "z", at = 0 } for a plane of symmetry'
             raise CaseError(Fault(f"{path}.at", f"{text}; {ways}"))
         if not all(axes & set(surface.held.get(node, ())) for node in edge):
-            text = f"the edge {where} mm lies in the plane but may leave it; hold it along {'xyz'[min(axes)]} by a support"
+            text = f"the edge {where} lies in the plane but may leave it; hold it along {'xyz'[min(axes)]} by a support"
             raise CaseError(Fault(f"{path}.closed_by", text))

@@ -15,6 +15,7 @@ from fsm.scene.patterns.holes import area, joining_lines, loops
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, edge_groups
 from fsm.scene.patterns.reading import PatternFault, Reading
 from fsm.scene.sheet import MOST_FACETS
+from fsm.shown_units import shown, shown_points
 
 __all__ = ["Line", "RANK", "TOLERANCE", "check_size", "counted", "last_digit", "planar_pattern", "unit_targets"]
 
@@ -167,9 +168,9 @@ def _with_tolerance(
     points, edges, notes = _split(lines, ends, near, split, scale)
     edges, ignored = _without_loose(edges)
     if ignored:
-        x, y = 1e3 * scale * points[ignored[0][0]]
+        first = shown_points([scale * points[ignored[0][0]]])
         notes.append(f"{counted(len(ignored), 'flat crease or bend line', 'flat creases and bend lines')} bound no facet "
-                     f"and are ignored, the first at ({x:.6g}, {y:.6g}) mm")  # fmt: skip
+                     f"and are ignored, the first at {first}")  # fmt: skip
     joined, holes = joining_lines(points, {pair: letter for pair, (letter, _) in edges.items()}, near)
     edges |= dict.fromkeys(joined, ("F", 0.0))
     if joined:
@@ -266,8 +267,8 @@ def _split(
     notes = found.notes()
     most = max(float(moved.max()), bent)
     if most > 1e-6 * float(np.ptp(places, axis=0).max()):
-        text = f"points up to {1e3 * scale * most:.3g} mm apart are one vertex"
-        notes.append(f"{text}; the limit is sheet.merge = {1e3 * scale * near:.3g} mm")
+        text = f"points up to {shown(scale * most, 'm')} apart are one vertex"
+        notes.append(f"{text}; the limit is sheet.merge = {shown(scale * near, 'm')}")
     return places, found.edges, notes
 
 
@@ -442,8 +443,7 @@ def _with_faces(flat: np.ndarray, edges: Edges) -> Pattern:
     notes: tuple[str, ...] = ()
     if cut_off:
         text = counted(len(cut_off), "area without creases is", "areas without creases are")
-        x, y = 1e3 * cut_off[0]
-        notes = (f"{text} cut off from the sheet and left out, the first around ({x:.6g}, {y:.6g}) mm",)
+        notes = (f"{text} cut off from the sheet and left out, the first around {shown_points(cut_off[:1])}",)
     return replace(pattern.assigned(letters, targets), notes=notes)
 
 
@@ -499,8 +499,8 @@ class _Parts(PatternFault):
         self.parts = [parts[k] for k in order]
         middles = [flat[np.unique(np.concatenate(part))].mean(axis=0) for part in self.parts]
         listed = [
-            f"{number} with {counted(len(part), 'facet', 'facets')} around ({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
-            for number, (part, (x, y)) in enumerate(zip(self.parts, middles, strict=True), 1)
+            f"{number} with {counted(len(part), 'facet', 'facets')} around {shown_points([middle])}"
+            for number, (part, middle) in enumerate(zip(self.parts, middles, strict=True), 1)
         ]
         more = f" and {len(listed) - 4} more" if len(listed) > 4 else ""
         text = f"the pattern has {len(parts)} separate parts: {', '.join(listed[:4])}{more}"
