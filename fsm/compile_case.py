@@ -21,6 +21,7 @@ from fsm.segments.gas_checks import gas_faults
 from fsm.segments.plan import Plan, plan_of, plan_warnings
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
+from fsm.shown_units import shown
 from fsm.solve.static import PathSettings
 
 __all__ = ["compile_case", "compile_whole", "path_settings"]
@@ -161,7 +162,7 @@ def _overlaps(scene: Scene, system: SegmentSystem, case: Case) -> list[Fault]:
 
 
 def _line(first: str, second: str, depth: float, hint: str) -> str:
-    return f"{first} and {second} overlap at the start by {1e3 * depth:.3g} mm; {hint}"
+    return f"{first} and {second} overlap at the start by {shown(depth, 'm')}; {hint}"
 
 
 def _moved(scene: Scene, system: SegmentSystem, q: np.ndarray) -> Scene:
@@ -188,5 +189,5 @@ def _move_warning(before: Scene, after: Scene, found: list[Fault]) -> str:
     pairs = "1 pair" if len(found) == 1 else f"{len(found)} pairs"
     return (
         f"{pairs} overlapped at the start and were moved apart; the largest displacement is "
-        f"{1e3 * distances[farthest]:.3g} mm, of {after.bodies[farthest].name}"
+        f"{shown(distances[farthest], 'm')}, of {after.bodies[farthest].name}"
     )

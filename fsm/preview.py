@@ -21,7 +21,7 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.shown_units import shown_unit
+from fsm.shown_units import shown
 
 __all__ = ["preview"]
 
@@ -368,5 +368,4 @@ def _caption(mechanism: _Mechanism, frame: int) -> str:
     first = mechanism.pulls[0]
     share = first.duration / max(pull.duration for pull in mechanism.pulls)
     travel = first.travel * min(1.0, frame / (FRAMES - 1) / share)
-    unit = shown_unit("m", first.travel)
-    return f"sketch, travel {unit.factor * travel:.3g} of {unit.text(first.travel)}"
+    return f"sketch, travel {shown(travel, 'm')} of {shown(first.travel, 'm')}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from fsm.analyses.analysis import MODAL, Analysis
 from fsm.analyses.comparison import Statement
+from fsm.report_text import count
 from fsm.results.quantities import in_motion
 from fsm.results.solution import Layout, Solution
 from fsm.results.stated_errors import largest_errors
@@ -28,8 +29,6 @@ _COARSE, _LATE = 0.05, 0.02
 """Errors due to the mesh of facets, and errors of positions due to steps, above which there is a warning."""
 _LISTED_EVENTS = 6
 """Largest number of events with a warning each."""
-
-_ARC_LENGTH = 'solve.method = "arc-length"'
 
 _PULL_DEFAULTS: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
 """Keys of a pull that every summary has, with their values for a run without a drive."""
@@ -79,14 +78,12 @@ def summary_of(
         residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the reference energy, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
     listed = [event for event in events if event.kind != "vibration"]
-    driven = bool(solution.layout.drive_names)
-    found += [
-        _event_text(event, solution.layout) if driven else _load_event_text(event, analysis.loads_at(solution, event.time))
-        for event in listed[:_LISTED_EVENTS]
-    ]
+    driven, layout = bool(solution.layout.drive_names), solution.layout
+    for event in listed[:_LISTED_EVENTS]:
+        found.append(_event_text(event, layout, "" if driven else analysis.loads_at(solution, event.time)))
     if len(listed) > _LISTED_EVENTS:
-        more = len(listed) - _LISTED_EVENTS
-        found.append(f"{more} more events until {_where(listed[-1], solution.layout)}; `events` in summary.json lists all")
+        more = count(len(listed) - _LISTED_EVENTS, "more event")
+        found.append(f"{more} until {_where(listed[-1], layout)}; `events` in summary.json lists all")
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
 
@@ -176,47 +173,34 @@ def _drives(event: Event) -> bool:
     return event.travel != event.end_travel or (event.travel != 0.0 and event.time == event.end_time)
 
 
-def _event_text(event: Event, layout: Layout) -> str:
-    """Warning about an event."""
-    where = f"at {_where(event, layout)}"
-    effort, unit = ("moment", "N m") if layout.turns() else ("force", "N")
+def _event_text(event: Event, layout: Layout, loads: str) -> str:
+    """Warning about an event. Without drives, `loads` are the sizes and displacements of the loads at its start."""
+    driven, (effort, unit) = bool(layout.drive_names), ("moment", "N m") if layout.turns() else ("force", "N")
+    where = f"at {_where(event, layout)}" + (f" ({loads})" if loads else "")
+    until = travel_text(layout.turns(), event.end_travel) if driven and _drives(event) else f"{event.end_time:.4g} s"
+    inertia = f"solved with inertia until {until}"
+    path = "" if driven else '; set solve.method = "arc-length", which follows the equilibria through limit points'
+    forces = f"; {effort} {event.force:.4g} {unit} before, {event.end_force:.4g} {unit} after" if driven else ""
     if event.kind == "bifurcation":
         return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
     if event.kind == "force limit":
         return f"the force of the drive reached solve.force_limit {where}, {event.end_force:.4g} N; the run ends there"
-    until = travel_text(layout.turns(), event.end_travel) if _drives(event) else f"{event.end_time:.4g} s"
-    forces = f"; {effort} {event.force:.4g} {unit} before, {event.end_force:.4g} {unit} after" if layout.drive_names else ""
     if event.kind == "release":
-        there = f"; {effort} {event.end_force:.4g} {unit} there" if layout.drive_names else ""
+        there = f"; {effort} {event.end_force:.4g} {unit} there" if driven else ""
         start = f"the state at {event.time:.4g} s" if event.time else "the start"
-        return f"{start} is not in equilibrium: solved with inertia until {until}{there}"
+        return f"{start} is not in equilibrium: {inertia}{there}"
+    if event.kind == "motion" and not driven:
+        return f"the load was too fast for statics {where}: {inertia}; let it grow more slowly, or {path.removeprefix('; ')}"
     if event.kind == "motion":
         advice = "" if layout.turns() else "; drive slower"  # a machine has inertia at any speed
-        return f"motion {where}: too fast for statics, solved with inertia until {until}{forces}{advice}"
+        return f"motion {where}: too fast for statics, {inertia}{forces}{advice}"
     if event.kind == "damped snap":
-        return f"snap {where}: states are unstable until {until}, and dampers slow the motion{forces}"
+        return f"snap {where}: states are unstable until {until}, and dampers slow the motion{forces}{path}"
     if event.kind == "unstable":
-        return f"snap {where}: saved states until {until} are unstable{forces}"
-    return f"snap {where}: solved with inertia until {until}{forces}"
-
-
-def _load_event_text(event: Event, loads: str) -> str:
-    """Warning about an event of a case without drives; `loads` are the sizes and displacements of the loads at its start."""
-    where = f"at {event.time:.4g} s" + (f" ({loads})" if loads else "")
-    inertia = f"solved with inertia until {event.end_time:.4g} s"
-    path = f"set {_ARC_LENGTH}, which follows the equilibria through limit points"
-    if event.kind == "motion":
-        return f"the load was too fast for statics {where}: {inertia}; let it grow more slowly, or {path}"
-    if event.kind == "snap":
-        return f"limit load reached {where}: the structure snaps, {inertia}; {path}"
-    if event.kind == "bifurcation":
-        return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
-    if event.kind == "release":
-        start = f"the state at {event.time:.4g} s" if event.time else "the start"
-        return f"{start} is not in equilibrium: {inertia}"
-    if event.kind == "damped snap":
-        return f"snap {where}: states are unstable until {event.end_time:.4g} s, and dampers slow the motion; {path}"
-    return f"snap {where}: saved states until {event.end_time:.4g} s are unstable; {path}"
+        return f"snap {where}: saved states until {until} are unstable{forces}{path}"
+    if driven:
+        return f"snap {where}: {inertia}{forces}"
+    return f"limit load reached {where}: the structure snaps, {inertia}{path}"
 
 
 def missed_expectations(case: Case, summary: dict[str, Any]) -> list[str]:

@@ -10,16 +10,15 @@ import numpy as np
 
 from fsm.analyses.analysis import Analysis, StatedErrors
 from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_mesh, larger_steps, not_compared, other_meshes
-from fsm.analyses.extrapolation_warnings import extrapolation_warnings
+from fsm.analyses.deploy_warnings import DEEP, deploy_warnings, unstable_end
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
 from fsm.errors import FsmError, NotConverged
 from fsm.load_names import load_units
-from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.curve import ForceCurve
-from fsm.results.quantities import bent_energy, in_motion, summarise, summarise_contacts, summarise_drives
-from fsm.results.solution import ENERGIES, Layout, Solution
+from fsm.results.quantities import bent_energy, summarise, summarise_contacts, summarise_drives
+from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.sheet import SHELLS
 from fsm.scene.start import start_of
@@ -32,8 +31,8 @@ from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
 from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
-from fsm.sheet_motion import fold_warning, folded_parts
-from fsm.shown_units import shown_unit
+from fsm.sheet_motion import folded_parts
+from fsm.shown_units import shown, shown_unit
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
@@ -45,21 +44,7 @@ from fsm.system import System
 __all__ = ["Deployment"]
 
 _NAMED = 3
-"""Largest number of pairs of panels named in a warning."""
-
-
-_STRETCHED = 0.01
-"""Separation of the sides of a joint relative to the length of a segment. A larger value means that a strip is pulled beyond
-its full length. Real sheets yield earlier."""
-
-_TORN = 1e-3
-"""Separation of the sides of a crease relative to the length of a facet, above which facets cannot follow a motion."""
-_DEEP = 0.2
-"""Ratio of the penetration of contacts to the largest thickness, above which there is a warning."""
-_STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "work", "error"))
-"""Potential energies of a record, except of drives."""
-_COARSE = 0.05
-"""Error of the peak force due to the segments, above which there is a warning."""
+"""Largest number of loads named in a warning."""
 _FEWER = 0.7
 """Ratio of the unknowns of a coarser mesh to those of the mesh itself, below which both are compared."""
 
@@ -209,11 +194,11 @@ class Deployment(Analysis):
         gaps = system.observe(t, q, None).pairs.gap
         if not len(gaps):
             return
-        bound = max(_DEEP * self.layout().thickness, shallowest(system))
+        bound = max(DEEP * self.layout().thickness, shallowest(system))
         if -gaps.min() > bound:
             raise NotConverged(
-                f"{system.pair_names[int(np.argmin(gaps))]} overlap by {-1e3 * gaps.min():.3g} mm when their contact "
-                f"begins; the limit is {1e3 * bound:.3g} mm. Separate them in an earlier step, or add a step with "
+                f"{system.pair_names[int(np.argmin(gaps))]} overlap by {shown(-gaps.min(), 'm')} when their contact "
+                f"begins; the limit is {shown(bound, 'm')}. Separate them in an earlier step, or add a step with "
                 'kind = "relax" before this one'
             )
 
@@ -352,7 +337,7 @@ class Deployment(Analysis):
             summary |= summarise(curve, solution.layout.pair_names, bent_energy(solution.layout.case))
             if solution.travel.shape[1] > 1:
                 summary["drives"] = summarise_drives(curve, solution.layout.drive_names)
-            summary["unstable_at_end"] = self._ends_on_path and _unstable_end(solution)
+            summary["unstable_at_end"] = self._ends_on_path and unstable_end(solution)
             summary |= self._mesh_errors(solution, statistics, summary)
         looked_at = np.array([point.pair_force for point in statistics.points])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
@@ -407,154 +392,12 @@ class Deployment(Analysis):
         return alike and not self.system.steps_of and all(all(s.acting) and s.method != "arc-length" for s in steps)
 
     @property
-    def _is_structure(self) -> bool:
-        """Whether the case has a strip, lattice or sheet, which a drive deploys."""
-        return any(part is not None for part in (self.case.strip, self.case.lattice, self.case.sheet))
-
-    @property
     def _ends_on_path(self) -> bool:
         """Whether a drive acts in the last state, so that this state is not part of a free motion of a later step."""
         return not self.plan.written or self.plan.steps[-1].kind != "dynamic"
 
-    def _torn(self, summary: dict[str, Any]) -> list[str]:
-        """Warning if the two sides of a joint of a sheet separate, because rigid facets cannot follow the drive."""
-        length = self.system.scales().length
-        if self.case.sheet is None or summary["joint_opening"] <= _TORN * length:
-            return []
-        return [
-            f"facets separate by up to {1e3 * summary['joint_opening']:.3g} mm at their creases, so rigid facets cannot "
-            "follow this motion and the force is not physical; change drive or supports, or try facets = \"bend-lines\""
-        ]
-
-    def _stretched(self, solution: Solution) -> list[str]:
-        """Warning if a drive stretches the panels of a strip, with the travel at which this begins."""
-        if self.case.strip is None or not solution.travel.shape[1] or not self._same_throughout:
-            return []
-        length = self.system.scales().length
-        for time, q, travel in zip(solution.time, solution.q, solution.travel[:, 0], strict=True):
-            apart, _ = self.system.max_joint_opening(float(time), q)
-            if apart > _STRETCHED * length:
-                apart, joint = self.system.max_joint_opening(float(solution.time[-1]), solution.q[-1])
-                return [
-                    f"panels are stretched by over {100 * _STRETCHED:g} % from {1e3 * travel:.4g} mm of travel on, by "
-                    f"{100 * apart / length:.2g} % at its end ({joint}): a drive pulls beyond the full length of the "
-                    "strip; reduce its travel"
-                ]
-        return []
-
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Warnings on deep contacts, panels that cross, large errors, creases beyond their data, a fast pull, and a peak at
-        the end.
-        """
-        found = []
-        thickness = solution.layout.thickness
-        if solution.pair_gap.size and -solution.pair_gap.min() > _DEEP * thickness > 0.0:
-            pair = solution.layout.pair_names[int(np.argmin(solution.pair_gap.min(axis=0)))]
-            found.append(
-                f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "
-                "raise contact.stiffness"
-            )
-        found += _crossed(unwatched_crossings(solution, self.scene), solution)
-        found += self._stretched(solution) + self._torn(summary) + fold_warning(solution, summary.get("folded", {}))
-        meeting = lattice_overlap(solution, self.scene)
-        if meeting:
-            found.append(meeting)
-        arcs = [repr(step.name) for step in self.plan.steps if step.method == "arc-length"]
-        if arcs and self.scene.friction is not None:
-            found.append(f'"arc-length" has no friction: contacts slide without it in {", ".join(arcs)}')
-        found += _coarse(summary) + (_unstable_at_end(solution) if self._ends_on_path else [])
-        return found + extrapolation_warnings(solution, self.scene, self.system) + (
-            [] if self.plan.written else _of_the_pull(solution, summary, self._is_structure)
+        """See `fsm.analyses.deploy_warnings`."""
+        return deploy_warnings(
+            solution, summary, self.case, self.scene, self.system, self.plan, self._same_throughout, self._ends_on_path
         )
-
-
-def _unstable_end(solution: Solution) -> bool:
-    """Whether the last state is unstable and near an equilibrium."""
-    return bool(solution.negative_pivots[-1] > 0 and not in_motion(solution.energy)[-1])
-
-
-def _unstable_at_end(solution: Solution) -> list[str]:
-    """Warning if the last state is unstable, with the travel at which this begins."""
-    if not solution.travel.shape[1] or not _unstable_end(solution):
-        return []
-    stable = np.flatnonzero(solution.negative_pivots == 0)
-    since = solution.layout.travel_text(float(solution.travel[stable[-1] if len(stable) else 0, 0]))
-    return [
-        f"the last state is unstable: only friction and dampers prevent a snap from {since} on, "
-        "and final_force depends on the speed and on the segments; pull slower, or hold the drive at its end"
-    ]
-
-
-def _coarse(summary: dict[str, Any]) -> list[str]:
-    """Warning on forces of the summary with a large error due to the segments."""
-    errors = {name: summary.get(key) for name, key in (("peak_force", "mesh_error"), ("final_force", "mesh_error_final"))}
-    coarse = {name: error for name, error in errors.items() if error is not None and error > _COARSE}
-    if not coarse:
-        return []
-    off = " and ".join(
-        f"{name} has an error of about {100 * error:.2g} %{' of the peak' if name == 'final_force' else ''}"
-        for name, error in coarse.items()
-    )
-    return [f"the segments are coarse: {off}; raise strip.segments_per_panel"]
-
-
-def _crossed(crossings: list[tuple[int, int, float]], solution: Solution) -> list[str]:
-    """Warning on panels that pass through each other, with the travel or time of the first ones."""
-    if not crossings:
-        return []
-    first = sorted(crossings, key=lambda crossing: crossing[2])
-    driven, layout = solution.travel.shape[1] > 0, solution.layout
-    named = ", ".join(
-        f"{a} and {b} (from {layout.travel_text(at) if driven else f'{at:.4g} s'} on)" for a, b, at in first[:_NAMED]
-    )
-    more = f", and {len(first) - _NAMED} more pairs later" if len(first) > _NAMED else ""
-    return [f"panels pass through each other: {named}{more}; no contact pair includes them; later results are not physical"]
-
-
-def _of_the_pull(solution: Solution, summary: dict[str, Any], structure: bool) -> list[str]:
-    """Warnings on a pull that is not quasi-static, or that ends before its peak.
-
-    A pull has to be slow if it deploys a `structure`: a strip, lattice or sheet. A drive of a [scene] may be a machine,
-    whose force is due to inertia at any speed.
-    """
-    found: list[str] = []
-    if not solution.travel.size:
-        return found
-    statics = set(summary["method"].split(" + ")) == {"static"}
-    moving = _too_fast(solution, summary) if structure else np.zeros(len(solution.time), dtype=bool)
-    if moving.any():
-        at = solution.layout.travel_text(float(solution.travel[np.argmax(moving), 0]))
-        off = f"at {at} the kinetic energy is above 1 % of the largest stored energy"
-        found.append(
-            f"statics neglects inertia, but {off} at this speed; pull slower, or give solve.method = \"generalized-alpha\""
-            if statics
-            else f"not quasi-static: {off}; pull slower"
-        )
-    if structure and summary["peak_kind"] == "dynamic":
-        found.append("no part of the pull is quasi-static: peak_force is the largest dynamic force; pull slower")
-    # if other drives continue, the force may have decreased while the travel stayed the same
-    at_end = summary["peak_travel"] > 0.999 * solution.travel[-1, 0]
-    if at_end and summary["final_force"] >= summary["peak_force"] - 1e-3 * abs(summary["peak_force"]) and _rises(solution):
-        what, way = ("moment", "turn") if solution.layout.turns() else ("force", "travel")
-        found.append(f"the {what} is still rising at the end of the {way}; the peak may lie beyond this {way}")
-    return found
-
-
-def _too_fast(solution: Solution, summary: dict[str, Any]) -> np.ndarray:
-    """Records (n,) in which kinetic energy exceeds 1 % of the largest change of stored energy, outside events.
-
-    Events of a static run, such as snaps, are motions at any speed of the drive. The first 2 % of the travel are ignored.
-    """
-    stored = sum(solution.energy[name] - solution.energy[name][0] for name in _STORED)
-    moving = solution.energy["kinetic"] > 0.01 * float(np.max(np.abs(stored)))
-    moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
-    for event in summary["events"]:
-        moving &= ~((solution.time >= event["time"]) & (solution.time <= event["end_time"]))
-    return np.asarray(moving)
-
-
-def _rises(solution: Solution) -> bool:
-    """Whether the force of the first drive rises by more than 0.1 % in the last 5 % of the travel."""
-    travel, force = solution.travel[:, 0], solution.force[:, 0]
-    before = force[np.flatnonzero(travel <= 0.95 * travel[-1])[-1:]]
-    return bool(np.any(force[-1] - before > 1e-3 * abs(force[-1])))

@@ -16,6 +16,7 @@ from fsm.analyses.analysis import MODAL
 from fsm.ancf.reduced import ModalResponse, ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.errors import NotConverged
+from fsm.shown_units import shown
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.modal import Modes
 from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
@@ -86,7 +87,7 @@ class ModelError:
         if self.probes is None or self.at_impact is None:
             return f"the error of the motion is not known: the full model needs shorter steps than solve.step; {force}"
         motion = f"{_part(self.probes)} at the probes and {_part(self.at_impact)} at the impact"
-        return f"the error against the full model is {motion} over the first {1e3 * self.until:.3g} ms; {force}"
+        return f"the error against the full model is {motion} over the first {shown(self.until, 's')}; {force}"
 
     @property
     def remedy(self) -> str:

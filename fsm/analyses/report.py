@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
-from fsm.report_text import count, labelled, material_text, millimetres, size_text, stress_text
+from fsm.report_text import count, labelled, material_text
 from fsm.scene.builders.membrane import mesh_lines, place_patches
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, MeasuredPulse, Vibration
+from fsm.shown_units import shown, shown_points, shown_range, shown_size
 
 __all__ = ["MINAMI", "describe_film"]
 
@@ -34,7 +35,7 @@ def _steps(case: Case) -> Iterator[str]:
 def _film(case: Case) -> Iterator[str]:
     film, material = case.membrane, case.material
     assert film is not None and material is not None
-    yield f"{size_text(film.length, film.width, film.thickness)}, areal mass {_areal(case):.4g} kg/m^2"
+    yield f"{shown_size(film.length, film.width, film.thickness)}, areal mass {_areal(case):.4g} kg/m^2"
     yield material_text(material.young, material.poisson, material.density)
 
 
@@ -51,7 +52,7 @@ def _mesh(case: Case) -> Iterator[str]:
     given = case.membrane.mesh
     added = "" if (columns, rows) == given else f" ({given[0]} x {given[1]} by mesh, and lines at the edges of patches)"
     sides = [b - a for along in (lines.x, lines.y) for a, b in pairwise(along)]
-    yield f"{columns} x {rows} ANCF elements of {millimetres(min(sides))} to {millimetres(max(sides))}{added}"
+    yield f"{columns} x {rows} ANCF elements of {shown_range(min(sides), max(sides), 'm')}{added}"
     cables = sum(4 * cable.elements for cable in case.cable if isinstance(cable, CornerCable))
     cables += sum(2 * (columns + rows) for cable in case.cable if not isinstance(cable, CornerCable))
     nodes = (columns + 1) * (rows + 1)
@@ -65,21 +66,21 @@ def _patches(case: Case) -> Iterator[str]:
     for number, patch in enumerate(case.patch):
         here = [one for one in placed if one.number == number]
         mass = patch.density * patch.thickness * patch.size**2
-        where = ", ".join(f"({1e3 * one.x:.4g}, {1e3 * one.y:.4g})" for one in here[:4]) + (", ..." if len(here) > 4 else "")
+        where = shown_points((one.x, one.y) for one in here[:4]) + (", ..." if len(here) > 4 else "")
         yield (
-            f"{count(len(here), 'patch', 'patches')} of {size_text(patch.size, patch.size, patch.thickness)}, "
-            f"E {stress_text(patch.young)}, {1e3 * mass:.4g} g each, at {where} mm"
+            f"{count(len(here), 'patch', 'patches')} of {shown_size(patch.size, patch.size, patch.thickness)}, "
+            f"E {shown(patch.young, 'Pa')}, {shown(mass, 'kg')} each, at {where}"
         )
 
 
 def _cables(case: Case) -> Iterator[str]:
     for cable in case.cable:
         if isinstance(cable, CornerCable):
-            kind = f"from each corner outwards, {millimetres(cable.length)} long"
+            kind = f"from each corner outwards, {shown(cable.length, 'm')} long"
             joined = "joined to the film by position only"
         else:
             kind, joined = "along the edges", "joined to the film by position and slope"
-        made = f"diameter {millimetres(cable.diameter)}, E {stress_text(cable.young)}, {cable.density:g} kg/m^3"
+        made = f"diameter {shown(cable.diameter, 'm')}, E {shown(cable.young, 'Pa')}, {cable.density:g} kg/m^3"
         yield f"{kind}, {made}; {joined}"
 
 
@@ -89,7 +90,7 @@ def _support(case: Case) -> Iterator[str]:
         pulled = case.tension is not None and case.tension.pull is not None
         yield ("outer ends of the cables" if tips else "corners" if pulled else "all edges") + " (default support)"
     for support in case.support:
-        where = "" if support.position is None else f" ({1e3 * support.position[0]:g}, {1e3 * support.position[1]:g}) mm"
+        where = "" if support.position is None else f" {shown_points([support.position])}"
         yield f"{support.at}{where}, {', '.join(support.fixed)}" + (", with slopes" if support.clamped else "")
 
 
@@ -97,7 +98,7 @@ def _tension(case: Case) -> Iterator[str]:
     tension = case.tension
     assert tension is not None
     if tension.pull is not None:
-        yield f"{tension.pull:g} N at every corner, outwards along the diagonal; the supports then keep this state"
+        yield f"{shown(tension.pull, 'N')} at every corner, outwards along the diagonal; the supports then keep this state"
     else:
         strain = tension.strain if isinstance(tension.strain, tuple) else (tension.strain, tension.strain)
         yield f"edges moved outwards by the strains {strain[0]:g}, {strain[1]:g}; the supports then keep this state"
@@ -133,11 +134,11 @@ def _impact(case: Case) -> Iterator[str]:
     impact = case.impact
     if impact is None:
         return
-    at = f"at ({1e3 * impact.point[0]:g}, {1e3 * impact.point[1]:g}) mm, normal to the film"
+    at = f"at {shown_points([impact.point])}, normal to the film"
     if isinstance(impact, MeasuredPulse):
         yield f"measured pulse, {len(impact.time)} points up to {impact.time[-1]:g} s, {at}"
     else:
-        yield f"{impact.pulse} of {impact.force:g} N for {1e3 * impact.duration:g} ms {at}"
+        yield f"{impact.pulse} of {shown(impact.force, 'N')} for {shown(impact.duration, 's')} {at}"
 
 
 def _computed(case: Case) -> Iterator[str]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsm.report_text import degrees, labelled, material_text, millimetres, size_text
+from fsm.report_text import labelled, material_text
 from fsm.scene.builders.scissor import array_at
 from fsm.scene.case import Case
 from fsm.scene.check_scissor import default_holds
 from fsm.scene.loads import Constant
+from fsm.shown_units import shown, shown_size
 
 __all__ = ["describe_array"]
 
@@ -44,16 +45,16 @@ def _array(case: Case) -> Iterator[str]:
     kind = {"linear": "in a straight line", "arched": "along an arch", "ring": "in a closed ring"}[scissor.shape]
     array = array_at(scissor, scissor.initial_angle)
     xs, ys = ([at[axis] for at in array.points.values()] for axis in (0, 1))
-    yield f"{scissor.units} units {kind}, {len(array.bars)} bars at {degrees(scissor.initial_angle)}"
-    yield f"size at the start {size_text(max(xs) - min(xs), max(ys) - min(ys))}; points a1 ..., b1 ..., hinges h1 ..."
+    yield f"{scissor.units} units {kind}, {len(array.bars)} bars at {shown(scissor.initial_angle, 'rad')}"
+    yield f"size at the start {shown_size(max(xs) - min(xs), max(ys) - min(ys))}; points a1 ..., b1 ..., hinges h1 ..."
 
 
 def _bars(case: Case) -> Iterator[str]:
     scissor, bar, material = case.scissor, case.bar, case.material
     assert scissor is not None and bar is not None and material is not None
     mass = material.density * bar.width * bar.height * scissor.bar_length
-    size = f"{millimetres(bar.width)} wide, {millimetres(bar.height)} high in the plane"
-    yield f"{millimetres(scissor.bar_length)} long, {size}, {mass:.4g} kg each"
+    size = f"{shown(bar.width, 'm')} wide, {shown(bar.height, 'm')} high in the plane"
+    yield f"{shown(scissor.bar_length, 'm')} long, {size}, {shown(mass, 'kg')} each"
     yield material_text(material.young, material.poisson, material.density)
     if scissor.shape != "linear":
         bent = "with a kink of 2 pi/units at the hinge" if scissor.shape == "ring" else "straight"
@@ -99,7 +100,7 @@ def _hinges(case: Case) -> Iterator[str]:
         f"dry friction {hinge.friction_moment:g} N m"
     )
     if hinge.stiffness:
-        yield f"the moment of springs is zero after a rotation of {degrees(hinge.rest_turn)}"
+        yield f"the moment of springs is zero after a rotation of {shown(hinge.rest_turn, 'rad')}"
 
 
 def _stop(case: Case) -> Iterator[str]:
@@ -107,7 +108,7 @@ def _stop(case: Case) -> Iterator[str]:
     if stop is None:
         yield "none: no [stop]"
         return
-    yield f"at a bar angle of {degrees(stop.angle)}, {stop.stiffness:g} N m/rad^1.5, damping {stop.damping:g} s/rad"
+    yield f"at a bar angle of {shown(stop.angle, 'rad')}, {stop.stiffness:g} N m/rad^1.5, damping {stop.damping:g} s/rad"
     if stop.latch:
         yield "with a latch: a middle hinge that has reached the stop is held there in both directions"
 
@@ -129,7 +130,7 @@ def _steps(case: Case) -> str:
     if solve.step is None:
         return ""
     if solve.method in ("generalized-alpha", "newmark") or (solve.method == "auto" and not scissor.rigid):
-        return f", steps of {1e3 * solve.step:g} ms"
+        return f", steps of {shown(solve.step, 's')}"
     return ", steps by error control (solve.step is not used)"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from fsm.ancf.system import AncfSystem
 from fsm.errors import EnergyAbort, NotConverged
+from fsm.shown_units import shown
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -44,8 +45,8 @@ class SummaryErrors:
         if self.of_step is not None and self.of_step > _LARGE:
             shorter = self.step * math.sqrt(_LARGE / self.of_step)  # these methods are of second order
             found.append(
-                f"displacements have an error of about {100.0 * self.of_step:.2g} % with steps of {1e3 * self.step:.3g} ms "
-                f"(bound {100.0 * _LARGE:.0f} %); reduce solve.step to {1e3 * shorter:.2g} ms"
+                f"displacements have an error of about {100.0 * self.of_step:.2g} % with steps of {shown(self.step, 's')} "
+                f"(bound {100.0 * _LARGE:.0f} %); reduce solve.step to {shown(shorter, 's')}"
             )
         if self.of_point is not None and self.of_point > _LARGE:
             found.append(

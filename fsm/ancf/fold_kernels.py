@@ -3,9 +3,9 @@
 The vectors a and b across a line and c along it are sums of nodal vectors. The moment acts along the gradient of the
 rotation psi of `fsm.ancf.fold_angle`. The law of a spring without memory is
 
-    M = s M_c(psi) + k_r (tan(c d)/c - d) + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
+    M = s M_c(psi) + k_r (tan(c d)/c - d) + M_n + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
 
-as in `fsm.ancf.fold_laws`.
+with the moment M_n of facets that nearly touch, as in `fsm.ancf.fold_laws`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,15 @@ from fsm.kernels.spline import evaluate_curve
 from fsm.laws.crease import CreaseLaws
 
 __all__ = [
-    "FoldArrays", "FoldCurves", "add_force", "add_moments", "add_tangent", "add_tangents", "dissipation", "fold_efforts",
-    "fold_rates", "fold_states", "stored_energy",
+    "TOUCHING", "TOUCH_RISE", "FoldArrays", "FoldCurves", "add_force", "add_moments", "add_tangent", "add_tangents",
+    "dissipation", "fold_efforts", "fold_rates", "fold_states", "stored_energy",
 ]  # fmt: skip
+
+
+TOUCHING = 0.05
+"""Part of the range from `linear_to` to 180 degrees in which facets nearly touch, its end."""
+TOUCH_RISE = 100.0
+"""Factor of the energy of facets that nearly touch. Larger values make impacts smoother, and move states at rest more."""
 
 
 class FoldCurves(NamedTuple):
@@ -80,11 +86,19 @@ def _effort(law: FoldCurves, i: int, angle: float) -> tuple[float, float, float]
     over = abs(angle) - limit
     if limit >= math.pi or over <= 0.0:
         return energy, moment, slope
-    k, c = law.rise[i], 0.5 * math.pi / (math.pi - limit)
-    x = c * over if over < math.pi - limit else math.nan
-    cosine, side = math.cos(x), math.copysign(1.0, angle)
-    energy += k * (-math.log(cosine) / (c * c) - 0.5 * over * over)
-    return energy, moment + side * k * (math.tan(x) / c - over), slope + k * (1.0 / (cosine * cosine) - 1.0)
+    k, c, left = law.rise[i], 0.5 * math.pi / (math.pi - limit), math.pi - abs(angle)
+    y = c * left if left > 0.0 else math.nan
+    sine, side = math.sin(y), math.copysign(1.0, angle)
+    energy += k * (-math.log(sine) / (c * c) - 0.5 * over * over)
+    moment += side * k * (1.0 / (math.tan(y) * c) - over)
+    slope += k * (1.0 / (sine * sine) - 1.0)
+    w = TOUCHING * (math.pi - limit) / left
+    if w > 1.0:
+        z, rise = w - 1.0, TOUCH_RISE * k / (c * c)
+        energy += rise * z**3
+        moment += side * 3.0 * rise * z * z * w / left
+        slope += 6.0 * rise * z * w * (w + z) / (left * left)
+    return energy, moment, slope
 
 
 @kernel

@@ -2,11 +2,18 @@
 
 The moment of fold i at the angle psi is
 
-    M = s M_c(psi) + k_r (tan(c d)/c - d) - k d_r(t) + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
+    M = s M_c(psi) + k_r (tan(c d)/c - d) + M_n - k d_r(t) + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
 
 M_c is the curve of `fsm.laws.crease`, with the friction slider of `fsm.laws.crease_sliders` if it has two branches. s is the
 share of the fold. The second term acts beyond the angle p and becomes infinite where facets meet (Liu and Paulino,
-2017). The third is a load: the rest angle of a linear fold with the stiffness k moves by d_r.
+2017). Its energy grows only with the logarithm of the remaining angle r = pi - |psi|: an impact of the energy E would stop
+at r = exp(-E c^2/k_r), which is zero in floating-point numbers. The moment M_n of facets that nearly touch has the energy
+
+    U_n = 100 (k_r/c^2) (r_n/r - 1)^3    for r < r_n = (pi - p)/20
+
+Its moment and slope are continuous, and an impact stops at r = r_n/(1 + (E c^2/(100 k_r))^(1/3)). At larger remaining
+angles the law is that of Liu and Paulino. The fourth term is a load: the rest angle of a linear fold with the
+stiffness k moves by d_r.
 
 Fold angles are continuous. Fold angles differ by less than half a turn from the fold angles of the last accepted state, so
 they may exceed 180 degrees.

@@ -13,7 +13,7 @@ from fsm.errors import FsmError
 from fsm.load_names import load_units
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.shown_units import shown_unit, turns
+from fsm.shown_units import shown_range, shown_unit, travel_text, turns
 
 __all__ = ["describe_case", "key_results", "sections_of"]
 
@@ -113,10 +113,10 @@ def _result_rows(summary: dict[str, Any]) -> list[list[str]]:
         rows.append(["first natural frequencies", ", ".join(f"{f:.4g}" for f in summary["modes_hz"][:6]) + " Hz"])
     state = summary.get("tension_state")
     if isinstance(state, dict):
-        stress = f"{1e-6 * state['smallest_stress']:.4g} to {1e-6 * state['largest_stress']:.4g} MPa"
+        stress = shown_range(state["smallest_stress"], state["largest_stress"], "Pa")
         rows.append(["stress of the tensioned film", f"{stress}, {100 * state['slack_fraction']:.3g} % slack"])
     for stage in summary.get("stages", ()):
-        travel = f"{180 / math.pi * stage['travel']:.4g} deg" if turns(summary) else f"{1e3 * stage['travel']:.4g} mm"
+        travel = travel_text(turns(summary), stage["travel"])
         rows.append([f"stage: {stage['name']}", f"from {travel}, {stage['force']:.4g} {'N m' if turns(summary) else 'N'}"])
     for load in summary.get("loads", ()):
         units = load_units(load["name"])

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from fsm.errors import Fault
 from fsm.scene.sections import Sections
+from fsm.shown_units import shown
 
 __all__ = ["drives_through_held_panels"]
 
@@ -34,11 +35,11 @@ def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iter
                 continue
             part = _crossing(start, way, strip.crease_point(panel - 1), strip.crease_point(panel))
             if part is not None:
-                travel = 1e3 * part * drive.travel
+                travel = part * drive.travel
                 yield Fault(
                     f"{path}.travel",
-                    f"{1e3 * drive.travel:.4g} mm lead {what} through panel {panel}, which is held; they "
-                    f"meet at {travel:.4g} mm. Reduce the travel, or hold other panels",
+                    f"{shown(drive.travel, 'm')} lead {what} through panel {panel}, which is held; they "
+                    f"meet at {shown(travel, 'm')}. Reduce the travel, or hold other panels",
                 )
 
 

@@ -9,6 +9,7 @@ from fsm.scene.builders.membrane import check_film
 from fsm.scene.materials import Material
 from fsm.scene.membrane import CornerCable, Membrane
 from fsm.scene.sections import Sections, method_faults, static_keys
+from fsm.shown_units import shown, shown_points
 
 __all__ = ["check_vibration"]
 
@@ -107,7 +108,7 @@ def _points(sections: Sections) -> Iterable[Fault]:
         half = 0.5 * (sections.impact.size or 0.0)
         reach = [abs(x) + half for x in sections.impact.point]
         if half and any(x > 0.5 * side * (1 + 1e-9) for x, side in zip(reach, (film.length, film.width), strict=True)):
-            text = f"a square of {2e3 * half:.4g} mm around impact.point extends beyond the film; give a smaller square"
+            text = f"a square of {shown(2.0 * half, 'm')} around impact.point extends beyond the film; give a smaller square"
             yield Fault("impact.size", text)
     if sections.vibration is not None:
         for name, point in sections.vibration.probes.items():
@@ -119,8 +120,8 @@ def _on_film(film: Membrane, point: tuple[float, float], path: str) -> Iterable[
     if any(abs(x) > limit * (1 + 1e-9) for x, limit in zip(point, half, strict=True)):
         yield Fault(
             path,
-            f"({1e3 * point[0]:.4g}, {1e3 * point[1]:.4g}) mm is outside the film, whose corner is at "
-            f"({1e3 * half[0]:.4g}, {1e3 * half[1]:.4g}) mm; give a point on the film",
+            f"{shown_points([point])} is outside the film, whose corner is at "
+            f"{shown_points([half])}; give a point on the film",
         )
 
 

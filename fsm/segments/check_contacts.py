@@ -13,6 +13,7 @@ from fsm.scene.known_names import nearest_name
 from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.patterns.touching import MOST_POINTS
 from fsm.scene.scene import GROUND, Body, ContactPair, Scene
+from fsm.shown_units import shown
 
 __all__ = ["contact_faults"]
 
@@ -53,8 +54,8 @@ def _sheet_points(scene: Scene) -> Iterator[Fault]:
     if apart > passing:
         yield Fault(
             "contact",
-            f"the sheet touches bodies and obstacles at points, at most {MOST_POINTS:,}; they are {1e3 * apart:.4g} mm "
-            f"apart, and the smallest body or obstacle could pass between points {1e3 * passing:.4g} mm apart; enlarge it, "
+            f"the sheet touches bodies and obstacles at points, at most {MOST_POINTS:,}; they are {shown(apart, 'm')} "
+            f"apart, and the smallest body or obstacle could pass between points {shown(passing, 'm')} apart; enlarge it, "
             "or use a smaller sheet",
         )
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.group import PreviousPoses
+from fsm.shown_units import shown
 from fsm.system_records import PairState, StepRejection
 
 __all__ = ["ContactSet"]
@@ -68,7 +69,7 @@ class ContactSet(tuple[ContactGroup, ...]):
             crossed = group.geometry.crossed(poses)
             if crossed:
                 depth = -float(group.geometry.find(poses, 0.0).gap.min(initial=0.0))
-                return StepRejection(0.5, f"{names[crossed[0]]} pass through each other (penetration {1e3 * depth:.3g} mm)")
+                return StepRejection(0.5, f"{names[crossed[0]]} pass through each other (penetration {shown(depth, 'm')})")
         if step is None:
             return None
         part = min((group.fraction_before_impacts(t, poses, rates, step) for group in self), default=1.0)

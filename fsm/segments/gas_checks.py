@@ -12,6 +12,7 @@ from fsm.scene.scene import Scene
 from fsm.scene.time_program import Constant
 from fsm.segments.plan import Plan
 from fsm.segments.time_function import breaks, factor, integral
+from fsm.shown_units import shown
 
 __all__ = ["gas_faults"]
 
@@ -43,5 +44,5 @@ def gas_faults(case: Case, scene: Scene, plan: Plan | None) -> Iterator[Fault]:
         mass = first + size * np.array([supplied(function, t) for t in times.tolist()])
         below = np.flatnonzero(mass < -_NO_GAS * np.abs(mass).max())
         if len(below):
-            text = f"the chamber has {1e3 * first:.4g} g at the start, and is empty before t = {times[below[0]]:.4g} s"
+            text = f"the chamber has {shown(first, 'kg')} at the start, and is empty before t = {times[below[0]]:.4g} s"
             yield Fault(f"gas.{number}.{key}", f"{text}; take out less gas, or give a larger `pressure` at the start")

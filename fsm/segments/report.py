@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps
-from fsm.report_text import count, degrees, labelled, millimetres, triple
+from fsm.report_text import count, labelled, triple
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.builders.strip import bending_stiffness, strip_damping
 from fsm.scene.case import Case
@@ -41,6 +41,7 @@ from fsm.segments.report_numbers import body_lines, crease_lines, element_lines,
 from fsm.segments.report_sheet import sheet_lines, sheet_support_lines
 from fsm.segments.report_view import CheckContext
 from fsm.segments.save_times import save_times
+from fsm.shown_units import shown, shown_points
 
 __all__ = ["describe"]
 
@@ -92,7 +93,7 @@ def _overlaps(case: Case, scene: Scene) -> Iterator[Fault]:
     for first, second, depth in find_overlaps(scene):
         yield Fault(
             "strip" if case.strip else "scene",
-            f"{first} and {second} overlap at the start by {1e3 * depth:.3g} mm; "
+            f"{first} and {second} overlap at the start by {shown(depth, 'm')}; "
             "use a smaller fold_angle or thickness, or thickness_in_gap = false",
         )
 
@@ -192,7 +193,7 @@ def _damping(view: CheckContext) -> Iterator[str]:
     material = view.case.material
     if view.case.strip is not None and material is not None:
         beta = strip_damping(view.case, view.scene)
-        yield f"c = {1e3 * beta:.4g} ms x k for every spring (Kelvin-Voigt)" if beta else "none in the springs"
+        yield f"c = {shown(beta, 's')} x k for every spring (Kelvin-Voigt)" if beta else "none in the springs"
     elif view.elements:
         damped = sum(any(e.translation_damping) or any(e.rotation_damping) for e in view.elements)
         yield f"in {damped} of {count(len(view.elements), 'force element')}"
@@ -208,12 +209,12 @@ def _motion(drive: Drive, motion: PrescribedMotion) -> str:
     """Text on the motion of a drive."""
     if drive.turn is not None:
         how = f"turns about {triple(drive.axis)}"
-        size, pace = degrees(motion.travel), f"{degrees(drive.fastest)}/s"
+        size, pace = shown(motion.travel, "rad"), shown(drive.fastest, "rad/s")
     else:
         how = f"moves along ({', '.join(f'{x:.4g}' for x in motion.direction)})"
-        size, pace = millimetres(motion.travel), f"{millimetres(drive.fastest)}/s"
+        size, pace = shown(motion.travel, "m"), shown(drive.fastest, "m/s")
     if isinstance(motion.program, RunUp):
-        run_up = f"run-up {millimetres(motion.program.run_up)}, " if drive.turn is None else ""
+        run_up = f"run-up {shown(motion.program.run_up, 'm')}, " if drive.turn is None else ""
         name = "travel" if drive.turn is None else "turn"
         return f"{how} at {pace}: {run_up}{name} {size}"
     kind = "" if drive.time is None else drive.time.kind
@@ -228,7 +229,7 @@ def _loads(view: CheckContext) -> Iterator[str]:
             yield pressure_line(load, facet_areas(pattern_of(view.case.sheet)))
             continue
         kind = "follower" if load.follower else "dead"
-        wrench = f"force {triple(load.force)} N, moment {triple(load.moment)} N m"
+        wrench = f"force {shown_points([load.force], 'N')}, moment {shown_points([load.moment], 'N m')}"
         yield f"on {load.target}: {kind}, {wrench}, {load.time.kind if load.time else 'constant'}"
     if any(view.scene.gravity):
         yield f"gravity {triple(view.scene.gravity)} m/s^2"
@@ -263,7 +264,7 @@ def _saved(view: CheckContext) -> Iterator[str]:
     motion = view.motions[0] if view.motions else None
     records = sum(_records(view, step) for step in view.plan.steps)
     if save.every is not None and motion is not None:
-        spacing = f"one every {millimetres(save.every)} of travel"
+        spacing = f"one every {shown(save.every, 'm')} of travel"
     elif save.interval is not None:
         spacing = f"one every {save.interval:.4g} s"
     else:
@@ -337,7 +338,7 @@ def _of_damping(view: CheckContext) -> Iterator[str]:
     yield "damping is Kelvin-Voigt damping, c = beta k, not a measured value: halve material.damping to see its effect"
     if view.scene.drives and view.method == "static":
         delay = beta * max(drive.fastest for drive in view.scene.drives)
-        shift = f"beta v = {millimetres(delay)} of travel"
+        shift = f"beta v = {shown(delay, 'm')} of travel"
         yield f"dampers shift the force curve by {shift}, visible where the force rises steeply"
 
 
@@ -345,7 +346,7 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
     strip = view.case.strip
     if strip is None or strip.segments_per_panel == 1 or not view.segment:
         return
-    length = f"segments of {millimetres(view.segment)}"
+    length = f"segments of {shown(view.segment, 'm')}"
     peak = "the peak of folding_cases/strip_trial has an error of"
     meshes = "with 10, 20 and 40 segments per panel"
     if strip.half_cell:
@@ -354,7 +355,7 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
         yield f"{length}: error O(l) without half cells; {peak} 4, 2.4 and 1.3 % {meshes}"
     if view.case.material is not None and view.scene.drives:
         tension = bending_stiffness(strip, view.case.material) / view.segment**2
-        yield f"segments resolve the bending beside creases of a taut panel up to a tension of EI/l^2 = {tension:.3g} N"
+        yield f"segments resolve the bending beside creases of taut panels up to a tension of EI/l^2 = {shown(tension, 'N')}"
 
 
 def _warnings(view: CheckContext) -> Iterator[str]:

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
-from fsm.report_text import count, millimetres
+from fsm.report_text import count
 from fsm.scene.case import contact_scale
 from fsm.scene.contact import Contact
 from fsm.scene.contact_points import sheet_parts, sheet_spacing
 from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import Body
 from fsm.segments.report_view import CheckContext
+from fsm.shown_units import shown
 
 __all__ = [
     "SURFACE_TIP",
@@ -69,10 +70,10 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     faces = sorted({group.face for group in view.scene.groups if group.face is not None})
     if view.scene.touching is not None:
         faces = [view.scene.touching.mean_facet]
-    where = f"{1e6 * faces[0]:.4g} mm^2, the area of a mean facet" if len(faces) == 1 else "a whole face"
+    where = f"{shown(faces[0], 'm^2')}, the area of a mean facet" if len(faces) == 1 else "a whole face"
     yield f"{law}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for {where}{_damping(contact)}"
     if contact.restitution is not None:
-        slow = f"{millimetres(contact.speed_floor)}/s"
+        slow = shown(contact.speed_floor, "m/s")
         yield f"an impact takes at least about 90 steps; a contact that closes slower than {slow} is not an impact"
     yield f"{count(_contact_points(view), 'contact point')} on both faces of all pairs"
     if view.scene.touching is not None:
@@ -87,8 +88,8 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
             yield "facets with a common crease touch at a distance that grows from zero at the crease to the thickness"
         wanted, _ = sheet_spacing(view.scene)
         if math.isfinite(wanted):
-            apart = millimetres(view.scene.touching.longest_edge / sheet_parts(view.scene))
-            yield f"bodies and obstacles touch the sheet at points up to {apart} apart; {millimetres(wanted)} is wanted"
+            apart = shown(view.scene.touching.longest_edge / sheet_parts(view.scene), "m")
+            yield f"bodies and obstacles touch the sheet at points up to {apart} apart; {shown(wanted, 'm')} is wanted"
         yield "with contact, steps of flexible facets and bars are computed in Python and take several times as long"
     if view.scene.obstacles:
         yield "overlap with obstacles at the start is checked by the run, not here"
@@ -150,21 +151,21 @@ def friction_lines(view: CheckContext) -> Iterator[str]:
         yield _added(FRICTION_LAWS[law.law], law.parameters)
     elif law.law == "lugre":
         yield (
-            f"LuGre bristles: mu {law.mu_static:g} at a deflection of {millimetres(law.presliding or 0.0)}, "
-            f"{law.mu_dynamic:g} when sliding faster than about {millimetres(law.v_stribeck or 0.0)}/s"
+            f"LuGre bristles: mu {law.mu_static:g} at a deflection of {shown(law.presliding or 0.0, 'm')}, "
+            f"{law.mu_dynamic:g} when sliding faster than about {shown(law.v_stribeck or 0.0, 'm/s')}"
         )
     elif law.law == "stribeck":
         yield (
-            f"Stribeck curve: mu {law.mu_static:g} at {millimetres(law.v_static)}/s, {law.mu_dynamic:g} above about "
-            f"{millimetres(law.v_stribeck or 0.0)}/s"
+            f"Stribeck curve: mu {law.mu_static:g} at {shown(law.v_static, 'm/s')}, {law.mu_dynamic:g} above about "
+            f"{shown(law.v_stribeck or 0.0, 'm/s')}"
         )
     elif law.law == "step":
         yield (
-            f"two STEP functions: mu {law.mu_static:g} at {millimetres(law.v_static)}/s, "
-            f"{law.mu_dynamic:g} above {millimetres(law.v_dynamic or law.v_static)}/s"
+            f"two STEP functions: mu {law.mu_static:g} at {shown(law.v_static, 'm/s')}, "
+            f"{law.mu_dynamic:g} above {shown(law.v_dynamic or law.v_static, 'm/s')}"
         )
     else:
-        yield f"mu = {law.mu_dynamic:g} tanh(v / {millimetres(law.v_static)}/s)"
+        yield f"mu = {law.mu_dynamic:g} tanh(v / {shown(law.v_static, 'm/s')})"
     if law.across != 1.0:
         yield f"mu across a panel is {law.across:g} times as large" + ("" if view.spatial else ", not used in planar motion")
 
@@ -183,7 +184,7 @@ def approximations_of_contact(view: CheckContext) -> Iterator[str]:
             yield "facets touch at t min(1, s/L) at the distance s from a common crease; L is the depth of the smaller facet"
         return
     if view.segment:
-        off = millimetres(view.segment / 8 * math.radians(10))
+        off = shown(view.segment / 8 * math.radians(10), "m")
         yield f"the contact surface deviates from the segments by l alpha/8: {off} at a joint bent by alpha = 10 deg"
     if contact.thickness_in_gap and any(pair.shared == "end-start" for pair in view.pairs):
         yield "beside a common crease the thickness in the gap decreases to zero, because the layers are joined there"
@@ -208,11 +209,11 @@ def approximations_of_friction(view: CheckContext) -> str:
     if law.law in ("step", "stribeck"):
         return (
             "regularised friction creeps: the speed on a slope a is at most v = v_static tan(a)/mu_static, "
-            f"{millimetres(law.v_static)}/s at the limit"
+            f"{shown(law.v_static, 'm/s')} at the limit"
         )
     return (
         "regularised friction creeps: the speed on a slope a is v = v_static atanh(tan(a)/mu), "
-        f"about v_static tan(a)/mu; v_static is {millimetres(law.v_static)}/s"
+        f"about v_static tan(a)/mu; v_static is {shown(law.v_static, 'm/s')}"
     )
 
 
@@ -226,9 +227,9 @@ def stick_slip(view: CheckContext) -> Iterator[str]:
     if fast is None or not speeds or not slow < max(speeds) < fast:
         return
     yield (
-        f"drive speed {millimetres(max(speeds))}/s, where friction falls with speed: contacts may alternately stick "
-        f"and slip, and a run may take long; use a speed below v_static = {millimetres(slow)}/s or above "
-        f"{millimetres(fast)}/s"
+        f"drive speed {shown(max(speeds), 'm/s')}, where friction falls with speed: contacts may alternately stick "
+        f"and slip, and a run may take long; use a speed below v_static = {shown(slow, 'm/s')} or above "
+        f"{shown(fast, 'm/s')}"
     )
 
 
@@ -243,6 +244,6 @@ def soft_contact(view: CheckContext) -> Iterator[str]:
     if part > _SOFT:
         given = f"{contact.stiffness:.3g} N/m^{contact.exponent:g}"
         yield (
-            f"contact.stiffness = {given} is low for this strip: the penetration is about {millimetres(depth)}, "
+            f"contact.stiffness = {given} is low for this strip: the penetration is about {shown(depth, 'm')}, "
             f"which lowers the peak by about {100 * part:.2g} %; remove this key to use the material"
         )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from fsm.report_text import millimetres
 from fsm.scene.case import Strip
 from fsm.scene.loads import Drive
 from fsm.segments.report_view import CheckContext
+from fsm.shown_units import shown
 
 __all__ = ["drive_of_strip_lines", "drives_line", "pulled_beyond_length", "taut_travel"]
 
@@ -37,7 +37,7 @@ def drive_of_strip_lines(view: CheckContext, drive: Drive) -> Iterator[str]:
     found = taut_travel(view.case.strip, view.case.held_panels, drive)
     if found is not None:
         travel, between = found
-        taut = f"taut at {millimetres(travel)} of travel: {between} straight there, and more travel stretches the panels"
+        taut = f"taut at {shown(travel, 'm')} of travel: {between} straight there, and more travel stretches the panels"
         yield taut if travel > 0.0 else f"locked: {between} straight at the start, and the travel stretches the panels"
 
 
@@ -53,7 +53,7 @@ def pulled_beyond_length(view: CheckContext) -> Iterator[str]:
         travel, between = found
         if travel > 0.0:
             yield (
-                f"drive of {drive.part}: the travel of {millimetres(drive.size)} is longer than {millimetres(travel)}, "
+                f"drive of {drive.part}: the travel of {shown(drive.size, 'm')} is longer than {shown(travel, 'm')}, "
                 f"where {between} straight; give a shorter travel"
             )
         else:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fsm.report_text import count, material_text, millimetres, stress_text, triple
+from fsm.report_text import count, material_text
 from fsm.scene.loads import Load
 from fsm.scene.patterns.cuts import sides_of_cuts
 from fsm.scene.patterns.facet_mesh import FacetMesh
@@ -17,6 +17,7 @@ from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import facets_named
 from fsm.scene.sheet import Box, Sheet
 from fsm.segments.report_view import CheckContext
+from fsm.shown_units import shown, shown_points, shown_range, shown_size
 
 __all__ = ["cut_lines", "facet_lines", "facet_support_lines", "pressure_line"]
 
@@ -30,9 +31,9 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
     if facets is None:
         return
     mesh = facets.mesh
-    sides = " x ".join(millimetres(float(side)) for side in np.ptp(mesh.positions, axis=0))
-    yield f"flexible facets, {sides}, {1e6 * mesh.area:.4g} mm^2; edges: {', '.join(mesh.edges)}"
-    thick = f"{millimetres(facets.thickness)} thick"
+    sides = shown_size(*np.ptp(mesh.positions, axis=0).tolist())
+    yield f"flexible facets, {sides}, {shown(mesh.area, 'm^2')}; edges: {', '.join(mesh.edges)}"
+    thick = f"{shown(facets.thickness, 'm')} thick"
     if facets.laminate is None:
         yield f"{thick}; {material_text(facets.young, facets.poisson, facets.density)}"
     elif view.case.sheet is not None:
@@ -42,16 +43,15 @@ def facet_lines(view: CheckContext) -> Iterator[str]:
             yield f"  {name} ({unit}): {'; '.join(', '.join(f'{x:.4g}' for x in row) for row in matrix)}"
     if view.case.sheet is not None and not view.case.sheet.is_shell:
         yield from cut_lines(pattern_of(view.case.sheet))
-    low, high = millimetres(float(mesh.lengths.min())), millimetres(float(mesh.lengths.max()))
+    edges = shown_range(float(mesh.lengths.min()), float(mesh.lengths.max()), "m")
     nodes = len(mesh.nodes)
-    yield f"{count(len(mesh.triangles), 'triangle')} (ANCF-DKT) with edges of {low} to {high}, {count(nodes, 'node')}"
+    yield f"{count(len(mesh.triangles), 'triangle')} (ANCF-DKT) with edges of {edges}, {count(nodes, 'node')}"
     unknowns = 3 * nodes + 6 * len(mesh.owner) - sum(len(components) for components in facets.held.values())
     yield f"{unknowns} unknowns: positions, and slopes along two directions on each side of a crease"
     if facets.folds is not None:
-        angles = np.degrees(np.abs(facets.folds.start))
-        low, high = f"{angles.min():.4g}", f"{angles.max():.4g}"
-        between = low if low == high else f"{low} to {high}"
-        yield f"{count(len(mesh.creases), 'joint')} between facets, fold angles {between} deg; facets bend up to the creases"
+        angles = np.abs(facets.folds.start)
+        between = shown_range(float(angles.min()), float(angles.max()), "rad")
+        yield f"{count(len(mesh.creases), 'joint')} between facets, fold angles {between}; facets bend up to the creases"
     if facets.rounding is not None:
         yield "tension field: no compression in the facets; wrinkles are not resolved, and their bending has no energy"
         yield f"  kinks of the law are rounded over strains of {facets.rounding:g}; strains of this size are not accurate"
@@ -73,7 +73,7 @@ def cut_lines(pattern: Pattern) -> Iterator[str]:
         return
     sides = sides_of_cuts(pattern)
     listed = ", ".join(
-        f"{' and '.join(str(v + 1) for v in vertices)} at {triple(tuple(1e3 * pattern.vertices[vertices[0]]))} mm"
+        f"{' and '.join(str(v + 1) for v in vertices)} at {shown_points([pattern.vertices[vertices[0]]])}"
         for vertices in sides[:_LISTED]
     )
     more = f" and {count(len(sides) - _LISTED, 'other place')}" if len(sides) > _LISTED else ""
@@ -84,14 +84,14 @@ def cut_lines(pattern: Pattern) -> Iterator[str]:
 def _boom_lines(sheet: Sheet, mesh: FacetMesh, touching: bool) -> Iterator[str]:
     """Lines on the section of a boom, on its mesh and on its contact with itself."""
     assert sheet.radius is not None and sheet.subtended_angle is not None
-    yield f"section: radius {millimetres(sheet.radius)}, subtended angle {math.degrees(sheet.subtended_angle):.4g} deg"
+    yield f"section: radius {shown(sheet.radius, 'm')}, subtended angle {shown(sheet.subtended_angle, 'rad')}"
     if sheet.kind == "lenticular":
         yield "both shells are joined by nearly rigid joints along their edges, without flanges"
     layer, along = math.sqrt(sheet.radius * sheet.thickness), mesh.edges["left"]
     at_edge = float(mesh.lengths[along[0, 0], along[0, 1]])
     if at_edge > layer:
         yield (
-            f"cells of {millimetres(at_edge)} at the free edges are larger than sqrt(R t) = {millimetres(layer)}, "
+            f"cells of {shown(at_edge, 'm')} at the free edges are larger than sqrt(R t) = {shown(layer, 'm')}, "
             "over which curvature varies there; use more cells, or `mesh_grading`"
         )
     if not touching:
@@ -116,7 +116,7 @@ def facet_support_lines(view: CheckContext) -> Iterator[str]:
             continue
         given = (("force", "N"), ("moment", "N m"), ("force_per_length", "N/m"), ("moment_per_length", "N"))
         known = [(name.replace("_", " "), getattr(load, name), unit) for name, unit in given]
-        texts = [f"{name} {triple(vector)} {unit}" for name, vector, unit in known if any(vector)]
+        texts = [f"{name} {shown_points([vector], unit)}" for name, vector, unit in known if any(vector)]
         yield f"{_place(mesh, load.at)}: {', '.join(texts) or 'no force'}{', follower' if load.follower else ''}"
     for drive in case.drive:
         at = f"edge {drive.edge}" if drive.edge is not None else drive.at
@@ -138,8 +138,8 @@ def pressure_line(load: Load, areas: np.ndarray) -> str:
     facets = facets_named(load.at, len(areas))
     kind = load.time.kind if load.time else "constant"
     return (
-        f"{load.called}: pressure {stress_text(load.pressure)} normal to {count(len(facets), 'facet')} of "
-        f"{1e6 * float(areas[list(facets)].sum()):.4g} mm^2, {kind}"
+        f"{load.called}: pressure {shown(load.pressure, 'Pa')} normal to {count(len(facets), 'facet')} of "
+        f"{shown(float(areas[list(facets)].sum()), 'm^2')}, {kind}"
     )
 
 
@@ -147,9 +147,9 @@ def _place(mesh: FacetMesh, at: str | Box, mirror: str | None = None) -> str:
     place = mesh_place(mesh, at)
     place = place if mirror is None else mirrored_place(mesh, place, mirror, "sheet.support")
     chosen = place.sectors[:_LISTED] if len(place.sectors) <= _LISTED else place.sectors[[0, -1]]
-    shown = " and ".join(f"({', '.join(f'{1e3 * x:.4g}' for x in mesh.positions[s])})" for s in chosen)
+    points = shown_points(mesh.positions[chosen], between=" and ")
     length = ""
     if len(place.edges):
-        length = f", {millimetres(float(mesh.lengths[place.edges[:, 0], place.edges[:, 1]].sum()))} long"
+        length = f", {shown(float(mesh.lengths[place.edges[:, 0], place.edges[:, 1]].sum()), 'm')} long"
     between = "from" if len(place.sectors) > _LISTED else "at"
-    return f"{place.name}, {count(len(place.sectors), 'node')}{length}, {between} {shown} mm"
+    return f"{place.name}, {count(len(place.sectors), 'node')}{length}, {between} {points}"

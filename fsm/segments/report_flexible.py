@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsm.report_text import count, material_text, millimetres, stress_text
+from fsm.report_text import count, material_text
 from fsm.scene.contact_points import penetration_between, point_spacing, points_along
 from fsm.scene.flexible import unstressed_length
 from fsm.segments.report_view import CheckContext
+from fsm.shown_units import shown, shown_size
 
 __all__ = ["approximations_of_films", "beam_lines", "cable_lines", "film_lines", "truss_lines"]
 
@@ -18,7 +19,7 @@ def film_lines(view: CheckContext) -> Iterator[str]:
         nx, ny = film.mesh
         held = f", held: {', '.join(film.held)}" if film.held else ", not held"
         yield (
-            f"{film.name}: {millimetres(film.length)} x {millimetres(film.width)} x {1e6 * film.thickness:.4g} um, "
+            f"{film.name}: {shown_size(film.length, film.width, film.thickness)}, "
             f"{nx} x {ny} ANCF elements, {9 * (nx + 1) * (ny + 1)} coordinates{held}"
         )
         yield (
@@ -32,8 +33,8 @@ def cable_lines(view: CheckContext) -> Iterator[str]:
     for cable in view.scene.cables:
         held = f", held: {', '.join(cable.held)}" if cable.held else ""
         yield (
-            f"{cable.name}: {millimetres(unstressed_length(cable))} without stress, diameter "
-            f"{millimetres(cable.diameter)}, {count(cable.elements, 'ANCF element')}, E {stress_text(cable.young)}, "
+            f"{cable.name}: {shown(unstressed_length(cable), 'm')} without stress, diameter "
+            f"{shown(cable.diameter, 'm')}, {count(cable.elements, 'ANCF element')}, E {shown(cable.young, 'Pa')}, "
             f"strain at the start {cable.strain:g}{held}"
         )
 
@@ -43,9 +44,9 @@ def beam_lines(view: CheckContext) -> Iterator[str]:
     for beam in view.scene.beams:
         held = f", held: {', '.join(beam.held)}" if beam.held else ""
         yield (
-            f"{beam.name}: {millimetres(unstressed_length(beam))} without stress, section {millimetres(beam.width)} x "
-            f"{millimetres(beam.thickness)}, {count(beam.elements, 'ANCF element')}, E {stress_text(beam.young)}, "
-            f"strain at the start {beam.strain:g}{held}"
+            f"{beam.name}: {shown(unstressed_length(beam), 'm')} without stress, section "
+            f"{shown_size(beam.width, beam.thickness)}, {count(beam.elements, 'ANCF element')}, "
+            f"E {shown(beam.young, 'Pa')}, strain at the start {beam.strain:g}{held}"
         )
 
 
@@ -64,12 +65,12 @@ def _touching_points(view: CheckContext, named: set[str]) -> Iterator[str]:
         if part.name not in named:
             continue
         count = points_along(view.scene, part)
-        spacing = millimetres(max(point_spacing(part, count)))
+        spacing = shown(max(point_spacing(part, count)), "m")
         text = f"{part.name} touches at points up to {spacing} apart: corners pass between them"
         pairs = [(pair.first, pair.second) for pair in view.pairs]
         radii = [round_ones[name] for pair in pairs if part.name in pair for name in pair if name in round_ones]
         if radii:
-            text += f", and round obstacles sink in by up to {millimetres(penetration_between(part, count, min(radii)))}"
+            text += f", and round obstacles sink in by up to {shown(penetration_between(part, count, min(radii)), 'm')}"
         yield text
 
 

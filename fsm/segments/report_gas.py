@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fsm.report_text import count, degrees, stress_text
+from fsm.report_text import count
 from fsm.scene.gas import Gas
 from fsm.scene.patterns.chamber import Chamber
 from fsm.scene.patterns.flexible_facets import FlexibleFacets
 from fsm.segments.report_view import CheckContext
+from fsm.shown_units import shown
 
 __all__ = ["gas_lines"]
 
@@ -25,9 +26,9 @@ def gas_lines(view: CheckContext) -> Iterator[str]:
     for orifice in view.scene.orifices:
         between = " and ".join(orifice.between)
         if orifice.area is not None:
-            size = f"{1e6 * orifice.area:.4g} mm^2"
+            size = shown(orifice.area, "m^2")
         else:
-            ends = [f"{1e6 * area:.4g} mm^2 at {degrees(angle)}" for angle, area in orifice.area_by_angle]
+            ends = [f"{shown(area, 'm^2')} at {shown(angle, 'rad')}" for angle, area in orifice.area_by_angle]
             size = f"by the angle of {orifice.crease}: {', '.join(ends)}"
         yield f"orifice between {between}: {size}, discharge coefficient {orifice.discharge:.4g}"
     if view.scene.chambers:
@@ -45,20 +46,20 @@ def _error_of_edges(facets: FlexibleFacets | None) -> str:
     normals = np.cross(mesh.slopes[:, 0], mesh.slopes[:, 1])[mesh.triangles]
     turned = float(np.arccos(np.clip((normals * np.roll(normals, -1, axis=1)).sum(axis=2), -1.0, 1.0)).max())
     return (
-        f"cells that turn by {degrees(turned)} around a cylinder make its hoop force {100 * turned**2 / 8:.2g} % and its "
-        f"volume {100 * turned**2 / 6:.2g} % too small"
+        f"cells that turn by {shown(turned, 'rad')} around a cylinder make its hoop force {100 * turned**2 / 8:.2g} % and "
+        f"its volume {100 * turned**2 / 6:.2g} % too small"
     )
 
 
 def _chamber(chamber: Chamber) -> str:
     gas = chamber.gas
-    closings = [f"plane {one.axis} = {one.at:g} m" for one in gas.closed_by if one.axis is not None]
+    closings = [f"plane {one.axis} = {shown(one.at, 'm')}" for one in gas.closed_by if one.axis is not None]
     closings += [f"lid on {one.cap}" for one in gas.closed_by if one.cap is not None]
     closed = f", closed by {', '.join(closings)}" if closings else ""
     side = "" if chamber.sign > 0.0 else "; the normals of the facets point into it"
     return (
-        f"{gas.name}: {count(len(chamber.facets), 'facet')} of {1e6 * chamber.area:.4g} mm^2 around "
-        f"{1e9 * chamber.volume:.4g} mm^3 at the start{closed}{side}"
+        f"{gas.name}: {count(len(chamber.facets), 'facet')} of {shown(chamber.area, 'm^2')} around "
+        f"{shown(chamber.volume, 'm^3')} at the start{closed}{side}"
     )
 
 
@@ -66,19 +67,19 @@ def _gas(chamber: Chamber) -> Iterator[str]:
     gas = chamber.gas
     law = "isothermal, p V = m R T" if gas.law == "isothermal" else f"adiabatic, p V^{gas.heat_ratio:g} constant"
     warm = f"{gas.temperature:g} K ({gas.temperature - _CELSIUS:.4g} deg C), R = {gas.gas_constant:g} J/(kg K)"
-    yield f"  {law}; {warm}; outside {stress_text(gas.outside_pressure)}"
+    yield f"  {law}; {warm}; outside {shown(gas.outside_pressure, 'Pa')}"
     if gas.supply_pressure is None:
         mass = gas.at_start * chamber.volume / (gas.gas_constant * gas.temperature)
-        yield f"  {stress_text(gas.at_start)} and {1e3 * mass:.4g} g at the start"
+        yield f"  {shown(gas.at_start, 'Pa')} and {shown(mass, 'kg')} at the start"
     yield f"  {_supply(gas)}"
 
 
 def _supply(gas: Gas) -> str:
     kind = gas.time.kind if gas.time else "constant"
     if gas.supply_pressure is not None:
-        return f"pressure {stress_text(gas.supply_pressure)}, {kind}"
+        return f"pressure {shown(gas.supply_pressure, 'Pa')}, {kind}"
     if gas.supply_flow is not None:
-        return f"mass flow {1e3 * gas.supply_flow:.4g} g/s, {kind}"
+        return f"mass flow {shown(gas.supply_flow, 'kg/s')}, {kind}"
     if gas.supply_mass is not None:
-        return f"supply of {1e3 * gas.supply_mass:.4g} g, {kind}"
+        return f"supply of {shown(gas.supply_mass, 'kg')}, {kind}"
     return "no supply"

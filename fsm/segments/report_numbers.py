@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsm.report_text import degrees, material_text, millimetres, size_text, triple
+from fsm.report_text import material_text, triple
 from fsm.scene.builders.strip import bending_stiffness
 from fsm.scene.materials import Crease, LinearCrease, SplineCrease
 from fsm.scene.scene import Body, ForceElement
 from fsm.segments.element_angles import initial_twists, rest_twists
 from fsm.segments.report_view import CheckContext
+from fsm.shown_units import shown, shown_points, shown_range, shown_size
 
 __all__ = ["body_lines", "crease_lines", "element_lines", "lattice_lines", "material_lines", "strip_lines"]
 
@@ -22,10 +23,10 @@ def strip_lines(view: CheckContext) -> Iterator[str]:
     strip, material = view.case.strip, view.case.material
     if strip is None or material is None:
         return
-    mass = 1e3 * material.density * strip.length * strip.width * strip.thickness
-    size = size_text(strip.length, strip.width, strip.thickness)
-    panels = f"{strip.panels} panels of {millimetres(strip.length / strip.panels)}"
-    yield f"{size}, {mass:.4g} g; {panels} at {degrees(strip.fold_angle)} from the horizontal"
+    mass = material.density * strip.length * strip.width * strip.thickness
+    size = shown_size(strip.length, strip.width, strip.thickness)
+    panels = f"{strip.panels} panels of {shown(strip.length / strip.panels, 'm')}"
+    yield f"{size}, {shown(mass, 'kg')}; {panels} at {shown(strip.fold_angle, 'rad')} from the horizontal"
 
 
 def material_lines(view: CheckContext) -> Iterator[str]:
@@ -36,7 +37,7 @@ def material_lines(view: CheckContext) -> Iterator[str]:
     bending = bending_stiffness(strip, material)
     how = "E w t^3/12/(1 - nu^2)" if material.plate else "E w t^3/12"
     yield material_text(material.young, material.poisson, material.density)
-    yield f"bending stiffness EI {1e6 * bending:.4g} N mm^2 ({how})"
+    yield f"bending stiffness EI {shown(bending, 'N m^2')} ({how})"
 
 
 def crease_lines(view: CheckContext) -> Iterator[str]:
@@ -46,8 +47,8 @@ def crease_lines(view: CheckContext) -> Iterator[str]:
         return
     folded = strip.crease_angle
     ratio = crease.mean_stiffness * strip.length / strip.panels / bending_stiffness(strip, material)
-    rest = "as folded" if crease.rest_angle is None else f"folded to {degrees(folded)}"
-    angle = degrees(folded if crease.rest_angle is None else crease.rest_angle)
+    rest = "as folded" if crease.rest_angle is None else f"folded to {shown(folded, 'rad')}"
+    angle = shown(folded if crease.rest_angle is None else crease.rest_angle, "rad")
     zero = "no moment" if isinstance(crease, LinearCrease) else "zero of the data"
     yield f"{_law(crease)}, {ratio:.3g} EI per panel length; {zero} at {angle} from flat ({rest})"
 
@@ -57,11 +58,12 @@ def lattice_lines(view: CheckContext) -> Iterator[str]:
     lattice = view.case.lattice
     if lattice is None:
         return
-    turned = f"rotated by {degrees(lattice.angle)}"
-    size = f"{lattice.columns} x {lattice.rows} squares, spacing {millimetres(lattice.spacing)}"
-    yield f"{size}, {turned}, {millimetres(lattice.depth)} deep, {lattice.density:g} kg/m^3"
-    springs = f"axial {lattice.axial:.4g} N/m, shear {lattice.shear:.4g} N/m, rotational {lattice.rotational:.4g} N m/rad"
-    yield f"hinges of {millimetres(lattice.hinge_length)}: {springs}; damping {1e3 * lattice.damping:.4g} ms"
+    turned = f"rotated by {shown(lattice.angle, 'rad')}"
+    size = f"{lattice.columns} x {lattice.rows} squares, spacing {shown(lattice.spacing, 'm')}"
+    yield f"{size}, {turned}, {shown(lattice.depth, 'm')} deep, {lattice.density:g} kg/m^3"
+    rotational = shown(lattice.rotational, "N m/rad")
+    springs = f"axial {lattice.axial:.4g} N/m, shear {lattice.shear:.4g} N/m, rotational {rotational}"
+    yield f"hinges of {shown(lattice.hinge_length, 'm')}: {springs}; damping {shown(lattice.damping, 's')}"
 
 
 def body_lines(view: CheckContext) -> Iterator[str]:
@@ -73,7 +75,7 @@ def body_lines(view: CheckContext) -> Iterator[str]:
         yield from (_body(body) for body in free)
     elif free:
         masses = [body.mass for body in free]
-        yield f"total mass {sum(masses):.4g} kg, {min(masses):.4g} to {max(masses):.4g} kg each"
+        yield f"total mass {shown(sum(masses), 'kg')}, {shown_range(min(masses), max(masses), 'kg')} each"
 
 
 def element_lines(view: CheckContext) -> Iterator[str]:
@@ -86,19 +88,15 @@ def element_lines(view: CheckContext) -> Iterator[str]:
 
 
 def _body(body: Body) -> str:
-    parts = [f"{body.name}: {body.mass:.4g} kg, {triple(body.inertia)} kg m^2 at {_place(body)}"]
+    parts = [f"{body.name}: {shown(body.mass, 'kg')}, {triple(body.inertia)} kg m^2 at {shown_points([body.position])}"]
     if body.plate is not None:
         plate = body.plate
-        parts.append(f"plate {size_text(plate.length, plate.width, plate.thickness)}")
+        parts.append(f"plate {shown_size(plate.length, plate.width, plate.thickness)}")
     if any(body.velocity):
-        parts.append(f"velocity {triple(body.velocity)} m/s")
+        parts.append(f"velocity {shown_points([body.velocity], 'm/s')}")
     if any(body.angular_velocity):
         parts.append(f"angular velocity {triple(body.angular_velocity)} rad/s")
     return ", ".join(parts)
-
-
-def _place(body: Body) -> str:
-    return f"({', '.join(f'{1e3 * x:.4g}' for x in body.position)}) mm"
 
 
 def _element(element: ForceElement, start: float, rest: float) -> str:
@@ -106,20 +104,20 @@ def _element(element: ForceElement, start: float, rest: float) -> str:
     if any(element.translation):
         parts.append(f"{triple(element.translation)} N/m")
     if any(element.rotation):
-        parts.append(f"{triple(element.rotation)} N m/rad")
+        parts.append(f"{shown_points([element.rotation], 'N m/rad')}")
     if element.crease is not None:
         parts.append(_law(element.crease))
     twists = element.frame == "outer" and (element.crease is not None or element.rotation[1])
-    angles = f"; twist {degrees(start)} at the start, no moment at {degrees(rest)}" if twists else ""
+    angles = f"; twist {shown(start, 'rad')} at the start, no moment at {shown(rest, 'rad')}" if twists else ""
     return f"{element.name}: {', '.join(parts) or 'no stiffness'}{angles}"
 
 
 def _law(crease: Crease) -> str:
     """Text on a crease law and its stiffness; the stiffness of a curve is the mean slope between its ends."""
     if isinstance(crease, LinearCrease):
-        return f"crease {1e3 * crease.stiffness:.4g} N mm/rad"
+        return f"crease {shown(crease.stiffness, 'N m/rad')}"
     if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:
         return "crease curve from a file"
-    low, high = (1e3 * crease.scale * moment for moment in (min(crease.moment), max(crease.moment)))
+    low, high = (crease.scale * moment for moment in (min(crease.moment), max(crease.moment)))
     scaled = "" if crease.scale == 1.0 else f" (scale {crease.scale:g})"
-    return f"crease {1e3 * crease.mean_stiffness:.4g} N mm/rad on average, {low:.4g} to {high:.4g} N mm{scaled}"
+    return f"crease {shown(crease.mean_stiffness, 'N m/rad')} on average, {shown_range(low, high, 'N m')}{scaled}"

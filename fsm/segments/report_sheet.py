@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fsm.report_text import count, degrees, material_text, millimetres, stress_text
+from fsm.report_text import count, material_text
 from fsm.scene.builders.sheet import rigid_factor
 from fsm.scene.builders.sheet_bars import bar_areas
 from fsm.scene.builders.sheet_joints import sheet_joints
@@ -22,6 +22,7 @@ from fsm.scene.step_items import loads_of
 from fsm.scene.truss import AXIAL_LAWS
 from fsm.segments.report_facets import cut_lines, facet_lines, facet_support_lines
 from fsm.segments.report_view import CheckContext
+from fsm.shown_units import shown, shown_points, shown_range, shown_size
 
 __all__ = ["sheet_lines", "sheet_support_lines"]
 
@@ -42,25 +43,24 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
         yield from facet_lines(view)
         return
     pattern = pattern_of(sheet)
-    sides = " x ".join(millimetres(float(side)) for side in np.ptp(pattern.vertices, axis=0))
+    sides = shown_size(*np.ptp(pattern.vertices, axis=0).tolist())
     yield f"{count(len(pattern.faces), 'facet')} and {count(len(pattern.vertices), 'vertex', 'vertices')}, {sides}"
     letters = Counter(pattern.assignment)
     yield "edges: " + ", ".join(f"{letters[letter]} {name}" for letter, name in ASSIGNMENTS.items() if letters[letter])
     yield from cut_lines(pattern)
     yield from _foldability_lines(pattern, sheet.facets != "rigid")
-    yield f"{millimetres(sheet.thickness)} thick; {material_text(material.young, material.poisson, material.density)}"
+    yield f"{shown(sheet.thickness, 'm')} thick; {material_text(material.young, material.poisson, material.density)}"
     joints = sheet_joints(case, pattern)
-    angles = np.abs(pattern.fold_angles())
+    angles = np.abs(pattern.fold_angles()).round(9)  # bend lines are flat up to round-off
     for kind, name in (("crease", "crease"), ("bend line", "bend line"), ("rigid", "rigid joint")):
         edges = [joint.edge for joint in joints if joint.kind == kind]
         if not edges:
             continue
-        stiffness = [1e3 * joint.stiffness / float(pattern.lengths[joint.edge]) for joint in joints if joint.kind == kind]
-        first, last = (degrees(float(angle)) for angle in (angles[edges].min(), angles[edges].max()))
-        text = f"{count(len(edges), name)}, fold angles {first if first == last else f'{first} to {last}'}"
+        stiffness = [joint.stiffness / float(pattern.lengths[joint.edge]) for joint in joints if joint.kind == kind]
+        between = shown_range(float(angles[edges].min()), float(angles[edges].max()), "rad")
+        text = f"{count(len(edges), name)}, fold angles {between}"
         if kind != "rigid":
-            low, high = f"{min(stiffness):.4g}", f"{max(stiffness):.4g}"
-            text += f", stiffness {low if low == high else f'{low} to {high}'} mN m/rad per m"
+            text += f", stiffness {shown_range(min(stiffness), max(stiffness), 'N m/rad/m')}"
         yield text
     if any(joint.kind == "bend line" for joint in joints) and sheet.bend_stiffness_per_length is None:
         preset = "G (L/t)^(1/3)/L, G = E t^3/(12 (1 - nu^2))"
@@ -97,16 +97,16 @@ def _bar_lines(case: Case, pattern: Pattern) -> Iterator[str]:
     """Lines on the bars of a sheet."""
     assert case.sheet is not None and case.material is not None
     bars = case.sheet.bars or BarsOfSheet()
-    areas = 1e6 * bar_areas(case, pattern)
+    areas = bar_areas(case, pattern)
     young = case.material.young if bars.young is None else bars.young
-    low, high = f"{areas.min():.4g}", f"{areas.max():.4g}"
     exponents = f" with exponents {bars.exponents[0]:g} and {bars.exponents[1]:g}" if bars.law == "ogden" else ""
     law = AXIAL_LAWS[bars.law] + exponents
     preset = "" if bars.area is not None else " (preset: with the energy of the plate in a uniform expansion)"
-    area = low if low == high else f"{low} to {high}"
-    yield f"{count(len(areas), 'bar')}, E {stress_text(young)}, area {area} mm^2{preset}; {law}"
+    area = shown_range(float(areas.min()), float(areas.max()), "m^2")
+    yield f"{count(len(areas), 'bar')}, E {shown(young, 'Pa')}, area {area}{preset}; {law}"
     if bars.linear_to < math.pi:
-        yield f"moments of springs rise steeply beyond a fold angle of {degrees(bars.linear_to)}, so facets do not penetrate"
+        limit = shown(bars.linear_to, "rad")
+        yield f"moments of springs rise steeply beyond a fold angle of {limit}, so facets do not penetrate"
 
 
 def sheet_support_lines(view: CheckContext) -> Iterator[str]:
@@ -136,6 +136,6 @@ def _place(pattern: Pattern, at: str | Box) -> str:
     place = place_of(pattern, at)
     if place.facet is not None:
         return place.name
-    shown = [f"({', '.join(f'{1e3 * x:.4g}' for x in pattern.vertices[v])})" for v in place.vertices[:_LISTED]]
+    points = shown_points(pattern.vertices[list(place.vertices[:_LISTED])])
     more = f" and {len(place.vertices) - _LISTED} more" if len(place.vertices) > _LISTED else ""
-    return f"{place.name}, {count(len(place.vertices), 'vertex', 'vertices')} at {', '.join(shown)}{more} mm"
+    return f"{place.name}, {count(len(place.vertices), 'vertex', 'vertices')} at {points}{more}"

@@ -193,6 +193,8 @@ class _Tracer:
         for _ in range(_ITERATIONS):
             taken += 1
             residual = self._factorise(t, q, efforts)
+            if residual is None:
+                return None
             dx = self.solver.solve(residual)
             dt = 0.0
             if not hold:
@@ -252,13 +254,17 @@ class _Tracer:
         """Efforts after an increment, to first order, if efforts are unknowns."""
         return None if self.mixed is None else self.mixed.efforts(t, q, None, dx)
 
-    def _factorise(self, t: float, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
-        """Factorise the stiffness, with given efforts if these are unknowns, and return the force."""
+    def _factorise(self, t: float, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray | None:
+        """Factorise the stiffness, with given efforts if these are unknowns, and return the force; None if it is not
+        finite, as where facets would pass through each other.
+        """
         if self.mixed is None or efforts is None:
             linear = self.system.linearise(t, q, None)
         else:
             assert self._depths is not None
             linear = self.mixed.linearise_mixed(t, q, None, None, efforts, self._depths)
+        if not np.isfinite(linear.force).all():
+            return None
         self.solver.factorise(linear.stiffness)
         return linear.force
 

@@ -100,7 +100,7 @@ def test_check_says_what_will_be_built() -> None:
     result = CliRunner().invoke(cli, ["check", str(CASE)])
     assert result.exit_code == 0, result.output
     for words in (
-        "14 x 14 ANCF elements", "0.785 g each", "tension field", "6.9 times the mass of the film", "80 natural modes",
+        "14 x 14 ANCF elements", "785 mg each", "tension field", "6.9 times the mass of the film", "80 natural modes",
         "outer ends of the cables (default support)", "half-sine of 0.2 N for 5 ms",
     ):  # fmt: skip
         assert words in result.output

@@ -227,7 +227,7 @@ def test_facets_that_are_not_quite_planar() -> None:
         and "off the planes of their facets; the limit is sheet.merge = 0.16 mm" in slightly.notes[0]
     )
     assert len(read_fold(raised(1e-3), 1.0).faces) == 2  # three digits
-    with pytest.raises(PatternFault, match=r"face 1, which is not planar: a vertex is 3\.98 mm off") as caught:
+    with pytest.raises(PatternFault, match=r"face 1, which is not planar: a vertex is 3\.976 mm off") as caught:
         read_fold(raised(0.02), 1.0)
     np.testing.assert_allclose(caught.value.places, [[0.4, 0.5, 0.305]])
     for reading in (Reading(divided=True), Reading(merge=5e-3)):

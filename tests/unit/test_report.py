@@ -124,7 +124,7 @@ def test_the_numbers_of_a_strip_are_said_with_their_units() -> None:
     said(text, "E 3 GPa, Poisson's ratio 0.3, density 800 kg/m^3", "EI 296.7 N mm^2 (E w t^3/12/(1 - nu^2))")
     said(text, "crease 9 N mm/rad, 2.43 EI per panel length; no moment at 160 deg from flat (as folded)")
     rested = text_of(crease=SPLINE | {"scale": 2.0, "rest_angle": "150 deg"})
-    said(rested, "crease 8 N mm/rad on average, 0 to 16 N mm (scale 2)", "at 150 deg from flat (folded to 160 deg)")
+    said(rested, "crease 8 N mm/rad on average, 0 to 0.016 N m (scale 2)", "at 150 deg from flat (folded to 160 deg)")
 
 
 @pytest.mark.parametrize(("speed", "may"), [("0.5 mm/s", False), ("2 mm/s", True), ("20 mm/s", False)])
@@ -145,8 +145,8 @@ def test_the_numbers_of_a_scene_are_said_with_their_units() -> None:
     hinge = ForceElement(name="hinge", inner="ground", outer="arm", translation=(1e5, 1e5, 1e5), crease=law)
     case = Case(scene=Scene(bodies=(arm,), elements=(hinge,)), solve={"end_time": 1.0})
     text = "\n".join(describe(case))
-    said(text, "arm: 0.1 kg, (0.001, 0.001, 0.001) kg m^2 at (0, 0, 0) mm, velocity (0.5, 0, 0) m/s")
-    said(text, "hinge: (100000, 100000, 100000) N/m, crease 50 N mm/rad; twist 0 deg at the start, no moment at 60 deg")
+    said(text, "arm: 100 g, (0.001, 0.001, 0.001) kg m^2 at (0, 0, 0) mm, velocity (500, 0, 0) mm/s")
+    said(text, "hinge: (100000, 100000, 100000) N/m, crease 0.05 N m/rad; twist 0 deg at the start, no moment at 60 deg")
 
 
 def test_names_that_there_are_are_listed() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from fsm.plots.style import figure_unit
 from fsm.results.summary_units import heading
-from fsm.shown_units import shown_unit, travel_text, turns
+from fsm.shown_units import shown, shown_points, shown_range, shown_size, travel_text, turns
 
 
 @pytest.mark.parametrize(
@@ -19,12 +19,20 @@ from fsm.shown_units import shown_unit, travel_text, turns
         ("m", 1e-4 - 1e-19, "0.1 mm"),
         ("m", -0.5e-8, "-5 nm"), ("rad", math.pi, "180 deg"), ("rad", 20.0 * math.pi, "10 turns"), ("rad", 0.0, "0 deg"),
         ("N", 4.36e-4, "0.436 mN"), ("N", 2.0, "2 N"), ("N m", 5e-4, "0.5 N mm"), ("J", 2.5e6, "2.5 MJ"),
-        ("m^3", 2.7e-5, "0.027 litre"), ("Pa", 7578.0, "7.578 kPa"), ("K", 300.0, "300 K"), ("N", math.inf, "inf N"),
+        ("m^3", 2.7e-5, "0.027 litre"), ("Pa", 7578.0, "7.578 kPa"), ("K", 300.0, "300 K"), ("m", 2e4, "20 km"),
+        ("m/s", 2e-6, "2 um/s"), ("N m/rad", 2e-3, "2 N mm/rad"), ("N/m", 1e-4, "0.0001 N/m"), ("kg", 4e-6, "4 mg"),
+        ("s", 2e-4, "200 us"), ("m^2", 1e-14, "0.01 um^2"), ("N", math.inf, "inf N"),
     ],
 )  # fmt: skip
 def test_a_quantity_has_a_unit_of_its_size(si: str, value: float, text: str) -> None:
     """An axis had 12000 mrad, another one 1e4 mm."""
-    assert shown_unit(si, value).text(value) == text
+    assert shown(value, si) == text
+
+
+def test_several_values_have_one_unit() -> None:
+    assert shown_points([(1e-6, 2e-7, 1e-20), (0.0, -3e-6, 0.0)], between=" and ") == "(1, 0.2, 0) and (0, -3, 0) um"
+    assert shown_range(1e-3, 2.5, "m") == "0.001 to 2.5 m" and shown_range(0.02, 0.02, "N") == "0.02 N"
+    assert shown_size(2.0, 1.0, 1e-4) == "2 m x 1 m x 0.1 mm"
 
 
 def test_units_of_figures_have_the_letters_of_print() -> None:

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fsm.analyses.deploy import _of_the_pull, _unstable_at_end
+from fsm.analyses.deploy_warnings import _of_the_pull, _unstable_at_end
 from fsm.results.solution import ENERGIES, Layout, Solution
 from fsm.results.store import read_solution
 from fsm.round_off import RoundOff

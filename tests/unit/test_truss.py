@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fsm.ancf.assembly import slots_of
+from fsm.ancf.fold_kernels import fold_efforts
 from fsm.ancf.folds import BETWEEN_POINTS, FoldGroup
 from fsm.ancf.mesh import node_pattern
 from fsm.ancf.truss import BarGroup
@@ -107,7 +108,7 @@ def test_fold_angles_are_those_of_the_pattern(pattern: Pattern) -> None:
     np.testing.assert_allclose(group.angles(at.ravel()), pattern.fold_angles(at)[creases], atol=1e-12)
 
 
-def test_moment_rises_without_bound_where_facets_meet() -> None:
+def test_moment_rises_like_a_tangent_beyond_linear_to() -> None:
     group = between(np.array([[0, 3, 6, 9]]), np.array([2.0]), np.array([0.1]), math.radians(135.0))
 
     def moment(angle: float) -> float:
@@ -120,6 +121,30 @@ def test_moment_rises_without_bound_where_facets_meet() -> None:
     assert moment(1.0) == pytest.approx(1.8) and moment(-1.0) == pytest.approx(-2.2)
     edge = math.radians(135.0)
     assert moment(edge + 1e-7) == pytest.approx(2.0 * (edge - 0.1), rel=1e-6)
-    at_edge, risen = 2.0 * (edge - 0.1), math.tan(math.radians(88.0))
-    assert moment(math.radians(179.0)) == pytest.approx(at_edge + risen, rel=1e-9)
-    assert moment(math.radians(-179.0)) == pytest.approx(-2.0 * (edge + 0.1) - risen, rel=1e-9)
+    at_edge, risen = 2.0 * (edge - 0.1), math.tan(math.radians(80.0))
+    assert moment(math.radians(175.0)) == pytest.approx(at_edge + risen, rel=1e-9)
+    assert moment(math.radians(-175.0)) == pytest.approx(-2.0 * (edge + 0.1) - risen, rel=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [30.0, 135.0, 178.0])
+def test_facets_that_nearly_touch_stop_large_energies(degrees: float) -> None:
+    """Energy, moment and slope match each other, and are continuous where the last twentieth of the range begins; an energy
+    of 1e9 times the stiffness is stored at the remaining angle of the closed form."""
+    limit, k = math.radians(degrees), 3.0
+    law = fold_laws_of(FoldData.linear(np.array([k]), np.zeros(1), np.zeros(1), limit)).without_memory
+
+    def efforts(left: float, side: float = 1.0) -> np.ndarray:
+        return fold_efforts(law, np.array([side * (math.pi - left)]))[:, 0]
+
+    begins, c = 0.05 * (math.pi - limit), 0.5 * math.pi / (math.pi - limit)
+    np.testing.assert_allclose(efforts((1.0 - 1e-9) * begins), efforts((1.0 + 1e-9) * begins), rtol=1e-6)
+    for part in (0.95, 0.5, 0.1):
+        left, h = part * begins, 1e-4 * part * begins
+        energy, moment, slope = efforts(left)
+        low, high = efforts(left + h), efforts(left - h)
+        assert moment == pytest.approx((high[0] - low[0]) / (2.0 * h), rel=1e-6)
+        assert slope == pytest.approx((high[1] - low[1]) / (2.0 * h), rel=1e-6)
+        np.testing.assert_allclose(efforts(left, -1.0), [energy, -moment, slope], rtol=1e-12)
+    large = 1e9 * k
+    assert efforts(begins / (1.0 + (0.01 * large * c * c / k) ** (1.0 / 3.0)))[0] == pytest.approx(large, rel=1e-3)
+    assert np.isnan(efforts(-1e-12)).all()

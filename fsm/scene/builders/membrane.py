@@ -9,6 +9,7 @@ from itertools import combinations, pairwise
 
 from fsm.errors import Fault
 from fsm.scene.membrane import CentrePatch, DiagonalPatch, DiagonalsPatch, Membrane, Patch, PositionPatch
+from fsm.shown_units import shown, shown_points
 
 __all__ = [
     "COARSEST", "MeshLines", "PlacedPatch", "check_film", "coarser_lines", "finer_lines", "mesh_lines", "place_patches",
@@ -152,7 +153,7 @@ def check_film(membrane: Membrane, patches: Mapping[int, Patch]) -> list[Fault]:
 
 
 def _where(patch: PlacedPatch) -> str:
-    return f"its centre is ({1e3 * patch.x:.4g}, {1e3 * patch.y:.4g}) mm"
+    return f"its centre is {shown_points([(patch.x, patch.y)])}"
 
 
 def _outside(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault]:
@@ -164,8 +165,8 @@ def _outside(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Faul
                 reported.add(patch.number)
                 yield Fault(
                     f"patch.{patch.number}",
-                    f"extends {1e3 * (reach - 0.5 * size):.4g} mm beyond the film along its {name} ({_where(patch)}, its "
-                    f"side {1e3 * patch.size:.4g} mm; the film ends at {500 * size:.4g} mm); move or shrink it",
+                    f"extends {shown(reach - 0.5 * size, 'm')} beyond the film along its {name} ({_where(patch)}, its "
+                    f"side {shown(patch.size, 'm')}; the film ends at {shown(0.5 * size, 'm')}); move or shrink it",
                 )
 
 
@@ -181,8 +182,8 @@ def _overlapping(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[
             with_what = f"patch.{one.number}" if one.number != two.number else "another of the same section"
             yield Fault(
                 f"patch.{two.number}",
-                f"overlaps {with_what} by {1e3 * depth:.4g} mm ({_where(two)}); place the centres at least "
-                f"{1e3 * reach:.4g} mm apart along x or y",
+                f"overlaps {with_what} by {shown(depth, 'm')} ({_where(two)}); place the centres at least "
+                f"{shown(reach, 'm')} apart along x or y",
             )
 
 
@@ -204,6 +205,6 @@ def _coarse(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault
             number = math.ceil(size / (COARSEST * small))
             yield Fault(
                 "membrane.mesh",
-                f"too coarse for patch.{patch.number} along the {name}: an element at its edge is {1e3 * small:.4g} mm "
-                f"wide, its neighbour {1e3 * large:.4g} mm; give at least {number} elements, or move the edges",
+                f"too coarse for patch.{patch.number} along the {name}: an element at its edge is {shown(small, 'm')} "
+                f"wide, its neighbour {shown(large, 'm')}; give at least {number} elements, or move the edges",
             )

@@ -8,6 +8,7 @@ from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import place_of
+from fsm.shown_units import shown_points
 
 __all__ = ["check_supports", "free_motions"]
 
@@ -68,7 +69,7 @@ def _text(motion: np.ndarray, middle: np.ndarray, size: float) -> str:
     if rate < 1e-6:
         return f"move along {_vector(_upright(move))}"
     point = middle + size * np.cross(turn, move) / rate**2
-    return f"rotate about {_vector(_upright(turn))} through {_vector(1e3 * point)} mm"
+    return f"rotate about {_vector(_upright(turn))} through {shown_points([point])}"
 
 
 def _vector(values: np.ndarray) -> str:

@@ -19,6 +19,7 @@ from fsm.errors import CaseError, Fault
 from fsm.report_text import count
 from fsm.scene.gas import Gas
 from fsm.scene.patterns.places import facets_named
+from fsm.shown_units import shown_points
 
 __all__ = ["Chamber", "Lid", "SheetSurface", "chamber_of"]
 
@@ -274,15 +275,14 @@ def _check_cuts(gas: Gas, surface: SheetSurface, cuts: list[tuple[int, int]], pa
     inside = [edge for edge in cuts if not _in_planes(gas, surface, edge)]
     if inside:
         more = f" and {count(len(inside) - 1, 'other edge')}" if len(inside) > 1 else ""
-        text = f"the chamber is open at the cut {_ends(surface, inside[0])} mm{more}; a cut does not hold gas"
+        text = f"the chamber is open at the cut {_ends(surface, inside[0])}{more}; a cut does not hold gas"
         ways = "give it the letter of a crease or of a flat line, or leave its facets out of `at`"
         raise CaseError(Fault(f"{path}.at", f"{text}: {ways}"))
 
 
 def _ends(surface: SheetSurface, edge: tuple[int, int]) -> str:
-    """Both ends of an edge in mm."""
-    ends = surface.positions[list(edge)]
-    return " to ".join(f"({', '.join(f'{round(1e3 * x, 6) + 0.0:.4g}' for x in end)})" for end in ends)
+    """Both ends of an edge, for messages."""
+    return shown_points(surface.positions[list(edge)], between=" to ")
 
 
 def _check_closed(gas: Gas, surface: SheetSurface, free: dict[int, int], path: str) -> None:
@@ -291,9 +291,9 @@ def _check_closed(gas: Gas, surface: SheetSurface, free: dict[int, int], path: s
         axes = _in_planes(gas, surface, edge)
         where = _ends(surface, edge)
         if not axes:
-            text = f"the chamber is open at the edge {where} mm and {len(free) - 1} others"
+            text = f"the chamber is open at the edge {where} and {len(free) - 1} others"
             ways = 'add facets, or close it by `closed_by`: { axis = "z", at = 0 } for a plane of symmetry'
             raise CaseError(Fault(f"{path}.at", f"{text}; {ways}"))
         if not all(axes & set(surface.held.get(node, ())) for node in edge):
-            text = f"the edge {where} mm lies in the plane but may leave it; hold it along {'xyz'[min(axes)]} by a support"
+            text = f"the edge {where} lies in the plane but may leave it; hold it along {'xyz'[min(axes)]} by a support"
             raise CaseError(Fault(f"{path}.closed_by", text))

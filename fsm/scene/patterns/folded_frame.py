@@ -15,6 +15,7 @@ from fsm.scene.patterns.mending import last_digit
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.patterns.planar import check_size
 from fsm.scene.patterns.reading import PatternFault, Reading
+from fsm.shown_units import shown
 
 __all__ = ["FLAT", "NEAR", "folded_pattern"]
 
@@ -202,13 +203,13 @@ def _check_planar(pattern: Pattern, rounding: float, reading: Reading) -> list[s
     if bad:
         number, off, _ = bad[0]
         more = f" ({counted(len(bad) - 1, 'other face', 'other faces')} too)" if len(bad) > 1 else ""
-        text = f"has face {number}, which is not planar{more}: a vertex is {1e3 * off:.3g} mm off its plane"
+        text = f"has face {number}, which is not planar{more}: a vertex is {shown(off, 'm')} off its plane"
         text = f'{text}; divide it into triangles, give facets = "bend-lines", or sheet.merge = "{1e3 * off:.2g} mm" or more'
         raise PatternFault(text, [middle for _, _, middle in bad])
     if most <= FLAT * size:
         return []
-    text = "they are divided into triangles" if reading.divided else f"the limit is sheet.merge = {1e3 * limit:.3g} mm"
-    return [f"vertices are up to {1e3 * most:.3g} mm off the planes of their facets; {text}"]
+    text = "they are divided into triangles" if reading.divided else f"the limit is sheet.merge = {shown(limit, 'm')}"
+    return [f"vertices are up to {shown(most, 'm')} off the planes of their facets; {text}"]
 
 
 def _sides_cross(corners: np.ndarray) -> bool:

@@ -12,6 +12,7 @@ from fsm.scene.patterns.lines import RANK, TOLERANCE, Line, counted, others
 from fsm.scene.patterns.pattern import ASSIGNMENTS
 from fsm.scene.patterns.reading import PatternFault
 from fsm.scene.sheet import MOST_FACETS
+from fsm.shown_units import shown
 
 __all__ = ["SAME", "Edges", "last_digit", "merged", "tolerances", "without_loose"]
 
@@ -118,8 +119,8 @@ def merged(
     notes = found.notes()
     most = max(float(moved.max()), float(off.max()))
     if most > 1e-6 * float(np.ptp(places, axis=0).max()):
-        text = f"points up to {1e3 * scale * most:.3g} mm apart are one vertex"
-        notes.append(f"{text}; the limit is sheet.merge = {1e3 * scale * near:.3g} mm")
+        text = f"points up to {shown(scale * most, 'm')} apart are one vertex"
+        notes.append(f"{text}; the limit is sheet.merge = {shown(scale * near, 'm')}")
     return places, found.edges, notes
 
 

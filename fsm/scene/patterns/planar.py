@@ -13,6 +13,7 @@ from fsm.scene.patterns.lines import Line, counted, others
 from fsm.scene.patterns.mending import SAME, Edges, merged, tolerances, without_loose
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, edge_groups
 from fsm.scene.patterns.reading import PatternFault, Reading
+from fsm.shown_units import shown_points
 
 __all__ = ["check_size", "planar_pattern"]
 
@@ -92,9 +93,9 @@ def _with_tolerance(
     points, edges, notes = merged(lines, ends, near, split, scale)
     edges, ignored = without_loose(edges)
     if ignored:
-        x, y = 1e3 * scale * points[ignored[0][0]]
+        first = shown_points([scale * points[ignored[0][0]]])
         notes.append(f"{counted(len(ignored), 'flat crease or bend line', 'flat creases and bend lines')} bound no facet "
-                     f"and are ignored, the first at ({x:.6g}, {y:.6g}) mm")  # fmt: skip
+                     f"and are ignored, the first at {first}")  # fmt: skip
     joined, holes = joining_lines(points, {pair: letter for pair, (letter, _) in edges.items()}, near)
     edges |= dict.fromkeys(joined, ("F", 0.0))
     if joined:
@@ -163,8 +164,7 @@ def _with_faces(flat: np.ndarray, edges: Edges) -> Pattern:
     notes: tuple[str, ...] = ()
     if cut_off:
         text = counted(len(cut_off), "area without creases is", "areas without creases are")
-        x, y = 1e3 * cut_off[0]
-        notes = (f"{text} cut off from the sheet and left out, the first around ({x:.6g}, {y:.6g}) mm",)
+        notes = (f"{text} cut off from the sheet and left out, the first around {shown_points(cut_off[:1])}",)
     return replace(pattern.assigned(letters, targets), notes=notes)
 
 
@@ -220,8 +220,8 @@ class _Parts(PatternFault):
         self.parts = [parts[k] for k in order]
         middles = [flat[np.unique(np.concatenate(part))].mean(axis=0) for part in self.parts]
         listed = [
-            f"{number} with {counted(len(part), 'facet', 'facets')} around ({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
-            for number, (part, (x, y)) in enumerate(zip(self.parts, middles, strict=True), 1)
+            f"{number} with {counted(len(part), 'facet', 'facets')} around {shown_points([middle])}"
+            for number, (part, middle) in enumerate(zip(self.parts, middles, strict=True), 1)
         ]
         more = f" and {len(listed) - 4} more" if len(listed) > 4 else ""
         text = f"the pattern has {len(parts)} separate parts: {', '.join(listed[:4])}{more}"
