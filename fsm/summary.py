@@ -10,12 +10,13 @@ import numpy as np
 
 from fsm.analyses.analysis import MODAL, Analysis
 from fsm.analyses.comparison import Statement
+from fsm.load_names import load_units
 from fsm.results.quantities import in_motion
 from fsm.results.solution import Layout, Solution
 from fsm.results.stated_errors import largest_errors
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case
-from fsm.shown_units import travel_text
+from fsm.shown_units import shown_unit, travel_text
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import Statistics
@@ -28,6 +29,8 @@ _COARSE, _LATE = 0.05, 0.02
 """Errors due to the mesh of facets, and errors of positions due to steps, above which there is a warning."""
 _LISTED_EVENTS = 6
 """Largest number of events with a warning each."""
+_LISTED_LOADS = 3
+"""Largest number of loads that a warning lists."""
 
 _ARC_LENGTH = 'solve.method = "arc-length"'
 
@@ -81,7 +84,7 @@ def summary_of(
     listed = [event for event in events if event.kind != "vibration"]
     driven = bool(solution.layout.drive_names)
     found += [
-        _event_text(event, solution.layout) if driven else _load_event_text(event, analysis.loads_at(solution, event.time))
+        _event_text(event, solution.layout) if driven else _load_event_text(event)
         for event in listed[:_LISTED_EVENTS]
     ]
     if len(listed) > _LISTED_EVENTS:
@@ -128,6 +131,8 @@ def state_errors(summary: dict[str, Any], errors: dict[str, Statement]) -> None:
         for name, error in largest_errors(steps)
         if name.startswith("positions") and error > _LATE
     ]
+    if not late and "positions_since" in steps:
+        late = ["positions depend on the steps in time, and their error is unknown"]
     if late:
         since = f" (above 2 % from t = {steps['positions_since']:.4g} s on)" if "positions_since" in steps else ""
         remedy = "solve.step" if "steps of twice" in steps["by"] else "solve.rtol"
@@ -200,9 +205,14 @@ def _event_text(event: Event, layout: Layout) -> str:
     return f"snap {where}: solved with inertia until {until}{forces}"
 
 
-def _load_event_text(event: Event, loads: str) -> str:
-    """Warning about an event of a case without drives; `loads` are the sizes and displacements of the loads at its start."""
-    where = f"at {event.time:.4g} s" + (f" ({loads})" if loads else "")
+def _load_event_text(event: Event) -> str:
+    """Warning about an event of a case without drives, with the loads at its start."""
+    loads = []
+    for name, (size, moved) in list(event.loads.items())[:_LISTED_LOADS]:
+        units = load_units(name)
+        there = shown_unit(units.displacement, moved).text(moved)
+        loads.append(f"{name} {shown_unit(units.size, size).text(size)} at {there}")
+    where = f"at {event.time:.4g} s" + (f" ({', '.join(loads)})" if loads else "")
     inertia = f"solved with inertia until {event.end_time:.4g} s"
     path = f"set {_ARC_LENGTH}, which follows the equilibria through limit points"
     if event.kind == "motion":

@@ -11,15 +11,15 @@ import numpy as np
 from fsm.analyses.analysis import Analysis, StatedErrors
 from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_mesh, larger_steps, not_compared, other_meshes
 from fsm.analyses.extrapolation_warnings import extrapolation_warnings
+from fsm.analyses.pulls import is_fast, pull_warnings
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
 from fsm.errors import FsmError, NotConverged
-from fsm.load_names import load_units
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import bent_energy, in_motion, summarise, summarise_contacts, summarise_drives
-from fsm.results.solution import ENERGIES, Layout, Solution
+from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.sheet import SHELLS
 from fsm.scene.start import start_of
@@ -32,7 +32,6 @@ from fsm.segments.separate import shallowest
 from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
 from fsm.sheet_motion import fold_warning, folded_parts
-from fsm.shown_units import shown_unit
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
@@ -55,12 +54,16 @@ _TORN = 1e-3
 """Separation of the sides of a crease relative to the length of a facet, above which facets cannot follow a motion."""
 _DEEP = 0.2
 """Ratio of the penetration of contacts to the largest thickness, above which there is a warning."""
-_STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "work", "error"))
-"""Potential energies of a record, except of drives."""
 _COARSE = 0.05
 """Error of the peak force due to the segments, above which there is a warning."""
 _FEWER = 0.7
 """Ratio of the unknowns of a coarser mesh to those of the mesh itself, below which both are compared."""
+
+_COARSER = 4.0
+"""Ratio of the steps that resolve impacts, for the error of a motion. With twice the steps the difference is small by
+coincidence in one of four motions (`validation/errors`)."""
+_SAFE = 3.0
+"""Factor of the differences of motions with other steps, whose order is irregular."""
 
 
 class Deployment(Analysis):
@@ -259,7 +262,7 @@ class Deployment(Analysis):
         """See `Analysis`."""
         iterations = max(statistics.newton_iterations, statistics.steps)
         refused = not_compared(self.case.solve.error_estimates, iterations, self.system.dof)
-        return {"mesh": self._of_mesh(summary, refused), "steps": self._of_steps(solution, statistics, refused)}
+        return {"mesh": self._of_mesh(summary, refused), "steps": self._of_steps(solution, statistics, summary, refused)}
 
     def coarsen(self, factor: float) -> None:
         """See `Analysis`."""
@@ -287,8 +290,8 @@ class Deployment(Analysis):
             if len(coarser) > 1 and (self._dynamic or not self._smaller(coarser[1], coarser[0])):
                 coarser = coarser[:1]
             size = "2 and 4 times" if len(coarser) > 1 else "twice"
-            return Comparison(f"comparison with cells of {size} the size", coarser)
-        return Comparison("comparison with cells of half the size", (finer_mesh(self.case),), finer=True)
+            return Comparison(f"comparison with cells of {size} the size", coarser, cells=True)
+        return Comparison("comparison with cells of half the size", (finer_mesh(self.case),), cells=True)
 
     def _smaller(self, coarser: Case, than: Case | None = None) -> bool:
         """Whether a coarser mesh has far fewer unknowns."""
@@ -298,7 +301,9 @@ class Deployment(Analysis):
         except FsmError:  # a mesh that is too coarse for the case
             return False
 
-    def _of_steps(self, solution: Solution, statistics: Statistics, refused: str) -> Statement | Comparison:
+    def _of_steps(
+        self, solution: Solution, statistics: Statistics, summary: dict[str, Any], refused: str
+    ) -> Statement | Comparison:
         """Error due to steps in time, or due to increments."""
         if not any(step.settings is not None for step in self.steps()):
             return {"by": "none: nothing moves"}
@@ -314,8 +319,18 @@ class Deployment(Analysis):
         by = f"comparison with {'steps of twice the size' if fixed else 'ten times the tolerance'}"
         resolved = dynamic and self.system.contacts.resolves
         if resolved:
-            by += ", and half as many steps in an impact"
-        return Comparison(by, (larger_steps(self.case),), coarsen=2.0 if resolved else 1.0)
+            by += ", and a quarter of the steps in an impact"
+        unknown = {}
+        if dynamic and self._is_structure and is_fast(solution, summary):
+            unknown["peak_force"] = "the pull is fast, and smaller steps may resolve a larger force at its start"
+        reach = None
+        if self.case.scene is not None and not self.scene.flexible:
+            inertia = self.system.bodies.inertia[self.system.bodies.free]
+            moments = inertia[:, 3 if self.system.spatial else 2 :]
+            reach = np.sqrt(moments.max(axis=1, initial=0.0) / inertia[:, 0])
+        coarsen = _COARSER if resolved else 1.0
+        cases = (larger_steps(self.case),)
+        return Comparison(by, cases, coarsen=coarsen, safety=_SAFE, parts=True, unknown=unknown, reach=reach)
 
     @property
     def _dynamic(self) -> bool:
@@ -327,20 +342,6 @@ class Deployment(Analysis):
         """Whether the run is one motion of a [scene] whose steps have to resolve impacts."""
         dynamic = not self.plan.written and isinstance(self._settings(self.plan.steps[0]), Settings)
         return dynamic and self.case.scene is not None and self.case.strip is None and self.system.contacts.resolves
-
-    def loads_at(self, solution: Solution, time: float) -> str:
-        """See `Analysis`: loads of a case without `[[step]]` in the last record until a time (s)."""
-        record = int(np.searchsorted(solution.time, time, side="right")) - 1
-        if self.plan.written or record < 0:
-            return ""
-        start, end = ((float(solution.time[k]), solution.q[k]) for k in (0, record))
-        loads = self.system.load_displacements(start, (time, end[1]))
-        texts = []
-        for name, (size, moved) in list(loads.items())[:_NAMED]:
-            units = load_units(name)
-            where = shown_unit(units.displacement, moved).text(moved)
-            texts.append(f"{name} {shown_unit(units.size, size).text(size)} at {where}")
-        return ", ".join(texts)
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages, contacts, and the error of a motion."""
@@ -462,7 +463,7 @@ class Deployment(Analysis):
             found.append(f'"arc-length" has no friction: contacts slide without it in {", ".join(arcs)}')
         found += _coarse(summary) + (_unstable_at_end(solution) if self._ends_on_path else [])
         return found + extrapolation_warnings(solution, self.scene, self.system) + (
-            [] if self.plan.written else _of_the_pull(solution, summary, self._is_structure)
+            [] if self.plan.written else pull_warnings(solution, summary, self._is_structure)
         )
 
 
@@ -507,52 +508,3 @@ def _crossed(crossings: list[tuple[int, int, float]], solution: Solution) -> lis
     )
     more = f", and {len(first) - _NAMED} more pairs later" if len(first) > _NAMED else ""
     return [f"panels pass through each other: {named}{more}; no contact pair includes them; later results are not physical"]
-
-
-def _of_the_pull(solution: Solution, summary: dict[str, Any], structure: bool) -> list[str]:
-    """Warnings on a pull that is not quasi-static, or that ends before its peak.
-
-    A pull has to be slow if it deploys a `structure`: a strip, lattice or sheet. A drive of a [scene] may be a machine,
-    whose force is due to inertia at any speed.
-    """
-    found: list[str] = []
-    if not solution.travel.size:
-        return found
-    statics = set(summary["method"].split(" + ")) == {"static"}
-    moving = _too_fast(solution, summary) if structure else np.zeros(len(solution.time), dtype=bool)
-    if moving.any():
-        at = solution.layout.travel_text(float(solution.travel[np.argmax(moving), 0]))
-        off = f"at {at} the kinetic energy is above 1 % of the largest stored energy"
-        found.append(
-            f"statics neglects inertia, but {off} at this speed; pull slower, or give solve.method = \"generalized-alpha\""
-            if statics
-            else f"not quasi-static: {off}; pull slower"
-        )
-    if structure and summary["peak_kind"] == "dynamic":
-        found.append("no part of the pull is quasi-static: peak_force is the largest dynamic force; pull slower")
-    # if other drives continue, the force may have decreased while the travel stayed the same
-    at_end = summary["peak_travel"] > 0.999 * solution.travel[-1, 0]
-    if at_end and summary["final_force"] >= summary["peak_force"] - 1e-3 * abs(summary["peak_force"]) and _rises(solution):
-        what, way = ("moment", "turn") if solution.layout.turns() else ("force", "travel")
-        found.append(f"the {what} is still rising at the end of the {way}; the peak may lie beyond this {way}")
-    return found
-
-
-def _too_fast(solution: Solution, summary: dict[str, Any]) -> np.ndarray:
-    """Records (n,) in which kinetic energy exceeds 1 % of the largest change of stored energy, outside events.
-
-    Events of a static run, such as snaps, are motions at any speed of the drive. The first 2 % of the travel are ignored.
-    """
-    stored = sum(solution.energy[name] - solution.energy[name][0] for name in _STORED)
-    moving = solution.energy["kinetic"] > 0.01 * float(np.max(np.abs(stored)))
-    moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
-    for event in summary["events"]:
-        moving &= ~((solution.time >= event["time"]) & (solution.time <= event["end_time"]))
-    return np.asarray(moving)
-
-
-def _rises(solution: Solution) -> bool:
-    """Whether the force of the first drive rises by more than 0.1 % in the last 5 % of the travel."""
-    travel, force = solution.travel[:, 0], solution.force[:, 0]
-    before = force[np.flatnonzero(travel <= 0.95 * travel[-1])[-1:]]
-    return bool(np.any(force[-1] - before > 1e-3 * abs(force[-1])))
