@@ -18,7 +18,7 @@ from fsm.scene.step_items import with_paths_of_steps
 from fsm.segments.compile import compile_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.gas_checks import gas_faults
-from fsm.segments.plan import Plan, end_warnings, plan_of
+from fsm.segments.plan import Plan, plan_of, plan_warnings
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
 from fsm.solve.static import PathSettings
@@ -57,7 +57,7 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
     if faults:
         raise CaseError(faults, source)
     if warnings is not None:
-        warnings += crease_warnings(scene, case.strip is not None) + end_warnings(case, scene)
+        warnings += crease_warnings(scene, case.strip is not None) + plan_warnings(case, scene, plan)
     try:
         system = compile_whole(case, scene, plan)
     except CaseError as error:

@@ -196,7 +196,7 @@ class RecordedSolve:
         """Result of a run with other settings, without its files."""
         case = case.model_copy(update={"save": case.save.model_copy(update={"channels": ()})})
         loaded = LoadedCase(case, case_text(case), self.loaded.path)
-        bar.further(f"error due to {cause}", 1.0)
+        bar.further(f"estimating the error due to {cause}", 1.0)
         analysis, warnings = analysis_of(case, str(loaded.path)), list[str]()
         analysis.coarsen(coarsen)
         analysis.initialise(warnings)

@@ -1,13 +1,12 @@
 """Tutorials that are executed when the pages are built.
 
-    ```{executed} sh
-    :picture: out/first/force.png
+    ```{executed} sh out/first/force.png
     fsm run case.toml --out out/first
     ```
 
-shows the commands, runs them in a folder of the page's own (in which `folding_cases` is at hand), and shows what they
-print and the picture. `sh` or `python`; `:file: name` writes the text into a file of that name instead. A command that fails
-fails the build. FSM_DOCS_RUN=0 leaves the running out.
+shows the commands (`sh` or `python`), runs them in a folder of the page's own (in which `folding_cases` is at hand), and
+shows what they print and the picture. The text of a block with any other file name, as in `toml case.toml`, is written
+into this file and not run. A command that fails fails the build. FSM_DOCS_RUN=0 leaves the running out.
 """
 
 from __future__ import annotations
@@ -34,19 +33,17 @@ class Executed(SphinxDirective):
 
     has_content = True
     required_arguments = 1
-    option_spec: ClassVar[dict[str, Any]] = {
-        "picture": directives.unchanged, "file": directives.unchanged, "width": directives.unchanged,
-    }  # fmt: skip
+    optional_arguments = 1
+    option_spec: ClassVar[dict[str, Any]] = {"width": directives.unchanged}
 
     def run(self) -> list[nodes.Node]:
         """The text, what running it prints, and its picture."""
         text = "\n".join(self.content)
-        language = self.arguments[0]
+        language, name = (*self.arguments, "")[:2]
         shown = nodes.literal_block(text, text, language=language)
         result: list[nodes.Node] = [shown]
         folder = _folder(self.env.app, self.env.docname)
-        if "file" in self.options:
-            name = self.options["file"]
+        if name and not name.endswith(".png"):
             result.insert(0, nodes.paragraph("", "", nodes.literal(name, name), nodes.Text(":")))
             (folder / name).write_text(text + "\n", encoding="utf-8")
             return result
@@ -63,13 +60,13 @@ class Executed(SphinxDirective):
         printed = done.stdout.replace(str(folder) + os.sep, "").rstrip()
         if printed:
             result.append(nodes.literal_block(printed, printed, language="text", classes=["printed"]))
-        if "picture" in self.options:
-            result.append(self._picture(folder / self.options["picture"]))
+        if name:
+            result.append(self._picture(folder / name))
         return result
 
     def _picture(self, path: Path) -> nodes.Node:
         if not path.is_file():
-            raise self.error(f"there is no picture {self.options['picture']}")
+            raise self.error(f"there is no picture {path.name}")
         name = f"{self.env.docname.replace('/', '-')}-{path.parent.name}-{path.name}"
         target = Path(self.env.srcdir) / PICTURES / name
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -163,13 +163,14 @@ def travels_over(label: str) -> bool:
 
 
 def drive_units(solution: Solution, drives: Sequence[int] = (0,)) -> tuple[ShownUnit, ShownUnit]:
-    """Units of force and travel of drives of one kind in figures; of moment and turn, if they turn."""
+    """Units of force and travel of drives of one kind in figures; of moment and turn, if they turn; SI without a drive."""
     curve, turns = solution.force_curve, solution.layout.turns(drives[0])
+    own = [drive for drive in drives if drive < len(solution.layout.drive_names)]
     force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
     travel = solution.travel if len(solution) else curve.travel
     return (
-        figure_unit("N m" if turns else "N", force[:, list(drives)]),
-        figure_unit("rad" if turns else "m", travel[:, list(drives)]),
+        figure_unit("N m" if turns else "N", force[:, own]),
+        figure_unit("rad" if turns else "m", travel[:, own]),
     )
 
 

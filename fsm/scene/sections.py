@@ -94,16 +94,11 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
 
 def static_faults(solve: Solve | None) -> Iterable[Fault]:
     """Faults of keys of statics with another method; "auto" may select statics."""
-    if solve is None or solve.method == "static":
-        return
-    if solve.method == "auto":
-        if solve.force_limit is not None:
-            text = 'is used by method = "static" only; set solve.method = "static", or remove this key'
-            yield Fault("solve.force_limit", text)
+    if solve is None or solve.method in ("static", "auto"):
         return
     for key in static_keys(solve):
-        methods = '"static"' if key == "force_limit" else '"static" and "auto"'
-        yield Fault(f"solve.{key}", f'is used by method = {methods} only, not by "{solve.method}"; remove this key')
+        text = f'is used by method = "static" and "auto" only, not by "{solve.method}"; remove this key'
+        yield Fault(f"solve.{key}", text)
 
 
 def static_keys(solve: Solve) -> list[str]:

@@ -7,7 +7,7 @@ gives a step "hold" at rest. The motion is the step "deploy". A run consists of 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,7 +28,7 @@ from fsm.scene.time_program import Constant, Ramp, Table, TimeFunction, end_of, 
 from fsm.segments.drive import Parts, Program, program_of
 from fsm.segments.time_function import factor
 
-__all__ = ["ALL", "Plan", "PlannedStep", "end_warnings", "plan_of"]
+__all__ = ["ALL", "Plan", "PlannedStep", "plan_of", "plan_warnings"]
 
 ALL = "all"
 """Name of all bodies, drives and loads in `hold` and `release`."""
@@ -129,6 +129,9 @@ def _short(case: Case, scene: Scene) -> Plan:
         end = max(program.end_time for program in programs) * (1.0 + HOLD if case.stages else 1.0)
     chosen = case.solve.method
     method, reason = automatic_method(scene, bool(case.stages)) if chosen == "auto" else (chosen, "requested")
+    if case.solve.force_limit is not None and method != "static":
+        text = f'is used by method = "static" only; "auto" selects "{method}" ({reason}). Set solve.method = "static"'
+        raise CaseError(Fault("solve.force_limit", f"{text}, or remove this key"))
     held = frozenset(body.name for body in scene.bodies if body.held)
     kind: Kind = "static" if method in ("static", "arc-length") else "dynamic"
     release = 0.0 if case.release is None else case.release.hold_time
@@ -144,7 +147,31 @@ def _short(case: Case, scene: Scene) -> Plan:
     return Plan(tuple(steps), programs, False)
 
 
-def end_warnings(case: Case, scene: Scene) -> list[str]:
+def plan_warnings(case: Case, scene: Scene, plan: Plan | None) -> list[str]:
+    """Warnings on loads without effect, and on drives that `solve.end_time` stops.
+
+    Parameters
+    ----------
+    case, scene : of the run
+    plan : steps of a case with `[[step]]`
+    """
+    return [*_loads_on_held(case, scene, plan), *_stopped_drives(case, scene)]
+
+
+def _loads_on_held(case: Case, scene: Scene, plan: Plan | None) -> Iterator[str]:
+    """Warning for each load on a body that is held whenever the load acts."""
+    if plan is None:
+        held = frozenset(body.name for body in scene.bodies if body.held) - {frame.name for frame in scene.frames}
+        acting = [(load, held) for _, load in loads_of(case)]
+    else:
+        acting = [(load, step.held) for step in plan.steps for load in step.loads]
+    moving = {load.called for load, held in acting if load.body not in held}
+    for name, body in {load.called: load.body for load, _ in acting if load.called not in moving}.items():
+        hint = "; strip.held lists the held panels" if case.strip is not None else ""
+        yield f"load {name!r} has no effect: body {body!r} is held and does not move{hint}"
+
+
+def _stopped_drives(case: Case, scene: Scene) -> list[str]:
     """Warning for each drive that `solve.end_time` stops before the end of its travel."""
     end, lines = case.solve.end_time, list[str]()
     if end is None or case.step:

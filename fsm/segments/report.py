@@ -24,7 +24,7 @@ from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.drive import PrescribedMotion, RunUp
 from fsm.segments.gas_checks import gas_faults
-from fsm.segments.plan import PlannedStep, end_warnings, plan_of
+from fsm.segments.plan import PlannedStep, plan_of, plan_warnings
 from fsm.segments.report_contact import (
     approximations_of_contact,
     approximations_of_friction,
@@ -124,6 +124,9 @@ def _bodies(view: CheckContext) -> Iterator[str]:
     held = sum(body.held for body in view.scene.bodies) - frames
     driven = sum(len(drive.moved) for drive in view.scene.drives)
     on_elements = f", {count(frames, 'frame')} on flexible parts" if frames else ""
+    if not (view.free or held or driven):
+        yield f"none{on_elements}"
+        return
     yield f"{len(view.free)} free, {held} held, {driven} driven{on_elements}"
     each = 6 if view.spatial else 3
     yield f"{each * len(view.free)} degrees of freedom, {each} for each free body"
@@ -157,7 +160,7 @@ def _joints(view: CheckContext) -> Iterator[str]:
     added = Counter(element.kind for element in view.scene.point_elements)
     for kind, number in added.items():
         yield f"{count(number, 'element')} of kind {kind!r} between points, by an extension; steps are solved in Python"
-    if not view.elements and not added:
+    if view.free and not view.elements and not added:
         yield "none: bodies move freely"
 
 
@@ -173,7 +176,7 @@ def _curve(element: ForceElement) -> str:
 
 def _half_cell(view: CheckContext) -> Iterator[str]:
     strip = view.case.strip
-    if view.case.sheet is not None:
+    if view.case.sheet is not None or not view.elements:
         return
     if strip is None:
         corrected = sum(element.crease_flexibility > 0 for element in view.elements)
@@ -190,7 +193,7 @@ def _damping(view: CheckContext) -> Iterator[str]:
     if view.case.strip is not None and material is not None:
         beta = strip_damping(view.case, view.scene)
         yield f"c = {1e3 * beta:.4g} ms x k for every spring (Kelvin-Voigt)" if beta else "none in the springs"
-    else:
+    elif view.elements:
         damped = sum(any(e.translation_damping) or any(e.rotation_damping) for e in view.elements)
         yield f"in {damped} of {count(len(view.elements), 'force element')}"
 
@@ -294,7 +297,7 @@ def _left_out(view: CheckContext) -> Iterator[str]:
         yield "contact: [contact] has no pair with a moving side"
     elif scene.friction is None:
         yield "friction: no [friction]; faces slide without friction"
-    if not any(element.crease is not None for element in view.elements):
+    if view.elements and not any(element.crease is not None for element in view.elements):
         yield "tabulated creases: none in this case"
     held = sum(body.held for body in scene.bodies) - len(scene.frames)
     if held:
@@ -357,7 +360,7 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
 def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
-    yield from end_warnings(view.case, view.scene)
+    yield from plan_warnings(view.case, view.scene, view.plan if view.plan.written else None)
     yield from pulled_beyond_length(view)
 
 

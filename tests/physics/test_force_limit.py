@@ -48,14 +48,15 @@ def test_the_run_ends_where_the_force_reaches_the_limit(tmp_path: Path) -> None:
 
 
 TURN = {"at": "edge right", "axis": [0, 1, 0], "turn": "10 deg", "rate": "1 deg/s"}
+FAST = pressed()["drive"][0] | {"speed": "100 m/s"}
 STEP = {"kind": "static", "duration": "40 s"}
 
 
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"solve": {"force_limit": 1.0}}, 'is used by method = "static" only'),
-        ({"solve": {"method": "generalized-alpha", "force_limit": 1.0}}, 'is used by method = "static" only'),
+        ({"solve": {"force_limit": 1.0}, "drive": [FAST]}, '"auto" selects "generalized-alpha"'),
+        ({"solve": {"method": "generalized-alpha", "force_limit": 1.0}}, 'is used by method = "static" and "auto" only'),
         ({"solve": {"method": "static", "force_limit": 1.0}, "step": [STEP]}, "cannot be used with [[step]]"),
         ({"step": [STEP | {"solve": {"force_limit": 1.0}}]}, "cannot be used with [[step]]"),
         ({"solve": {"method": "static", "force_limit": 1.0}, "drive": [TURN]}, "whose effort is a moment"),
@@ -64,6 +65,6 @@ STEP = {"kind": "static", "duration": "40 s"}
 )
 def test_a_limit_that_is_not_used_is_refused(changes: dict[str, Any], text: str, tmp_path: Path) -> None:
     with pytest.raises(FsmError) as caught:
-        fsm.load(pressed() | changes, folder=tmp_path)
+        fsm.load(pressed() | changes, folder=tmp_path).check()
     assert "force_limit" in str(caught.value)
     assert text in str(caught.value)

@@ -251,11 +251,10 @@ def test_notebooks(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
     """The scripts run, print numbers, and draw the pictures that the pages show."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folding_cases").symlink_to(ROOT / "folding_cases")
-    for kind, options, text in re.findall(
-        r"```\{executed\} (\w+)\n((?::\w+: [^\n]*\n)*)(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL
+    for kind, name, text in re.findall(
+        r"```\{executed\} (\w+) (\S+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL
     ):
-        name = options.partition(": ")[2].strip()
-        if options.startswith(":file:"):
+        if not name.endswith(".png"):
             (tmp_path / name).write_text(text)
             continue
         assert kind == "python"

@@ -80,6 +80,15 @@ def test_a_drive_that_the_end_of_the_run_stops() -> None:
     not_said(text_of(), "stops at")
 
 
+def test_a_load_on_a_held_panel_has_no_effect() -> None:
+    load = {"body": "panel 6", "force": [1.0, 0.0, 0.0]}
+    said(text_of(load=[load]), "load 'load on panel 6' has no effect: body 'panel 6' is held")
+    steps = [{"name": name, "kind": "static", "duration": "1 s"} for name in ("one", "two")]
+    said(text_of(drive=[], load=[load], step=steps), "load 'load on panel 6' has no effect")
+    free = [steps[0], steps[1] | {"release": ["panel 6"]}]
+    not_said(text_of(drive=[], load=[load], step=free), "has no effect")
+
+
 def test_a_plain_strip() -> None:
     text = text_of()
     said(
