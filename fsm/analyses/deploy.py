@@ -11,7 +11,7 @@ import numpy as np
 from fsm.analyses.analysis import Analysis, StatedErrors
 from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_mesh, larger_steps, not_compared, other_meshes
 from fsm.analyses.extrapolation_warnings import extrapolation_warnings
-from fsm.analyses.pulls import is_fast, pull_warnings
+from fsm.analyses.pulls import pull_warnings
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
@@ -262,7 +262,7 @@ class Deployment(Analysis):
         """See `Analysis`."""
         iterations = max(statistics.newton_iterations, statistics.steps)
         refused = not_compared(self.case.solve.error_estimates, iterations, self.system.dof)
-        return {"mesh": self._of_mesh(summary, refused), "steps": self._of_steps(solution, statistics, summary, refused)}
+        return {"mesh": self._of_mesh(summary, refused), "steps": self._of_steps(solution, statistics, refused)}
 
     def coarsen(self, factor: float) -> None:
         """See `Analysis`."""
@@ -301,9 +301,7 @@ class Deployment(Analysis):
         except FsmError:  # a mesh that is too coarse for the case
             return False
 
-    def _of_steps(
-        self, solution: Solution, statistics: Statistics, summary: dict[str, Any], refused: str
-    ) -> Statement | Comparison:
+    def _of_steps(self, solution: Solution, statistics: Statistics, refused: str) -> Statement | Comparison:
         """Error due to steps in time, or due to increments."""
         if not any(step.settings is not None for step in self.steps()):
             return {"by": "none: nothing moves"}
@@ -321,8 +319,8 @@ class Deployment(Analysis):
         if resolved:
             by += ", and a quarter of the steps in an impact"
         unknown = {}
-        if dynamic and self._is_structure and is_fast(solution, summary):
-            unknown["peak_force"] = "the pull is fast, and smaller steps may resolve a larger force at its start"
+        if dynamic and self._is_structure and solution.travel.size:
+            unknown["peak_force"] = "smaller steps may resolve a larger force at the start of the drive"
         reach = None
         if self.case.scene is not None and not self.scene.flexible:
             inertia = self.system.bodies.inertia[self.system.bodies.free]

@@ -9,12 +9,10 @@ import numpy as np
 from fsm.results.quantities import START_UP
 from fsm.results.solution import ENERGIES, Solution
 
-__all__ = ["is_fast", "pull_warnings"]
+__all__ = ["pull_warnings"]
 
 _STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "work", "error"))
 """Potential energies of a record, except of drives."""
-_OFTEN = 0.1
-"""Fraction of the records of a pull in which inertia matters, above which the pull is fast."""
 
 
 def pull_warnings(solution: Solution, summary: dict[str, Any], structure: bool) -> list[str]:
@@ -46,27 +44,14 @@ def pull_warnings(solution: Solution, summary: dict[str, Any], structure: bool) 
     return found
 
 
-def _moving(solution: Solution) -> np.ndarray:
-    """Records (n,) after 2 % of the travel in which kinetic energy exceeds 1 % of the largest change of stored energy."""
-    stored = sum(solution.energy[name] - solution.energy[name][0] for name in _STORED)
-    moving = solution.energy["kinetic"] > 0.01 * float(np.max(np.abs(stored)))
-    return np.asarray(moving & (solution.travel[:, 0] > START_UP * solution.travel[-1, 0]))
-
-
-def is_fast(solution: Solution, summary: dict[str, Any]) -> bool:
-    """Whether inertia matters in more than a tenth of the records of a pull, or its peak is in the start of the drive."""
-    if not solution.travel.size:
-        return False
-    early = bool(summary["peak_travel"] < START_UP * solution.travel[-1, 0])
-    return early or float(_moving(solution).mean()) > _OFTEN
-
-
 def _too_fast(solution: Solution, summary: dict[str, Any]) -> np.ndarray:
     """Records (n,) in which kinetic energy exceeds 1 % of the largest change of stored energy, outside events.
 
     Events of a static run, such as snaps, are motions at any speed of the drive. The first 2 % of the travel are ignored.
     """
-    moving = _moving(solution)
+    stored = sum(solution.energy[name] - solution.energy[name][0] for name in _STORED)
+    moving = solution.energy["kinetic"] > 0.01 * float(np.max(np.abs(stored)))
+    moving &= solution.travel[:, 0] > START_UP * solution.travel[-1, 0]
     for event in summary["events"]:
         moving &= ~((solution.time >= event["time"]) & (solution.time <= event["end_time"]))
     return np.asarray(moving)

@@ -86,7 +86,7 @@ class Event:
     end_travel: float
     force: float
     end_force: float
-    loads: dict[str, tuple[float, float]] = field(default_factory=dict)
+    loads: dict[str, tuple[float, float]] = field(default_factory=dict, kw_only=True)
 
 
 class StepFailed(NotConverged):
