@@ -20,6 +20,7 @@ from fsm.scene.patterns.mesh_places import mesh_place
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS
 from fsm.scene.sheet import Sheet
+from fsm.shown_units import shown_unit
 
 __all__ = ["CREASES", "draw_facets"]
 
@@ -42,13 +43,14 @@ def draw_facets(case: Case, path: Path) -> None:
     figure = Figure(figsize=(8.0, 6.0), dpi=150)
     FigureCanvasAgg(figure)
     ax = figure.add_subplot(projection="3d")
-    points = 1e3 * mesh.positions
+    unit = shown_unit("m", float(np.ptp(mesh.positions, axis=0).max()))
+    points = unit.factor * mesh.positions
     ax.add_collection3d(
         Poly3DCollection(points[mesh.triangles], facecolors="#F4F1E8", edgecolors="#999999", linewidths=0.3, alpha=0.7)
     )
-    seen = {} if case.sheet.kind == "plate" else _draw_creases(ax, mesh, case.sheet)
+    seen = {} if case.sheet.kind == "plate" else _draw_creases(ax, mesh, case.sheet, unit.factor)
     for kind, at in _places(case, case.sheet):
-        seen[kind] = _mark(ax, mesh, kind, at)
+        seen[kind] = _mark(ax, points[mesh_place(mesh, at).sectors], kind)
     pattern = None if case.sheet.is_shell else pattern_of(case.sheet)
     for vertices, marker, text in bad_vertices(pattern, bends=True) if pattern is not None else ():
         ax.plot(*points[mesh.vertices[list(vertices)]].T, marker, color="#E00000", markersize=7, fillstyle="none")
@@ -58,22 +60,23 @@ def draw_facets(case: Case, path: Path) -> None:
     for axis, middle, side in zip("xyz", 0.5 * (low + high), sides, strict=True):
         getattr(ax, f"set_{axis}lim")(middle - 0.5 * side, middle + 0.5 * side)
     ax.set_box_aspect(sides)
-    ax.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)", title=f"{len(mesh.triangles)} triangles at the start")
+    ax.set(**{f"{axis}label": f"{axis} ({unit.name})" for axis in "xyz"})
+    ax.set_title(f"{len(mesh.triangles)} triangles at the start")
     figure.legend(handles=list(seen.values()), loc="lower center", ncols=4, fontsize=8, frameon=False)
     with atomic_write(path) as part:
         figure.savefig(part, format=path.suffix.removeprefix(".").lower())
 
 
-def _draw_creases(ax: Any, mesh: FacetMesh, sheet: Sheet) -> dict[str, Line2D]:
+def _draw_creases(ax: Any, mesh: FacetMesh, sheet: Sheet, factor: float) -> dict[str, Line2D]:
     """Draw the creases by their assignments; returns the entries of the legend."""
     pattern = pattern_of(sheet).with_bend_lines(most=4)
-    points, letters = 1e3 * mesh.positions, pattern.assignment
+    points, letters = factor * mesh.positions, pattern.assignment
     seen = {}
     for letter, name in ASSIGNMENTS.items():
         lines = [points[crease.sectors[:, 0]] for crease in mesh.creases if letters[crease.edge] == letter]
         if letter == "C":
             cuts = [k for k, own in enumerate(letters) if own == letter]
-            lines = list(1e3 * pattern.vertices[pattern.edges[cuts]])
+            lines = list(factor * pattern.vertices[pattern.edges[cuts]])
         if lines:
             colour, dashes, width = CREASES[letter]
             ax.add_collection3d(Line3DCollection(lines, colors=colour, linestyles=dashes, linewidths=width))
@@ -89,8 +92,7 @@ def _places(case: Case, sheet: Sheet) -> list[tuple[str, Any]]:
     return found + [("driven", at) for at in driven if at is not None] + [("probe", probe.at) for probe in sheet.probe]
 
 
-def _mark(ax: Any, mesh: FacetMesh, kind: str, at: Any) -> Line2D:
+def _mark(ax: Any, points: np.ndarray, kind: str) -> Line2D:
     marker, colour = _MARKS[kind]
-    points = 1e3 * mesh.positions[mesh_place(mesh, at).sectors]
     ax.plot(*points.T, marker, color=colour, markersize=4)
     return Line2D([], [], color=colour, marker=marker, ls="", label=kind)

@@ -21,6 +21,7 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.shown_units import shown_unit
 
 __all__ = ["preview"]
 
@@ -367,4 +368,5 @@ def _caption(mechanism: _Mechanism, frame: int) -> str:
     first = mechanism.pulls[0]
     share = first.duration / max(pull.duration for pull in mechanism.pulls)
     travel = first.travel * min(1.0, frame / (FRAMES - 1) / share)
-    return f"sketch, travel {travel * 1e3:.0f} of {first.travel * 1e3:.0f} mm"
+    unit = shown_unit("m", first.travel)
+    return f"sketch, travel {unit.factor * travel:.3g} of {unit.text(first.travel)}"

@@ -27,6 +27,7 @@ from fsm.scene.patterns.places import Place, place_of
 from fsm.scene.patterns.reading import PatternFault
 from fsm.scene.sheet import Sheet
 from fsm.scene.step_items import loads_of
+from fsm.shown_units import ShownUnit, shown_unit
 
 __all__ = ["draw_fault", "draw_sheet"]
 
@@ -84,17 +85,18 @@ def _draw(case: Case, sheet: Sheet, path: Path) -> None:
     """Draw the pattern of a sheet, flat and at the start."""
     pattern = pattern_of(sheet)
     bad = bad_vertices(pattern, sheet.facets != "rigid")
+    unit = shown_unit("m", pattern.extent())
     with figure(path, (WIDE[0], 3.9 if pattern.flat is not None else 4.6)) as fig:
         marks = _marks(case, sheet, pattern)
         if pattern.flat is not None:
             ax = fig.add_subplot(1, 2, 1)
-            _draw_flat(ax, pattern, pattern.flat * 1e3, marks)
-            _draw_bad(ax, pattern.flat * 1e3, bad)
+            _draw_flat(ax, pattern, unit, marks)
+            _draw_bad(ax, pattern.flat * unit.factor, bad)
         columns = 1 if pattern.flat is None else 2
         ax = fig.add_subplot(1, columns, columns, projection="3d")
-        _draw_space(ax, pattern, marks)
+        _draw_space(ax, pattern, unit, marks)
         for vertices, marker, _ in bad:
-            ax.plot(*1e3 * pattern.vertices[list(vertices)].T, marker, color=_RED, markersize=6, fillstyle="none")
+            ax.plot(*unit.factor * pattern.vertices[list(vertices)].T, marker, color=_RED, markersize=6, fillstyle="none")
         letters = [letter for letter in ASSIGNMENTS if letter in pattern.assignment]
         styles = [(ASSIGNMENTS[letter], *CREASES[letter]) for letter in letters]
         handles = [Line2D([], [], color=c, ls=dashes, lw=width, label=name) for name, c, dashes, width in styles]
@@ -128,7 +130,9 @@ def draw_fault(fault: Exception, path: Path) -> None:
     """
     if path.suffix.lower() not in FORMATS or not isinstance(fault, PatternFault):
         return
-    lines, places = 1e3 * np.asarray(fault.lines), 1e3 * fault.places
+    lines = np.asarray(fault.lines)
+    unit = shown_unit("m", float(np.ptp(lines.reshape(-1, lines.shape[-1]), axis=0).max()) if len(lines) else 0.0)
+    lines, places = unit.factor * lines, unit.factor * fault.places
     in_space = lines.shape[-1] == 3 and bool(np.ptp(lines[..., 2]))
     with figure(path, (WIDE[0], 5.0)) as fig:
         ax = fig.add_subplot(projection="3d" if in_space else None)
@@ -151,9 +155,9 @@ def draw_fault(fault: Exception, path: Path) -> None:
         ends = lines.reshape(-1, lines.shape[-1])[:, :size]
         if in_space:
             low, high = ends.min(axis=0), ends.max(axis=0)
-            draw_axes(ax, np.maximum(high - low, 0.05 * float((high - low).max())), 0.5 * (low + high), "mm")
+            draw_axes(ax, np.maximum(high - low, 0.05 * float((high - low).max())), 0.5 * (low + high), unit.name)
         else:
-            ax.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
+            ax.set(aspect="equal", xlabel=f"x ({unit.name})", ylabel=f"y ({unit.name})")
             ax.autoscale_view()
         ax.set_title(fill(str(fault), 90), fontsize=8)
         add_legend_across(fig, handles, "lower", columns=6)
@@ -180,7 +184,7 @@ def _marks(case: Case, sheet: Sheet, pattern: Pattern) -> Marks:
 
 
 def _draw_marks(ax: Any, pattern: Pattern, points: np.ndarray, marks: Marks) -> None:
-    """Draw marks at places on a pattern whose vertices are at points, mm."""
+    """Draw marks at places on a pattern whose vertices are at points, in the unit of the picture."""
     for place, marker, colour in marks:
         at = points[list(place.vertices)]
         if place.facet is not None:
@@ -205,7 +209,9 @@ def _beside_cuts(pattern: Pattern, flat: np.ndarray) -> dict[int, tuple[float, f
     return {v: (8.0 * along[0] / sizes[v] - 3.0, 8.0 * along[1] / sizes[v] - 3.0) for v, along in inwards.items()}
 
 
-def _draw_flat(ax: Any, pattern: Pattern, flat: np.ndarray, marks: Marks) -> None:
+def _draw_flat(ax: Any, pattern: Pattern, unit: ShownUnit, marks: Marks) -> None:
+    assert pattern.flat is not None
+    flat = unit.factor * pattern.flat
     for letter, (colour, dashes, width) in CREASES.items():
         chosen = [k for k, own in enumerate(pattern.assignment) if own == letter]
         lines = list(flat[pattern.edges[chosen]])
@@ -221,12 +227,12 @@ def _draw_flat(ax: Any, pattern: Pattern, flat: np.ndarray, marks: Marks) -> Non
         for number, face in enumerate(pattern.faces, 1):
             ax.text(*flat[list(face)].mean(axis=0), str(number), fontsize=7, color="#666666", ha="center", va="center")
     title = "flat pattern (grey: numbers of facets)" if _is_numbered(pattern) else "flat pattern"
-    ax.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)", title=title)
+    ax.set(aspect="equal", xlabel=f"x ({unit.name})", ylabel=f"y ({unit.name})", title=title)
     ax.autoscale_view()
 
 
-def _draw_space(ax: Any, pattern: Pattern, marks: Marks) -> None:
-    points = 1e3 * pattern.vertices
+def _draw_space(ax: Any, pattern: Pattern, unit: ShownUnit, marks: Marks) -> None:
+    points = unit.factor * pattern.vertices
     _draw_marks(ax, pattern, points, marks)
     ax.add_collection3d(Poly3DCollection([points[list(face)] for face in pattern.faces], facecolors="#F4F1E8", alpha=0.7))
     for letter, (colour, dashes, width) in CREASES.items():
@@ -235,5 +241,5 @@ def _draw_space(ax: Any, pattern: Pattern, marks: Marks) -> None:
             lines = list(points[pattern.edges[chosen]])
             ax.add_collection3d(Line3DCollection(lines, colors=colour, linestyles=dashes, linewidths=width))
     low, high = points.min(axis=0), points.max(axis=0)
-    draw_axes(ax, np.maximum(high - low, 0.05 * float((high - low).max())), 0.5 * (low + high), "mm")
+    draw_axes(ax, np.maximum(high - low, 0.05 * float((high - low).max())), 0.5 * (low + high), unit.name)
     ax.set_title("start")

@@ -26,6 +26,7 @@ from fsm.scene.start import start_of
 from fsm.segments.elements import CreaseGroup
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.ligaments import LigamentGroup
+from fsm.segments.merge import merged
 from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
@@ -95,6 +96,7 @@ class Deployment(Analysis):
     def kernels(self) -> tuple[str, ...]:
         """See `Analysis`."""
         space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
+        in_steps = self.system.variant(self.system.bodies, self.system.motions, merged(self.system.groups))
         if self.case.sheet is not None:
             return self._kernels_of_sheet(method)
         found = [space]
@@ -111,7 +113,7 @@ class Deployment(Analysis):
         if method == "static":
             from fsm.segments.arrays_of import has_static_arrays  # imports the kernels of all steps
 
-            if has_static_arrays(self.system):
+            if has_static_arrays(in_steps):
                 curved = any(isinstance(group, CreaseGroup) for group in self.system.groups)
                 found.append(f"statics {'with tabulated creases' if curved else 'in one kernel'}, {space}")
             return tuple(found)
@@ -121,7 +123,7 @@ class Deployment(Analysis):
         elif method in ("generalized-alpha", "newmark"):
             from fsm.segments.arrays_of import has_arrays  # imports the kernels of all steps
 
-            if has_arrays(self.system):
+            if has_arrays(in_steps):
                 found.append(f"steps in one kernel, {space}")
         return tuple(found)
 

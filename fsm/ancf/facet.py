@@ -70,11 +70,17 @@ class FacetArrays(NamedTuple):
 
 @kernel(inline=True)
 def gather(vectors: np.ndarray, q: np.ndarray, e: np.ndarray) -> None:
-    """Nodal vectors of one triangle, (9, 3)."""
+    """Nodal vectors of one triangle, (9, 3), with positions relative to the first corner.
+
+    No strain or curvature depends on this position, and round-off then belongs to the size of a triangle, not of the sheet.
+    """
     for i in range(9):
         first = vectors[i]
         for a in range(3):
             e[i, a] = q[first + a]
+    for i in (6, 3, 0):
+        for a in range(3):
+            e[i, a] -= e[0, a]
 
 
 @kernel(inline=True)

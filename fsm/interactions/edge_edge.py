@@ -1,7 +1,7 @@
 """Contact of two rounded edges in space, for example of plates that cross like an X.
 
     d = min |x_1(s) - x_2(sigma)| over both segments,     x_i = m_i + s t_i,  |s| <= l_i,      n = (x_1 - x_2)/d
-    gap = d - r_1 - r_2 outside,     gap = w (d - r_1 - r_2) inside
+    gap = d - c outside,     gap = w (d - c) inside,     c = r_1 + r_2, or less near a common crease
 
 The closest points are limited to the segments. If an edge slides past the end of the other edge, the contact changes to a
 contact of a point with an edge or a corner. The gap and its gradient stay continuous.
@@ -167,7 +167,7 @@ def find_edges(
         if max(apart, low[one, 2] - high[two, 2], low[two, 2] - high[one, 2]) > below:
             continue
         distance, square, _, _ = _state(poses, pair, edges, frames, vectors)
-        value = distance - edges.radius[pair[0]] - edges.radius[pair[1]]
+        value = distance - pairs.clearance[slots[i]]
         if value < 0.0:
             value *= _parallel_weight(square, pairs.parallel[slots[i]])[0]
         if value < below:
@@ -224,7 +224,7 @@ def write_edges(
         _move_to_contact(vectors, distance, edges.radius[pair[0]])
         relative_motion(frames, vectors[:2], motion)
         contact_gradient(rates, bodies[i], vectors[_NORMAL], motion, rate[i], gradient[i])
-        gap = distance - edges.radius[pair[0]] - edges.radius[pair[1]]
+        gap = distance - pairs.clearance[slots[i]]
         if gap >= 0.0 or square >= pairs.parallel[slots[i]]:
             continue
         weight, slope, _ = _parallel_weight(square, pairs.parallel[slots[i]])
@@ -366,7 +366,7 @@ def tangent_edges(
         contact_derivatives(
             frames, vectors[:2], vectors[_NORMAL], motion, normal_change, point_change, hessian, slip_second
         )
-        gap = distance - edges.radius[one] - edges.radius[two]
+        gap = distance - pairs.clearance[slots[i]]
         if gap < 0.0 and square < pairs.parallel[slots[i]]:
             _scale_second(frames, vectors, gap, square, pairs.parallel[slots[i]], motion, cosine, hessian)
         add_contact_tangent(

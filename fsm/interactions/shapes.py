@@ -45,6 +45,7 @@ class Points(NamedTuple):
     body : (n,) int array
     place : (n, 2 or 3) array, m, body axes
     radius : (n,) array, m
+        Near a common crease, the distance at which they touch minus the rounding of the shape.
     shape : (n,) int array
     around : (n, 3, 3) array, body axes
         Two perpendicular radii of a circle around `place`, m; then cosine and sine of the angle from the lowest point of the
@@ -79,10 +80,13 @@ class Edges(NamedTuple):
 
 
 class EdgePairs(NamedTuple):
-    """Edges (k, 2) that may touch, and |t_1 x t_2|^2 (k,) below which they count as nearly parallel."""
+    """Edges (k, 2) that may touch, |t_1 x t_2|^2 (k,) below which they count as nearly parallel, and distance (k,) at which
+    they touch, m: at most the sum of both roundings.
+    """
 
     edges: np.ndarray
     parallel: np.ndarray
+    clearance: np.ndarray
 
 
 class ContactForces(NamedTuple):

@@ -69,8 +69,8 @@ class SheetSupport(Model):
     clamped : bool
         Whether the slopes of flexible facets cannot turn out of their surface either.
     mirror : axis
-        Edge of flexible facets in a plane of symmetry normal to this axis, instead of `fixed`: it stays in the plane, and
-        the sheet crosses the plane at a right angle.
+        Edge, or another part of the outline, of flexible facets in a plane of symmetry normal to this axis, instead of
+        `fixed`: it stays in the plane, and the sheet crosses the plane at a right angle.
     """
 
     at: Name | Box

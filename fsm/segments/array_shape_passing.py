@@ -145,7 +145,8 @@ def passed_spatial(g: np.ndarray, poses: np.ndarray) -> bool:
 def _reachable_edges(g: np.ndarray, poses: np.ndarray, edges: np.ndarray, motion: float) -> np.ndarray:
     """Pairs of edges with a distance of their middle lines of at most twice `motion`, m."""
     table, pairs = edges_of(g), integers_2d(g, EDGE_PAIRS)
-    unscaled = EdgePairs(pairs, np.zeros(pairs.shape[0]))
+    none = np.zeros(pairs.shape[0])
+    unscaled = EdgePairs(pairs, none, none)
     slot, gap = find_edges(poses, edges, unscaled, table, 2.0 * motion + _TINY)
     out, count = np.empty(slot.shape[0], dtype=np.int64), 0
     for i in range(slot.shape[0]):

@@ -76,7 +76,7 @@ class ShapeArrays(NamedTuple):
     kit_on_axis: np.ndarray
 
 
-POINTS, SHAPES, EDGES, EDGE_PAIRS, REACH = OWN, OWN + 5, OWN + 11, OWN + 16, OWN + 18
+POINTS, SHAPES, EDGES, EDGE_PAIRS, REACH = OWN, OWN + 5, OWN + 11, OWN + 16, OWN + 19
 (
     LIMIT, UNITS, POINT_START, PAIR_START, UNIT, COLUMN, WEIGHT, OPEN, MET, NEAR, NEAR_POINTS, NEAR_EDGES,
     KNOWN, LATEST, IN_FORCE, WHOLE, BASE, SOLID_SIZE, SOLID_OFFSET, SOLID_AXES, KIT_START, KIT_LOCAL,
@@ -125,7 +125,7 @@ def edges_of(g: np.ndarray) -> Edges:
 @kernel
 def edge_pairs_of(g: np.ndarray) -> EdgePairs:
     """Table of the pairs of edges."""
-    return EdgePairs(integers_2d(g, EDGE_PAIRS), floats_1d(g, EDGE_PAIRS + 1))
+    return EdgePairs(integers_2d(g, EDGE_PAIRS), floats_1d(g, EDGE_PAIRS + 1), floats_1d(g, EDGE_PAIRS + 2))
 
 
 @kernel

@@ -64,7 +64,11 @@ class _ShapeCompiler:
         self.bodies = bodies
         self.index = {body.name: i for i, body in enumerate(bodies)}
         self.obstacle_list = scene.obstacles
-        self.joined = np.concatenate([_joined(scene, bodies), corner_neighbours(bodies), self._across_cuts(scene)])
+        joined, neighbours, across = _joined(scene, bodies), corner_neighbours(bodies), self._across_cuts(scene)
+        self.joined = np.concatenate([joined, neighbours, across])
+        # corners on both sides of a cut are at one place too
+        apart = np.isin(neighbours @ [len(bodies), 1], np.sort(across, axis=1) @ [len(bodies), 1])
+        self.creased = np.concatenate([joined, neighbours[~apart]])
         # plates of all contact sides, in the order of their names in the pairs
         self.plate_list: list[Shape] = []
         self.number: dict[str, np.ndarray] = {}
@@ -141,8 +145,9 @@ class _ShapeCompiler:
             return None
         rows = np.array(self.plate_pairs)
         return PlateContacts(
-            self.plate_list, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2], self.joined, poses
-        )
+            self.plate_list, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2], self.joined, poses,
+            self.creased,
+        )  # fmt: skip
 
     def obstacles(self, poses: np.ndarray, spatial: bool) -> ObstacleContacts | None:
         """Contacts of plates with obstacles; None if there are none."""

@@ -9,7 +9,8 @@ plates touch where a point of one meets the face of the other, or where two edge
 * in space every edge of one plate is paired with every edge of the other (`fsm.interactions.edge_edge`).
 
 The distance is measured between the middle surfaces and has no sign. The depth must not exceed the sum of both half
-thicknesses. `crossed` reports pairs that exceed it.
+thicknesses. `crossed` reports pairs that exceed it. Beside a common edge or corner of joined plates, faces touch at a
+smaller distance (`fsm.segments.crease_clearance`).
 """
 
 from __future__ import annotations
@@ -22,8 +23,11 @@ import numpy as np
 
 from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.shape_distance import POLYGON
+from fsm.kernels.rotation import rotation_matrix
+from fsm.segments.crease_clearance import common_lines, edge_tapers, tapers_of
+from fsm.segments.plate_shapes import same_places
 from fsm.segments.shape_contacts import DEEP, ShapeContacts
-from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
+from fsm.segments.shape_tables import Kit, Shape, TableBuilder, shape_edges
 
 __all__ = ["EDGE_SHARE", "PlateContacts", "Side", "add_plates", "plate_grid", "whole_plates"]
 
@@ -140,6 +144,9 @@ class PlateContacts(ShapeContacts):
         have no contact.
     reference : (n_bodies, 3 or 7) array
         Required only for joined bodies.
+    creased : (c, 2) int array
+        Joined bodies whose faces touch at a smaller distance beside edges and corners that coincide in `reference`; default:
+        all joined bodies.
     """
 
     def __init__(
@@ -153,6 +160,7 @@ class PlateContacts(ShapeContacts):
         numbers: np.ndarray | None = None,
         joined: np.ndarray | None = None,
         reference: np.ndarray | None = None,
+        creased: np.ndarray | None = None,
     ) -> None:
         pairs = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
         sides = whole_plates(len(plates)) if sides is None else sides
@@ -164,7 +172,10 @@ class PlateContacts(ShapeContacts):
         self._area = areas[listed.shape]
         self._part = np.concatenate([np.zeros(0), *(side.parts for side in sides)])
         longest = max((plate.length for plate in plates), default=0.0)
-        super().__init__(builder.kit(), listed, spatial, margin, DEEP * longest)
+        kit = builder.kit()
+        if joined is not None and reference is not None:
+            kit = _with_tapers(kit, plates, joined if creased is None else creased, reference)
+        super().__init__(kit, listed, spatial, margin, DEEP * longest)
         if joined is not None and reference is not None:
             self.leave_out(reference, joined)
 
@@ -174,3 +185,31 @@ class PlateContacts(ShapeContacts):
         points = 0.5 * area / whole.min(axis=1, keepdims=True)  # the contact stiffness belongs to the smaller face
         edges = EDGE_SHARE * part.min(axis=1, keepdims=True)
         return np.concatenate([np.repeat(points, 2, axis=1), edges], axis=1), whole, 0.5 * area
+
+
+def _with_tapers(kit: Kit, plates: Sequence[Shape], creased: np.ndarray, reference: np.ndarray) -> Kit:
+    """Tables with clearances beside the edges and corners that two bodies (c, 2) have in common in the poses `reference`."""
+    body, count, spatial = kit.shapes.body, len(reference), reference.shape[1] == 7
+    used = [(plate.body, plate.in_body(shape_edges(plate))) for plate in plates if np.any(creased == plate.body)]
+    if not used:
+        return kit
+    of_side = np.repeat([number for number, _ in used], [len(ends) for _, ends in used])
+    ends = np.concatenate([ends for _, ends in used])
+    poses = reference
+    if not spatial:
+        half, zero = 0.5 * reference[:, 2], np.zeros(count)
+        poses = np.stack([reference[:, 0], zero, reference[:, 1], np.cos(half), zero, np.sin(half), zero], axis=1)
+    axes = np.array([rotation_matrix(quaternion) for quaternion in poses[:, 3:]])
+    world = poses[of_side, None, :3] + np.einsum("nij,nkj->nki", axes[of_side], ends)
+    node = same_places(world.reshape(-1, 3), float(np.median([plate.length for plate in plates]))).reshape(-1, 2)
+    local = (ends if spatial else ends[:, :, [0, 2]]).reshape(2 * len(ends), -1)
+    on, first = np.unique(node.ravel() * count + np.repeat(of_side, 2), return_index=True)
+    allowed = np.concatenate([creased @ [count, 1], creased @ [1, count]])
+    lines = common_lines(*np.divmod(on, count), local[first], node, of_side, count, allowed)
+    edges, arm = kit.edges, kit.edges.half[:, None] * kit.edges.direction
+    tips = np.stack([edges.middle - arm, edges.middle + arm], axis=1)
+    of_point = np.repeat(body, np.diff(kit.point_start))
+    return kit._replace(
+        tapers=tapers_of(lines, np.arange(len(of_point)), of_point, kit.place, count),
+        edge_tapers=edge_tapers(lines, tips, edges.body, count),
+    )

@@ -10,9 +10,10 @@ from fsm.interactions.polygon_distance import MOST_CORNERS
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.patterns.pattern import triangles_of_face
 from fsm.scene.scene import Body, Plate
+from fsm.segments.crease_clearance import pairs_of_equal
 from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
 
-__all__ = ["corner_neighbours", "plate_shapes"]
+__all__ = ["corner_neighbours", "plate_shapes", "same_places"]
 
 _SAME = 1e-6
 """Distance of two corners, relative to the size of the plates, below which they are one vertex."""
@@ -54,10 +55,20 @@ def corner_neighbours(bodies: Sequence[Body]) -> np.ndarray:
             owner.append(np.full(len(corners), number))
     if len(places) == 1:
         return np.zeros((0, 2), dtype=np.int64)
-    from scipy.spatial import cKDTree  # a strip has no outlines, so it does not need to import SciPy
-
     points, of = np.concatenate(places), np.concatenate(owner)
-    size = float(np.median([np.ptp(group, axis=0).max() for group in places[1:]]))
-    pairs = cKDTree(points).query_pairs(_SAME * size, output_type="ndarray")
-    found = np.sort(of[pairs], axis=1)
-    return np.unique(found[found[:, 0] != found[:, 1]], axis=0)
+    vertex = same_places(points, float(np.median([np.ptp(group, axis=0).max() for group in places[1:]])))
+    order = np.argsort(vertex, kind="stable")
+    found = [np.stack([of[order[one]], of[order[two]]], axis=1) for one, two in pairs_of_equal(vertex[order])]
+    pairs = np.sort(np.concatenate([np.zeros((0, 2), dtype=np.int64), *found]), axis=1)
+    return np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
+
+
+def same_places(points: np.ndarray, size: float) -> np.ndarray:
+    """Numbers (n,) of vertices for points (n, 3); points at one place, relative to the size of the plates (m), have one."""
+    from scipy.sparse import coo_array  # a strip has no outlines, so it does not need to import SciPy
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    one, two = cKDTree(points).query_pairs(_SAME * size, output_type="ndarray").T
+    graph = coo_array((np.ones(len(one)), (one, two)), shape=(len(points), len(points)))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

@@ -13,6 +13,7 @@ from fsm.report_text import count, millimetres
 from fsm.scene.case import contact_scale
 from fsm.scene.contact import Contact
 from fsm.scene.contact_points import sheet_parts, sheet_spacing
+from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import Body
 from fsm.segments.report_view import CheckContext
 
@@ -178,6 +179,8 @@ def approximations_of_contact(view: CheckContext) -> Iterator[str]:
     on_surfaces = any(view.sides[p.first].kind == view.sides[p.second].kind == "surface" for p in view.pairs)
     if not on_surfaces:
         yield "edges of rigid plates are rounded by half the thickness; nearly parallel edges have contact at points only"
+        if any(SHEET in (pair.first, pair.second) for pair in view.pairs):
+            yield "facets touch at t min(1, s/L) at the distance s from a common crease; L is the depth of the smaller facet"
         return
     if view.segment:
         off = millimetres(view.segment / 8 * math.radians(10))

@@ -11,7 +11,7 @@ from fsm.report_text import count, material_text, millimetres, stress_text, trip
 from fsm.scene.loads import Load
 from fsm.scene.patterns.cuts import sides_of_cuts
 from fsm.scene.patterns.facet_mesh import FacetMesh
-from fsm.scene.patterns.mesh_places import mesh_place
+from fsm.scene.patterns.mesh_places import mesh_place, mirrored_place
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import facets_named
@@ -107,7 +107,7 @@ def facet_support_lines(view: CheckContext) -> Iterator[str]:
     for support in case.sheet.support:
         held = f"fixed along {', '.join(support.fixed)}"
         held = held if support.mirror is None else f"plane of symmetry normal to {support.mirror}"
-        yield f"{_place(mesh, support.at)}: {held}{', clamped' if support.clamped else ''}"
+        yield f"{_place(mesh, support.at, support.mirror)}: {held}{', clamped' if support.clamped else ''}"
     for load in case.load:
         if load.at is None:
             continue
@@ -143,8 +143,9 @@ def pressure_line(load: Load, areas: np.ndarray) -> str:
     )
 
 
-def _place(mesh: FacetMesh, at: str | Box) -> str:
+def _place(mesh: FacetMesh, at: str | Box, mirror: str | None = None) -> str:
     place = mesh_place(mesh, at)
+    place = place if mirror is None else mirrored_place(mesh, place, mirror, "sheet.support")
     chosen = place.sectors[:_LISTED] if len(place.sectors) <= _LISTED else place.sectors[[0, -1]]
     shown = " and ".join(f"({', '.join(f'{1e3 * x:.4g}' for x in mesh.positions[s])})" for s in chosen)
     length = ""

@@ -58,6 +58,8 @@ _RENEWAL = 0.4
 """Displacement, relative to the margin, after which the broad phase is renewed."""
 _MOST_SHAPES = 500
 """Number of shapes up to which all pairs are listed at once."""
+_ON_CREASE = 1e-6
+"""Clearance, relative to the sum of both roundings, below which a slot lies on a common crease."""
 DEEP = 0.25
 """Depth limit of solid shapes, relative to the length of the longest plate or solid."""
 
@@ -182,7 +184,7 @@ class ShapeContacts:
         return points[self._open[points]], edges[self._open[edges + self._count]]
 
     def leave_out(self, poses: np.ndarray, joined: np.ndarray) -> None:
-        """Exclude points and edges of joined bodies (m, 2) that touch in these poses."""
+        """Exclude points and edges of joined bodies (m, 2) that touch in these poses or lie on a common crease."""
         owner = self.kit.shapes.body
         by_body = np.argsort(owner, kind="stable")
         start = np.searchsorted(owner[by_body], np.arange(joined.max(initial=-1) + 2))
@@ -194,7 +196,8 @@ class ShapeContacts:
         ]
         self._set_up_tables(self._units_of(*self.listed.among(np.array(shapes, dtype=np.int64).reshape(-1, 2))))
         inside = self._find(poses, *self._slots, 0.0, as_they_are=True).slot
-        self._closed = np.sort(self.tables.key[inside])
+        on_crease = np.flatnonzero(self.tables.taper < _ON_CREASE)
+        self._closed = np.unique(self.tables.key[np.concatenate([inside, on_crease])])
         self.reference = None
 
     def _refresh(self, poses: np.ndarray) -> None:

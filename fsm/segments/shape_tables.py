@@ -10,6 +10,7 @@ import numpy as np
 from fsm.interactions.shape_distance import HALF_SPACE, POLYGON, RECTANGLE, SPHERE
 from fsm.interactions.shapes import EdgePairs, Edges, Points, Shapes
 from fsm.kernels.rotation import rotation_matrix
+from fsm.segments.crease_clearance import Tapers
 
 __all__ = [
     "Kit",
@@ -122,6 +123,8 @@ class Tables(NamedTuple):
         Row of the unit, column of its factors, and weight of the slot.
     share, area, pair, key : (n_slots,) arrays
         Fraction of a face, area that the slot represents (m^2), number of the contact pair, and constant key.
+    taper : (n_slots,) array
+        Gap at which the slot touches, relative to the sum of both roundings; below 1 near a common crease.
     """
 
     shapes: Shapes
@@ -138,6 +141,7 @@ class Tables(NamedTuple):
     area: np.ndarray
     pair: np.ndarray
     key: np.ndarray
+    taper: np.ndarray
 
 
 class TableBuilder:
@@ -267,6 +271,8 @@ class Kit(NamedTuple):
     local, on_axis : (p, 3), (p,) arrays
         Positions of the points in the axes of their shapes, m, and whether they lie on the axis of a cylinder.
     solids : shapes in space
+    tapers, edge_tapers : Tapers
+        Clearances near common creases: of points at bodies, and of edges at edges.
     """
 
     shapes: Shapes
@@ -280,6 +286,8 @@ class Kit(NamedTuple):
     solids: Solids
     edge_start: np.ndarray
     edges: Edges
+    tapers: Tapers = Tapers.none()
+    edge_tapers: Tapers = Tapers.none()
 
     def tables(self, units: Units) -> Tables:
         """Slots of some units: points of the first shape, then of the second; all pairs of edges."""
@@ -287,13 +295,13 @@ class Kit(NamedTuple):
         probes = (units.share[:, [0, 2]] > 0.0).ravel()
         lengths = np.where(probes, np.diff(self.point_start)[owner], 0)
         rows, side = ranges(self.point_start, owner[probes]), np.repeat(np.arange(len(owner)), lengths)
-        points = Points(
-            self.shapes.body[owner][side], self.place[rows], self.radius[rows], np.ascontiguousarray(other[side]),
-            self.around[rows],
-        )  # fmt: skip
+        shape = np.ascontiguousarray(other[side])
+        taper, of_shape = self.tapers.of(rows, self.shapes.body[shape]), self.shapes.radius[shape]
+        radius = self.radius[rows] - (1.0 - taper) * (self.radius[rows] + of_shape)
+        points = Points(self.shapes.body[owner][side], self.place[rows], radius, shape, self.around[rows])
         point_start = np.concatenate([[0], np.cumsum(lengths.reshape(-1, 2).sum(axis=1))])
         weight, of_point = self.weight[rows], side // 2
-        edge_pairs, pair_start, of_pair = self._edge_pairs(units.shapes)
+        edge_pairs, pair_start, of_pair, taper_of_pair = self._edge_pairs(units.shapes)
         column = np.concatenate([2 * (side % 2) + self.on_axis[rows], np.full(len(of_pair), 4)])
         area = np.concatenate([weight * units.area.ravel()[side], np.zeros(len(of_pair))])
         unit = np.concatenate([of_point, of_pair])
@@ -307,7 +315,7 @@ class Kit(NamedTuple):
         weight = np.concatenate([weight, np.ones(len(of_pair))])
         return Tables(
             self.shapes, points, self.edges, edge_pairs, units.shapes, point_start, pair_start, unit, column, weight,
-            weight * units.share[unit, column], area, units.pair[unit], key,
+            weight * units.share[unit, column], area, units.pair[unit], key, np.concatenate([taper, taper_of_pair]),
         )  # fmt: skip
 
     def slots_of(self, shapes: np.ndarray) -> int:
@@ -321,8 +329,8 @@ class Kit(NamedTuple):
         points, edges = np.diff(self.point_start).max(initial=0), np.diff(self.edge_start).max(initial=0)
         return int(2 * points + edges**2)
 
-    def _edge_pairs(self, shapes: np.ndarray) -> tuple[EdgePairs, np.ndarray, np.ndarray]:
-        """Pairs of edges of units, the first of each unit (u + 1,), and the unit of each."""
+    def _edge_pairs(self, shapes: np.ndarray) -> tuple[EdgePairs, np.ndarray, np.ndarray, np.ndarray]:
+        """Pairs of edges of units, the first of each unit (u + 1,), and the unit and taper of each."""
         number, edges = np.diff(self.edge_start), self.edges
         across = number[shapes[:, 1]]
         lengths = number[shapes[:, 0]] * across
@@ -330,7 +338,9 @@ class Kit(NamedTuple):
         unit = np.repeat(np.arange(len(shapes)), lengths)
         one, two = np.divmod(np.arange(start[-1]) - start[unit], np.maximum(across[unit], 1))
         one, two = one + self.edge_start[shapes[unit, 0]], two + self.edge_start[shapes[unit, 1]]
-        return EdgePairs(np.column_stack([one, two]), nearly_parallel(edges, one, two)), start, unit
+        taper = self.edge_tapers.of(one, two)
+        clearance = taper * (edges.radius[one] + edges.radius[two])
+        return EdgePairs(np.column_stack([one, two]), nearly_parallel(edges, one, two), clearance), start, unit, taper
 
 
 def nearly_parallel(edges: Edges, one: np.ndarray, two: np.ndarray) -> np.ndarray:

@@ -7,14 +7,7 @@ selects a part of the rounded outline. The normal therefore does not jump within
 half of the distance at which faces touch. Contact of edges keeps facets apart where the mesh is too coarse for contact of
 nodes; edges carry no load where nodes touch.
 
-Two facets at a crease are joined at their middle surfaces. Their faces touch at a distance that grows from zero at the
-crease to the thickness at the far end of the smaller facet, c(s) = t min(1, s/L) at the distance s from the crease, for the
-following reason. A fold of thickness t that closes is round: if its middle surface turns by the angle a over the length pi
-t/2, the faces of flat facets touch first at a = 180 degrees, on their whole length. In the sharp fold of the model, a point
-at the distance s from the crease has the distance s sin(a) from the other facet, and with c(s) the facets also touch on
-their whole length, at sin(a) = t/L: the far ends have the distance t. A constant clearance would stop the fold where it
-begins, at the first node beside the crease. The same holds for facets with a common vertex, with distances from this vertex.
-Contact of two edges takes the mean of c(s) over their four ends.
+Beside a common crease or vertex, faces touch at a smaller distance (`fsm.segments.crease_clearance`).
 
 Facets with a common vertex, and facets across a cut, have no contact where they touch at the start. Parts of one facet can
 touch if their distance along the facet exceeds a bound.
@@ -34,6 +27,7 @@ from fsm.interactions.feature_contact import measure_features, parallel_weights,
 from fsm.interactions.shapes import ContactForces
 from fsm.interactions.triangles_pass import edges_pass_edges, points_pass_triangles
 from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics, Tapered
+from fsm.segments.crease_clearance import Tapers, common_lines, tapers_of
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["SheetContacts", "SheetSurface"]
@@ -157,7 +151,7 @@ class SheetContacts:
         self._closed = np.zeros(0, dtype=np.int64)
         self.refreshes = 0
         self._neighbours = self._neighbouring_facets()
-        self._tapered_key, self._taper = self._tapers()
+        self._tapers = self._tapers_at_creases()
         self._refresh(reference)
         inside = self.find(reference, 0.0).slot
         inside = np.concatenate([inside[self._of_neighbours(inside)], self._at_cuts(self._places(reference))])
@@ -185,54 +179,14 @@ class SheetContacts:
             found += [one * self._facets + two, two * self._facets + one]
         return np.unique(np.concatenate(found))
 
-    def _tapers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Sorted keys of node and facet, and min(1, s/L) of these nodes of neighbours of the facet (module docstring)."""
+    def _tapers_at_creases(self) -> Tapers:
+        """Clearances of nodes at neighbours of their facets."""
         node, facet = np.divmod(self._on, self._facets)
-        number = np.searchsorted(facet[order := np.argsort(facet, kind="stable")], np.arange(self._facets + 1))
-        # common edges of two facets, else their common nodes: pairs of facets (own, other), and both ends
-        edges = np.flatnonzero((self._edge_facets >= 0).all(axis=1) & (np.diff(self._edge_facets, axis=1)[:, 0] != 0))
-        both = np.concatenate([self._edge_facets[edges], self._edge_facets[edges, ::-1]])
-        ends = np.tile(self.faces.edges[edges], (2, 1))
-        start = np.searchsorted(node, np.arange(len(self.surface.body) + 1))
-        along = np.unique(both[:, 0] * self._facets + both[:, 1])
-        for shift in range(1, int(np.diff(start).max())):
-            same = np.flatnonzero(node[shift:] == node[:-shift])
-            for one, two in ((same, same + shift), (same + shift, same)):
-                apart = ~np.isin(facet[one] * self._facets + facet[two], along)
-                both = np.concatenate([both, np.stack([facet[one], facet[two]], axis=1)[apart]])
-                ends = np.concatenate([ends, np.stack([node[one], node[one]], axis=1)[apart]])
-        if not len(both):
-            return np.zeros(0, dtype=np.int64), np.zeros(0)
-        # distances of all nodes of the facet `own` from these lines and points, in its plane
-        count = np.diff(number)[both[:, 0]]
-        row = np.repeat(np.arange(len(both)), count)
-        at = order[np.repeat(number[both[:, 0]] - np.append(0, np.cumsum(count)[:-1]), count) + np.arange(len(row))]
-        first, last = (self._on_plane[np.searchsorted(self._on, ends[:, k] * self._facets + both[:, 0])] for k in (0, 1))
-        line, away = (last - first)[row], self._on_plane[at] - first[row]
-        square = np.maximum((line * line).sum(axis=1), np.finfo(float).tiny)
-        part = np.clip((line * away).sum(axis=1) / square, 0.0, 1.0)
-        distance = np.linalg.norm(away - part[:, None] * line, axis=1)
-        pair, of_row = np.unique(both[:, 0] * self._facets + both[:, 1], return_inverse=True)
-        known, back = np.unique(of_row.reshape(-1)[row] * len(self._on) + at, return_inverse=True)
-        nearest = np.full(len(known), np.inf)
-        np.minimum.at(nearest, back.reshape(-1), distance)
-        of_pair, at = np.divmod(known, len(self._on))
-        depth = np.zeros(len(pair))
-        np.maximum.at(depth, of_pair, nearest)
-        own, other = np.divmod(pair, self._facets)
-        depth = np.minimum(depth, depth[np.searchsorted(pair, other * self._facets + own)])
-        key, back = np.unique(node[at] * self._facets + other[of_pair], return_inverse=True)
-        taper = np.ones(len(key))
-        np.minimum.at(taper, back.reshape(-1), nearest / depth[of_pair])
-        return key, taper
-
-    def _tapers_of(self, node: np.ndarray, facet: np.ndarray) -> np.ndarray:
-        """Clearance of nodes at facets, relative to the thickness; arrays that broadcast."""
-        if not len(self._taper):
-            return np.ones(np.broadcast_shapes(node.shape, facet.shape))
-        key = node * self._facets + facet
-        at = np.minimum(np.searchsorted(self._tapered_key, key), len(self._taper) - 1)
-        return np.where((facet >= 0) & (self._tapered_key[at] == key), self._taper[at], 1.0)
+        of = self._edge_facets
+        between = (of >= 0).all(axis=1) & (of[:, 0] != of[:, 1])
+        sides = np.tile(self.faces.edges[between], (2, 1))
+        lines = common_lines(node, facet, self._on_plane, sides, of[between].T.ravel(), self._facets)
+        return tapers_of(lines, node, facet, self._on_plane, self._facets)
 
     def _of_neighbours(self, slots: np.ndarray) -> np.ndarray:
         """Whether slots belong to facets with a common vertex."""
@@ -314,12 +268,11 @@ class SheetContacts:
         self.area = np.concatenate([0.5 * own, np.zeros(len(slots.pairs))])
         self.pair = np.full(len(self.share), surface.number, dtype=np.int64)
         one, two = slots.pairs.T
-        of_edges = [
-            self._tapers_of(self.faces.edges[a][:, :, None], self._edge_facets[b][:, None, :]).min(axis=2).mean(axis=1)
-            for a, b in ((one, two), (two, one))
-        ]
-        self._point_clearance = surface.clearance * self._tapers_of(slots.node, slots.facet)
-        self._edge_clearance = 0.25 * surface.clearance * (of_edges[0] + of_edges[1])
+        of_edges = self._tapers.of_edges(
+            self.faces.edges[one], self.faces.edges[two], self._edge_facets[one], self._edge_facets[two]
+        )
+        self._point_clearance = surface.clearance * self._tapers.of(slots.node, slots.facet)
+        self._edge_clearance = 0.5 * surface.clearance * of_edges
         corners = self.faces.triangles[slots.listed]
         node = np.repeat(slots.node, np.diff(slots.start))
         self._passing = np.column_stack([node, corners])

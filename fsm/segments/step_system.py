@@ -13,6 +13,7 @@ from fsm.segments.drive import Axis, PrescribedMotion, unit
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group
 from fsm.segments.loads import LoadGroup, applied
+from fsm.segments.merge import merged
 from fsm.segments.plan import Plan
 from fsm.segments.system import SegmentSystem
 from fsm.segments.turns import turned_pose
@@ -130,4 +131,4 @@ def _groups(
     index = {body: i for i, body in enumerate(whole.bodies.names)}
     on_bodies = (load for load in plan.steps[number].loads if load.pressure is None)
     loads = tuple(applied(load, index[load.target], whole.spatial) for load in on_bodies)
-    return ((*groups, LoadGroup(loads)) if loads else tuple(groups)), latched
+    return merged([*groups, LoadGroup(loads)] if loads else groups), latched

@@ -26,7 +26,6 @@ from fsm.kernels.block_lu import (
     factorise,
     fill_in,
     is_symmetric,
-    multiply_blocks,
     solve_refined,
 )
 from fsm.kernels.fronts import (
@@ -333,7 +332,7 @@ class LinearSolver:
         assert matrix is not None and known is not None
         pattern, data = matrix.pattern, matrix.data
         test = trial_vector(matrix.order)
-        right = multiply_blocks(pattern.indptr, pattern.indices, data, test)
+        right = matrix.times(test)
         if self._supernodes is not None:
             found, _, _ = solve_by_fronts(
                 self._supernodes, self._front_factors, pattern.indptr, pattern.indices, data, right, REFINE_ABOVE, True

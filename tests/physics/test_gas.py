@@ -410,6 +410,29 @@ def test_faults(gas: dict[str, Any], sheet: dict[str, Any], text: str, tmp_path:
         fsm.load(case(sheet, [gas]), folder=tmp_path).check()
 
 
+@pytest.mark.parametrize("facets", [{"facets": "rigid"}, {"facets": "bars"}, {"facets": "flexible", "mesh_size": 0.05}])
+@pytest.mark.parametrize("letter", ["C", "V"])
+def test_a_cut_does_not_hold_gas(letter: str, facets: dict[str, Any], tmp_path: Path) -> None:
+    """A lid on a ring that both sides of a cut join does not close the cut."""
+    corners, square = range(4), ((0.0, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1))
+    walls = [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in corners]
+    rings = [(low + k, low + (k + 1) % 4) for low in (0, 4) for k in corners]
+    sheet = facets | {
+        "vertices": [(x, y, z) for z in (0.0, 0.1) for x, y in square], "faces": walls,
+        "edges": rings + [(k, k + 4) for k in corners], "assignment": [*"BBBBBBBB", letter, *"VVV"],
+        "angles": [0.0] * 8 + [0.0 if letter == "C" else np.pi / 2, *[np.pi / 2] * 3],
+        "thickness": 1e-4, "support": [{"at": "facet 1"}],
+    }  # fmt: skip
+    gas = {"name": "air", "supply_pressure": 1e3, "closed_by": [{"cap": f"vertex {number}"} for number in (2, 6)]}
+    if letter == "V":
+        report = fsm.load(case(sheet, [gas]), folder=tmp_path).check()
+        assert any("around 1e+06 mm^3" in line for line in report.lines)
+        return
+    for lids in (gas["closed_by"][:1], gas["closed_by"]):
+        with pytest.raises(CaseError, match=r"gas.0.at: the chamber is open at the cut \(0, 0, .*; a cut does not hold gas"):
+            fsm.load(case(sheet, [gas | {"closed_by": lids}]), folder=tmp_path).check()
+
+
 def test_orifice_between_different_gases(tmp_path: Path) -> None:
     gases = [{"name": "a", "closed_by": LIDS} | AIR, {"name": "b", "closed_by": LIDS, "gas_constant": 2077.0} | AIR]
     for between, text in ((["a", "b"], "joins gases with gas_constant"), (["a", "c"], "there is no gas 'c'")):

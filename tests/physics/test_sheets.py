@@ -15,6 +15,7 @@ from fsm.errors import CaseError, NotConverged
 from fsm.run import run_case
 from fsm.scene.builders import sheet as builder
 from fsm.scene.builders.scene import build_scene
+from fsm.scene.builders.sheet_joints import sheet_joints
 from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
 from fsm.scene.patterns.of_sheet import pattern_of
@@ -219,6 +220,36 @@ def test_folding_needs_mountains_or_valleys(letter: str) -> None:
     }  # fmt: skip
     with pytest.raises(CaseError, match=r"sheet\.fold_to: needs mountains or valleys with fold angles"):
         build_scene(Case.model_validate(data))
+
+
+@pytest.mark.parametrize(
+    ("facets", "of", "text"),
+    [
+        ("flexible", "bend line", "because facets bend everywhere"),
+        ("flexible", "bend line 1", "because facets bend everywhere"),
+        ("rigid", "bend line", "because facets do not bend"),
+        ("bend-lines", "bend line 1", ""),
+        ("bars", "bend line", ""),
+    ],
+)
+def test_bend_lines_have_own_stiffness_only_where_they_are_joints(facets: str, of: str, text: str) -> None:
+    sheet = {
+        "vertices": [[x, y, 0.0] for x in (0.0, 0.1, 0.2, 0.3) for y in (0.0, 0.05)],
+        "edges": [[2, 3], [4, 5]], "assignment": ["V", "J"], "angles": [0.0, 0.0],
+        "faces": [[0, 2, 3, 1], [2, 4, 5, 3], [4, 6, 7, 5]], "facets": facets, "thickness": 1e-3,
+        "support": [{"at": "facet 1"}], "crease": [{"of": of, "stiffness_per_length": 7.0}],
+    }  # fmt: skip
+    sheet |= {"mesh_size": 0.05} if facets == "flexible" else {}
+    case = Case.model_validate({
+        "sheet": sheet, "material": {"young": 3e9, "poisson": 0.3, "density": 1000.0},
+        "crease": {"stiffness_per_length": 0.2}, "solve": {"method": "static", "end_time": 10.0},
+    })  # fmt: skip
+    if not text:
+        bent = [joint for joint in sheet_joints(case, pattern_of(case.sheet)) if joint.kind == "bend line"]
+        assert bent and bent[0].stiffness == pytest.approx(7.0 * 0.05)
+        return
+    with pytest.raises(CaseError, match=rf'^sheet\.crease\.0\.of: "{of}" .*{text}; remove this item'):
+        build_scene(case)
 
 
 @pytest.mark.parametrize("facets", ["rigid", "bend-lines"])

@@ -42,7 +42,7 @@ def test_distance_is_that_of_a_search() -> None:
         along = ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(along, axis=1)
         table = Edges(np.array([0, 1]), ends.mean(axis=1), along / length[:, None], length / 2, np.array([0.1, 0.05]))
-        pairs = EdgePairs(np.array([[0, 1]]), np.zeros(1))
+        pairs = EdgePairs(np.array([[0, 1]]), np.zeros(1), np.array([0.15]))
         slot, gap = find_edges(poses, np.zeros(1, dtype=np.int64), pairs, table, 10.0)
         assert list(slot) == [0]
         assert gap[0] == pytest.approx(closest_by_search(*ends) - 0.15, abs=1e-6)
@@ -202,5 +202,5 @@ def test_local_edges_are_the_same_edges_seen_from_the_other() -> None:
     back = local_edges(poses, slots, np.array([[1, 1]]), table)[0]
     np.testing.assert_allclose(back, [[-0.7, 0, 0], [0.7, 0, 0]], atol=1e-14)
     np.testing.assert_allclose(np.linalg.norm(local[1] - local[0]), 0.8, rtol=1e-14)
-    _, gap = find_edges(poses, slots, EdgePairs(np.array([[0, 1]]), np.zeros(1)), table, 100.0)
+    _, gap = find_edges(poses, slots, EdgePairs(np.array([[0, 1]]), np.zeros(1), np.zeros(1)), table, 100.0)
     assert closest_by_search(local, back) == pytest.approx(gap[0], abs=1e-6)

@@ -71,6 +71,19 @@ def test_force_and_tangent_are_derivatives(rest: np.ndarray | None) -> None:
     np.testing.assert_array_equal(matrix, matrix.T)  # exactly, since unsymmetric matrices are factorised by a slower method
 
 
+@pytest.mark.parametrize("rest", [None, CURVED], ids=["flat", "curved"])
+def test_round_off_does_not_depend_on_the_place(rest: np.ndarray | None) -> None:
+    """Energies and forces far from the origin are those at the origin, exactly. Their round-off would stop small steps."""
+    facets, far = group(rest), np.zeros((len(POINTS), 3, 3))
+    far[:, 0] = 1024.0, -2048.0, 512.0
+    # multiples of 2^-30, whose sums with these places are exact
+    q = np.round((FLAT + 0.1 * np.random.default_rng(4).normal(size=SIZE)) * 2.0**30) / 2.0**30
+    assert facets.energies(q + far.ravel()) == facets.energies(q)
+    np.testing.assert_array_equal(force(facets, q + far.ravel()), force(facets, q))
+    np.testing.assert_array_equal(facets.efforts(q + far.ravel()), facets.efforts(q))
+    np.testing.assert_array_equal(facets.curvatures(q + far.ravel()), facets.curvatures(q))
+
+
 def test_efforts_of_the_mixed_newton_method() -> None:
     """Efforts after an increment are exact to first order; with the efforts of the state, the stiffness is the tangent."""
     facets, q = group(), FLAT + 0.1 * np.random.default_rng(1).normal(size=SIZE)

@@ -11,9 +11,10 @@ import pytest
 from fsm.scene.patterns.cuts import facets_across_cuts, open_cuts, sides_of_cuts
 from fsm.scene.patterns.fold_file import read_fold
 from fsm.scene.patterns.generators import miura
+from fsm.scene.patterns.lines import Line
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import place_of
-from fsm.scene.patterns.planar import Line, planar_pattern
+from fsm.scene.patterns.planar import planar_pattern
 
 
 def grid(columns: int, rows: int, letters: dict[tuple[tuple[int, int], tuple[int, int]], str]) -> Pattern:

@@ -6,16 +6,21 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+import fsm
 from fsm.errors import CaseError
 from fsm.scene.patterns.fold_file import read_fold
 from fsm.scene.patterns.generators import miura, waterbomb
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern, edge_groups
+from fsm.scene.patterns.reading import PatternFault
 from fsm.scene.sheet import Sheet
+from fsm.sheet_picture import draw_fault, draw_sheet
 
 CASE = """
 [sheet]
@@ -118,3 +123,34 @@ def test_fold_names_the_vertices_that_cannot_fold() -> None:
     pattern = read_fold(json.dumps(data), 1.0)
     with pytest.raises(CaseError, match=r"sheet\.fold: .*; vertex 6 cannot fold from flat"):
         pattern_of(written(pattern, np.eye(3), fold=0.5))
+
+
+@pytest.mark.parametrize(("size", "unit", "last"), [(3e-5, "mm", 0.03), (5e-6, "um", 5.0), (40.0, "m", 40.0)])
+@pytest.mark.parametrize("facets", ["rigid", "flexible", "faulty"])
+def test_units_of_the_preview(size: float, unit: str, last: float, facets: str, tmp_path: Path, monkeypatch: Any) -> None:
+    """The axes of a sheet have the unit of its size, as figures of results; so have those of a faulty pattern."""
+    shown: list[tuple[str, float]] = []
+    draw = Figure.draw
+
+    def drawn(self: Figure, renderer: Any) -> None:
+        shown.extend((ax.get_xlabel(), float(np.ptp(ax.get_xlim()))) for ax in self.axes if ax.get_xlabel())
+        draw(self, renderer)
+
+    monkeypatch.setattr(Figure, "draw", drawn)
+    out = tmp_path / "out.png"
+    if facets == "faulty":
+        ends = size * np.array([[[0, 0], [1, 0]], [[1, 0], [1, 1]]])
+        draw_fault(PatternFault("fault", size * np.ones((1, 2))).among(ends, ["B", "B"]), out)
+    else:
+        mesh = {"mesh_size": size / 4} if facets == "flexible" else {}
+        sheet = {
+            "kind": "miura", "columns": 2, "rows": 2, "a": size / 2, "b": size / 2, "sector_angle": "89 deg",
+            "fold_angle": 0.0, "thickness": 1e-3 * size, "facets": facets,
+        }  # fmt: skip
+        material, solve = {"young": 1e9, "density": 1e3}, {"method": "static", "end_time": 1}
+        case = {"sheet": sheet | mesh, "material": material, "crease": {"stiffness_per_length": 1.0}, "solve": solve}
+        draw_sheet(fsm.load(case, folder=tmp_path).model, out)
+    assert shown
+    for label, width in shown:
+        assert label == f"x ({unit})"
+        assert 0.99 * last <= width < 1.6 * last

@@ -12,7 +12,7 @@ from fsm.kernels.rotation import exponential, multiply
 from fsm.segments.obstacle_contacts import ObstacleContacts
 from fsm.segments.plate_contacts import PlateContacts, plate_grid
 from fsm.segments.shape_contacts import ShapeContacts
-from fsm.segments.shape_tables import Shape, as_rectangle
+from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 THICK = 4e-3
@@ -241,6 +241,46 @@ def test_joined_plates_do_not_touch_where_they_are_joined(spatial: bool) -> None
     last = contacts.find(folded(np.pi - 0.5 * THICK / (2 * half)), 0.0)
     assert len(last.slot)
     assert contacts.share[last.slot[last.slot < len(contacts.tables.points.body)]].sum() > 0.5
+
+
+LEANING = ((0.0, -0.05), (0.2, 0.05), (0.2, 0.15), (0.0, 0.05))
+"""Side edges of two such plates cross near their crease x = 0 when one lies on the other."""
+OUTLINES = {
+    "leaning": (LEANING, tuple((x, -y) for x, y in LEANING[::-1])),
+    "short": (((0.0, -0.05), (0.2, -0.05), (0.2, 0.05), (0.0, 0.05)), ((0.0, -0.05), (0.12, 0.0), (0.0, 0.05))),
+}
+
+
+@pytest.mark.parametrize("points", [1, 2, 5])
+@pytest.mark.parametrize("shape", ["planar", "rectangles", "leaning", "short"])
+def test_a_fold_closes_at_one_angle_with_any_number_of_points(shape: str, points: int) -> None:
+    """The plates touch on their whole length at sin(angle) = t/L, not at the first point beside the crease."""
+    spatial, middle = shape != "planar", 0.0
+    if shape in OUTLINES:
+        depth = min(max(x for x, _ in outline) for outline in OUTLINES[shape])
+        plates = [as_polygon(k, np.array(of), (True,) * len(of), THICK) for k, of in enumerate(OUTLINES[shape])]
+    else:
+        depth, middle = 0.2, 0.1
+        plates = [as_rectangle(body, 0.2, 0.1, THICK) for body in range(2)]
+
+    def folded(angle: float) -> np.ndarray:
+        """Poses with this angle between the plates."""
+        at = pose(spatial, middle * np.cos(angle), middle * np.sin(angle), -angle)
+        return np.array([pose(spatial, middle, 0.0), at])
+
+    start = folded(1.0)
+    contacts = PlateContacts(plates, np.array([[0, 1]]), spatial, 0.05, points, joined=np.array([[0, 1]]), reference=start)
+    closed = float(np.arcsin(THICK / depth))
+    for angle in (1.0, 4.0 * closed, 1.01 * closed):
+        assert not len(contacts.find(folded(angle), 0.0).slot)
+        assert not len(contacts.crossed(folded(angle)))
+        contacts.commit(folded(angle))
+    touching = contacts.find(folded(0.99 * closed), 0.0)
+    assert len(touching.slot)
+    over = 0.5 if shape == "leaning" else 1.0  # leaning plates lie on each other up to half of their depth
+    assert -touching.gap.min() == pytest.approx(0.01 * THICK * over, rel=0.02)
+    assert contacts.share[touching.slot].sum() > 0.02
+    assert contacts.crossed(folded(-closed)) == (0,)
 
 
 # obstacles -------------------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import sys
 
 from validation.gallery.command import command
 from validation.gallery.record import Part
+from validation.sheets.flat_facets import curved_shells
 from validation.sheets.origami import kresling, miura_bending, miura_pop_through, miura_push
 from validation.sheets.plates import plates
 from validation.sheets.shells import cantilever, hinged_roof, open_cylinder, pinched_cylinder, roll_up, slit_annulus
@@ -23,6 +24,7 @@ PARTS: dict[str, Part] = {
     "open_cylinder": open_cylinder,
     "pinched_cylinder": pinched_cylinder,
     "hinged_roof": hinged_roof,
+    "curved_shells": curved_shells,
     "miura_push": miura_push,
     "miura_bending": miura_bending,
     "miura_pop_through": miura_pop_through,

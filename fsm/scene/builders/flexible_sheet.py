@@ -27,7 +27,7 @@ from fsm.scene.patterns.facets import quaternions
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.fold_data import FoldData
-from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place
+from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place, mirrored_place
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.touching import TouchingSheet
 from fsm.scene.scene import Body, ForceElement, Scene
@@ -118,10 +118,11 @@ class _FlexibleBuilder:
         held = {vector // 3: axes for vector, axes in self.facets.held.items() if vector % 3 == 0}
         facet = mesh.facet
         groups = {name: tuple(mesh.owner[mesh.ends(edges)].ravel().tolist()) for name, edges in mesh.edges.items()}
-        surface = SheetSurface(mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices])
-        scene = scene.with_facets(self.facets).with_touching(touching)
-        if not self.sheet.is_shell:
-            scene = scene.with_across_cuts(facets_across_cuts(pattern_of(self.sheet)))
+        across = () if self.sheet.is_shell else facets_across_cuts(pattern_of(self.sheet))
+        surface = SheetSurface(
+            mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices], across
+        )
+        scene = scene.with_facets(self.facets).with_touching(touching).with_across_cuts(across)
         return with_gas(self.case, scene, surface)
 
     def _touching(self) -> TouchingSheet | None:
@@ -151,11 +152,10 @@ class _FlexibleBuilder:
         between the nodes.
         """
         mesh, fixed = self.facets.mesh, {"xyz".index(axis) for axis in support.fixed}
-        along = mesh.along_edges(place.edges)
         if support.mirror is not None:
-            if not len(place.edges):
-                raise CaseError(Fault(f"{path}.mirror", f'{place.name} is not an edge; give for example "edge left"'))
+            place = mirrored_place(mesh, place, support.mirror, path)
             fixed = {"xyz".index(support.mirror)}
+        along = mesh.along_edges(place.edges)
         whole = place.name.startswith("facet")
         if whole and len(fixed) < 3:
             text = f'of {place.name} must be ["x", "y", "z"], because a facet is held as a whole; give vertices instead'

@@ -70,8 +70,9 @@ def build_bars(case: Case) -> Scene:
     held = {vertex: {"xyz".index(axis) for axis in axes} for vertex, axes in truss.held}
     triangles = np.array(pattern.faces, dtype=np.int64)
     own = np.arange(len(pattern.vertices))
-    surface = SheetSurface(pattern.vertices, triangles, np.arange(len(triangles)), held, pattern.groups, own)
-    scene = scene.with_folds(folds).with_touching(touching).with_across_cuts(facets_across_cuts(pattern))
+    across = facets_across_cuts(pattern)
+    surface = SheetSurface(pattern.vertices, triangles, np.arange(len(triangles)), held, pattern.groups, own, across)
+    scene = scene.with_folds(folds).with_touching(touching).with_across_cuts(across)
     return with_gas(case, scene, surface)
 
 

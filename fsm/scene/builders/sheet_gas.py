@@ -11,6 +11,7 @@ from fsm.scene.builders.sheet_joints import sheet_joints
 from fsm.scene.case import Case
 from fsm.scene.gas import OUTSIDE, SUPPLIES, Gas, Orifice
 from fsm.scene.patterns.chamber import Chamber, SheetSurface, chamber_of
+from fsm.scene.patterns.cuts import facets_across_cuts
 from fsm.scene.patterns.facets import FacetFrames
 from fsm.scene.patterns.panel_surface import PanelSurface, panel_triangles, sealed
 from fsm.scene.patterns.pattern import Pattern
@@ -40,7 +41,8 @@ def with_gas_of_panels(
         return scene
     faces, own = pattern.faces, np.arange(len(pattern.vertices))
     triangles, panel = panel_triangles(faces)
-    scene = with_gas(case, scene, SheetSurface(pattern.vertices, triangles, panel, held, pattern.groups, own))
+    across = facets_across_cuts(pattern)
+    scene = with_gas(case, scene, SheetSurface(pattern.vertices, triangles, panel, held, pattern.groups, own, across))
     owner = np.repeat(np.arange(len(faces)), [len(face) for face in faces])
     corners = pattern.vertices[np.concatenate([np.array(face) for face in faces])]
     first = np.cumsum([0, *map(len, faces)])

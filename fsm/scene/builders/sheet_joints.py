@@ -12,7 +12,7 @@ from fsm.scene.case import Case
 from fsm.scene.materials import UNREAD, LinearCrease, SplineCrease
 from fsm.scene.patterns.of_sheet import bend_stiffness_per_length, folding_letters
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
-from fsm.scene.sheet import SheetCrease
+from fsm.scene.sheet import Sheet, SheetCrease
 
 __all__ = ["SheetJoint", "rest_angle", "sheet_joints"]
 
@@ -46,14 +46,15 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
     Raises
     ------
     CaseError
-        The crease law has no stiffness per length, or `sheet.crease` names creases that do not exist.
+        The crease law has no stiffness per length, or `sheet.crease` names creases that do not exist or bend lines that are
+        no joints.
     """
     assert case.sheet is not None
     lengths = pattern.lengths
     per_length = _crease_per_length(case)
     by_letter, by_name = _own_laws(case, pattern)
     found: list[SheetJoint] = []
-    folding = folding_letters(case.sheet)
+    folding, bends = folding_letters(case.sheet), case.sheet.facets in ("bend-lines", "bars")
     numbers = {"crease": 0, "bend line": 0, "rigid": 0}
     for edge in pattern.creases.tolist():
         letter, length = pattern.assignment[edge], float(lengths[edge])
@@ -67,7 +68,9 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
         numbers[kind] += 1
         name = f"{kind if kind != 'rigid' else 'joint'} {numbers[kind]}"
         rest: float | None = None
-        for own in (*laws, *by_name.pop(name, [])) if kind != "rigid" else ():
+        for own in (*laws, *by_name.pop(name, [])):
+            if kind != "crease" and not bends:
+                raise CaseError(_no_joint(case.sheet, own))
             stiffness = stiffness if own.stiffness_per_length is None else own.stiffness_per_length * length
             rest = rest if own.rest_angle is None else own.rest_angle
         found.append(SheetJoint(edge, kind, name, stiffness, rest))
@@ -77,6 +80,14 @@ def sheet_joints(case: Case, pattern: Pattern) -> list[SheetJoint]:
         path = f"sheet.crease.{case.sheet.crease.index(own)}.of"
         raise CaseError(Fault(path, f"there is no {name}; the sheet has {counted}"))
     return found
+
+
+def _no_joint(sheet: Sheet, own: SheetCrease) -> Fault:
+    """Fault of an item of `sheet.crease` for bend lines of facets that do not bend along lines."""
+    why = "facets bend everywhere" if sheet.facets == "flexible" else "facets do not bend"
+    text = f'"{own.of}" has no stiffness of its own with facets = "{sheet.facets}", because {why}'
+    ways = 'remove this item, give the lines the letter "M", "V" or "U", or use facets = "bend-lines" or "bars"'
+    return Fault(f"sheet.crease.{sheet.crease.index(own)}.of", f"{text}; {ways}")
 
 
 def rest_angle(case: Case, pattern: Pattern, joint: SheetJoint, angle: float) -> float:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.errors import CaseError, Fault
+from fsm.report_text import count
 from fsm.scene.gas import Gas
 from fsm.scene.patterns.places import facets_named
 
@@ -41,6 +42,7 @@ class SheetSurface:
     groups : nodes of named edges of the sheet
     vertices : (v,) int array
         Nodes of the vertices of the pattern.
+    across_cuts : pairs of facets on both sides of a cut
     """
 
     positions: np.ndarray
@@ -49,6 +51,7 @@ class SheetSurface:
     held: Mapping[int, Collection[int]]
     groups: Mapping[str, tuple[int, ...]]
     vertices: np.ndarray
+    across_cuts: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,15 +129,17 @@ def chamber_of(gas: Gas, surface: SheetSurface, path: str) -> Chamber:
     Raises
     ------
     CaseError
-        The chamber is open, its planes do not give its volume, or it has no volume for the gas at the start.
+        The chamber is open or has a cut, its planes do not give its volume, or it has no volume for the gas at the start.
     """
     try:
         facets = facets_named(gas.at, int(surface.facet.max()) + 1)
     except ValueError as error:
         raise CaseError(Fault(f"{path}.at", str(error))) from None
-    triangles = surface.triangles[np.isin(surface.facet, facets)]
+    own = np.isin(surface.facet, facets)
+    triangles = surface.triangles[own]
     axes, origin = _field(gas, path)
     free = _open_edges(triangles)
+    _check_cuts(gas, surface, _on_cuts(surface, triangles, surface.facet[own], free), path)
     caps = tuple(_lid(gas, number, surface, free, path) for number, one in enumerate(gas.closed_by) if one.cap is not None)
     _check_closed(gas, surface, free, path)
     corners = surface.positions[triangles]
@@ -244,12 +249,47 @@ def _near(surface: SheetSurface) -> float:
     return _NEAR * float(np.ptp(surface.positions, axis=0).max())
 
 
+def _on_cuts(
+    surface: SheetSurface, triangles: np.ndarray, facet: np.ndarray, free: Mapping[int, int]
+) -> list[tuple[int, int]]:
+    """Open edges that lie on an open edge of the facet across a cut at the start."""
+    across, of_facet = set(surface.across_cuts), dict[int, list[tuple[int, int]]]()
+    near = {number for pair in across for number in pair}
+    for face, number in zip(triangles.tolist(), facet.tolist(), strict=True):
+        if number in near:
+            sides = zip(face, (*face[1:], face[0]), strict=True)
+            of_facet.setdefault(number, []).extend((a, b) for a, b in sides if free.get(a) == b)
+    found = list[tuple[int, int]]()
+    for one, two in sorted(across):
+        edges, others = of_facet.get(one, []), of_facet.get(two, [])
+        if edges and others:
+            ends, back = surface.positions[np.array(edges)], surface.positions[np.array(others)[:, ::-1]]
+            apart = np.linalg.norm(ends[:, None] - back[None], axis=3).max(axis=2)
+            found += [edges[row] for row in np.flatnonzero((apart <= _near(surface)).any(axis=1))]
+    return found
+
+
+def _check_cuts(gas: Gas, surface: SheetSurface, cuts: list[tuple[int, int]], path: str) -> None:
+    """Check that no cut lies in the wall of a chamber, also under a lid; a cut may lie in a closing plane."""
+    inside = [edge for edge in cuts if not _in_planes(gas, surface, edge)]
+    if inside:
+        more = f" and {count(len(inside) - 1, 'other edge')}" if len(inside) > 1 else ""
+        text = f"the chamber is open at the cut {_ends(surface, inside[0])} mm{more}; a cut does not hold gas"
+        ways = "give it the letter of a crease or of a flat line, or leave its facets out of `at`"
+        raise CaseError(Fault(f"{path}.at", f"{text}: {ways}"))
+
+
+def _ends(surface: SheetSurface, edge: tuple[int, int]) -> str:
+    """Both ends of an edge in mm."""
+    ends = surface.positions[list(edge)]
+    return " to ".join(f"({', '.join(f'{round(1e3 * x, 6) + 0.0:.4g}' for x in end)})" for end in ends)
+
+
 def _check_closed(gas: Gas, surface: SheetSurface, free: dict[int, int], path: str) -> None:
     """Check that every open edge lies in a plane that supports hold it in."""
     for edge in free.items():
-        ends = surface.positions[list(edge)]
         axes = _in_planes(gas, surface, edge)
-        where = " to ".join(f"({', '.join(f'{round(1e3 * x, 6) + 0.0:.4g}' for x in end)})" for end in ends)
+        where = _ends(surface, edge)
         if not axes:
             text = f"the chamber is open at the edge {where} mm and {len(free) - 1} others"
             ways = 'add facets, or close it by `closed_by`: { axis = "z", at = 0 } for a plane of symmetry'

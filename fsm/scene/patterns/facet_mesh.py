@@ -21,8 +21,12 @@ __all__ = [
 
 MOST_TRIANGLES = 100_000
 """Largest number of triangles of a sheet."""
-_ALIGNED = 1e-9
-"""Sine of the angle between an edge and a slope below which both have one direction."""
+_ALIGNED = 0.1
+"""Sine of the angle between an edge and a slope below which the slope counts as along the edge.
+
+The angle is zero to round-off except at corners, where the chord of a curved edge differs from its tangent. A support that
+held both slopes there would clamp the corner.
+"""
 _SMOOTH = 0.7
 """Cosine of the angle between two edges above which they form one smooth line."""
 _CONVEX = 0.01
@@ -193,10 +197,12 @@ class FacetMesh:
     def depth(self, crease: MeshCrease) -> float:
         """Smallest size across a crease of the triangles beside it, m."""
         on = np.isin(self.triangles, crease.sectors)
-        k = np.flatnonzero(on.sum(axis=1) == 2)
+        count = on.sum(axis=1)
+        k = np.flatnonzero(count == count.max())  # with an edge on the crease, or with its only node
+        across = on[k].argmin(axis=1) if count.max() == 2 else on[k].argmax(axis=1)
         one, two = self.plane[k, 1] - self.plane[k, 0], self.plane[k, 2] - self.plane[k, 0]
         double = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-        return float((double / self.lengths[k, (on[k].argmin(axis=1) + 1) % 3]).min())
+        return float((double / self.lengths[k, (across + 1) % 3]).min())
 
     def ends(self, edge: np.ndarray) -> np.ndarray:
         """Sectors at both ends of edges (k, 2) of triangles, (k, 2)."""
@@ -217,12 +223,15 @@ class FacetMesh:
     def along_edges(self, edge: np.ndarray) -> dict[int, set[int]]:
         """Number (0 or 1) of the slope that lies along an edge, by sector; both slopes if the edge lies between them.
 
-        At a node of a curved line, the direction of the line is the mean of both edges.
+        The direction of an edge at a node is that of its chord in the tangent plane of the node. At a node of a curved line,
+        the direction of the line is the mean of both edges.
         """
         lines: dict[int, list[np.ndarray]] = {}
-        for sectors, directions in zip(self.ends(edge).tolist(), self.directions(edge), strict=True):
-            for sector, direction in zip(sectors, directions, strict=True):
-                lines.setdefault(sector, []).append(direction)
+        for sectors in self.ends(edge).tolist():
+            chord = self.positions[sectors[1]] - self.positions[sectors[0]]
+            for sector in sectors:
+                direction = self.slopes[sector] @ chord
+                lines.setdefault(sector, []).append(direction / np.linalg.norm(direction))
         found: dict[int, set[int]] = {}
         for sector, along in lines.items():
             if len(along) == 2 and abs(cosine := float(along[0] @ along[1])) > _SMOOTH:

@@ -35,7 +35,12 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
     if sheet.is_shell:
         return boom_mesh(sheet)
     assert sheet.mesh_size is not None
-    return pattern_mesh(pattern_of(sheet), sheet.mesh_size, sheet.mesh_grading[0], folding_letters(sheet))
+    mirrors = {
+        support.at.removeprefix("edge").strip(): "xyz".index(support.mirror)
+        for support in sheet.support
+        if support.mirror is not None and isinstance(support.at, str)
+    }
+    return pattern_mesh(pattern_of(sheet), sheet.mesh_size, sheet.mesh_grading[0], folding_letters(sheet), mirrors)
 
 
 def mesh_as_pattern(sheet: Sheet) -> Pattern:

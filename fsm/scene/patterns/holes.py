@@ -219,7 +219,7 @@ class _Lines:
 
     def __init__(self, flat: np.ndarray, pairs: list[Pair], near: float) -> None:
         self.flat, self.near = flat, near
-        self.pairs = pairs
+        self.pairs, self.lines = set(pairs), np.array(pairs)
 
     def join(self, vertex: int, others: np.ndarray) -> list[Pair]:
         """New line from a vertex to the nearest of others that is visible from it."""
@@ -227,7 +227,8 @@ class _Lines:
         for other in others[np.argsort(distance, kind="stable")].tolist():
             pair = min(vertex, other), max(vertex, other)
             if other != vertex and pair not in self.pairs and self._is_free(vertex, other):
-                self.pairs.append(pair)
+                self.pairs.add(pair)
+                self.lines = np.vstack([self.lines, pair])
                 return [pair]
         return []
 
@@ -236,15 +237,14 @@ class _Lines:
         length = float(np.hypot(*along))
         if length <= self.near:
             return False
-        lines = np.array(self.pairs)
-        a, b = self.flat[lines[:, 0]] - start, self.flat[lines[:, 1]] - start
+        a, b = self.flat[self.lines[:, 0]] - start, self.flat[self.lines[:, 1]] - start
         off_a, off_b = (along[0] * p[:, 1] - along[1] * p[:, 0] for p in (a, b))
         across = b - a
         side = across[:, 0] * -a[:, 1] - across[:, 1] * -a[:, 0]
         other = across[:, 0] * (along[1] - a[:, 1]) - across[:, 1] * (along[0] - a[:, 0])
         if np.any((off_a * off_b < 0.0) & (side * other < 0.0)):
             return False
-        for end, off, points in ((lines[:, 0], off_a, a), (lines[:, 1], off_b, b)):
+        for end, off, points in ((self.lines[:, 0], off_a, a), (self.lines[:, 1], off_b, b)):
             within = (points @ along > 0.0) & (points @ along < length**2) & (np.abs(off) <= self.near * length)
             if np.any(within & (end != first) & (end != last)):
                 return False

@@ -6,8 +6,9 @@ import json
 from collections.abc import Callable, Iterator
 from xml.etree.ElementTree import Element
 
+from fsm.scene.patterns.lines import Line, counted, unit_targets
 from fsm.scene.patterns.pattern import Pattern
-from fsm.scene.patterns.planar import Line, counted, planar_pattern, unit_targets
+from fsm.scene.patterns.planar import planar_pattern
 from fsm.scene.patterns.reading import Reading
 from fsm.scene.patterns.svg_file import parsed
 from fsm.scene.patterns.svg_shapes import short

@@ -7,10 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.errors import CaseError, Fault
 from fsm.scene.patterns.facet_mesh import FacetMesh
 
-__all__ = ["MeshPlace", "mesh_place"]
+__all__ = ["MeshPlace", "mesh_place", "mirrored_place"]
 
+_PLANE = 1e-6
+"""Distance of nodes from a plane of symmetry, relative to the size of the sheet, up to which they lie in it."""
 _NUMBERS = re.compile(r"(?:vertex|vertices)\s+(\d+(?:\s*,\s*\d+)*)")
 
 
@@ -69,3 +72,51 @@ def mesh_place(mesh: FacetMesh, at: str | tuple[tuple[float, float, float], tupl
             known = len(mesh.vertices)
             raise ValueError(f"there is no vertex {number + 1}; the sheet has {known} vertices, numbered from 1")
     return MeshPlace(name, mesh.vertices[list(dict.fromkeys(numbers))], none)
+
+
+def mirrored_place(mesh: FacetMesh, place: MeshPlace, axis: str, path: str) -> MeshPlace:
+    """Edges of the outline at a place, which lie in a plane of symmetry normal to an axis, with all their nodes.
+
+    A box selects the edges between its nodes, and a list of vertices those on the lines between the vertices.
+
+    Raises
+    ------
+    CaseError
+        The place has nodes beside such edges, or they do not lie in one plane.
+    """
+    edges = place.edges
+    if not len(edges) and not place.name.startswith("facet"):
+        edges = _outline_between(mesh, place)
+    sectors = np.unique(mesh.ends(edges))
+    if not len(edges) or not np.isin(mesh.owner[place.sectors], mesh.owner[sectors]).all():
+        text = 'is not a part of the outline; give for example "edge left", both ends of a line of the outline, or a box'
+        raise CaseError(Fault(f"{path}.mirror", f"{place.name} {text} around it"))
+    at = mesh.positions[sectors, "xyz".index(axis)]
+    if np.ptp(at) > _PLANE * np.ptp(mesh.positions, axis=0).max():
+        text = f"{place.name} extends from {at.min():.6g} to {at.max():.6g} m along {axis}"
+        raise CaseError(Fault(f"{path}.mirror", f"{text}, so it is in no plane normal to {axis}; correct the place or axis"))
+    return MeshPlace(place.name, sectors, edges)
+
+
+def _outline_between(mesh: FacetMesh, place: MeshPlace) -> np.ndarray:
+    """Edges (k, 2) of one triangle between the nodes of a box, or on the lines between listed vertices."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    every = np.stack(np.divmod(np.arange(3 * len(mesh.triangles)), 3), axis=1)
+    pairs = np.sort(mesh.owner[mesh.ends(every)], axis=1)
+    _, first, count = np.unique(pairs, axis=0, return_index=True, return_counts=True)
+    rows = np.sort(first[count == 1])
+    outline, pairs = every[rows], pairs[rows]
+    own = mesh.owner[place.sectors]
+    if not place.name.startswith("vert"):
+        return np.asarray(outline[np.isin(pairs, own).all(axis=1)])
+    # lines: edges that meet at nodes between the vertices of the pattern
+    vertex = np.isin(pairs, mesh.owner[mesh.vertices])
+    line, end = np.nonzero(~vertex)
+    joints = np.unique(pairs[line, end], return_inverse=True)[1]
+    size = len(pairs) + (int(joints.max()) + 1 if len(joints) else 0)
+    graph = coo_matrix((np.ones(len(line)), (line, len(pairs) + joints)), shape=(size, size))
+    label = connected_components(graph, directed=False)[1][: len(pairs)]
+    others = label[(vertex & ~np.isin(pairs, own)).any(axis=1)]
+    return np.asarray(outline[~np.isin(label, others) & np.isin(label, label[vertex.any(axis=1)])])

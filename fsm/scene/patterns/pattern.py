@@ -12,6 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
+from fsm.scene.patterns.reading import PatternFault
+
 __all__ = ["ASSIGNMENTS", "Pattern", "edge_groups", "polygon_normal", "triangles_of_face"]
 
 ASSIGNMENTS = {
@@ -73,7 +75,7 @@ class Pattern:
 
         Raises
         ------
-        ValueError
+        PatternFault
             An edge has more than two faces, or two faces use it in the same direction.
         """
         numbers: dict[tuple[int, int], int] = {}
@@ -82,10 +84,8 @@ class Pattern:
         for face in faces:
             for pair in _sides(face):
                 if pair in numbers:
-                    raise ValueError(
-                        f"the edge of the vertices {pair[0] + 1} and {pair[1] + 1} has two faces on one side; "
-                        "remove one of these faces"
-                    )
+                    text = f"the edge of the vertices {pair[0] + 1} and {pair[1] + 1} has two faces on one side"
+                    raise PatternFault(f"{text}; remove one of these faces", [np.asarray(vertices)[list(pair)].mean(axis=0)])
                 reverse = numbers.get((pair[1], pair[0]))
                 numbers[pair] = len(edges) if reverse is None else reverse
                 if reverse is None:

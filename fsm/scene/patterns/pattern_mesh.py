@@ -5,14 +5,17 @@ number of divisions, and opposite edges of a quadrilateral also have equal numbe
 equal numbers determines the number.
 
 Faces that fold have separate slopes at their common nodes. Faces beside a line that does not fold share their slopes there,
-as the triangles of one face do: the line is then a line of a smooth plate. If these faces are not coplanar, the plane of the
-shared slopes is normal to the mean of their normals, and the surface has a curvature at rest beside the line. With large
-angles between the faces the slopes stay separate, and the line is a joint between them.
+as the triangles of one face do: the line is then a line of a smooth plate. If these faces are not coplanar, the surface has
+a curvature at rest beside the line. Its tangent plane at a node is that of the curved surface through the nodes around it
+(`fsm.scene.patterns.smooth_normals`) if faces are single cells across their curved lines. Larger faces stay flat inside, and
+the plane is normal to the mean of the normals of the faces at the node. With large angles between the faces the slopes stay
+separate, and the line is a joint between them. An edge in a plane of symmetry is such a line between a face and its image.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -22,6 +25,7 @@ from fsm.errors import CaseError, Fault
 from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, MeshCrease, graded, many
 from fsm.scene.patterns.facets import facet_frames
 from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.patterns.smooth_normals import smooth_normals
 
 __all__ = ["pattern_mesh"]
 
@@ -30,10 +34,16 @@ _EQUAL = 1e-9
 _SMOOTH = math.cos(math.radians(22.5))
 """Cosine of the largest angle between the normals of faces that share slopes and the mean of these normals."""
 _COPLANAR = 1e-12
-"""Difference from 1 of this cosine below which the faces count as coplanar."""
+"""Difference from 1 of a cosine below which faces count as coplanar, and directions as one."""
+_ONE_LINE = 0.7
+"""Cosine of the angle between two edges above which they form one smooth line, as in `FacetMesh.along_edges`."""
+_BOUNDARY = 3
+"""Rank of the first slope at a boundary; in a plane of symmetry the rank is higher."""
 
 
-def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0, folding: str = "MVU") -> FacetMesh:
+def pattern_mesh(
+    pattern: Pattern, size: float, grading: float = 0.0, folding: str = "MVU", mirrors: Mapping[str, int] | None = None
+) -> FacetMesh:
     """Mesh of a pattern at its start.
 
     Parameters
@@ -44,6 +54,7 @@ def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0, folding: s
     grading : -
         Grading of the cells of each facet towards its edges (`graded`).
     folding : letters of the edges that fold
+    mirrors : axis of the plane of symmetry of named edges
 
     Raises
     ------
@@ -56,7 +67,7 @@ def pattern_mesh(pattern: Pattern, size: float, grading: float = 0.0, folding: s
     if count > MOST_TRIANGLES:
         text = f"{size:g} m gives {many(count)} triangles; at most {MOST_TRIANGLES:,} are allowed: use larger cells"
         raise CaseError(Fault("sheet.mesh_size", text))
-    return _Mesher(pattern, fine, divisions, grading, folding).mesh()
+    return _Mesher(pattern, fine, divisions, grading, folding, mirrors or {}).mesh()
 
 
 def _pair(a: int, b: int) -> tuple[int, int]:
@@ -101,6 +112,7 @@ class _Mesher:
     divisions: dict[tuple[int, int], int]
     grading: float
     folding: str
+    mirrors: Mapping[str, int]
     places: list[np.ndarray] = field(default_factory=list)
     nodes: dict[tuple[int, ...], int] = field(default_factory=dict)
     parts: dict[tuple[int, int], int] = field(default_factory=dict)  # a part of a sector: one face at one node
@@ -108,6 +120,7 @@ class _Mesher:
     face_of: list[int] = field(default_factory=list)
     triangles: list[tuple[int, int, int]] = field(default_factory=list)
     cells: list[tuple[int, int]] = field(default_factory=list)
+    corners: list[tuple[int, ...]] = field(default_factory=list)  # of cells, and of triangles that are alone
     of_edge: dict[tuple[int, int], dict[int, list[int]]] = field(default_factory=dict)
 
     def mesh(self) -> FacetMesh:
@@ -127,13 +140,12 @@ class _Mesher:
         # the part with the first slope of the highest rank gives the slopes of its sector
         order = np.lexsort((np.arange(len(rank)), -rank, sector))
         lead = order[np.searchsorted(sector[order], np.arange(len(mean)))]
-        slopes = np.stack([_directions(axes, angle), _directions(axes, angle + 0.5 * math.pi)], axis=1)[lead]
-        shared = np.flatnonzero(np.bincount(sector) > 1)
-        for k in range(2):
-            slopes[shared, k] = _tilted(slopes[shared, k], normal[lead[shared]], mean[shared])
-        own = np.flatnonzero(np.isin(sector, shared) & (np.arange(len(sector)) != lead[sector]))
-        along = _tilted(slopes[sector[own], 0], mean[sector[own]], normal[own])
-        angle[own] = np.arctan2(*np.einsum("sij,si->js", axes[own], along)[::-1])
+        along = _directions(axes, angle)
+        lines = self._first_slopes(along, rank, sector, lead, mean)
+        slopes = np.stack([lines, np.cross(mean, lines)], axis=1)
+        own = np.flatnonzero((along != lines[sector]).any(axis=1))
+        back = _tilted(lines[sector[own]], mean[sector[own]], normal[own])
+        angle[own] = np.arctan2(*np.einsum("sij,si->js", axes[own], back)[::-1])
         first: dict[int, int] = {}
         owner = np.array([first.setdefault(node, k) for k, node in enumerate(node_of[lead].tolist())])
         vertices = np.array([first[self.nodes[v,]] for v in range(len(self.fine.vertices))])
@@ -234,11 +246,13 @@ class _Mesher:
                         self.triangles.append((a, b, d))
                         if c >= 0:
                             self.triangles.append((b, c, d))
+                        self.corners += self.triangles[-1 - (c >= 0) :]
                     continue
                 at = [self.places[self.node_of[s]] for s in (a, b, c, d)]
                 ac, bd = float(np.linalg.norm(at[0] - at[2])), float(np.linalg.norm(at[1] - at[3]))
                 first = (i + j) % 2 == 0 if abs(ac - bd) < _EQUAL * (ac + bd) else ac < bd
                 self.cells.append((len(self.triangles), len(self.triangles) + 1))
+                self.corners.append((a, b, c, d))
                 self.triangles += [(a, b, c), (a, c, d)] if first else [(a, b, d), (b, c, d)]
 
     # slopes -----------------------------------------------------------------------------------------------------------
@@ -265,12 +279,73 @@ class _Mesher:
         root = np.array([top(part) for part in above])
         mean = np.zeros_like(normal)
         np.add.at(mean, root, normal)
+        for part, axis in self._mirrored():
+            mean[root[part], axis] = 0.0  # the mean with the images of the faces
         mean /= np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)[:, None]
         far = np.einsum("pi,pi->p", normal, mean[root]) < _SMOOTH
-        root = np.where(np.isin(root, root[far]), np.arange(len(root)), root)
+        apart = np.isin(root, root[far])
+        root = np.where(apart, np.arange(len(root)), root)
+        mean[apart] = normal[apart]
         roots, sector = np.unique(root, return_inverse=True)
-        alone = np.bincount(sector) == 1
-        return sector, np.where(alone[:, None], normal[roots], mean[roots])
+        mean = mean[roots]
+        tilted = np.einsum("pi,pi->p", normal, mean[sector]) < 1.0 - _COPLANAR
+        flat = np.bincount(sector, tilted) == 0
+        mean[flat] = normal[roots[flat]]
+        return sector, mean if flat.all() else self._on_surface(normal, sector, mean)
+
+    def _mirrored(self) -> Iterator[tuple[int, int]]:
+        """Parts on edges in planes of symmetry, and the axes of these planes."""
+        for name, axis in self.mirrors.items():
+            for _, line in self._outline(name):
+                for part in line:
+                    yield part, axis
+
+    def _on_surface(self, normal: np.ndarray, sector: np.ndarray, mean: np.ndarray) -> np.ndarray:
+        """Unit normals of the sectors: those of the curved surface through their nodes, beside faces that are single cells
+        across their curved lines; `mean` elsewhere.
+        """
+        bent = set()
+        for pair, (one, *others) in ((pair, list(lines.values())) for pair, lines in self.of_edge.items()):
+            smooth = [other for other in others if (sector[one] == sector[other]).any()]
+            if any(normal[one[0]] @ normal[other[0]] < 1.0 - _COPLANAR for other in smooth):
+                bent.add(pair)
+        for name, axis in self.mirrors.items():
+            bent |= {pair for pair, line in self._outline(name) if abs(normal[line[0], axis]) > math.sqrt(_COPLANAR)}
+        small = np.ones(len(self.fine.faces), dtype=bool)
+        for number, face in enumerate(self.fine.faces):
+            sides = [_pair(*side) for side in _sides(face)]
+            across = [sides[k - 1] for k, side in enumerate(sides) if side in bent]
+            small[number] = all(self.divisions[side] == 1 for side in across)
+        corners = [tuple(sector[list(cell)].tolist()) for cell in self.corners]
+        usable = small[[self.face_of[cell[0]] for cell in self.corners]]
+        lead = np.full(len(mean), -1)
+        lead[sector] = np.arange(len(sector))
+        images: dict[int, frozenset[int]] = {}
+        for part, axis in self._mirrored():
+            if abs(mean[sector[part], axis]) < _COPLANAR:
+                images[int(sector[part])] = images.get(int(sector[part]), frozenset()) | {axis}
+        places = np.array(self.places)[np.array(self.node_of)[lead]]
+        found = smooth_normals(places, corners, usable, mean, images)
+        far = np.bincount(sector, np.einsum("pi,pi->p", normal, found[sector]) < _SMOOTH) > 0
+        return np.where(far[:, None], mean, found)
+
+    def _first_slopes(
+        self, along: np.ndarray, rank: np.ndarray, sector: np.ndarray, lead: np.ndarray, mean: np.ndarray
+    ) -> np.ndarray:
+        """First slope of each sector, (s, 3), along its line of highest rank; on a curved boundary along the mean of both
+        edges. `along` (p, 3): directions of the lines of the parts.
+        """
+        out = np.einsum("pi,pi->p", along, mean[sector])
+        along = along - out[:, None] * mean[sector]
+        along[out != 0.0] /= np.linalg.norm(along[out != 0.0], axis=1)[:, None]
+        first = along[lead]
+        cosine = np.einsum("pi,pi->p", along, first[sector])
+        on = (rank == rank[lead][sector]) & (rank >= _BOUNDARY) & (np.abs(cosine) > _ONE_LINE)
+        total, same = np.zeros_like(first), np.copysign(1.0, cosine[on])[:, None] * along[on]
+        np.add.at(total, sector[on], same)
+        bent = np.bincount(sector[on], np.linalg.norm(same - first[sector[on]], axis=1) > _COPLANAR, len(first)) > 0
+        first[bent] = total[bent] / np.linalg.norm(total[bent], axis=1)[:, None]
+        return first
 
     # edges ------------------------------------------------------------------------------------------------------------
 
@@ -280,14 +355,15 @@ class _Mesher:
 
     def _angles(self, flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Angle of the first slope of each part, and its rank. If the node lies on an edge of its face, the slope is along
-        this edge; boundaries have the highest rank, and lines that do not fold the lowest.
+        this edge; planes of symmetry and boundaries have the highest ranks, and lines that do not fold the lowest.
         """
         angle, rank = np.zeros(len(flat)), np.zeros(len(flat), dtype=np.int64)
         letters = {_pair(*line): self.fine.assignment[number] for number, line in self._lines()}
         ranks = {
-            pair: 3 if len(of_face) == 1 else 2 if letters[pair] in self.folding + "BC" else 1
+            pair: _BOUNDARY if len(of_face) == 1 else 2 if letters[pair] in self.folding + "BC" else 1
             for pair, of_face in self.of_edge.items()
         }
+        ranks |= {pair: _BOUNDARY + 1 for name in self.mirrors for pair, _ in self._outline(name)}
         for pair in sorted(ranks, key=lambda one: ranks[one]):
             for line in self.of_edge[pair].values():
                 x, y = flat[line[-1]] - flat[line[0]]
@@ -301,15 +377,19 @@ class _Mesher:
             for k, pair in enumerate(((a, b), (b, c), (c, a))):
                 known[_pair(*pair)] = number, k
         found = {}
-        for name, group in self.pattern.groups.items():
-            members, edges = set(group), []
-            for (low, high), of_face in sorted(self.of_edge.items()):
-                if len(of_face) == 1 and low in members and high in members:
-                    (line,) = of_face.values()
-                    edges += [known[_pair(a, b)] for a, b in pairwise(sector[line].tolist())]
+        for name in self.pattern.groups:
+            lines = [sector[line].tolist() for _, line in self._outline(name)]
+            edges = [known[_pair(a, b)] for line in lines for a, b in pairwise(line)]
             if edges:
                 found[name] = np.array(edges, dtype=np.int64)
         return found
+
+    def _outline(self, name: str) -> Iterator[tuple[tuple[int, int], list[int]]]:
+        """Vertices and parts of the edges of single faces between two vertices of a group of the pattern."""
+        members = set(self.pattern.groups.get(name, ()))
+        for pair, of_face in sorted(self.of_edge.items()):
+            if len(of_face) == 1 and members.issuperset(pair):
+                yield pair, next(iter(of_face.values()))
 
     def _creases(self, flat: np.ndarray, angle: np.ndarray, sector: np.ndarray) -> tuple[MeshCrease, ...]:
         """Nodes along the creases where both sides have separate slopes, with the slopes across and along each crease."""

@@ -16,8 +16,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from fsm.scene.patterns.lines import Line, unit_targets
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
-from fsm.scene.patterns.planar import Line, planar_pattern, unit_targets
+from fsm.scene.patterns.planar import planar_pattern
 from fsm.scene.patterns.reading import Reading
 from fsm.scene.patterns.svg_colour import COLOURS, colour_of, letter_of
 from fsm.scene.patterns.svg_shapes import Viewport, length, numbers, pieces, short, transform
