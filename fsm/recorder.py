@@ -19,7 +19,7 @@ from fsm.analyses.analysis import Analysis
 from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.comparison import Comparison, Statement, compared
-from fsm.analyses.load_path import loads_at_end, static_load_path
+from fsm.analyses.load_path import loads_at, loads_at_end, static_load_path
 from fsm.analyses.run_step import RunStep, States, StepResult
 from fsm.analyses.step_results import counted, final_loads, step_modes, step_summaries, total_of
 from fsm.checkpoint import RestartPoint, check_point, read_point, write_point
@@ -272,12 +272,14 @@ class RecordedSolve:
     def _displace_loads(
         self, system: SegmentSystem, whole: SegmentSystem, end: AcceptedStep, result: StepResult, writer: ResultWriter
     ) -> None:
-        """Compute displacements of loads at the end of a step, and along a static step."""
+        """Compute displacements of loads at the end of a step, at its events, and along a static step."""
         if not system.load_displacements((end.time, end.q), (end.time, end.q)):
             return
         writer.flush()
         records = read_solution(part_path(self.target))
         result.loads = loads_at_end(system, whole, records, self.number + 1, (end.time, end.q))
+        for event in result.events:
+            event["loads"] = loads_at(system, whole, records, self.number + 1, event["time"])
         if result.method == "static":
             points = self.points[self.done[-1].n_points if self.done else 0 :]
             result.path = static_load_path(system, whole, records, self.number + 1, points)

@@ -10,13 +10,14 @@ import numpy as np
 
 from fsm.analyses.analysis import MODAL, Analysis
 from fsm.analyses.comparison import Statement
+from fsm.load_names import load_units
 from fsm.report_text import count
 from fsm.results.quantities import in_motion
 from fsm.results.solution import Layout, Solution
 from fsm.results.stated_errors import largest_errors
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case
-from fsm.shown_units import travel_text
+from fsm.shown_units import shown_unit, travel_text
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import Statistics
@@ -29,6 +30,8 @@ _COARSE, _LATE = 0.05, 0.02
 """Errors due to the mesh of facets, and errors of positions due to steps, above which there is a warning."""
 _LISTED_EVENTS = 6
 """Largest number of events with a warning each."""
+_LISTED_LOADS = 3
+"""Largest number of loads that a warning lists."""
 
 _PULL_DEFAULTS: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
 """Keys of a pull that every summary has, with their values for a run without a drive."""
@@ -78,9 +81,8 @@ def summary_of(
         residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the reference energy, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
     listed = [event for event in events if event.kind != "vibration"]
-    driven, layout = bool(solution.layout.drive_names), solution.layout
-    for event in listed[:_LISTED_EVENTS]:
-        found.append(_event_text(event, layout, "" if driven else analysis.loads_at(solution, event.time)))
+    layout = solution.layout
+    found += [_event_text(event, layout) for event in listed[:_LISTED_EVENTS]]
     if len(listed) > _LISTED_EVENTS:
         more = count(len(listed) - _LISTED_EVENTS, "more event")
         found.append(f"{more} until {_where(listed[-1], layout)}; `events` in summary.json lists all")
@@ -125,6 +127,8 @@ def state_errors(summary: dict[str, Any], errors: dict[str, Statement]) -> None:
         for name, error in largest_errors(steps)
         if name.startswith("positions") and error > _LATE
     ]
+    if not late and "positions_since" in steps:
+        late = ["positions depend on the steps in time, and their error is unknown"]
     if late:
         since = f" (above 2 % from t = {steps['positions_since']:.4g} s on)" if "positions_since" in steps else ""
         remedy = "solve.step" if "steps of twice" in steps["by"] else "solve.rtol"
@@ -173,9 +177,10 @@ def _drives(event: Event) -> bool:
     return event.travel != event.end_travel or (event.travel != 0.0 and event.time == event.end_time)
 
 
-def _event_text(event: Event, layout: Layout, loads: str) -> str:
-    """Warning about an event. Without drives, `loads` are the sizes and displacements of the loads at its start."""
+def _event_text(event: Event, layout: Layout) -> str:
+    """Warning about an event, without drives with the loads at its start."""
     driven, (effort, unit) = bool(layout.drive_names), ("moment", "N m") if layout.turns() else ("force", "N")
+    loads = "" if driven else _loads_text(event)
     where = f"at {_where(event, layout)}" + (f" ({loads})" if loads else "")
     until = travel_text(layout.turns(), event.end_travel) if driven and _drives(event) else f"{event.end_time:.4g} s"
     inertia = f"solved with inertia until {until}"
@@ -201,6 +206,16 @@ def _event_text(event: Event, layout: Layout, loads: str) -> str:
     if driven:
         return f"snap {where}: {inertia}{forces}"
     return f"limit load reached {where}: the structure snaps, {inertia}{path}"
+
+
+def _loads_text(event: Event) -> str:
+    """Sizes of the first loads of an event, and displacements of their points."""
+    texts = []
+    for name, (size, moved) in list(event.loads.items())[:_LISTED_LOADS]:
+        units = load_units(name)
+        there = shown_unit(units.displacement, moved).text(moved)
+        texts.append(f"{name} {shown_unit(units.size, size).text(size)} at {there}")
+    return ", ".join(texts)
 
 
 def missed_expectations(case: Case, summary: dict[str, Any]) -> list[str]:

@@ -123,10 +123,6 @@ class Analysis(Protocol):
         """Part of the summary that depends on the analysis."""
         ...
 
-    def loads_at(self, solution: Solution, time: float) -> str:
-        """Sizes and displacements of the loads at a time (s), for messages; empty by default."""
-        return ""
-
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """Warnings about the result."""
         ...

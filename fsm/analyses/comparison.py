@@ -1,19 +1,21 @@
 """Errors of a run from further runs of the same case: on coarser or finer meshes, or with larger steps in time.
 
 The numbers of two runs are compared: the peak and the last force of the first drive, positions at the records, displacements
-of probes, natural frequencies, displacements of loads and limit points. A difference d of the run with cells (or
-steps) of size h and a run with 2 h is the error itself if the error is of first order in h, and three times the error if it
-is of second order. The order is not assumed: a third mesh with 4 h shows it. With the ratio R of both differences, and R
-above 1/2 (less than first order), the error is d R/(1 - R), at most 3 d. A difference that is small by coincidence gives
-too small an error, so the error is at least an eighth of the difference between the coarser meshes. With a mesh of h/2
-the error is 2 d. All differences are multiplied by 1.25 (the grid convergence index of Roache, 1994). The numbers in the
-results are not corrected.
+of probes, natural frequencies, displacements of loads and limit points. A difference of the run with cells of size h and a
+run with r h is r - 1 times the error if the error is of first order in h, and more if it is of second order. The ratio r
+follows from the numbers of cells, because few cells cannot be halved exactly. The order is not assumed: a third mesh shows
+it. With the errors d and D of first order that both differences give, and R = d/D above 1/2 (less than first order), the
+error is d R/(1 - R), at most 3 d. A difference that is small by coincidence gives too small an error, so the error is at
+least D/8. All differences due to the mesh are multiplied by 1.25 (the grid convergence index of Roache, 1994), those due to
+steps by 3 (`validation/errors`). If the positions of two motions with other steps part, no error is stated. The numbers in
+the results are not corrected.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -41,6 +43,10 @@ _SLOWEST = 3.0
 """Largest ratio of an error to the difference from a mesh with half as many cells."""
 _COINCIDENCE = 0.125
 """Smallest ratio of an error to the difference between two coarser meshes."""
+_UNEVEN, _HALVED = 1.6, 1.9
+"""Further factor of differences if the ratio of the sizes of cells is smaller: few cells do not show the order."""
+_PART = 0.2
+"""Difference of positions relative to the largest displacement, above which motions with other steps part."""
 _SAME = 0.02
 """Distance of the same material point on two meshes at the start, relative to the size of a cell of the coarser mesh."""
 _SEEN = 0.7
@@ -66,22 +72,27 @@ class Comparison:
     ----------
     by : words about the runs
     cases : cases of further runs, in the order of increasing size of cells or steps
-    finer : whether the only further run is finer than the run itself
+    cells : whether cells differ, so that differences are errors of first order times a ratio of cells
     coarsen : factor of the steps that resolve impacts
     safety : factor of all differences
+    parts : whether motions can part, so that a large difference is no error
+    unknown : reasons why numbers have no error, by the names of the numbers
+    reach : (n,) array, m
+        Radii of gyration of the bodies; absent: bodies turn little, or have plates.
     """
 
     by: str
     cases: tuple[Case, ...]
-    finer: bool = False
+    cells: bool = False
     coarsen: float = 1.0
     safety: float = 1.25
+    parts: bool = False
+    unknown: Mapping[str, str] = field(default_factory=dict)
+    reach: np.ndarray | None = None
 
     def error(self, differences: Sequence[float]) -> float:
-        """Error from the differences of successive runs, the first from the run itself."""
+        """Error from the errors of first order that successive runs give, the first from the run itself."""
         first = self.safety * differences[0]
-        if self.finer:
-            return 2.0 * first
         if len(differences) == 1:
             return first
         second = self.safety * differences[1]
@@ -173,6 +184,13 @@ def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], other
     """
     solution, summary = own
     runs = [(other, other.summary) for other in others]
+    chain = [solution, *others]
+    factors = [_of_first_order(a, b) if comparison.cells else 1.0 for a, b in pairwise(chain)]
+    positions = _of_positions(comparison, chain, factors)
+    if comparison.parts and positions.get("positions", 0.0) > comparison.safety * _PART:
+        apart, since = positions["positions"] / comparison.safety, positions["positions_since"]
+        text = f"none stated: motions part, positions differ by {100.0 * apart:.2g} % of the largest displacement"
+        return {"by": f"{text} in the {comparison.by}", "positions_since": since}
     found: Statement = {"by": comparison.by}
 
     def state(values: Callable[[dict[str, Any]], np.ndarray | None], scale: float | np.ndarray) -> list[float] | None:
@@ -184,16 +202,16 @@ def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], other
         if not np.all(scales > 0.0):
             return None
         known = [np.asarray(n) for n in numbers]
-        apart = [np.abs(b - a) / scales for a, b in pairwise(known)]
+        apart = [factor * np.abs(b - a) / scales for factor, (a, b) in zip(factors, pairwise(known), strict=True)]
         return [comparison.error([float(d.ravel()[k]) for d in apart]) for k in range(first.size)]
 
     peak, final = (abs(summary.get(name) or 0.0) for name in ("peak_force", "final_force"))
     if solution.travel.shape[1]:
         for name, scale in (("peak_force", peak), ("final_force", max(peak, final))):
             error = state(lambda at, name=name: np.array([at[name]]) if name in at else None, scale)  # type: ignore[misc]
-            if error:
+            if error and name not in comparison.unknown:
                 found[name] = error[0]
-    found |= _of_positions(comparison, solution, others)
+    found |= positions
     probes = {}
     for name, moved in summary.get("probe_displacement", {}).items():
         size = float(np.linalg.norm(moved))
@@ -210,9 +228,23 @@ def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], other
         error = state(lambda at, n=number: _limit_loads(at, n), float(sizes.max(initial=0.0)))  # type: ignore[misc]
         if error:
             limits[step["name"]] = max(error)
-    loads = _of_loads(comparison, solution, others)
-    named = {"probes": probes, "frequencies": frequencies, "limit_points": limits, "loads": loads}
+    loads = _of_loads(comparison, chain, factors)
+    named = {
+        "probes": probes, "frequencies": frequencies, "limit_points": limits, "loads": loads,
+        "unknown": {name: why for name, why in comparison.unknown.items() if name in summary},
+    }  # fmt: skip
     return found | {name: errors for name, errors in named.items() if errors}
+
+
+def _of_first_order(own: Solution, other: Solution) -> float:
+    """Error of first order over the difference from another run; 1 with the same cells, or cells of twice the size."""
+    cells = own.shape.shape[1], other.shape.shape[1]
+    if cells[0] == cells[1] or not all(cells):
+        return 1.0
+    ratio = math.sqrt(max(cells) / min(cells))
+    if cells[1] > cells[0]:
+        return ratio / (ratio - 1.0)
+    return (_UNEVEN if ratio < _HALVED else 1.0) / (ratio - 1.0)
 
 
 def _limit_loads(summary: dict[str, Any], number: int) -> np.ndarray:
@@ -221,31 +253,33 @@ def _limit_loads(summary: dict[str, Any], number: int) -> np.ndarray:
     return np.array([next(iter(point["loads"].values()))["size"] for point in points if point["loads"]])
 
 
-def _of_loads(comparison: Comparison, own: Solution, others: Sequence[Solution]) -> dict[str, float]:
+def _of_loads(comparison: Comparison, chain: Sequence[Solution], factors: Sequence[float]) -> dict[str, float]:
     """Errors of the displacements of the loads at the end, relative to these displacements."""
-    path = own.load_path
-    if path is None or any(other.load_path is None or other.load_path.names != path.names for other in others):
+    path = chain[0].load_path
+    if path is None or any(other.load_path is None or other.load_path.names != path.names for other in chain):
         return {}
     found = {}
     for k, name in enumerate(path.names):
-        ends = [float(one.load_path.way[-1, k]) for one in (own, *others) if one.load_path is not None]
+        ends = [float(one.load_path.way[-1, k]) for one in chain if one.load_path is not None]
         if np.all(np.isfinite(ends)) and ends[0]:
-            found[name] = comparison.error([abs(b - a) / abs(ends[0]) for a, b in pairwise(ends)])
+            apart = [f * abs(b - a) / abs(ends[0]) for f, (a, b) in zip(factors, pairwise(ends), strict=True)]
+            found[name] = comparison.error(apart)
     return found
 
 
-def _of_positions(comparison: Comparison, own: Solution, others: Sequence[Solution]) -> Statement:
+def _of_positions(comparison: Comparison, chain: Sequence[Solution], factors: Sequence[float]) -> Statement:
     """Errors of the positions at the records: relative to the largest displacement, and along each axis to that along it."""
+    own = chain[0]
     steps = own.step
     differences, points = [], []
-    chain = [own, *others]
-    for finer, coarser in pairwise(chain):
-        pair = _same_points(finer, coarser)
+    ways = [_places(one, comparison.reach) for one in chain]
+    for factor, (finer, coarser), (a, b) in zip(factors, pairwise(chain), pairwise(ways), strict=True):
+        pair = _same_points((finer, a), (coarser, b))
         if pair is None:
             return {}
-        differences.append(pair[0])
+        differences.append(factor * pair[0])
         points.append(pair[1])
-    places = _places(own)
+    places = ways[0]
     moved = np.abs(places - places[0]).max(axis=0, initial=0.0)
     way = moved.max(axis=0, initial=0.0)
     largest = float(way.max(initial=0.0))
@@ -260,32 +294,51 @@ def _of_positions(comparison: Comparison, own: Solution, others: Sequence[Soluti
     found: Statement = {"positions": comparison.error(total)}
     above = np.flatnonzero(differences[0].max(axis=1) > _LARGE * largest)
     if len(above) and found["positions"] > _LARGE:
-        found["positions_since"] = float(own.time[_common_records(own, others[0])[0][above[0]]])
+        found["positions_since"] = float(own.time[_common_records(own, chain[1])[0][above[0]]])
     along = {
         axis: comparison.error([float(pair[:, k].max(initial=0.0)) / float(way[k]) for pair in differences])
-        for k, axis in enumerate("xyz"[: places.shape[2]])
+        for k, axis in enumerate("xyz")
         if way[k] > _MOVES * largest and seen[k]
     }
     return found | {"positions_along": along}
 
 
-def _places(solution: Solution) -> np.ndarray:
-    """Corners of all plates at the records, or positions of all bodies if there are no plates, (n, points, 3 or 2), m."""
-    if solution.shape.size:
-        return solution.shape.reshape(len(solution), -1, 3)
-    size, kept = (7, 3) if solution.layout.dimension == "spatial" else (3, 2)
-    count = len(solution.layout.body_names)
-    return solution.q[:, : count * size].reshape(len(solution), count, size)[:, :, :kept]
-
-
-def _same_points(own: Solution, other: Solution) -> tuple[np.ndarray, np.ndarray] | None:
-    """Largest difference of the positions of common points at each common record, along each axis, (records, 3), m; and the
-    numbers of these points.
+def _places(solution: Solution, reach: np.ndarray | None) -> np.ndarray:
+    """Points at the records, (n, points, 3), m: corners of all plates; without plates, or with the radii `reach` of all
+    bodies, the centre of each body, and a point on each of its axes at its radius.
     """
+    points = [solution.shape.reshape(len(solution), -1, 3)] if solution.shape.size else []
+    if not points or reach is not None:
+        centres, axes = _bodies(solution)
+        points.append(centres)
+        if reach is not None:
+            points += [centres + reach[:, None] * axis for axis in axes]
+    return np.concatenate(points, axis=1)
+
+
+def _bodies(solution: Solution) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Positions of all bodies at the records, and unit vectors along their axes, (n, bodies, 3) each."""
+    spatial, count = solution.layout.dimension == "spatial", len(solution.layout.body_names)
+    size = 7 if spatial else 3
+    poses = solution.q[:, : count * size].reshape(len(solution), count, size)
+    if spatial:
+        w, v = poses[..., 3:4], poses[..., 4:7]
+        return poses[..., :3], [e + 2.0 * np.cross(v, np.cross(v, e) + w * e) for e in np.eye(3)]
+    x, z, angle = np.moveaxis(poses, -1, 0)
+    zero, c, s = np.zeros_like(x), np.cos(angle), np.sin(angle)
+    return np.stack([x, zero, z], axis=-1), [np.stack([c, zero, s], axis=-1), np.stack([-s, zero, c], axis=-1)]
+
+
+def _same_points(
+    one: tuple[Solution, np.ndarray], another: tuple[Solution, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Largest difference of the positions of common points at each common record, along each axis, (records, 3), m; and the
+    numbers of these points. Each run has its points at its records.
+    """
+    (own, a), (other, b) = one, another
     mine, theirs = _common_records(own, other)
     if len(mine) < 2:
         return None
-    a, b = _places(own), _places(other)
     if a.shape[1] == b.shape[1]:
         first, second = np.arange(a.shape[1]), np.arange(b.shape[1])
     else:

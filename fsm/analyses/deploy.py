@@ -15,7 +15,6 @@ from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
 from fsm.errors import FsmError, NotConverged
-from fsm.load_names import load_units
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import bent_energy, summarise, summarise_contacts, summarise_drives
 from fsm.results.solution import Layout, Solution
@@ -32,7 +31,7 @@ from fsm.segments.separate import shallowest
 from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
 from fsm.sheet_motion import folded_parts
-from fsm.shown_units import shown, shown_unit
+from fsm.shown_units import shown
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
@@ -44,9 +43,14 @@ from fsm.system import System
 __all__ = ["Deployment"]
 
 _NAMED = 3
-"""Largest number of loads named in a warning."""
 _FEWER = 0.7
 """Ratio of the unknowns of a coarser mesh to those of the mesh itself, below which both are compared."""
+
+_COARSER = 4.0
+"""Ratio of the steps that resolve impacts, for the error of a motion. With twice the steps the difference is small by
+coincidence in one of four motions (`validation/errors`)."""
+_SAFE = 3.0
+"""Factor of the differences of motions with other steps, whose order is irregular."""
 
 
 class Deployment(Analysis):
@@ -274,8 +278,8 @@ class Deployment(Analysis):
             if len(coarser) > 1 and (self._dynamic or not self._smaller(coarser[1], coarser[0])):
                 coarser = coarser[:1]
             size = "2 and 4 times" if len(coarser) > 1 else "twice"
-            return Comparison(f"comparison with cells of {size} the size", coarser)
-        return Comparison("comparison with cells of half the size", (finer_mesh(self.case),), finer=True)
+            return Comparison(f"comparison with cells of {size} the size", coarser, cells=True)
+        return Comparison("comparison with cells of half the size", (finer_mesh(self.case),), cells=True)
 
     def _smaller(self, coarser: Case, than: Case | None = None) -> bool:
         """Whether a coarser mesh has far fewer unknowns."""
@@ -301,8 +305,18 @@ class Deployment(Analysis):
         by = f"comparison with {'steps of twice the size' if fixed else 'ten times the tolerance'}"
         resolved = dynamic and self.system.contacts.resolves
         if resolved:
-            by += ", and half as many steps in an impact"
-        return Comparison(by, (larger_steps(self.case),), coarsen=2.0 if resolved else 1.0)
+            by += ", and a quarter of the steps in an impact"
+        unknown = {}
+        if dynamic and self._is_structure and solution.travel.size:
+            unknown["peak_force"] = "smaller steps may resolve a larger force at the start of the drive"
+        reach = None
+        if self.case.scene is not None and not self.scene.flexible:
+            inertia = self.system.bodies.inertia[self.system.bodies.free]
+            moments = inertia[:, 3 if self.system.spatial else 2 :]
+            reach = np.sqrt(moments.max(axis=1, initial=0.0) / inertia[:, 0])
+        coarsen = _COARSER if resolved else 1.0
+        cases = (larger_steps(self.case),)
+        return Comparison(by, cases, coarsen=coarsen, safety=_SAFE, parts=True, unknown=unknown, reach=reach)
 
     @property
     def _dynamic(self) -> bool:
@@ -314,20 +328,6 @@ class Deployment(Analysis):
         """Whether the run is one motion of a [scene] whose steps have to resolve impacts."""
         dynamic = not self.plan.written and isinstance(self._settings(self.plan.steps[0]), Settings)
         return dynamic and self.case.scene is not None and self.case.strip is None and self.system.contacts.resolves
-
-    def loads_at(self, solution: Solution, time: float) -> str:
-        """See `Analysis`: loads of a case without `[[step]]` in the last record until a time (s)."""
-        record = int(np.searchsorted(solution.time, time, side="right")) - 1
-        if self.plan.written or record < 0:
-            return ""
-        start, end = ((float(solution.time[k]), solution.q[k]) for k in (0, record))
-        loads = self.system.load_displacements(start, (time, end[1]))
-        texts = []
-        for name, (size, moved) in list(loads.items())[:_NAMED]:
-            units = load_units(name)
-            where = shown_unit(units.displacement, moved).text(moved)
-            texts.append(f"{name} {shown_unit(units.size, size).text(size)} at {where}")
-        return ", ".join(texts)
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages, contacts, and the error of a motion."""
@@ -399,5 +399,11 @@ class Deployment(Analysis):
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """See `fsm.analyses.deploy_warnings`."""
         return deploy_warnings(
-            solution, summary, self.case, self.scene, self.system, self.plan, self._same_throughout, self._ends_on_path
-        )
+            solution, summary, self.case, self.scene, self.system, self.plan, self._same_throughout, self._ends_on_path,
+            self._is_structure,
+        )  # fmt: skip
+
+    @property
+    def _is_structure(self) -> bool:
+        """Whether a drive deploys a strip, lattice or sheet; a drive of a [scene] may be a machine."""
+        return any(part is not None for part in (self.case.strip, self.case.lattice, self.case.sheet))

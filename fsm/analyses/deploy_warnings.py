@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.extrapolation_warnings import extrapolation_warnings
+from fsm.analyses.pulls import pull_warnings
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.report_text import count
 from fsm.results.quantities import in_motion
-from fsm.results.solution import ENERGIES, Solution
+from fsm.results.solution import Solution
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
 from fsm.segments.plan import Plan
@@ -32,15 +33,13 @@ _TORN = 1e-3
 """Separation of the sides of a crease relative to the length of a facet, above which facets cannot follow a motion."""
 DEEP = 0.2
 """Ratio of the penetration of contacts to the largest thickness, above which there is a warning."""
-_STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "work", "error"))
-"""Potential energies of a record, except of drives."""
 _COARSE = 0.05
 """Error of the peak force due to the segments, above which there is a warning."""
 
 
 def deploy_warnings(
     solution: Solution, summary: dict[str, Any], case: Case, scene: Scene, system: SegmentSystem, plan: Plan,
-    same_throughout: bool, ends_on_path: bool,
+    same_throughout: bool, ends_on_path: bool, structure: bool,
 ) -> list[str]:  # fmt: skip
     """Warnings on the results of a deployment.
 
@@ -50,6 +49,7 @@ def deploy_warnings(
     case, scene, system, plan : the model and its steps
     same_throughout : whether `system` gives the forces of all records
     ends_on_path : whether a drive acts in the last state
+    structure : see `fsm.analyses.pulls.pull_warnings`
     """
     found = []
     thickness = solution.layout.thickness
@@ -69,9 +69,8 @@ def deploy_warnings(
     if arcs and scene.friction is not None:
         found.append(f'"arc-length" has no friction: contacts slide without it in {", ".join(arcs)}')
     found += _coarse(summary) + (_unstable_at_end(solution) if ends_on_path else [])
-    structure = any(part is not None for part in (case.strip, case.lattice, case.sheet))  # deployed by a drive
     return found + extrapolation_warnings(solution, scene, system) + (
-        [] if plan.written else _of_the_pull(solution, summary, structure)
+        [] if plan.written else pull_warnings(solution, summary, structure)
     )
 
 
@@ -144,52 +143,3 @@ def _crossed(crossings: list[tuple[int, int, float]], solution: Solution) -> lis
     )
     more = f", and {count(len(first) - _NAMED, 'more pair')} later" if len(first) > _NAMED else ""
     return [f"panels pass through each other: {named}{more}; no contact pair includes them; later results are not physical"]
-
-
-def _of_the_pull(solution: Solution, summary: dict[str, Any], structure: bool) -> list[str]:
-    """Warnings on a pull that is not quasi-static, or that ends before its peak.
-
-    A pull has to be slow if it deploys a `structure`: a strip, lattice or sheet. A drive of a [scene] may be a machine,
-    whose force is due to inertia at any speed.
-    """
-    found: list[str] = []
-    if not solution.travel.size:
-        return found
-    statics = set(summary["method"].split(" + ")) == {"static"}
-    moving = _too_fast(solution, summary) if structure else np.zeros(len(solution.time), dtype=bool)
-    if moving.any():
-        at = solution.layout.travel_text(float(solution.travel[np.argmax(moving), 0]))
-        off = f"at {at} the kinetic energy is above 1 % of the largest stored energy"
-        found.append(
-            f"statics neglects inertia, but {off} at this speed; pull slower, or give solve.method = \"generalized-alpha\""
-            if statics
-            else f"not quasi-static: {off}; pull slower"
-        )
-    if structure and summary["peak_kind"] == "dynamic":
-        found.append("no part of the pull is quasi-static: peak_force is the largest dynamic force; pull slower")
-    # if other drives continue, the force may have decreased while the travel stayed the same
-    at_end = summary["peak_travel"] > 0.999 * solution.travel[-1, 0]
-    if at_end and summary["final_force"] >= summary["peak_force"] - 1e-3 * abs(summary["peak_force"]) and _rises(solution):
-        what, way = ("moment", "turn") if solution.layout.turns() else ("force", "travel")
-        found.append(f"the {what} is still rising at the end of the {way}; the peak may lie beyond this {way}")
-    return found
-
-
-def _too_fast(solution: Solution, summary: dict[str, Any]) -> np.ndarray:
-    """Records (n,) in which kinetic energy exceeds 1 % of the largest change of stored energy, outside events.
-
-    Events of a static run, such as snaps, are motions at any speed of the drive. The first 2 % of the travel are ignored.
-    """
-    stored = sum(solution.energy[name] - solution.energy[name][0] for name in _STORED)
-    moving = solution.energy["kinetic"] > 0.01 * float(np.max(np.abs(stored)))
-    moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
-    for event in summary["events"]:
-        moving &= ~((solution.time >= event["time"]) & (solution.time <= event["end_time"]))
-    return np.asarray(moving)
-
-
-def _rises(solution: Solution) -> bool:
-    """Whether the force of the first drive rises by more than 0.1 % in the last 5 % of the travel."""
-    travel, force = solution.travel[:, 0], solution.force[:, 0]
-    before = force[np.flatnonzero(travel <= 0.95 * travel[-1])[-1:]]
-    return bool(np.any(force[-1] - before > 1e-3 * abs(force[-1])))

@@ -11,7 +11,7 @@ from fsm.results.solution import Solution
 from fsm.segments.system import SegmentSystem
 from fsm.solve.run_io import CurvePoint
 
-__all__ = ["loads_at_end", "static_load_path"]
+__all__ = ["loads_at", "loads_at_end", "static_load_path"]
 
 
 def static_load_path(
@@ -61,6 +61,20 @@ def loads_at_end(
     if not np.any(solution.step <= number):
         return {}
     return system.load_displacements(_state(system, whole, solution, _origin(solution, number)), end)
+
+
+def loads_at(
+    system: SegmentSystem, whole: SegmentSystem, solution: Solution, number: int, time: float
+) -> dict[str, tuple[float, float]]:
+    """Size of every load at a time (s) of a step, and its displacement at the last record until then; empty without one.
+
+    `system`, `whole`, `solution` and `number` are those of `static_load_path`.
+    """
+    record = int(np.searchsorted(solution.time[solution.step <= number], time, side="right")) - 1
+    if record < 0:
+        return {}
+    first = _state(system, whole, solution, _origin(solution, number))
+    return system.load_displacements(first, (time, _state(system, whole, solution, record)[1]))
 
 
 def _origin(solution: Solution, number: int) -> int:

@@ -54,7 +54,7 @@ _STEPS = 40.0
 """Number of steps of the full model in the pulse, or in a period of the lowest mode if shorter."""
 _RECORDS = 200
 """Default number of records."""
-_ORDER = {"taut": 2.0, "wrinkled": 0.5, "patches": 0.4}
+_ORDER = {"taut": 2.0, "patches": 0.4, "wrinkled": 0.3}
 """Order of the frequencies in the size of the elements, for the stated error."""
 
 
@@ -315,8 +315,9 @@ class VibrationAnalysis(OneStep):
             OnMesh(system, self._deflection(film))
             for system, film in ((self.system, self.film), (system, film))
         )
-        order = _ORDER["patches" if self.film.patches else "wrinkled" if self._wrinkled() else "taut"]
-        return mesh_error(own, other, ratio, order, self.vibration.modes, duration, step)
+        wrinkled = self._wrinkled()
+        order = _ORDER["wrinkled" if wrinkled else "patches" if self.film.patches else "taut"]
+        return mesh_error(own, other, ratio, order, wrinkled, self.vibration.modes, duration, step)
 
     def _on_other_mesh(self) -> tuple[FilmMesh, AncfSystem, float] | None:
         """Film on the comparison mesh, its system at rest, and the ratio of the numbers of elements in a direction."""

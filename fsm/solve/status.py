@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from fsm.errors import NotConverged
@@ -76,6 +76,7 @@ class Event:
     time, end_time : s
     travel, end_travel : m, of the first drive; 0 without one
     force, end_force : N, of the first drive
+    loads : size (N, N m) and displacement (m, rad) of every load at the start, by name; empty in a motion
     """
 
     kind: str
@@ -85,6 +86,7 @@ class Event:
     end_travel: float
     force: float
     end_force: float
+    loads: dict[str, tuple[float, float]] = field(default_factory=dict, kw_only=True)
 
 
 class StepFailed(NotConverged):

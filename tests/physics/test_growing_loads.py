@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fsm
+from tests.case_texts import kresling_of_bars
 
 STRIP = """
 [strip]
@@ -35,35 +36,7 @@ method = "static"
 [save]
 interval = "0.5 s"
 """
-KRESLING = """
-[sheet]
-kind = "kresling"
-sides = 6
-rows = 1
-radius = "40 mm"
-height = "40 mm"
-twist = "45 deg"
-facets = "bars"
-thickness = "0.3 mm"
-[sheet.bars]
-law = "ogden"
-[[sheet.support]]
-at = "edge bottom"
-[material]
-young = "3 GPa"
-density = 1000
-damping = "1 ms"
-[crease]
-stiffness_per_length = 0.05
-[[load]]
-at = "edge top"
-force = [0, 0, "-40 N"]
-time = { kind = "ramp", end = "0.2 s" }
-[solve]
-end_time = "0.4 s"
-[save]
-interval = "5 ms"
-"""
+KRESLING = kresling_of_bars("-40 N", "0.4 s", "5 ms").replace("[material]", '[sheet.bars]\nlaw = "ogden"\n[material]')
 
 
 def _at(result: Any, displacement: float) -> float:
@@ -85,6 +58,30 @@ def test_a_fast_ramp_is_named_with_its_loads_and_the_remedy() -> None:
     (text,) = (text for text in case.run().summary["warnings"] if "too fast" in text)
     assert "mm): solved with inertia until" in text
     assert 'set solve.method = "arc-length"' in text
+
+
+def test_a_fast_ramp_in_a_step_is_named_with_its_loads() -> None:
+    """Loads at the start of the motion, with the displacement since the start of the step."""
+    steps = """
+[[step]]
+name = "slow"
+kind = "static"
+duration = "1 s"
+[[step]]
+name = "fast"
+kind = "static"
+duration = "1.1 s"
+"""
+    table = '{ kind = "table", time = [0, 2, 2.1], value = [0, 0.02, 1] }'
+    text = STRIP.replace('{ kind = "ramp", shape = "linear", end = "100 s" }', table).replace('end_time = "100 s"\n', "")
+    coarse = text.replace("segments_per_panel = 10", "segments_per_panel = 3").replace("segment 10", "segment 3")
+    summary = fsm.load(coarse.replace('"0.5 s"', '"0.25 s"') + steps).run().summary
+    (event,) = summary["events"]
+    ((name, (size, moved)),) = event["loads"].items()
+    assert (event["kind"], event["time"], size) == ("motion", pytest.approx(2.0, abs=0.02), pytest.approx(4e-5, rel=0.5))
+    assert 2e-3 < moved < 5e-3
+    (warning,) = (text for text in summary["warnings"] if "too fast" in text)
+    assert f"({name} {1e3 * size:.4g} mN at {1e3 * moved:.4g} mm): solved with inertia until" in warning
 
 
 def test_bars_move_from_rest_with_default_settings() -> None:

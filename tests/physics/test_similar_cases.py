@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import fsm
+from tests.case_texts import kresling_of_bars
 from tests.scaled_case import Factors, scaled
 
 _SAME = 1e-6
@@ -75,33 +76,7 @@ end_time = "20 ms"
 [save]
 interval = "5 ms"
 """
-BARS = """
-[sheet]
-kind = "kresling"
-sides = 6
-rows = 1
-radius = "40 mm"
-height = "40 mm"
-twist = "45 deg"
-facets = "bars"
-thickness = "0.3 mm"
-[[sheet.support]]
-at = "edge bottom"
-[material]
-young = "3 GPa"
-density = 1000
-damping = "1 ms"
-[crease]
-stiffness_per_length = 0.05
-[[load]]
-at = "edge top"
-force = [0, 0, "-20 N"]
-time = { kind = "ramp", end = "0.2 s" }
-[solve]
-end_time = "0.2 s"
-[save]
-interval = "50 ms"
-"""
+BARS = kresling_of_bars("-20 N", "0.2 s", "50 ms")
 FACETS = """
 [sheet]
 kind = "plate"

@@ -11,7 +11,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fsm.analyses.deploy_warnings import _of_the_pull, _unstable_at_end
+from fsm.analyses.deploy_warnings import _unstable_at_end
+from fsm.analyses.pulls import pull_warnings
 from fsm.results.solution import ENERGIES, Layout, Solution
 from fsm.results.store import read_solution
 from fsm.round_off import RoundOff
@@ -215,7 +216,7 @@ def of_pull(solution: Any, structure: bool = True, method: str = "static", **sum
     force, travel = solution.force[:, 0], solution.travel[:, 0]
     found = {"peak_kind": "quasi-static", "peak_travel": travel[np.argmax(force)], "peak_force": force.max(),
              "final_force": force[-1], "method": method, "events": []}  # fmt: skip
-    return _of_the_pull(solution, found | summary, structure)
+    return pull_warnings(solution, found | summary, structure)
 
 
 @pytest.mark.parametrize(("final", "told"), [(2.0, True), (1.999, True), (1.3, False)])

@@ -18,6 +18,9 @@ from validation.errors.coverage import Number
 
 __all__ = ["numbers"]
 
+_WORDS = ("by", "positions_since", "unknown")
+"""Entries of a statement that are not errors."""
+
 
 def _run(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Solution:
     loaded = load_tables(tables, [(key, Given(value)) for key, value in changes.items()], Path("case"))
@@ -48,5 +51,5 @@ def _flat(errors: Any, name: str = "") -> dict[str, float]:
         errors = dict(enumerate(errors))
     if not isinstance(errors, Mapping):
         return {name: float(errors)}
-    kept = {key: value for key, value in errors.items() if key not in ("by", "positions_since") and value is not None}
+    kept = {key: value for key, value in errors.items() if key not in _WORDS and value is not None}
     return {path: e for key, value in kept.items() for path, e in _flat(value, f"{name} {key}".strip()).items()}
