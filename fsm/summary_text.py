@@ -120,8 +120,6 @@ def _error_texts(errors: Mapping[str, Mapping[str, Any]]) -> list[str]:
         more = f", and {len(named) - _LISTED} more" if len(named) > _LISTED else ""
         listed = f"{', '.join(named[:_LISTED])}{more} ({stated['by']})"
         texts.append(f"{cause}: {listed if named else stated['by']}")
-        unknown = stated.get("unknown", {}).items()
-        texts += [f"{cause}: {name.replace('_', ' ')} has no stated error: {why}" for name, why in unknown]
     return texts
 
 

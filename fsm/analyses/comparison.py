@@ -14,8 +14,8 @@ the results are not corrected.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -76,7 +76,6 @@ class Comparison:
     coarsen : factor of the steps that resolve impacts
     safety : factor of all differences
     parts : whether motions can part, so that a large difference is no error
-    unknown : reasons why numbers have no error, by the names of the numbers
     reach : (n,) array, m
         Radii of gyration of the bodies; absent: bodies turn little, or have plates.
     """
@@ -87,7 +86,6 @@ class Comparison:
     coarsen: float = 1.0
     safety: float = 1.25
     parts: bool = False
-    unknown: Mapping[str, str] = field(default_factory=dict)
     reach: np.ndarray | None = None
 
     def error(self, differences: Sequence[float]) -> float:
@@ -209,7 +207,7 @@ def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], other
     if solution.travel.shape[1]:
         for name, scale in (("peak_force", peak), ("final_force", max(peak, final))):
             error = state(lambda at, name=name: np.array([at[name]]) if name in at else None, scale)  # type: ignore[misc]
-            if error and name not in comparison.unknown:
+            if error:
                 found[name] = error[0]
     found |= positions
     probes = {}
@@ -229,10 +227,7 @@ def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], other
         if error:
             limits[step["name"]] = max(error)
     loads = _of_loads(comparison, chain, factors)
-    named = {
-        "probes": probes, "frequencies": frequencies, "limit_points": limits, "loads": loads,
-        "unknown": {name: why for name, why in comparison.unknown.items() if name in summary},
-    }  # fmt: skip
+    named = {"probes": probes, "frequencies": frequencies, "limit_points": limits, "loads": loads}
     return found | {name: errors for name, errors in named.items() if errors}
 
 

@@ -306,9 +306,6 @@ class Deployment(Analysis):
         resolved = dynamic and self.system.contacts.resolves
         if resolved:
             by += ", and a quarter of the steps in an impact"
-        unknown = {}
-        if dynamic and self._is_structure and solution.travel.size:
-            unknown["peak_force"] = "smaller steps may resolve a larger force at the start of the drive"
         reach = None
         if self.case.scene is not None and not self.scene.flexible:
             inertia = self.system.bodies.inertia[self.system.bodies.free]
@@ -316,7 +313,7 @@ class Deployment(Analysis):
             reach = np.sqrt(moments.max(axis=1, initial=0.0) / inertia[:, 0])
         coarsen = _COARSER if resolved else 1.0
         cases = (larger_steps(self.case),)
-        return Comparison(by, cases, coarsen=coarsen, safety=_SAFE, parts=True, unknown=unknown, reach=reach)
+        return Comparison(by, cases, coarsen=coarsen, safety=_SAFE, parts=True, reach=reach)
 
     @property
     def _dynamic(self) -> bool:

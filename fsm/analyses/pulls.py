@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.results.quantities import START_UP
+from fsm.results.curve import START_UP
 from fsm.results.solution import ENERGIES, Solution
 
 __all__ = ["pull_warnings"]

@@ -14,10 +14,13 @@ from fsm.short_repr import ShortRepr
 if TYPE_CHECKING:
     from fsm.solve.run_io import CurvePoint
 
-__all__ = ["MAX_POINTS", "ForceCurve"]
+__all__ = ["MAX_POINTS", "START_UP", "ForceCurve"]
 
 MAX_POINTS = 4000
 """Approximate number of curve points in a results file, at most."""
+START_UP = 0.02
+"""Start-up phase as a fraction of the travel. In a run that begins as a motion, the jerk of the drive causes large forces of
+inertia and dampers there; none of them is quasi-static."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -62,8 +65,12 @@ class ForceCurve(ShortRepr):
 
     @property
     def dynamic(self) -> np.ndarray:
-        """Mask (n,) of the points in motions where inertial or damping forces matter."""
-        return np.asarray(self.path % 2 == 1)
+        """Mask (n,) of the points in motions where inertial or damping forces matter, with the start-up of a motion."""
+        moving = self.path % 2 == 1
+        if len(self) and moving[0] and self.travel.shape[1]:
+            travel = np.abs(self.travel[:, 0])
+            moving = moving | (travel < START_UP * travel.max())
+        return np.asarray(moving)
 
     @property
     def has_quasi_static(self) -> bool:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fsm.results.curve import ForceCurve
+from fsm.results.curve import START_UP, ForceCurve
 from fsm.results.solution import Floats, Solution
 
 __all__ = [
@@ -42,8 +42,6 @@ FACET_FORCES = "contact.facets.force"
 BEND = 0.5
 """Angle of one panel bent to an arc, rad. Bending begins at the energy of such a panel; its sag is 6 % of its
 length."""
-START_UP = 0.02
-"""Start-up phase as a fraction of the travel; the initial jerk of a dynamic run is not counted as a peak."""
 
 
 class Stage(NamedTuple):
@@ -295,7 +293,7 @@ def summarise(curve: ForceCurve, pair_names: Sequence[str], bent: float | None =
     * `peak_force`, `peak_travel`: largest quasi-static force, see `peaks`
     * `peak_kind`: "quasi-static", or "dynamic" if the whole run is dynamic
     * `dynamic_peak_force`, `dynamic_peak_travel`: largest force in motions after the start-up; None without motion
-    * `start_up_force`, `start_up_travel`: larger force in the first 2 % of the travel of a dynamic run, if any
+    * `start_up_force`, `start_up_travel`: larger force in the first 2 % of a travel that begins as a motion, if any
     * `largest_magnitude`, `largest_magnitude_travel`: of the quasi-static force; None unless it is negative somewhere
     * `final_travel`, `final_force`: at the last point
     * `stages`: list of {name, travel, force}, see `find_stages`, with the energy `bent` (J) of bent panels
@@ -313,7 +311,7 @@ def summarise(curve: ForceCurve, pair_names: Sequence[str], bent: float | None =
         "stages": [stage._asdict() for stage in stages],
         "touches": _touches(curve, pair_names),
     }
-    if summary["peak_kind"] == "dynamic":
+    if curve.dynamic[0]:
         summary |= _start_up(curve, found.largest.force)
     for name, one in (("dynamic_peak", found.dynamic), ("largest_magnitude", found.magnitude)):
         key = f"{name}_force" if name == "dynamic_peak" else name

@@ -21,7 +21,7 @@ def largest_errors(stated: Mapping[str, Any]) -> list[tuple[str, float]]:
     """
     found: list[tuple[str, float]] = []
     for name, errors in stated.items():
-        if name in ("by", "positions_since", "unknown") or errors is None:
+        if name in ("by", "positions_since") or errors is None:
             continue
         each = errors.items() if isinstance(errors, Mapping) else [("", errors)]
         for one, error in each:

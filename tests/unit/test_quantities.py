@@ -196,6 +196,18 @@ def test_the_jerk_of_the_start_is_no_peak() -> None:
     assert peaks(curve).dynamic == pytest.approx((5.0, 0.022), rel=0.2)
 
 
+def test_dampers_at_the_start_of_a_motion_are_no_peak() -> None:
+    """The force of dampers at the jerk of a drive is larger the smaller the steps are, and hardly accelerates anything."""
+    curve = snapping()
+    curve.path[:] += 2
+    curve.force[1] = 100.0
+    assert peaks(curve).largest == pytest.approx((100.0, 0.001), rel=1e-3)  # of a path of equilibria
+    curve.path[0] = 1
+    summary = summarise(curve, [])
+    assert (summary["peak_force"], summary["peak_travel"]) == pytest.approx((1.0, 0.02))
+    assert (summary["start_up_force"], summary["start_up_travel"]) == pytest.approx((100.0, 0.001))
+
+
 def test_a_run_without_quasi_static_points_has_its_dynamic_peak() -> None:
     curve = snapping()
     curve.path[1:] = 1

@@ -18,7 +18,7 @@ from validation.errors.coverage import Number
 
 __all__ = ["numbers"]
 
-_WORDS = ("by", "positions_since", "unknown")
+_WORDS = ("by", "positions_since")
 """Entries of a statement that are not errors."""
 
 
