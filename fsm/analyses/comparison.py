@@ -31,8 +31,8 @@ __all__ = [
     "other_meshes",
 ]  # fmt: skip
 
-MOST_WORK = 2e10
-"""Work of a run up to which "auto" compares, about twenty seconds: Newton iterations (or steps) times the square of the
+MOST_WORK = 5e9
+"""Work of a run up to which "auto" compares, about five seconds: Newton iterations (or steps) times the square of the
 degrees of freedom, for flexible facets 1.2e-9 s each. The number depends on the case alone, so that each run of a case
 states the same errors."""
 ASK_FOR_ALL = 'set solve.error_estimates = "all"'
