@@ -107,7 +107,7 @@ def test_load_along_an_edge_is_its_force() -> None:
         ({"support": [{"at": "vertex 5"}]}, "the sheet has 4 vertices"),
         ({"probe": [{"name": "a", "at": "edge left"}]}, "give one vertex"),
         ({"mesh": [1000, 1000]}, "at most 100,000 are allowed"),
-        ({"support": [{"at": "vertex 1", "mirror": "x"}]}, "is not an edge"),
+        ({"support": [{"at": "vertex 1", "mirror": "x"}]}, "is not a part of the outline"),
     ],
 )
 def test_faults_are_told(changes: dict[str, Any], text: str) -> None:

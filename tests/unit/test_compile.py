@@ -231,7 +231,7 @@ def test_a_crease_that_would_snap_is_a_fault_of_the_case() -> None:
 
 def test_initial_overlap_is_refused() -> None:
     case = strip_case(contact=CONTACT, strip={"fold_angle": "89.9 deg"})
-    with pytest.raises(CaseError, match=r"panel 1 and panel 2 overlap at the start by 0\.23 mm"):
+    with pytest.raises(CaseError, match=r"panel 1 and panel 2 overlap at the start by 0\.2302 mm"):
         compile_case(case, "case.toml")
     thin = CONTACT | {"thickness_in_gap": False}
     assert compile_case(strip_case(contact=thin, strip={"fold_angle": "89.9 deg"}))[1].nu > 0

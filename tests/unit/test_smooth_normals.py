@@ -20,7 +20,8 @@ def mesh_of(points: np.ndarray, quads: bool, size: float = 100.0, mirrors: dict[
     at = points.reshape(-1, 3)
     pattern = Pattern.of_faces(at, faces, None, edge_groups(at[:, :2], faces))
     letters = ["B" if pair.min() < 0 else "F" for pair in pattern.edge_faces]
-    return pattern_mesh(pattern.assigned(letters, np.zeros(len(letters))), size, mirrors=mirrors)
+    planes = {frozenset(pattern.groups[name]): axis for name, axis in (mirrors or {}).items()}
+    return pattern_mesh(pattern.assigned(letters, np.zeros(len(letters))), size, mirrors=planes)
 
 
 def normals(mesh: FacetMesh) -> np.ndarray:

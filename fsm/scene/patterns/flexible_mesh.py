@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -15,6 +16,7 @@ from fsm.scene.patterns.facet_mesh import FacetMesh
 from fsm.scene.patterns.of_sheet import folding_letters, pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.pattern_mesh import pattern_mesh
+from fsm.scene.patterns.places import place_of
 from fsm.scene.patterns.plates import plate_mesh
 from fsm.scene.sheet import Sheet
 
@@ -35,12 +37,13 @@ def flexible_mesh(sheet: Sheet) -> FacetMesh:
     if sheet.is_shell:
         return boom_mesh(sheet)
     assert sheet.mesh_size is not None
-    mirrors = {
-        support.at.removeprefix("edge").strip(): "xyz".index(support.mirror)
-        for support in sheet.support
-        if support.mirror is not None and isinstance(support.at, str)
-    }
-    return pattern_mesh(pattern_of(sheet), sheet.mesh_size, sheet.mesh_grading[0], folding_letters(sheet), mirrors)
+    pattern = pattern_of(sheet)
+    mirrors = {}
+    for support in sheet.support:
+        with suppress(ValueError):  # places that do not exist are refused by name when supports are built
+            if support.mirror is not None:
+                mirrors[frozenset(place_of(pattern, support.at).vertices)] = "xyz".index(support.mirror)
+    return pattern_mesh(pattern, sheet.mesh_size, sheet.mesh_grading[0], folding_letters(sheet), mirrors)
 
 
 def mesh_as_pattern(sheet: Sheet) -> Pattern:

@@ -15,7 +15,7 @@ separate, and the line is a joint between them. An edge in a plane of symmetry i
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -42,8 +42,9 @@ _BOUNDARY = 3
 
 
 def pattern_mesh(
-    pattern: Pattern, size: float, grading: float = 0.0, folding: str = "MVU", mirrors: Mapping[str, int] | None = None
-) -> FacetMesh:
+    pattern: Pattern, size: float, grading: float = 0.0, folding: str = "MVU",
+    mirrors: Mapping[frozenset[int], int] | None = None,
+) -> FacetMesh:  # fmt: skip
     """Mesh of a pattern at its start.
 
     Parameters
@@ -54,7 +55,7 @@ def pattern_mesh(
     grading : -
         Grading of the cells of each facet towards its edges (`graded`).
     folding : letters of the edges that fold
-    mirrors : axis of the plane of symmetry of named edges
+    mirrors : axes of planes of symmetry, by the vertices between which edges lie in them
 
     Raises
     ------
@@ -112,7 +113,7 @@ class _Mesher:
     divisions: dict[tuple[int, int], int]
     grading: float
     folding: str
-    mirrors: Mapping[str, int]
+    mirrors: Mapping[frozenset[int], int]
     places: list[np.ndarray] = field(default_factory=list)
     nodes: dict[tuple[int, ...], int] = field(default_factory=dict)
     parts: dict[tuple[int, int], int] = field(default_factory=dict)  # a part of a sector: one face at one node
@@ -295,8 +296,8 @@ class _Mesher:
 
     def _mirrored(self) -> Iterator[tuple[int, int]]:
         """Parts on edges in planes of symmetry, and the axes of these planes."""
-        for name, axis in self.mirrors.items():
-            for _, line in self._outline(name):
+        for vertices, axis in self.mirrors.items():
+            for _, line in self._outline(vertices):
                 for part in line:
                     yield part, axis
 
@@ -309,8 +310,8 @@ class _Mesher:
             smooth = [other for other in others if (sector[one] == sector[other]).any()]
             if any(normal[one[0]] @ normal[other[0]] < 1.0 - _COPLANAR for other in smooth):
                 bent.add(pair)
-        for name, axis in self.mirrors.items():
-            bent |= {pair for pair, line in self._outline(name) if abs(normal[line[0], axis]) > math.sqrt(_COPLANAR)}
+        for vertices, axis in self.mirrors.items():
+            bent |= {pair for pair, line in self._outline(vertices) if abs(normal[line[0], axis]) > math.sqrt(_COPLANAR)}
         small = np.ones(len(self.fine.faces), dtype=bool)
         for number, face in enumerate(self.fine.faces):
             sides = [_pair(*side) for side in _sides(face)]
@@ -363,7 +364,7 @@ class _Mesher:
             pair: _BOUNDARY if len(of_face) == 1 else 2 if letters[pair] in self.folding + "BC" else 1
             for pair, of_face in self.of_edge.items()
         }
-        ranks |= {pair: _BOUNDARY + 1 for name in self.mirrors for pair, _ in self._outline(name)}
+        ranks |= {pair: _BOUNDARY + 1 for vertices in self.mirrors for pair, _ in self._outline(vertices)}
         for pair in sorted(ranks, key=lambda one: ranks[one]):
             for line in self.of_edge[pair].values():
                 x, y = flat[line[-1]] - flat[line[0]]
@@ -378,15 +379,15 @@ class _Mesher:
                 known[_pair(*pair)] = number, k
         found = {}
         for name in self.pattern.groups:
-            lines = [sector[line].tolist() for _, line in self._outline(name)]
+            lines = [sector[line].tolist() for _, line in self._outline(self.pattern.groups[name])]
             edges = [known[_pair(a, b)] for line in lines for a, b in pairwise(line)]
             if edges:
                 found[name] = np.array(edges, dtype=np.int64)
         return found
 
-    def _outline(self, name: str) -> Iterator[tuple[tuple[int, int], list[int]]]:
-        """Vertices and parts of the edges of single faces between two vertices of a group of the pattern."""
-        members = set(self.pattern.groups.get(name, ()))
+    def _outline(self, vertices: Iterable[int]) -> Iterator[tuple[tuple[int, int], list[int]]]:
+        """Vertices and parts of the edges of single faces between two of some vertices of the pattern."""
+        members = set(vertices)
         for pair, of_face in sorted(self.of_edge.items()):
             if len(of_face) == 1 and members.issuperset(pair):
                 yield pair, next(iter(of_face.values()))
