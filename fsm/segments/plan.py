@@ -148,13 +148,7 @@ def _short(case: Case, scene: Scene) -> Plan:
 
 
 def plan_warnings(case: Case, scene: Scene, plan: Plan | None) -> list[str]:
-    """Warnings on loads without effect, and on drives that `solve.end_time` stops.
-
-    Parameters
-    ----------
-    case, scene : of the run
-    plan : steps of a case with `[[step]]`
-    """
+    """Warnings on loads without effect and on drives that `solve.end_time` stops; `plan`: of a case with `[[step]]`."""
     return [*_loads_on_held(case, scene, plan), *_stopped_drives(case, scene)]
 
 
