@@ -19,8 +19,9 @@ __all__ = ["MAX_POINTS", "START_UP", "ForceCurve"]
 MAX_POINTS = 4000
 """Approximate number of curve points in a results file, at most."""
 START_UP = 0.02
-"""Start-up phase as a fraction of the travel. In a run that begins as a motion, the jerk of the drive causes large forces of
-inertia and dampers there; none of them is quasi-static."""
+"""Start-up phase as a fraction of the travel; the jerk of a drive causes forces of inertia and dampers there."""
+_STORED = 0.5
+"""Part of the work of the drives in the start-up of a motion that is stored, above which their force is quasi-static."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -65,11 +66,19 @@ class ForceCurve(ShortRepr):
 
     @property
     def dynamic(self) -> np.ndarray:
-        """Mask (n,) of the points in motions where inertial or damping forces matter, with the start-up of a motion."""
+        """Mask (n,) of the points in motions where inertial or damping forces matter.
+
+        The path tells it for inertial forces. Damping forces matter in the start-up of a run that begins as a motion, where
+        dampers take most of the work of the drives.
+        """
         moving = self.path % 2 == 1
-        if len(self) and moving[0] and self.travel.shape[1]:
+        stored = self.panels + self.creases
+        if len(self) and moving[0] and self.travel.shape[1] and np.ptp(stored) > 0.0:
+            steps = 0.5 * (self.force[1:] + self.force[:-1]) * np.diff(self.travel, axis=0)
+            work = np.append(0.0, np.cumsum(np.nan_to_num(steps).sum(axis=1)))
             travel = np.abs(self.travel[:, 0])
-            moving = moving | (travel < START_UP * travel.max())
+            start_up = travel < START_UP * travel.max()
+            moving = moving | (start_up & (stored - stored[0] < _STORED * work))
         return np.asarray(moving)
 
     @property
@@ -85,12 +94,12 @@ class ForceCurve(ShortRepr):
         """Curve of about `limit` points or fewer: both ends, ends of paths, and the extreme forces of each interval."""
         if len(self) <= limit:
             return self
-        ends = np.flatnonzero(np.diff(self.path))
+        ends, dynamic = np.flatnonzero(np.diff(self.path)), self.dynamic
         keep = {0, len(self) - 1, *ends.tolist(), *(ends + 1).tolist()}
         size = max(2, -(-2 * (1 + self.force.shape[1]) * len(self) // limit))
         for start in range(0, len(self), size):
             keep.add(start)
-            for part in (self.dynamic[start : start + size], ~self.dynamic[start : start + size]):
+            for part in (dynamic[start : start + size], ~dynamic[start : start + size]):
                 here = start + np.flatnonzero(part)
                 if len(here):
                     force = self.force[here]

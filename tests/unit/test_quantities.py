@@ -197,7 +197,7 @@ def test_the_jerk_of_the_start_is_no_peak() -> None:
 
 
 def test_dampers_at_the_start_of_a_motion_are_no_peak() -> None:
-    """The force of dampers at the jerk of a drive is larger the smaller the steps are, and hardly accelerates anything."""
+    """The force of dampers at the jerk of a drive grows as the steps decrease, accelerates little and stores little."""
     curve = snapping()
     curve.path[:] += 2
     curve.force[1] = 100.0
