@@ -160,8 +160,9 @@ class Tension(Model):
     )
     film: Literal["plain", "tension-field", "wrinkles", "auto"] = Field(
         default="plain",
-        description='behaviour of the film in compression; "auto": "plain" if both principal stresses are tensile '
-        'everywhere and the film is stable, else "tension-field"',
+        description='behaviour of the film in compression. "plain": it carries compression; "tension-field": it carries '
+        'none, and has wrinkled and slack regions; "wrinkles": wrinkles that the mesh resolves; "auto": "plain" if both '
+        'principal stresses are tensile everywhere and the film is stable, else "tension-field"',
     )
     imperfection: Annotated[Length, Field(gt=0)] | None = Field(
         default=None,

@@ -191,7 +191,10 @@ class Sheet(Model):
 
     kind: Kind | None = Field(
         default=None,
-        description="crease pattern, a plate without creases, or a [boom](booms.md); give this, `pattern` or `vertices`",
+        description="crease pattern, a plate without creases, or a [boom](booms.md); give this, `pattern` or `vertices`. "
+        '"miura", "zigzag", "waterbomb": sheets; "kresling", "yoshimura": tubes; "tube": Z-folded tube; "miura-tube": '
+        'tube of two Miura sheets; "cone": pleated; "flasher": wraps around a hub; "tape-spring", "stem", "lenticular": '
+        "booms",
     )
     columns: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
         default=None,

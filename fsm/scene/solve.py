@@ -19,7 +19,12 @@ Method = Literal[
 class Solve(Model):
     """Settings of the solver."""
 
-    method: Method = Field(default="auto", description="see below")
+    method: Method = Field(
+        default="auto",
+        description='"auto" selects the method; "static": sequence of stable equilibria; "arc-length": whole equilibrium '
+        'path with force control; "generalized-alpha", "mean-force", "newmark", "Radau-blocks": dynamics; "Radau", "BDF", '
+        '"LSODA": references of SciPy',
+    )
     rtol: Number = Field(
         default=1e-6, ge=1e-12, le=1e-2,
         description='relative tolerance; absolute tolerances follow from it and the sizes of the scene. "static": '

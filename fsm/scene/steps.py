@@ -48,7 +48,7 @@ class Step(Model):
     release: tuple[Name, ...] = Field(
         default=(),
         description='held bodies, drives and loads that end with the start of this step; "all": all drives, loads and '
-        "`hold`",
+        "`hold`. A released load decreases to zero over a static step",
         json_schema_extra={"range": "names of held bodies, drives and loads"},
     )
     contact: bool = Field(default=True, description="false: no contact and no friction in this step")

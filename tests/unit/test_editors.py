@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 
 from fsm.cli import cli
 from fsm.commands.init import _ALSO, kinds
-from fsm.scene.case import root
+from fsm.scene.case import Strip, root
 from fsm.scene.json_schema import case_schema
 from fsm.scene.key_facts import facts_of, section_of
 from fsm.scene.key_help import all_keys, help_lines
@@ -167,6 +167,10 @@ def test_mistakes_are_found_by_the_schema(change: tuple[str, str], place: str, v
     text = (ROOT / "fsm" / "commands" / "templates" / "strip.toml").read_text(encoding="utf-8")
     assert change[0] in text
     assert place in faults(validator, text.replace(*change, 1))
+
+
+def test_docstrings_have_the_keys() -> None:
+    assert "\nfold_angle : rad\n    angle of every panel with the horizontal\n" in str(Strip.__doc__)
 
 
 def test_descriptions_have_units(tmp_path: Path) -> None:
