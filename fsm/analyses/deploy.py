@@ -52,6 +52,8 @@ coincidence in one of four motions (`validation/errors`)."""
 _SAFE = 3.0
 """Factor of the differences of motions with other steps, whose order is irregular."""
 
+_LIMITS = "; limit points are interpolated, see them with half of solve.max_step"
+
 
 class Deployment(Analysis):
     """Compiled strip or scene; see `Analysis`.
@@ -268,7 +270,7 @@ class Deployment(Analysis):
                 by = "not estimated: no panel bends, or a panel has fewer than four segments"
             return {"by": by} | {name: error for name, error in forces.items() if error is not None}
         if self.scene.facets is None:
-            if self.scene.flexible:
+            if self.scene.films or self.scene.cables or self.scene.beams:
                 return {"by": "not estimated: compare with more elements of films, cables and beams"}
             return {"by": "none: rigid bodies and bars have no mesh"}
         if refused:
@@ -295,7 +297,8 @@ class Deployment(Analysis):
             return {"by": "none: nothing moves"}
         dynamic = self._dynamic
         if not dynamic and not statistics.events and not np.any(solution.pair_friction):
-            return {"by": "none: all records are equilibria"}
+            arc = any(step.method == "arc-length" for step in self.plan.steps)
+            return {"by": f"none: all records are equilibria{_LIMITS if arc else ''}"}
         if not dynamic and self.case.solve.error_estimates == "auto":
             return {"by": f'not estimated for friction and snaps on a static path; {ASK_FOR_ALL}'}
         impacts = self._with_impacts and bool(np.any(solution.pair_force))
