@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+import fsm
 from fsm.analyses.comparison import Comparison, compared, not_compared
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
+from tests.case_texts import kresling_of_bars
 
 PLATE = """
 [sheet]
