@@ -54,7 +54,7 @@ def _chain(random: np.random.Generator) -> Iterator[Number]:
     """Chain of hinged links that falls under its weight."""
     bodies: list[dict[str, Any]] = []
     elements: list[dict[str, Any]] = []
-    at = np.zeros(3)
+    at, reach = np.zeros(3), 0.0
     for k in range(int(random.integers(1, 4))):
         angle, length, mass = random.uniform(-1.5, 1.5), float(random.uniform(0.05, 0.2)), float(random.uniform(0.02, 0.1))
         along = length * np.array([np.cos(angle), 0.0, np.sin(angle)])
@@ -63,10 +63,9 @@ def _chain(random: np.random.Generator) -> Iterator[Number]:
             "name": f"link {k + 1}", "mass": mass, "inertia": [0.1 * inertia, inertia, inertia],
             "position": (at + 0.5 * along).tolist(), "orientation": [np.cos(0.5 * angle), 0.0, -np.sin(0.5 * angle), 0.0],
         })  # fmt: skip
-        before = float(np.linalg.norm(at)) and bodies[-2]
         elements.append({
-            "name": f"pin {k + 1}", "inner": f"link {k + 1}", "outer": before["name"] if before else "ground",
-            "point_inner": [-0.5 * length, 0.0, 0.0], "point_outer": [0.5 * reach, 0.0, 0.0] if before else [0.0, 0.0, 0.0],
+            "name": f"pin {k + 1}", "inner": f"link {k + 1}", "outer": f"link {k}" if k else "ground",
+            "point_inner": [-0.5 * length, 0.0, 0.0], "point_outer": [0.5 * reach, 0.0, 0.0],
             "translation": [1e5, 1e5, 1e5], "translation_damping": [20.0, 20.0, 20.0],
         })  # fmt: skip
         at, reach = at + along, length
