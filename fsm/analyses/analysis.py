@@ -111,8 +111,8 @@ class Analysis(Protocol):
         """Errors of the summary by their causes, "mesh" and "steps": a statement, or further runs that find it."""
         ...
 
-    def coarsen(self, factor: float) -> None:
-        """Multiply the steps that resolve impacts by a factor, for a further run."""
+    def coarsen(self, factor: float, records: int) -> None:
+        """Multiply the steps that resolve impacts by a factor, and keep one of so many records, for a further run."""
         return
 
     def own_solver(self) -> Solver | None:

@@ -49,8 +49,13 @@ _FEWER = 0.7
 _COARSER = 4.0
 """Ratio of the steps that resolve impacts, for the error of a motion. With twice the steps the difference is small by
 coincidence in one of four motions (`validation/errors`)."""
+_SPARSER = 2
+"""Records of a motion for each record of its further run. Steps end at records, so with all of them a larger tolerance may
+give the same steps, and no difference."""
 _SAFE = 3.0
 """Factor of the differences of motions with other steps, whose order is irregular."""
+
+_LIMITS = "; limit points are interpolated, see them with half of solve.max_step"
 
 
 class Deployment(Analysis):
@@ -77,6 +82,7 @@ class Deployment(Analysis):
         if self.plan.written:  # the travels refer to the whole run
             self.system = whole_system(self.system, self.scene, self.plan)
         self._pivots = LinearSolver()
+        self._records = 1
 
     @property
     def kernels(self) -> tuple[str, ...]:
@@ -169,6 +175,8 @@ class Deployment(Analysis):
             begun = next((k for k, acts in enumerate(step.acting) if acts), None)
             program = None if begun is None else self.plan.programs[begun]
             times = save_times(step.save, program, step.end, step.start)
+            if self._records > 1:
+                times = [*times[: -1 : self._records], times[-1]]
         return RunStep(
             step.name, step.kind, step.start, step.end, step.method, step.reason, self._settings(step) if solved else None,
             times, modes=step.modes if step.kind == "modes" else 0,
@@ -252,8 +260,9 @@ class Deployment(Analysis):
         refused = not_compared(self.case.solve.error_estimates, iterations, self.system.dof)
         return {"mesh": self._of_mesh(summary, refused), "steps": self._of_steps(solution, statistics, refused)}
 
-    def coarsen(self, factor: float) -> None:
+    def coarsen(self, factor: float, records: int) -> None:
         """See `Analysis`."""
+        self._records = records
         self.system.contacts.coarsen(factor)
 
     def _of_mesh(self, summary: dict[str, Any], refused: str) -> Statement | Comparison:
@@ -268,7 +277,7 @@ class Deployment(Analysis):
                 by = "not estimated: no panel bends, or a panel has fewer than four segments"
             return {"by": by} | {name: error for name, error in forces.items() if error is not None}
         if self.scene.facets is None:
-            if self.scene.flexible:
+            if self.scene.films or self.scene.cables or self.scene.beams:
                 return {"by": "not estimated: compare with more elements of films, cables and beams"}
             return {"by": "none: rigid bodies and bars have no mesh"}
         if refused:
@@ -295,14 +304,15 @@ class Deployment(Analysis):
             return {"by": "none: nothing moves"}
         dynamic = self._dynamic
         if not dynamic and not statistics.events and not np.any(solution.pair_friction):
-            return {"by": "none: all records are equilibria"}
+            arc = any(step.method == "arc-length" for step in self.plan.steps)
+            return {"by": f"none: all records are equilibria{_LIMITS if arc else ''}"}
         if not dynamic and self.case.solve.error_estimates == "auto":
             return {"by": f'not estimated for friction and snaps on a static path; {ASK_FOR_ALL}'}
         impacts = self._with_impacts and bool(np.any(solution.pair_force))
         if refused and (self.case.solve.error_estimates == "off" or not impacts):
             return {"by": refused}
         fixed = any(isinstance(step.settings, Settings) and step.settings.step is not None for step in self.steps())
-        by = f"comparison with {'steps of twice the size' if fixed else 'ten times the tolerance'}"
+        by = f"comparison with {'steps of twice the size' if fixed else 'ten times the tolerance'} and half of the records"
         resolved = dynamic and self.system.contacts.resolves
         if resolved:
             by += ", and a quarter of the steps in an impact"
@@ -313,7 +323,7 @@ class Deployment(Analysis):
             reach = np.sqrt(moments.max(axis=1, initial=0.0) / inertia[:, 0])
         coarsen = _COARSER if resolved else 1.0
         cases = (larger_steps(self.case),)
-        return Comparison(by, cases, coarsen=coarsen, safety=_SAFE, parts=True, reach=reach)
+        return Comparison(by, cases, coarsen=coarsen, records=_SPARSER, safety=_SAFE, parts=True, reach=reach)
 
     @property
     def _dynamic(self) -> bool:
