@@ -29,7 +29,7 @@ from fsm.laws.crease import CreaseLaws
 from fsm.segments.array_elements import LIGAMENTS, PLANAR_CREASES, SPATIAL_CREASES
 from fsm.segments.array_kernels import KERNELS
 from fsm.segments.arrays import Arrays, Creases, ElementKernels, Ligaments, Loads, Segments, SpringKernels, Springs
-from fsm.segments.contact_arrays_of import ContactModel, has_contact_arrays
+from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.ligaments import LigamentGroup
@@ -42,9 +42,8 @@ from fsm.system_records import Ready
 if TYPE_CHECKING:
     from fsm.segments.system import SegmentSystem
 
-__all__ = ["arrays_of", "has_arrays", "has_static_arrays", "segments_of"]
+__all__ = ["arrays_of", "segments_of"]
 
-_KINDS = {BushingGroup, CreaseGroup, LigamentGroup, GravityGroup, LoadGroup}
 _PLANAR_SPRINGS = SpringKernels(
     force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar
 )
@@ -61,33 +60,11 @@ _ABSENT_CREASES = Creases(
 )  # fmt: skip
 
 
-def has_arrays(system: SegmentSystem) -> bool:
-    """Whether all interactions of a system have arrays, a body can move, and kernels are compiled."""
-    known = all(of_program(motion.program) is not None for motion in system.motions)
-    return known and all(has_contact_arrays(group, system.spatial) for group in system.contacts) and _elements_known(system)
-
-
-def has_static_arrays(system: SegmentSystem) -> bool:
-    """Like `has_arrays`, for statics: drives may have any program, but contact is not possible.
-
-    A test with contact: steps in one kernel save 0.01 to 0.07 s for the whole path of a strip with 4 to 40 segments per
-    panel, but their compilation takes 25 s more.
-    """
-    return not system.contacts and _elements_known(system)
-
-
-def _elements_known(system: SegmentSystem) -> bool:
-    """Whether all elements have arrays, a body can move, and kernels are compiled."""
-    kinds = [type(group) for group in system.groups if not isinstance(group, ContactGroup)]
-    compiled = hasattr(KERNELS.force, "compile")  # the flag is false if NUMBA_DISABLE_JIT is set
-    return compiled and _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and system.nu > 0
-
-
 def arrays_of(
     system: SegmentSystem, pattern: BodyPattern, ready: Ready, contacts: ContactModel
 ) -> tuple[ArrayModel, tuple[Arrays, ...]]:
-    """Compiled model of a system for which `has_arrays` is true, and its arrays; the caller must keep the arrays as long as
-    the model.
+    """Compiled model of a system that has no part in Python, and its arrays; the caller must keep the arrays as long as the
+    model.
     """
     model, arrays = segments_of(system, pattern, *ready(pattern), contacts)
     return ArrayModel.of(KERNELS, model, *system.initial()), arrays
@@ -105,6 +82,9 @@ def segments_of(
     weight = np.zeros((len(bodies.pose), 3 if spatial else 2))
     springs, loads = _springs(None, pattern, system.size), _loads(None, pattern, spatial)
     creases, ligaments = _ABSENT_CREASES, Ligaments(_NO_PAIRS, np.zeros((0, 13)), np.zeros((0, 3)))
+    kinds = [type(group) for group in system.groups if not isinstance(group, ContactGroup)]
+    if len(set(kinds)) < len(kinds):
+        raise ValueError("groups of one kind must be merged (`fsm.segments.merge.merged`)")
     for group in system.groups:
         if isinstance(group, GravityGroup):
             weight = group.mass[:, None] * group.acceleration
@@ -116,6 +96,8 @@ def segments_of(
             ligaments = Ligaments(group.bodies, group.constants, np.zeros(group.rest.shape))
         elif isinstance(group, LoadGroup):
             loads = _loads(group, pattern, spatial)
+        elif statics or not isinstance(group, ContactGroup):
+            raise TypeError(f"{type(group).__name__} has no arrays")
     of_pattern, (q, _) = pattern_arrays(pattern, known), system.initial()
     poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
     stiffness, damping, matrix = pattern.zeros(), pattern.zeros(), pattern.zeros()

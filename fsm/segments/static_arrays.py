@@ -26,7 +26,7 @@ __all__ = ["StaticSegments"]
 
 
 class StaticSegments:
-    """Arrays of a system for which `has_static_arrays` is true; see `fsm.system.StaticArrays`.
+    """Arrays of a system without parts in Python; see `fsm.system.StaticArrays`.
 
     Attributes
     ----------
