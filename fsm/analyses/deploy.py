@@ -21,7 +21,7 @@ from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.sheet import SHELLS
 from fsm.scene.start import start_of
-from fsm.segments.elements import CreaseGroup
+from fsm.segments.creases import CreaseGroup
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.plan import PlannedStep, plan_of

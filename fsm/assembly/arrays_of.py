@@ -50,7 +50,7 @@ def joined_arrays_of(
     matrices = Matrices(joined.pattern, known, factors, fixed, inertia, inertia, slots)
     nodes, held = coordinates_of(elements, matrices)
     # the symbolic factorisation of the pattern between bodies is not used
-    bodies, of_bodies = segments_of(system, pattern, known, factors, contacts)
+    bodies, *of_bodies = segments_of(system, pattern, known, factors, contacts)
     first, rows, maps = members
     count, turned = len(frames.bodies), np.zeros((joined.pattern.order, 3, 3))
     turned[:, range(3), range(3)] = 1.0

@@ -22,9 +22,10 @@ from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
+from fsm.segments.creases import CreaseGroup
 from fsm.segments.drive import Axis, PrescribedMotion, program_of, unit
 from fsm.segments.element_angles import half_way_swings, initial_twists, rest_twists, side_of
-from fsm.segments.elements import BushingGroup, CreaseGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, GroupSteps
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.in_python import InPython, parts_in_python
