@@ -21,10 +21,9 @@ from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.sheet import SHELLS
 from fsm.scene.start import start_of
-from fsm.segments.elements import CreaseGroup
+from fsm.segments.creases import CreaseGroup
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.ligaments import LigamentGroup
-from fsm.segments.merge import merged
 from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
@@ -88,7 +87,7 @@ class Deployment(Analysis):
     def kernels(self) -> tuple[str, ...]:
         """See `Analysis`."""
         space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
-        in_steps = self.system.variant(self.system.bodies, self.system.motions, merged(self.system.groups))
+        compiled = not self._in_python([step for step in self.plan.steps if step.method == method][-1])
         if self.case.sheet is not None:
             return self._kernels_of_sheet(method)
         found = [space]
@@ -103,20 +102,15 @@ class Deployment(Analysis):
         if any(isinstance(group, HysteresisGroup) for group in self.system.groups):
             found.append(f"hysteresis, {space}")
         if method == "static":
-            from fsm.segments.arrays_of import has_static_arrays  # imports the kernels of all steps
-
-            if has_static_arrays(in_steps):
+            if compiled:
                 curved = any(isinstance(group, CreaseGroup) for group in self.system.groups)
                 found.append(f"statics {'with tabulated creases' if curved else 'in one kernel'}, {space}")
             return tuple(found)
         found.append(f"in time, {space}")
         if method == "Radau-blocks":
             found.append(f"structured Radau, {space}")
-        elif method in ("generalized-alpha", "newmark"):
-            from fsm.segments.arrays_of import has_arrays  # imports the kernels of all steps
-
-            if has_arrays(in_steps):
-                found.append(f"steps in one kernel, {space}")
+        elif method in ("generalized-alpha", "newmark") and compiled:
+            found.append(f"steps in one kernel, {space}")
         return tuple(found)
 
     def _kernels_of_sheet(self, method: str) -> tuple[str, ...]:
@@ -169,7 +163,6 @@ class Deployment(Analysis):
         return [self._run_step(step) for step in self.plan.steps]
 
     def _run_step(self, step: PlannedStep) -> RunStep:
-        solved = step.kind in ("static", "dynamic") and not step.still
         times: list[float] = []
         if step.end > step.start:
             begun = next((k for k, acts in enumerate(step.acting) if acts), None)
@@ -177,10 +170,21 @@ class Deployment(Analysis):
             times = save_times(step.save, program, step.end, step.start)
             if self._records > 1:
                 times = [*times[: -1 : self._records], times[-1]]
+        settings = self._settings(step) if step.solved else None
         return RunStep(
-            step.name, step.kind, step.start, step.end, step.method, step.reason, self._settings(step) if solved else None,
-            times, modes=step.modes if step.kind == "modes" else 0,
+            step.name, step.kind, step.start, step.end, step.method, step.reason, settings, times,
+            modes=step.modes if step.kind == "modes" else 0,
         )  # fmt: skip
+
+    def in_python(self) -> tuple[str, ...]:
+        """See `Analysis`."""
+        solved = [step for step in self.plan.steps if step.solved]
+        return tuple(dict.fromkeys(reason for step in solved for reason in self._in_python(step)))
+
+    def _in_python(self, step: PlannedStep) -> tuple[str, ...]:
+        """Reasons why a step is computed in Python."""
+        large = self.system.large_contacts() if step.contact and step.method != "static" else ()
+        return (*step.in_python.of(step.method), *large)
 
     def enter(self, number: int, states: States | None) -> SegmentSystem:
         """See `Analysis`: the system of the whole case, or a system in which the bodies of this step are free."""

@@ -12,8 +12,7 @@ from fsm.interactions.contact_body_pairs import coupled_bodies
 from fsm.kernels.addresses import tables_of
 from fsm.kernels.pointers import AbsentPointer, Pointer
 from fsm.kernels.tables import TableExample, named_table
-from fsm.laws.friction import FRICTION_LAWS, FrictionLaw
-from fsm.laws.normal import NORMAL_LAWS
+from fsm.laws.friction import FrictionLaw
 from fsm.segments.array_contacts import CONTACTS
 from fsm.segments.array_shape_tables import ShapeArrays
 from fsm.segments.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES
@@ -45,29 +44,11 @@ from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.surface_contacts import SurfaceContacts
 
-__all__ = ["ContactModel", "has_contact_arrays"]
+__all__ = ["ContactModel"]
 
 _AHEAD = 2
 """Number of further pieces, beyond the near ones, that the pattern couples with a probe. The pattern then remains valid
 while the probe slides."""
-_MOST_SLOTS = 50000
-"""Largest number of slots of all pairs of shapes; with more slots, the broad phase selects them in each step."""
-
-
-def has_contact_arrays(group: ContactGroup, spatial: bool) -> bool:
-    """Whether a contact group has arrays.
-
-    A group has arrays if its laws belong to the package, friction does not depend on the direction, and the tables of
-    shapes are small.
-    """
-    geometry, friction = group.geometry, group.friction
-    if group.normal.law not in NORMAL_LAWS.values():  # the laws of a user may have other types
-        return False
-    if friction is not None and ((spatial and friction.across != 1.0) or friction.law not in FRICTION_LAWS.values()):
-        return False
-    if isinstance(geometry, ShapeContacts):
-        return geometry.all_slots <= _MOST_SLOTS
-    return isinstance(geometry, SurfaceContacts)
 
 
 class _GroupArrays(ABC):
