@@ -1,5 +1,7 @@
 # make demo    the table of pulled strips: simulate, tabulate, plot, into out/strip_pull
-# make test    all tests but the slow ones
+# make test    the tests of every change: physics, units, and a few of processes, browsers and pages
+# make test-nightly  the others: what takes long, caches, pools, signals, campaigns, browsers, all pages; then make test-machines
+#              for the physics tests
 # make test-machines  the tests as on other processors: other BLAS kernels, generic machine code (four times as long as make test;
 #              ONE="--one tests/physics": the physics tests, in the first setting that is not this machine's own)
 # make lint    ruff, mypy, import-linter
@@ -24,7 +26,7 @@ COV := $(VENV)/.fsm-coverage
 
 VERSION_CHECK := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))
 
-.PHONY: help demo test test-all test-machines coverage lint check bench validate figures docs clean distclean
+.PHONY: help demo test test-nightly test-machines coverage lint check bench validate figures docs clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -36,21 +38,22 @@ demo: $(RUN)
 # kernels are compiled before the tests, in processes of their own: a worker that compiles grows to gigabytes
 test: $(DEV)
 	$(BIN)/fsm warmup
-	$(BIN)/python -m pytest -m "not slow" -n $(WORKERS)
+	$(BIN)/python -m pytest -m "not nightly" -n $(WORKERS)
 
-test-all: $(DEV)
+test-nightly: $(DEV)
 	$(BIN)/fsm warmup
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -m nightly -n $(WORKERS)
+	$(MAKE) --no-print-directory test-machines ONE="--one tests/physics"
 
 ONE ?=
 test-machines: $(DEV)
-	$(BIN)/python -m tests.machines -m "not slow" -n $(WORKERS) $(ONE)
+	$(BIN)/python -m tests.machines -m "not nightly" -n $(WORKERS) $(ONE)
 
 # compiled, for all that is no kernel; then the kernels, line by line, from tests that Python gets through (tests/pure_python.py)
 coverage: $(COV)
 	rm -rf out/coverage
-	$(BIN)/python -m coverage run -m pytest -m "not slow" -n $(WORKERS)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -p tests.pure_python -m "not slow" -n $(WORKERS) --dist worksteal
+	$(BIN)/python -m coverage run -m pytest -m "not nightly" -n $(WORKERS)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -p tests.pure_python -m "not nightly" -n $(WORKERS) --dist worksteal
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage html --quiet
 	$(BIN)/python -m coverage json --quiet

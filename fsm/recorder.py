@@ -186,20 +186,20 @@ class RecordedSolve:
                 found[cause] = stated
                 continue
             try:
-                others = [self._further_run(case, stated.coarsen, bar, cause) for case in stated.cases]
+                others = [self._further_run(case, stated, bar, cause) for case in stated.cases]
             except (FsmError, OSError) as error:  # the results of the run itself remain valid
                 found[cause] = {"by": f"not estimated: the {stated.by} failed: {error}"}
                 continue
             found[cause] = compared(stated, (solution, summary), others)
         return found
 
-    def _further_run(self, case: Case, coarsen: float, bar: Progress, cause: str) -> Solution:
+    def _further_run(self, case: Case, stated: Comparison, bar: Progress, cause: str) -> Solution:
         """Result of a run with other settings, without its files."""
         case = case.model_copy(update={"save": case.save.model_copy(update={"channels": ()})})
         loaded = LoadedCase(case, case_text(case), self.loaded.path)
         bar.further(f"estimating the error due to {cause}", 1.0)
         analysis, warnings = analysis_of(case, str(loaded.path)), list[str]()
-        analysis.coarsen(coarsen)
+        analysis.coarsen(stated.coarsen, stated.records)
         analysis.initialise(warnings)
         with tempfile.TemporaryDirectory(prefix="fsm-") as folder:
             run = RecordedSolve(loaded, analysis, Path(folder), False, warnings)

@@ -92,7 +92,7 @@ class CheckContext:
     @cached_property
     def solved(self) -> list[PlannedStep]:
         """Steps with a path or a motion."""
-        return [step for step in self.plan.steps if step.kind in ("static", "dynamic") and not step.still]
+        return [step for step in self.plan.steps if step.solved]
 
     @cached_property
     def motions(self) -> list[PrescribedMotion]:

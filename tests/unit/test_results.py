@@ -215,6 +215,7 @@ def test_opens_with_xarray(tmp_path: Path) -> None:
         np.testing.assert_array_equal(tree["drive"]["time"], 0.5 * np.arange(7))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("after", [0.0, 0.05, 0.2])
 def test_killed_run_keeps_what_was_flushed(tmp_path: Path, after: float) -> None:
     sure = killed_run(tmp_path / "result.h5", after)
