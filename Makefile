@@ -8,6 +8,7 @@
 # make validate  every check of validation/ and the gallery of them, with the pages, into out/docs/html (a quarter of an hour;
 #              FULL=--full: what takes long, too)
 # make coverage  lines and branches that tests reach, kernels run by Python itself, into out/coverage (about half an hour)
+# make keys    the tables of keys in docs/case_file.md, from the models
 # make figures the page of all kinds of figures, docs/figures.md
 # make docs    the pages: guide, tutorials (executed), API, the gallery as it was last run
 # make bench   run time against error of all methods, into out/benchmarks (an hour or two; QUICK=--quick: a few minutes)
@@ -26,7 +27,7 @@ COV := $(VENV)/.fsm-coverage
 
 VERSION_CHECK := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))
 
-.PHONY: help demo test test-nightly test-machines coverage lint check bench validate figures docs clean distclean
+.PHONY: help demo test test-nightly test-machines coverage lint check bench validate figures keys docs clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -78,6 +79,9 @@ validate: $(DOC)
 
 figures: $(RUN)
 	$(BIN)/python docs/figures/draw.py
+
+keys: $(RUN)
+	$(BIN)/python docs/_ext/key_tables.py
 
 docs: $(DOC)
 	$(BIN)/python -m sphinx -W --keep-going -q -E -b html docs out/docs/html

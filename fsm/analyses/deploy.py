@@ -13,7 +13,7 @@ from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_me
 from fsm.analyses.deploy_warnings import DEEP, deploy_warnings, unstable_end
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
-from fsm.compile_case import compile_case, path_settings
+from fsm.compile_case import compile_case, compile_planned, path_settings
 from fsm.errors import FsmError, NotConverged
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import bent_energy, summarise, summarise_contacts, summarise_drives
@@ -76,8 +76,8 @@ class Deployment(Analysis):
 
     def __init__(self, case: Case, source: str, warnings: list[str] | None) -> None:
         self.case = case
-        self.scene, self.system = compile_case(case, source, warnings)
-        self.plan = plan_of(case, self.scene)
+        self.scene, self.system, plan = compile_planned(case, source, warnings)
+        self.plan = plan or plan_of(case, self.scene)
         if self.plan.written:  # the travels refer to the whole run
             self.system = whole_system(self.system, self.scene, self.plan)
         self._pivots = LinearSolver()

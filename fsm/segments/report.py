@@ -70,7 +70,7 @@ def describe(case: Case, source: str = "") -> list[str]:
     faults = list(gas_faults(case, scene, plan))
     if faults:
         raise CaseError(faults, source)
-    view = CheckContext(case, scene)
+    view = CheckContext(case, scene, plan or plan_of(case, scene))
     return labelled(_SECTIONS, view)
 
 
