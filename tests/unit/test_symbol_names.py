@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 from numba import typeof
@@ -10,7 +11,7 @@ from numba.core.registry import cpu_target
 
 from fsm.kernels.rotation import multiply
 
-Wide = NamedTuple("Wide", [(f"array_{k}", np.ndarray) for k in range(200)])  # type: ignore[misc]
+Wide: Any = namedtuple("Wide", [f"array_{k}" for k in range(200)])  # noqa: PYI024
 _ONE = (np.ones(1), np.ones(1, int))
 
 
