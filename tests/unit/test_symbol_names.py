@@ -11,7 +11,7 @@ from numba.core.registry import cpu_target
 
 from fsm.kernels.rotation import multiply
 
-Wide: Any = namedtuple("Wide", [f"array_{k}" for k in range(200)])  # noqa: PYI024
+Wide: Any = namedtuple("Wide", ["first", "second"])
 _ONE = (np.ones(1), np.ones(1, int))
 
 
@@ -19,7 +19,7 @@ def test_names_of_symbols_do_not_grow_with_the_arguments() -> None:
     """numba makes several kB of a table of arrays, and a kernel has hundreds of such names."""
     multiply(np.eye(4)[0], np.eye(4)[0])  # the first kernel of a process sets the names
     mangled = cpu_target.target_context.mangler
-    wide, other = typeof(Wide(*_ONE * 100)), typeof(Wide(*_ONE[::-1] * 100))
+    wide, other = typeof(Wide(_ONE * 100, 1.0)), typeof(Wide(_ONE[::-1] * 100, 1.0))
     names = {mangled("kernels.march", kinds, uid=uid) for kinds in ((wide,), (other,), (wide, other)) for uid in (1, 2)}
     assert len(names) == 6 and max(map(len, names)) < 200
     assert mangled("kernels.march", (wide,), uid=1) in names
