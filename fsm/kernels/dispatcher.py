@@ -5,6 +5,8 @@ This module adds to ``numba.njit(cache=True)``:
 * machine code is made only for kernels that Python calls. A kernel that calls another kernel links its code, so the callee
   by itself needs neither machine code, nor wrappers for calls from Python, nor an entry in the cache;
 * entries of the cache do not contain data that only a later link would need, so they load quickly;
+* symbols have short names. The names of numba contain the types of all arguments, which for tables of arrays are 100 kB in
+  each of hundreds of symbols and messages of a kernel;
 * a process whose sources were edited since its start no longer writes to the cache, because it would store new code under an
   old name;
 * a kernel is compiled by one process at a time (`fsm.kernels.compile_lock`). Others wait and load its entry;
@@ -16,14 +18,15 @@ from __future__ import annotations
 
 import errno
 import gc
+import hashlib
 import logging
 import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from numba.core import event, sigutils, typing
+from numba.core import event, itanium_mangler, sigutils, typing
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult, Flags, compile_extra
@@ -48,6 +51,9 @@ from fsm.kernels.compile_lock import CompileLock
 
 __all__ = ["KernelDispatcher"]
 
+_LONGEST_NAME: Final = 200
+"""Letters of a symbol that keeps the name that numba gives it."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -64,6 +70,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
     def __init__(self, function: Callable[..., Any], inline: bool) -> None:
         options = {"nopython": True, "boundscheck": None} | OPTIONS | ({"forceinline": True} if inline else {})
         super().__init__(function, targetoptions=options)
+        self.targetctx.mangler = _short_name
         self._linked: dict[tuple[Any, ...], Any] = {}
         self._to_cache = is_covered(function)
         if self._to_cache:
@@ -124,6 +131,15 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
             result = result._replace(entry_point=object())
             self.targetctx.insert_user_function(result.entry_point, result.fndesc, [library])
             self._linked[kinds] = result
+
+
+def _short_name(name: str, types: Any, *, abi_tags: Any = (), uid: int | None = None) -> str:
+    """Name of a symbol: that of numba, or its hash if it is long."""
+    whole: str = itanium_mangler.mangle(name, types, abi_tags=abi_tags, uid=uid)
+    if len(whole) <= _LONGEST_NAME:
+        return whole
+    digest = hashlib.sha256(whole.encode()).hexdigest()[:32]
+    return str(itanium_mangler.mangle(f"{name.rpartition('.')[2]}.{digest}", (), uid=uid))
 
 
 def _is_linkable(library: Any) -> bool:
