@@ -25,6 +25,7 @@ from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import equation_kernels, pattern_arrays
 from fsm.kernels.pointers import AbsentPointer, Pointer
+from fsm.kernels.programs import table_of
 from fsm.laws.crease import CreaseLaws
 from fsm.segments.array_elements import LIGAMENTS, PLANAR_CREASES, SPATIAL_CREASES
 from fsm.segments.array_kernels import KERNELS
@@ -35,7 +36,6 @@ from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import GravityGroup, LoadGroup
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.pieces_of import of_function, of_program, pieces_of
 from fsm.stepping.model import ArrayModel
 from fsm.system_records import Ready
 
@@ -63,12 +63,11 @@ _ABSENT_CREASES = Creases(
 
 def has_arrays(system: SegmentSystem) -> bool:
     """Whether all interactions of a system have arrays, a body can move, and kernels are compiled."""
-    known = all(of_program(motion.program) is not None for motion in system.motions)
-    return known and all(has_contact_arrays(group, system.spatial) for group in system.contacts) and _elements_known(system)
+    return all(has_contact_arrays(group, system.spatial) for group in system.contacts) and _elements_known(system)
 
 
 def has_static_arrays(system: SegmentSystem) -> bool:
-    """Like `has_arrays`, for statics: drives may have any program, but contact is not possible.
+    """Like `has_arrays`, for statics: contact is not possible.
 
     A test with contact: steps in one kernel save 0.01 to 0.07 s for the whole path of a strip with 4 to 40 segments per
     panel, but their compilation takes 25 s more.
@@ -174,9 +173,8 @@ def _springs(group: BushingGroup | None, pattern: BodyPattern, size: int) -> Spr
 def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Loads:
     if group is None:
         vectors = np.zeros((0, 3 if spatial else 2))
-        return Loads(_NONE, vectors, vectors, np.zeros((0, 3 if spatial else 1)), _NONE, _NONE, pieces_of([]))
-    programs = pieces_of([of_function(load.time) for load in group.loads])
-    return Loads(*group.arrays, group.slots(pattern), programs)
+        return Loads(_NONE, vectors, vectors, np.zeros((0, 3 if spatial else 1)), _NONE, _NONE, table_of([]))
+    return Loads(*group.arrays, group.slots(pattern), table_of([load.time for load in group.loads]))
 
 
 def _driven(system: SegmentSystem) -> Driven:
@@ -185,7 +183,7 @@ def _driven(system: SegmentSystem) -> Driven:
     rows = [[turn.motion, turn.body] for turn in turning]
     turns = [[*turn.axis, *turn.centre, *turn.arm, *turn.own] for turn in turning]
     return Driven(
-        pieces_of([of_program(motion.program) or [] for motion in motions]), *system.drives,
+        table_of([motion.program for motion in motions]), *system.drives,
         np.array(rows, dtype=np.int64).reshape(-1, 2), np.array(turns, dtype=float).reshape(-1, 12),
         np.ascontiguousarray(system.bodies.pose[system.driven]), system.scales().of_drives,
     )  # fmt: skip
