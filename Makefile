@@ -1,11 +1,14 @@
 # make demo    the table of pulled strips: simulate, tabulate, plot, into out/strip_pull
-# make test    all tests but the slow ones
+# make test    the tests of every change: physics, units, and a few of processes, browsers and pages
+# make test-nightly  the others: what takes long, caches, pools, signals, campaigns, browsers, all pages; then make test-machines
+#              for the physics tests
 # make test-machines  the tests as on other processors: other BLAS kernels, generic machine code (four times as long as make test;
 #              ONE="--one tests/physics": the physics tests, in the first setting that is not this machine's own)
 # make lint    ruff, mypy, import-linter
 # make validate  every check of validation/ and the gallery of them, with the pages, into out/docs/html (a quarter of an hour;
 #              FULL=--full: what takes long, too)
 # make coverage  lines and branches that tests reach, kernels run by Python itself, into out/coverage (about half an hour)
+# make keys    the tables of keys in docs/case_file.md, from the models
 # make figures the page of all kinds of figures, docs/figures.md
 # make docs    the pages: guide, tutorials (executed), API, the gallery as it was last run
 # make bench   run time against error of all methods, into out/benchmarks (an hour or two; QUICK=--quick: a few minutes)
@@ -24,7 +27,7 @@ COV := $(VENV)/.fsm-coverage
 
 VERSION_CHECK := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))
 
-.PHONY: help demo test test-all test-machines coverage lint check bench validate figures docs clean distclean
+.PHONY: help demo test test-nightly test-machines coverage lint check bench validate figures keys docs clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -36,21 +39,22 @@ demo: $(RUN)
 # kernels are compiled before the tests, in processes of their own: a worker that compiles grows to gigabytes
 test: $(DEV)
 	$(BIN)/fsm warmup
-	$(BIN)/python -m pytest -m "not slow" -n $(WORKERS)
+	$(BIN)/python -m pytest -m "not nightly" -n $(WORKERS)
 
-test-all: $(DEV)
+test-nightly: $(DEV)
 	$(BIN)/fsm warmup
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -m nightly -n $(WORKERS)
+	$(MAKE) --no-print-directory test-machines ONE="--one tests/physics"
 
 ONE ?=
 test-machines: $(DEV)
-	$(BIN)/python -m tests.machines -m "not slow" -n $(WORKERS) $(ONE)
+	$(BIN)/python -m tests.machines -m "not nightly" -n $(WORKERS) $(ONE)
 
 # compiled, for all that is no kernel; then the kernels, line by line, from tests that Python gets through (tests/pure_python.py)
 coverage: $(COV)
 	rm -rf out/coverage
-	$(BIN)/python -m coverage run -m pytest -m "not slow" -n $(WORKERS)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -p tests.pure_python -m "not slow" -n $(WORKERS) --dist worksteal
+	$(BIN)/python -m coverage run -m pytest -m "not nightly" -n $(WORKERS)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -p tests.pure_python -m "not nightly" -n $(WORKERS) --dist worksteal
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage html --quiet
 	$(BIN)/python -m coverage json --quiet
@@ -75,6 +79,9 @@ validate: $(DOC)
 
 figures: $(RUN)
 	$(BIN)/python docs/figures/draw.py
+
+keys: $(RUN)
+	$(BIN)/python docs/_ext/key_tables.py
 
 docs: $(DOC)
 	$(BIN)/python -m sphinx -W --keep-going -q -E -b html docs out/docs/html

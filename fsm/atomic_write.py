@@ -13,7 +13,7 @@ __all__ = ["atomic_write", "file_to_replace", "remove_partial_files"]
 
 
 @contextmanager
-def atomic_write(path: str | Path) -> Iterator[Path]:
+def atomic_write(path: str | Path, *, to_disk: bool = False) -> Iterator[Path]:
     """Write to a temporary file that replaces `path` when the block ends without an error.
 
     Parameters
@@ -22,6 +22,9 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
         Final file. The temporary file of ``force.png`` is ``.force.part.png``, with the same suffix. If the process is
         killed, the temporary file remains; `remove_partial_files` deletes it. A symbolic link remains, and the file that it
         names is replaced.
+    to_disk : bool
+        Wait until the file is on the disk, so that it also survives a power failure. Files that can be written again from a
+        results file do not need this.
 
     Raises
     ------
@@ -37,7 +40,12 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     part = target.with_name(f".{target.stem}.part{target.suffix}")
     try:
         yield part
-        _put_in_place(part, target)
+        if to_disk:
+            with part.open("rb+") as file:
+                os.fsync(file.fileno())
+        os.replace(part, target)
+        if to_disk and os.name == "posix":
+            _flush_entries(target.parent)
     except OSError as error:
         with suppress(OSError):
             part.unlink(missing_ok=True)
@@ -68,14 +76,10 @@ def remove_partial_files(folder: Path) -> None:
         part.unlink(missing_ok=True)
 
 
-def _put_in_place(source: Path, target: Path) -> None:
-    """Rename a file after its data are on disk, and then flush the folder entry."""
-    with source.open("rb+") as file:
-        os.fsync(file.fileno())
-    os.replace(source, target)
-    if os.name == "posix":
-        folder = os.open(target.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+def _flush_entries(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk."""
+    entry = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(entry)
+    finally:
+        os.close(entry)

@@ -24,10 +24,17 @@ from fsm.segments.system import SegmentSystem
 from fsm.shown_units import shown
 from fsm.solve.static import PathSettings
 
-__all__ = ["compile_case", "compile_whole", "path_settings"]
+__all__ = ["compile_case", "compile_planned", "compile_whole", "path_settings"]
 
 
 def compile_case(case: Case, source: str = "", warnings: list[str] | None = None) -> tuple[Scene, SegmentSystem]:
+    """Scene and system of a case; see `compile_planned`."""
+    return compile_planned(case, source, warnings)[:2]
+
+
+def compile_planned(
+    case: Case, source: str = "", warnings: list[str] | None = None
+) -> tuple[Scene, SegmentSystem, Plan | None]:
     """Build and compile a case.
 
     Parameters
@@ -40,8 +47,9 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
 
     Returns
     -------
-    Scene, SegmentSystem
-        With `contact.resolve_overlap`, bodies that overlapped at the start are moved apart.
+    Scene, SegmentSystem, Plan or None
+        The plan of a case with `[[step]]`, else None. With `contact.resolve_overlap`, bodies that overlapped at the start
+        are moved apart.
 
     Raises
     ------
@@ -76,7 +84,7 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
         found = _overlaps(scene, system, case)
     if found:
         raise CaseError(found, source)
-    return scene, system
+    return scene, system, plan
 
 
 def compile_whole(case: Case, scene: Scene, plan: Plan | None) -> SegmentSystem:

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 __all__ = [
-    "READ_ERRORS", "SIGNATURE", "attribute", "check_contents", "close_discarding", "fixed_text", "has_checksums", "names_in",
-    "numbers_in", "plain", "text_in", "written_from_memory",
+    "READ_ERRORS", "SIGNATURE", "attribute", "check_contents", "close_discarding", "fixed_text", "has_checksums",
+    "is_finite", "names_in", "numbers_in", "plain", "text_in", "written_from_memory",
 ]  # fmt: skip
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -38,22 +38,16 @@ def has_checksums(path: Path) -> bool:
 
 
 @contextmanager
-def written_from_memory(path: Path, old: Path | None = None) -> Iterator[Any]:
+def written_from_memory(path: Path) -> Iterator[Any]:
     """Build an HDF5 file in memory and write it to disk when the block ends.
 
     HDF5 must not write to the disk itself: after a failed write the library tries again at exit, and the program
     crashes.
-
-    Parameters
-    ----------
-    path : Path
-    old : Path, optional
-        File to start from; without it the new file is empty.
     """
     import h5py
 
-    memory = io.BytesIO(b"" if old is None else old.read_bytes())
-    with h5py.File(memory, "w" if old is None else "r+", libver="latest") as file:
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", libver="latest") as file:
         yield file
     path.write_bytes(memory.getbuffer())
 
@@ -186,9 +180,14 @@ def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool
     if first is not None and found[0] < first:
         raise OSError(f"/{path} has {found[0]} rows; at least {first} are needed")
     values = data[()] if first is None else data[:first]
-    if finite and not np.all(np.abs(values) <= _LARGEST):
+    if finite and not is_finite(values):
         raise OSError(f"/{path} contains numbers that are not finite or exceed {_LARGEST:g}")
     return values
+
+
+def is_finite(values: np.ndarray) -> bool:
+    """Whether all numbers are finite and at most 1e150 in magnitude."""
+    return bool(np.all(np.abs(values) <= _LARGEST))
 
 
 def names_in(file: Any, path: str) -> tuple[str, ...]:

@@ -29,12 +29,13 @@ from fsm.kernels import jit
 from fsm.panel_crossing import lattice_overlap
 from fsm.progress import Progress, report_restart
 from fsm.provenance import made_by, provenance
+from fsm.results.attributes import stored_attributes
 from fsm.results.channel import extremes_of
 from fsm.results.checkpoint_file import read_checkpoint
 from fsm.results.curve import ForceCurve
 from fsm.results.solution import Record, Solution
 from fsm.results.step_data import LoadPath, StepModes
-from fsm.results.store import part_path, read_solution
+from fsm.results.store import part_path
 from fsm.results.writer import ResultWriter
 from fsm.round_off import position_round_off_energy, round_off_of
 from fsm.scene.case import Case
@@ -110,7 +111,7 @@ class RecordedSolve:
         self.last: RestartPoint | None = None
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
-        """Run all steps, write the results file and read it back.
+        """Run all steps and write the results file.
 
         Parameters
         ----------
@@ -124,7 +125,7 @@ class RecordedSolve:
         layout = replace(
             self.analysis.layout(),
             case_text=self.loaded.text,
-            provenance=provenance() | {"method": "; ".join(dict.fromkeys(methods))},
+            provenance=stored_attributes(provenance() | {"method": "; ".join(dict.fromkeys(methods))}),
             channels=self.channels.infos if self.channels else (),
             step_names=tuple(step.name for step in self.steps),
         )
@@ -144,19 +145,17 @@ class RecordedSolve:
                 raise KeyboardInterrupt from None
             # the cause may be round-off, or squares of a lattice that touch each other
             except (NotConverged, EnergyAbort) as error:
-                writer.flush()
-                refusal, beyond = self._causes() if self.records else ("", "")
+                refusal, beyond = self._causes(writer.solution()) if self.records else ("", "")
                 if refusal:
                     raise NotConverged(refusal) from error
                 text = self._named(str(error))
                 raise type(error)(f"{text}. {beyond[0].upper()}{beyond[1:]}" if beyond else text) from error
-            writer.flush()
-            solution = read_solution(part_path(self.target))
+            solution = writer.solution()
             round_off = round_off_of(self.system, solution)
             if round_off.refusal():
                 raise NotConverged(round_off.refusal())
             watch = partial(_further, bar)
-            solution.array = array = self.analysis.array_motion(solution, self.warnings, watch)
+            solution.array = self.analysis.array_motion(solution, self.warnings, watch)
             statistics, energy_balance = total_of(self.done, self.points), self.energy_balance
             assert energy_balance is not None
             arcs = [number for number, result in enumerate(self.done, 1) if result.method == "arc-length"]
@@ -164,16 +163,18 @@ class RecordedSolve:
                 "loads": final_loads(self.done),
                 "step": step_summaries(self.done, self.points, solution),
             }
-            solution.load_path = paths = LoadPath.of([result.path for result in self.done])
+            solution.load_path = LoadPath.of([result.path for result in self.done])
             state_errors(summary, self._errors(bar, solution, statistics, summary))
             if solution.channels:
                 summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
             summary |= {"compile_time_s": jit.compile_time() - compiled, "wall_time_s": time.perf_counter() - begun}
             driven = bool(self.points) and len(self.points[0].drive.travel) > 0
-            curve = ForceCurve.from_points(self.points).decimate() if driven else None
-            writer.finish(_counters(statistics), summary, array, curve, StepModes.joined(self.modes), paths)
+            solution.curve = ForceCurve.from_points(self.points).decimate().without_pairs() if driven else None
+            solution.stats, solution.summary = stored_attributes(_counters(statistics)), stored_attributes(summary)
+            solution.modes = StepModes.joined(self.modes)
+            writer.finish(solution)
         self.checkpoint.unlink(missing_ok=True)
-        return read_solution(self.target)
+        return solution
 
     def _errors(
         self, bar: Progress, solution: Solution, statistics: Statistics, summary: dict[str, Any]
@@ -185,20 +186,20 @@ class RecordedSolve:
                 found[cause] = stated
                 continue
             try:
-                others = [self._further_run(case, stated.coarsen, bar, cause) for case in stated.cases]
+                others = [self._further_run(case, stated, bar, cause) for case in stated.cases]
             except (FsmError, OSError) as error:  # the results of the run itself remain valid
                 found[cause] = {"by": f"not estimated: the {stated.by} failed: {error}"}
                 continue
             found[cause] = compared(stated, (solution, summary), others)
         return found
 
-    def _further_run(self, case: Case, coarsen: float, bar: Progress, cause: str) -> Solution:
+    def _further_run(self, case: Case, stated: Comparison, bar: Progress, cause: str) -> Solution:
         """Result of a run with other settings, without its files."""
         case = case.model_copy(update={"save": case.save.model_copy(update={"channels": ()})})
         loaded = LoadedCase(case, case_text(case), self.loaded.path)
         bar.further(f"estimating the error due to {cause}", 1.0)
         analysis, warnings = analysis_of(case, str(loaded.path)), list[str]()
-        analysis.coarsen(coarsen)
+        analysis.coarsen(stated.coarsen, stated.records)
         analysis.initialise(warnings)
         with tempfile.TemporaryDirectory(prefix="fsm-") as folder:
             run = RecordedSolve(loaded, analysis, Path(folder), False, warnings)
@@ -275,8 +276,7 @@ class RecordedSolve:
         """Compute displacements of loads at the end of a step, at its events, and along a static step."""
         if not system.load_displacements((end.time, end.q), (end.time, end.q)):
             return
-        writer.flush()
-        records = read_solution(part_path(self.target))
+        records = writer.solution()
         result.loads = loads_at_end(system, whole, records, self.number + 1, (end.time, end.q))
         for event in result.events:
             event["loads"] = loads_at(system, whole, records, self.number + 1, event["time"])
@@ -337,9 +337,9 @@ class RecordedSolve:
         lost, work = energy_balance.dissipated, energy_balance.work
         return SavedState(t, q, u, observed, lost, work, error, pairs, at_rest=not u.any())
 
-    def _causes(self) -> tuple[str, str]:
+    def _causes(self, solution: Solution) -> tuple[str, str]:
         """Messages on two possible causes of a failed solve: round-off, and contact of lattice squares."""
-        solution, scene = read_solution(part_path(self.target)), getattr(self.analysis, "scene", None)
+        scene = getattr(self.analysis, "scene", None)
         meeting = lattice_overlap(solution, scene) if isinstance(scene, Scene) else ""
         return round_off_of(self.system, solution).refusal(), meeting
 

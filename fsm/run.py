@@ -100,16 +100,16 @@ def run_in_locked_folder(
     _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)
     if faults:
         raise CaseError(faults, str(loaded.path))
+    begun, warnings = _clocks(), _file_notes(loaded.case)
+    with report_compilation(progress, _title(loaded), jit):
+        analysis = analysis_of(loaded.case, str(loaded.path), warnings)
     if loaded.case.save.channels:
         from fsm.channels.sample import check_patterns  # this import loads all kinds of elements
 
-        check_patterns(loaded.case, str(loaded.path))
+        check_patterns(loaded.case, str(loaded.path), analysis)
     if loaded.case.stages:
-        summary = _run_stages(loaded, out, progress, resume, figures)
+        summary = _run_stages(loaded, analysis, out, progress, resume, figures, warnings, begun)
     else:
-        begun, warnings = _clocks(), _file_notes(loaded.case)
-        with report_compilation(progress, _title(loaded), jit):
-            analysis = analysis_of(loaded.case, str(loaded.path), warnings)
         summary = _run_analysis(loaded, analysis, out, progress, resume, figures, warnings, begun).summary
     failed = missed_expectations(loaded.case, summary)
     if failed:
@@ -149,7 +149,14 @@ def _run_analysis(
 
 
 def _run_stages(
-    loaded: LoadedCase, out: Path, progress: bool | Callable[[float], None], resume: bool, figures: bool
+    loaded: LoadedCase,
+    deployment: Analysis,
+    out: Path,
+    progress: bool | Callable[[float], None],
+    resume: bool,
+    figures: bool,
+    warnings: list[str],
+    begun: tuple[float, float],
 ) -> dict[str, Any]:
     """Run the deployment and then the vibration of the deployed strip, each in its own folder; return both summaries."""
     from fsm.analyses.deployed import film_of_deployment
@@ -157,9 +164,6 @@ def _run_stages(
 
     case, source = loaded.case, str(loaded.path)
     (out / SUMMARY).unlink(missing_ok=True)
-    begun, warnings = _clocks(), _file_notes(case)
-    with report_compilation(progress, _title(loaded), jit):
-        deployment = analysis_of(case, source, warnings)
     first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, figures, warnings, begun)
     begun = _clocks()
     assert isinstance(deployment, Deployment)

@@ -17,6 +17,7 @@ from fsm.results.solution import Layout, Solution
 from fsm.results.stated_errors import largest_errors
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case
+from fsm.segments.in_python import cost_in_python
 from fsm.shown_units import shown_unit, travel_text
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.energy_balance import EnergyBalance
@@ -28,6 +29,8 @@ __all__ = ["joined", "missed_expectations", "state_errors", "summary_of", "unsta
 
 _COARSE, _LATE = 0.05, 0.02
 """Errors due to the mesh of facets, and errors of positions due to steps, above which there is a warning."""
+_MANY, _COSTLY = 30000, 2.0
+"""Iterations, and ratio of times, above which there is a warning on steps in Python; they then take over 10 s longer."""
 _LISTED_EVENTS = 6
 """Largest number of events with a warning each."""
 _LISTED_LOADS = 3
@@ -57,6 +60,7 @@ def summary_of(
     round_off : round-off of the forces; its part is a lower bound of the energy error
     arcs : numbers of the steps by arc length, from 1; they pass unstable equilibria without a snap
     """
+    in_python = analysis.in_python()
     passages = unstable_passages(solution, statistics.events, arcs)
     events = sorted([*statistics.events, *passages], key=lambda event: event.time)
     summary: dict[str, Any] = {**_PULL_DEFAULTS}
@@ -71,10 +75,16 @@ def summary_of(
         "events": [asdict(event) for event in events],
         "solve_time_s": statistics.wall_time,
         "method": statistics.method,
+        "steps_compiled": not in_python,
+        "steps_in_python_because": list(in_python),
         "dof": analysis.system.dof,
         "dimension": solution.layout.dimension,
     }
     found = []
+    evaluations, cost = statistics.newton_iterations, cost_in_python(analysis.system.dof)
+    if in_python and evaluations > _MANY and cost > _COSTLY:
+        text = f"about {cost:.0f} times slower than compiled steps: {'; '.join(in_python)}"
+        found.append(f"{count(evaluations, 'iteration')} took their steps in Python, {text}")
     if round_off.warning():
         found.append(round_off.warning())
     if energy_balance.relative_error > max(1e-3, round_off.part):

@@ -1,6 +1,31 @@
-"""Cases that several tests run."""
+"""Cases and patterns that several tests use."""
 
 from __future__ import annotations
+
+import json
+from typing import Any
+
+SQUARE: dict[str, Any] = {
+    "file_spec": 1.2,
+    "frame_unit": "cm",
+    "vertices_coords": [[0, 0], [2, 0], [2, 2], [0, 2]],
+    "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
+    "edges_assignment": ["B", "B", "B", "B", "M"],
+}
+"""Pattern in the FOLD format: a square with a mountain in its diagonal."""
+FOLDED: dict[str, Any] = {
+    "frame_classes": ["foldedForm"],
+    "vertices_coords": [[0, 0, 0], [0, 1, 0], [-0.8, 0, 0.6], [0.8, 0, 0.6]],
+    "edges_vertices": [[0, 1], [1, 2], [2, 0], [0, 3], [3, 1]],
+    "edges_assignment": ["V", "B", "B", "B", "B"],
+    "faces_vertices": [[0, 1, 2], [0, 3, 1]],
+}
+"""Folded form in the FOLD format: two triangles that meet in a valley."""
+
+
+def fold(base: dict[str, Any], **changes: Any) -> str:
+    """Text of a FOLD file with other entries; None leaves an entry out."""
+    return json.dumps({key: value for key, value in (base | changes).items() if value is not None})
 
 
 def kresling_of_bars(load: str, end: str, interval: str) -> str:

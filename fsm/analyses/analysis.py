@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from fsm.analyses.comparison import Comparison, Statement
 from fsm.analyses.run_step import RunStep, States
 from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
+from fsm.segments.in_python import InPython
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
@@ -111,9 +112,13 @@ class Analysis(Protocol):
         """Errors of the summary by their causes, "mesh" and "steps": a statement, or further runs that find it."""
         ...
 
-    def coarsen(self, factor: float) -> None:
-        """Multiply the steps that resolve impacts by a factor, for a further run."""
+    def coarsen(self, factor: float, records: int) -> None:
+        """Multiply the steps that resolve impacts by a factor, and keep one of so many records, for a further run."""
         return
+
+    def in_python(self) -> tuple[str, ...]:
+        """Reasons why steps of the solver are computed in Python; empty for compiled steps."""
+        ...
 
     def own_solver(self) -> Solver | None:
         """Special solver of this analysis; None for the common solvers."""
@@ -156,6 +161,14 @@ class OneStep(Analysis, Protocol):
         end = settings.end_time
         times = self.record_times(end), self.sample_times(end)
         return [RunStep(self.step_name, "dynamic", 0.0, end, method, reason, settings, *times)]
+
+    def in_python(self) -> tuple[str, ...]:
+        """See `Analysis`."""
+        from fsm.ancf.arrays_of import parts_in_python  # imports all kinds of elements
+
+        method, system = self.method()[0], cast(Any, self.system)
+        own = getattr(system, "in_python", None) or InPython(parts_in_python(system))
+        return () if method == MODAL else own.of(method)
 
     def enter(self, number: int, states: States | None) -> System:
         """See `Analysis`."""

@@ -74,6 +74,7 @@ class Comparison:
     cases : cases of further runs, in the order of increasing size of cells or steps
     cells : whether cells differ, so that differences are errors of first order times a ratio of cells
     coarsen : factor of the steps that resolve impacts
+    records : the further runs keep one of so many records, because steps end at records
     safety : factor of all differences
     parts : whether motions can part, so that a large difference is no error
     reach : (n,) array, m
@@ -84,6 +85,7 @@ class Comparison:
     cases: tuple[Case, ...]
     cells: bool = False
     coarsen: float = 1.0
+    records: int = 1
     safety: float = 1.25
     parts: bool = False
     reach: np.ndarray | None = None

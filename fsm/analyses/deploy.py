@@ -13,7 +13,7 @@ from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_me
 from fsm.analyses.deploy_warnings import DEEP, deploy_warnings, unstable_end
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
-from fsm.compile_case import compile_case, path_settings
+from fsm.compile_case import compile_case, compile_planned, path_settings
 from fsm.errors import FsmError, NotConverged
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import bent_energy, summarise, summarise_contacts, summarise_drives
@@ -21,10 +21,9 @@ from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.sheet import SHELLS
 from fsm.scene.start import start_of
-from fsm.segments.elements import CreaseGroup
+from fsm.segments.creases import CreaseGroup
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.ligaments import LigamentGroup
-from fsm.segments.merge import merged
 from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
@@ -49,8 +48,13 @@ _FEWER = 0.7
 _COARSER = 4.0
 """Ratio of the steps that resolve impacts, for the error of a motion. With twice the steps the difference is small by
 coincidence in one of four motions (`validation/errors`)."""
+_SPARSER = 2
+"""Records of a motion for each record of its further run. Steps end at records, so with all of them a larger tolerance may
+give the same steps, and no difference."""
 _SAFE = 3.0
 """Factor of the differences of motions with other steps, whose order is irregular."""
+
+_LIMITS = "; limit points are interpolated, see them with half of solve.max_step"
 
 
 class Deployment(Analysis):
@@ -72,17 +76,18 @@ class Deployment(Analysis):
 
     def __init__(self, case: Case, source: str, warnings: list[str] | None) -> None:
         self.case = case
-        self.scene, self.system = compile_case(case, source, warnings)
-        self.plan = plan_of(case, self.scene)
+        self.scene, self.system, plan = compile_planned(case, source, warnings)
+        self.plan = plan or plan_of(case, self.scene)
         if self.plan.written:  # the travels refer to the whole run
             self.system = whole_system(self.system, self.scene, self.plan)
         self._pivots = LinearSolver()
+        self._records = 1
 
     @property
     def kernels(self) -> tuple[str, ...]:
         """See `Analysis`."""
         space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
-        in_steps = self.system.variant(self.system.bodies, self.system.motions, merged(self.system.groups))
+        compiled = not self._in_python([step for step in self.plan.steps if step.method == method][-1])
         if self.case.sheet is not None:
             return self._kernels_of_sheet(method)
         found = [space]
@@ -97,20 +102,15 @@ class Deployment(Analysis):
         if any(isinstance(group, HysteresisGroup) for group in self.system.groups):
             found.append(f"hysteresis, {space}")
         if method == "static":
-            from fsm.segments.arrays_of import has_static_arrays  # imports the kernels of all steps
-
-            if has_static_arrays(in_steps):
+            if compiled:
                 curved = any(isinstance(group, CreaseGroup) for group in self.system.groups)
                 found.append(f"statics {'with tabulated creases' if curved else 'in one kernel'}, {space}")
             return tuple(found)
         found.append(f"in time, {space}")
         if method == "Radau-blocks":
             found.append(f"structured Radau, {space}")
-        elif method in ("generalized-alpha", "newmark"):
-            from fsm.segments.arrays_of import has_arrays  # imports the kernels of all steps
-
-            if has_arrays(in_steps):
-                found.append(f"steps in one kernel, {space}")
+        elif method in ("generalized-alpha", "newmark") and compiled:
+            found.append(f"steps in one kernel, {space}")
         return tuple(found)
 
     def _kernels_of_sheet(self, method: str) -> tuple[str, ...]:
@@ -163,16 +163,28 @@ class Deployment(Analysis):
         return [self._run_step(step) for step in self.plan.steps]
 
     def _run_step(self, step: PlannedStep) -> RunStep:
-        solved = step.kind in ("static", "dynamic") and not step.still
         times: list[float] = []
         if step.end > step.start:
             begun = next((k for k, acts in enumerate(step.acting) if acts), None)
             program = None if begun is None else self.plan.programs[begun]
             times = save_times(step.save, program, step.end, step.start)
+            if self._records > 1:
+                times = [*times[: -1 : self._records], times[-1]]
+        settings = self._settings(step) if step.solved else None
         return RunStep(
-            step.name, step.kind, step.start, step.end, step.method, step.reason, self._settings(step) if solved else None,
-            times, modes=step.modes if step.kind == "modes" else 0,
+            step.name, step.kind, step.start, step.end, step.method, step.reason, settings, times,
+            modes=step.modes if step.kind == "modes" else 0,
         )  # fmt: skip
+
+    def in_python(self) -> tuple[str, ...]:
+        """See `Analysis`."""
+        solved = [step for step in self.plan.steps if step.solved]
+        return tuple(dict.fromkeys(reason for step in solved for reason in self._in_python(step)))
+
+    def _in_python(self, step: PlannedStep) -> tuple[str, ...]:
+        """Reasons why a step is computed in Python."""
+        large = self.system.large_contacts() if step.contact and step.method != "static" else ()
+        return (*step.in_python.of(step.method), *large)
 
     def enter(self, number: int, states: States | None) -> SegmentSystem:
         """See `Analysis`: the system of the whole case, or a system in which the bodies of this step are free."""
@@ -252,8 +264,9 @@ class Deployment(Analysis):
         refused = not_compared(self.case.solve.error_estimates, iterations, self.system.dof)
         return {"mesh": self._of_mesh(summary, refused), "steps": self._of_steps(solution, statistics, refused)}
 
-    def coarsen(self, factor: float) -> None:
+    def coarsen(self, factor: float, records: int) -> None:
         """See `Analysis`."""
+        self._records = records
         self.system.contacts.coarsen(factor)
 
     def _of_mesh(self, summary: dict[str, Any], refused: str) -> Statement | Comparison:
@@ -268,7 +281,7 @@ class Deployment(Analysis):
                 by = "not estimated: no panel bends, or a panel has fewer than four segments"
             return {"by": by} | {name: error for name, error in forces.items() if error is not None}
         if self.scene.facets is None:
-            if self.scene.flexible:
+            if self.scene.films or self.scene.cables or self.scene.beams:
                 return {"by": "not estimated: compare with more elements of films, cables and beams"}
             return {"by": "none: rigid bodies and bars have no mesh"}
         if refused:
@@ -295,14 +308,15 @@ class Deployment(Analysis):
             return {"by": "none: nothing moves"}
         dynamic = self._dynamic
         if not dynamic and not statistics.events and not np.any(solution.pair_friction):
-            return {"by": "none: all records are equilibria"}
+            arc = any(step.method == "arc-length" for step in self.plan.steps)
+            return {"by": f"none: all records are equilibria{_LIMITS if arc else ''}"}
         if not dynamic and self.case.solve.error_estimates == "auto":
             return {"by": f'not estimated for friction and snaps on a static path; {ASK_FOR_ALL}'}
         impacts = self._with_impacts and bool(np.any(solution.pair_force))
         if refused and (self.case.solve.error_estimates == "off" or not impacts):
             return {"by": refused}
         fixed = any(isinstance(step.settings, Settings) and step.settings.step is not None for step in self.steps())
-        by = f"comparison with {'steps of twice the size' if fixed else 'ten times the tolerance'}"
+        by = f"comparison with {'steps of twice the size' if fixed else 'ten times the tolerance'} and half of the records"
         resolved = dynamic and self.system.contacts.resolves
         if resolved:
             by += ", and a quarter of the steps in an impact"
@@ -313,7 +327,7 @@ class Deployment(Analysis):
             reach = np.sqrt(moments.max(axis=1, initial=0.0) / inertia[:, 0])
         coarsen = _COARSER if resolved else 1.0
         cases = (larger_steps(self.case),)
-        return Comparison(by, cases, coarsen=coarsen, safety=_SAFE, parts=True, reach=reach)
+        return Comparison(by, cases, coarsen=coarsen, records=_SPARSER, safety=_SAFE, parts=True, reach=reach)
 
     @property
     def _dynamic(self) -> bool:

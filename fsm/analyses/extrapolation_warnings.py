@@ -7,7 +7,7 @@ import numpy as np
 from fsm.results.solution import Solution
 from fsm.scene.materials import SplineCrease
 from fsm.scene.scene import ForceElement, Scene
-from fsm.segments.elements import CreaseGroup
+from fsm.segments.creases import CreaseGroup
 from fsm.segments.system import SegmentSystem
 
 __all__ = ["extrapolation_warnings"]

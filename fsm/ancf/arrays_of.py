@@ -40,7 +40,7 @@ from fsm.system_records import Ready
 if TYPE_CHECKING:
     from fsm.ancf.system import AncfSystem
 
-__all__ = ["Compiled", "Matrices", "coordinates_of", "has_arrays"]
+__all__ = ["Compiled", "Matrices", "coordinates_of", "parts_in_python"]
 
 _KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.ndarray]]]] = {
     CableGroup: (CABLES, arrays_of_cables),
@@ -56,15 +56,15 @@ _KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.
 _KINDS = {"panels": 1, "creases": 2}
 
 
-def has_arrays(system: AncfSystem) -> bool:
-    """Whether all elements of a system have arrays, and kernels are compiled."""
-    if not hasattr(KERNELS.force, "compile"):  # NUMBA_DISABLE_JIT
-        return False
-    return all(type(group) in _KERNELS and getattr(group, "has_arrays", True) for group in system.mesh.groups)
+def parts_in_python(system: AncfSystem) -> tuple[str, ...]:
+    """Reasons why the steps of a mesh are computed in Python; empty for compiled steps."""
+    reasons = [] if hasattr(KERNELS.force, "compile") else ["the compiler is off (NUMBA_DISABLE_JIT)"]
+    names = (group.name for group in system.mesh.groups if type(group) not in _KERNELS or not getattr(group, "plain", True))
+    return (*reasons, *(f"{name} have no compiled form" for name in dict.fromkeys(names)))
 
 
 class Compiled:
-    """Compiled models of a system for which `has_arrays` is true: in motion, and at rest. Both models share all arrays."""
+    """Compiled models of a system without parts in Python: in motion, and at rest. Both models share all arrays."""
 
     def __init__(self, system: AncfSystem, ready: Ready) -> None:
         self._arrays, self._held = coordinates_of(system, Matrices.of(system, ready))

@@ -71,8 +71,8 @@ class FoldGroup:
         )  # fmt: skip
 
     @property
-    def has_arrays(self) -> bool:
-        """Whether compiled steps support the laws."""
+    def plain(self) -> bool:
+        """Whether compiled steps have the laws."""
         return self.laws.plain
 
     def angles(self, q: np.ndarray) -> np.ndarray:

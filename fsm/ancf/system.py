@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fsm.ancf.array_folds import commit_folds, fold_table
-from fsm.ancf.arrays_of import Compiled, has_arrays
+from fsm.ancf.arrays_of import Compiled, parts_in_python
 from fsm.ancf.assembly import slots_of
 from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import MembraneGroup
@@ -144,7 +144,7 @@ class AncfSystem(System):
         return None if (known := self._known_arrays(ready)) is None else known.at_rest
 
     def _known_arrays(self, ready: Ready) -> Compiled | None:
-        if self._compiled is None and has_arrays(self):
+        if self._compiled is None and not parts_in_python(self):
             self._compiled = Compiled(self, ready)
         return self._compiled
 

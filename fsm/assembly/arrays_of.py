@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsm.ancf.arrays_of import Matrices, coordinates_of
-from fsm.ancf.arrays_of import has_arrays as elements_have_arrays
 from fsm.assembly.array_kernels import KERNELS
 from fsm.assembly.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.assembly.condense import JoinedPattern
 from fsm.kernels.addresses import address_table
 from fsm.segments.arrays import flat_arrays
-from fsm.segments.arrays_of import has_arrays as bodies_have_arrays
 from fsm.segments.arrays_of import segments_of
 from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.pattern import BodyPattern
@@ -23,24 +21,15 @@ from fsm.system_records import Ready
 if TYPE_CHECKING:
     from fsm.assembly.system import JoinedSystem
 
-__all__ = ["has_arrays", "joined_arrays_of"]
-
-
-def has_arrays(system: JoinedSystem) -> bool:
-    """Whether all elements, loads and contacts of a system have arrays. There must be no moved coordinates and no
-    damping by mass.
-    """
-    loading = system.elements.loading
-    plain = not loading.motions and not loading.mass_damping
-    return plain and bodies_have_arrays(system) and elements_have_arrays(system.elements)
+__all__ = ["joined_arrays_of"]
 
 
 def joined_arrays_of(
     system: JoinedSystem, pattern: BodyPattern, joined: JoinedPattern, slots: list[np.ndarray], fixed: np.ndarray,
     members: tuple[np.ndarray, np.ndarray, np.ndarray], near: np.ndarray, ready: Ready, contacts: ContactModel,
 ) -> tuple[ArrayModel, tuple[object, ...]]:  # fmt: skip
-    """Compiled model of a system for which `has_arrays` is true, and its arrays; the caller must keep the arrays as long as
-    the model.
+    """Compiled model of a system that has no part in Python, and its arrays; the caller must keep the arrays as long as the
+    model.
 
     Parameters
     ----------
@@ -61,7 +50,7 @@ def joined_arrays_of(
     matrices = Matrices(joined.pattern, known, factors, fixed, inertia, inertia, slots)
     nodes, held = coordinates_of(elements, matrices)
     # the symbolic factorisation of the pattern between bodies is not used
-    bodies, of_bodies = segments_of(system, pattern, known, factors, contacts)
+    bodies, *of_bodies = segments_of(system, pattern, known, factors, contacts)
     first, rows, maps = members
     count, turned = len(frames.bodies), np.zeros((joined.pattern.order, 3, 3))
     turned[:, range(3), range(3)] = 1.0

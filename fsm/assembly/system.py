@@ -413,11 +413,6 @@ class JoinedSystem(JoinedConfiguration):
 
     # arrays ---------------------------------------------------------------------------------------------------------
 
-    def _has_arrays(self) -> bool:
-        from fsm.assembly.arrays_of import has_arrays  # imports the kernels of all steps
-
-        return type(self) is JoinedSystem and not self.pressures and self.chambers is None and has_arrays(self)
-
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
     ) -> tuple[ArrayModel, tuple[object, ...]]:

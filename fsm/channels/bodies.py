@@ -12,7 +12,6 @@ from fsm.errors import CaseError, Fault
 from fsm.results.channel import AXES, Dim
 from fsm.scene.builders.beside_sheet import points_on_facets
 from fsm.scene.known_names import nearest_name
-from fsm.segments.plan import plan_of
 from fsm.segments.system import SegmentSystem
 
 _QUATERNION = Dim("quaternion", ("w", "x", "y", "z"), "1", "component of the unit quaternion, scalar part first")
@@ -43,8 +42,8 @@ def supports(model: Model) -> Iterator[Offer]:
     table = model.system.bodies
     frames = getattr(getattr(model.system, "frames", None), "bodies", ())
     free = set(table.free.tolist())
-    if model.case.step and model.scene is not None:
-        fixed = plan_of(model.case, model.scene).fixed(model.scene)
+    if model.plan is not None and model.scene is not None:
+        fixed = model.plan.fixed(model.scene)
         free = {i for i in free if table.names[i] not in fixed}
     for i in sorted(set(range(len(table.names))) - free - set(map(int, frames))):
         name = f"support.{table.names[i]}"

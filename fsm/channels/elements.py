@@ -14,8 +14,9 @@ from fsm.laws.crease import crease_moment
 from fsm.results.channel import AXES, Dim
 from fsm.scene.scene import ForceElement
 from fsm.segments.actuators import ActuatorGroup
+from fsm.segments.creases import CreaseGroup
 from fsm.segments.element_angles import initial_twists, rest_twists, side_of
-from fsm.segments.elements import BushingGroup, CreaseGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.law_elements import LawGroup

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.results.solution import ENERGIES
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.elements import BushingGroup, CreaseGroup
+from fsm.segments.creases import CreaseGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.law_elements import LawGroup
 from fsm.segments.ligaments import LigamentGroup

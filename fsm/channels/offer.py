@@ -16,6 +16,7 @@ from fsm.analyses.film import FilmMesh
 from fsm.results.channel import ChannelInfo, Dim
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
+from fsm.segments.plan import Plan
 from fsm.short_repr import ShortRepr
 from fsm.solve.run_io import SavedState
 
@@ -35,6 +36,8 @@ class Model:
         Description of the bodies and force elements.
     film : FilmMesh or None
         Mesh of a film.
+    plan : Plan or None
+        Steps of a case with `[[step]]`.
     analysis : Analysis or None
         Analysis that is solved; None in `fsm check`.
     """
@@ -44,6 +47,7 @@ class Model:
     scene: Scene | None = None
     film: FilmMesh | None = None
     analysis: Any = None
+    plan: Plan | None = None
 
 
 @dataclass(repr=False)

@@ -56,18 +56,24 @@ class ChannelSampler:
 def model_of_analysis(analysis: Any) -> Model:
     """Model of a compiled analysis that is ready to be solved."""
     parts = {name: getattr(analysis, name, None) for name in ("system", "scene", "film")}
-    return Model(case=analysis.case, analysis=analysis, **parts)
+    plan = analysis.plan if analysis.case.step else None
+    return Model(case=analysis.case, analysis=analysis, plan=plan, **parts)
 
 
-def models_of_case(case: Case) -> list[Model]:
-    """Models of all analyses of a case, as far as they are known without a solution."""
-    models = []
+def models_of_case(case: Case, analysis: Any = None) -> list[Model]:
+    """Models of all analyses of a case, as far as they are known without a solution.
+
+    `analysis` is the compiled first analysis; without it, the case is compiled.
+    """
+    models: list[Model] = []
     for step in case.steps:
-        if step == "deploy":
+        if analysis is not None and not models:
+            models.append(model_of_analysis(analysis))
+        elif step == "deploy":
             scene = build_scene(case)
             plan = plan_of(case, scene) if case.step else None
             system = compile_whole(case, scene, plan)
-            models.append(Model(case, system if plan is None else whole_system(system, scene, plan), scene))
+            models.append(Model(case, system if plan is None else whole_system(system, scene, plan), scene, plan=plan))
         elif step == "scissor":
             models.append(Model(case, ScissorArray(case, "").system))
         else:
@@ -76,8 +82,14 @@ def models_of_case(case: Case) -> list[Model]:
     return models
 
 
-def check_patterns(case: Case, source: str = "") -> dict[str, Offer]:
+def check_patterns(case: Case, source: str = "", analysis: Any = None) -> dict[str, Offer]:
     """Channels of a case by name; a pattern without a match is an error.
+
+    Parameters
+    ----------
+    case : Case
+    source : name of the file in messages
+    analysis : compiled first analysis of the case, if there is one
 
     Raises
     ------
@@ -86,7 +98,7 @@ def check_patterns(case: Case, source: str = "") -> dict[str, Offer]:
     """
     offered: dict[str, Offer] = {}
     try:
-        for model in models_of_case(case):
+        for model in models_of_case(case, analysis):
             offered |= offers_of(model)
     except CaseError as error:
         raise CaseError(error.faults, error.source or source) from None

@@ -10,21 +10,40 @@ from fsm.cli_options import debug_option
 
 __all__ = ["help_key", "schema"]
 
+_extension_option = click.option(
+    "--extension", "extensions", multiple=True, metavar="FILE.py", help="Include the keys of an extension."
+)
+
+
+def _load(extensions: tuple[str, ...]) -> None:
+    """Execute extensions; faults end the command."""
+    from fsm.errors import CaseError
+    from fsm.registry import load_extensions
+
+    faults = load_extensions(extensions, Path())[1]
+    if faults:
+        raise CaseError(faults, "--extension")
+
 
 @click.command(name="help")
 @click.argument("key", metavar="[KEY]", default="")
+@_extension_option
 @debug_option
-def help_key(key: str) -> None:
-    """Explain a key or a section of case files: strip.fold_angle, contact; without KEY, list the sections."""
+def help_key(key: str, extensions: tuple[str, ...]) -> None:
+    """Explain a key or a section of case files: strip.fold_angle, contact; without KEY, list the sections.
+
+    The files of --extension are executed.
+    """
     from fsm.scene.key_help import help_lines
 
+    _load(extensions)
     for line in help_lines(key):
         click.echo(line)
 
 
 @click.command()
 @click.option("--out", metavar="FILE", help="File to write; default: standard output.")
-@click.option("--extension", "extensions", multiple=True, metavar="FILE.py", help="Include the sections of an extension.")
+@_extension_option
 @debug_option
 def schema(out: str | None, extensions: tuple[str, ...]) -> None:
     """Print the JSON Schema of case files, with which editors complete and check keys.
@@ -33,13 +52,10 @@ def schema(out: str | None, extensions: tuple[str, ...]) -> None:
     """
     import json
 
-    from fsm.errors import CaseError
-    from fsm.registry import BUILDERS, load_extensions
+    from fsm.registry import BUILDERS
     from fsm.scene.json_schema import case_schema
 
-    faults = load_extensions(extensions, Path())[1]
-    if faults:
-        raise CaseError(faults, "--extension")
+    _load(extensions)
     added = {name: builder.section for name, builder in BUILDERS.items()} if extensions else {}
     text = json.dumps(case_schema(added), indent=2, ensure_ascii=False)
     if out is None:

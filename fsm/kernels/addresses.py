@@ -20,10 +20,10 @@ from numba.core import cgutils
 from fsm.kernels.jit import kernel
 
 __all__ = [
-    "address_table", "floats_1d", "floats_2d", "floats_3d", "integers_1d", "integers_2d", "table_at", "tables_of",
+    "ROW", "address_table", "floats_1d", "floats_2d", "floats_3d", "integers_1d", "integers_2d", "table_at", "tables_of",
 ]  # fmt: skip
 
-_ROW = 4
+ROW = 4
 """Numbers of an array in a table: address and up to three sizes."""
 
 
@@ -35,7 +35,7 @@ def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
     ValueError
         An array has another type or order.
     """
-    table = np.zeros((len(arrays), _ROW), dtype=np.int64)
+    table = np.zeros((len(arrays), ROW), dtype=np.int64)
     for row, array in zip(table, arrays, strict=True):
         if not array.flags.c_contiguous or array.dtype not in (np.float64, np.int64):
             raise ValueError(f"array of type {array.dtype} is not contiguous, or neither float64 nor int64")
@@ -118,4 +118,4 @@ def integers_2d(table: np.ndarray, row: int) -> np.ndarray:
 @kernel(inline=True)
 def table_at(tables: np.ndarray, number: int) -> np.ndarray:
     """One of several tables."""
-    return _integers(tables[number, 0], (tables[number, 1], _ROW))
+    return _integers(tables[number, 0], (tables[number, 1], ROW))

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.hdf5_checked import attribute, fixed_text
 
-__all__ = ["read_attributes", "write_attributes"]
+__all__ = ["read_attributes", "stored_attributes", "write_attributes"]
 
 SUFFIX = "_json"
 
@@ -29,6 +29,13 @@ def write_attributes(group: Any, values: dict[str, Any]) -> None:
             group.attrs[name] = value
         else:
             group.attrs[name + SUFFIX] = fixed_text(json.dumps(value, default=_plain))
+
+
+def stored_attributes(values: dict[str, Any]) -> dict[str, Any]:
+    """The values that `read_attributes` reads after `write_attributes` has written them, in the same order."""
+    plain = json.loads(json.dumps(values, default=_plain))
+    json_names = {name for name, value in values.items() if not isinstance(value, str | bool | int | float | np.generic)}
+    return {name: plain[name] for name in sorted(plain, key=lambda name: name + SUFFIX * (name in json_names))}
 
 
 def read_attributes(group: Any) -> dict[str, Any]:

@@ -23,7 +23,7 @@ CHECKPOINT_FORMAT = "fsm checkpoint"
 def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
     """Write arrays and attributes; at any time `path` is the complete old or the complete new checkpoint."""
     path = Path(path)
-    with atomic_write(path) as part, written_from_memory(part) as file:
+    with atomic_write(path, to_disk=True) as part, written_from_memory(part) as file:
         file.attrs["format"] = fixed_text(CHECKPOINT_FORMAT)
         group = file.create_group("arrays")
         for name, values in arrays.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,6 +89,10 @@ class ForceCurve(ShortRepr):
     def select(self, points: Any) -> ForceCurve:
         """Curve of the points that an index array or a mask selects."""
         return ForceCurve(*(values[points] for values in vars(self).values()))
+
+    def without_pairs(self) -> ForceCurve:
+        """Curve as it is stored in a results file, without the forces of contact pairs."""
+        return replace(self, pair_force=np.zeros((len(self), 0)))
 
     def decimate(self, limit: int = MAX_POINTS) -> ForceCurve:
         """Curve of about `limit` points or fewer: both ends, ends of paths, and the extreme forces of each interval."""

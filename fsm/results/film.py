@@ -64,3 +64,7 @@ class ProbeSamples(ShortRepr):
     def first(self, count: int) -> ProbeSamples:
         """Return the first `count` samples."""
         return ProbeSamples(self.time[:count], self.displacement[:count])
+
+    def last(self, count: int) -> ProbeSamples:
+        """Return the last `count` samples, at least one."""
+        return ProbeSamples(self.time[-count:], self.displacement[-count:])

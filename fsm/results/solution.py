@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -20,7 +20,10 @@ from fsm.results.step_data import LoadPath, StepModes
 from fsm.short_repr import ShortRepr
 from fsm.shown_units import travel_text
 
-__all__ = ["BEAM", "ENERGIES", "FILM", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
+__all__ = [
+    "BEAM", "ENERGIES", "FILM", "FLOATS", "INTEGERS", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution",
+    "stack",
+]  # fmt: skip
 
 FILM, LINE, BEAM = -1, -2, -3
 """Values of `panel` for other quads of a scene: films, lines of cables (quads without width), and beams."""
@@ -61,6 +64,11 @@ PAIRS: dict[str, tuple[str, str]] = {
 }
 """Quantities of every contact pair in a record: unit and description. Without contact, all quantities except gap and
 energies are 0."""
+
+FLOATS = ("time", "q", "u", "travel", "force", *PAIRS, "shape", "program_time")
+"""Fields of a record that are numbers or arrays of numbers."""
+INTEGERS = ("negative_pivots", "step")
+"""Fields of a record that are integers."""
 
 
 @dataclass(repr=False)
@@ -296,31 +304,38 @@ class Solution(ShortRepr):
         """
         if not records:
             raise ValueError("a solution needs at least one record")
-        stacked: dict[str, Any] = stack(records)
+        solution = cls.from_rows(stack(records, layout), layout)
+        return replace(solution, stats=dict(stats or {}), summary=dict(summary or {}))
+
+    @classmethod
+    def from_rows(cls, rows: Mapping[str, Any], layout: Layout) -> Solution:
+        """Solution of records that `stack` has stacked."""
+        values = dict(rows)
         return cls(
-            **stacked,
-            energy=stack_energies(records),
-            negative_pivots=np.array([r.negative_pivots for r in records], dtype=np.int64),
-            step=np.array([r.step for r in records], dtype=np.int64),
+            energy={name: values.pop(name) for name in ENERGIES},
+            channels={info.name: Channel(info, values.pop(info.name)) for info in layout.channels},
             layout=layout,
-            stats=dict(stats or {}),
-            summary=dict(summary or {}),
-            channels={
-                info.name: Channel(info, np.array([record.channels[info.name] for record in records], dtype=float))
-                for info in layout.channels
-            },
+            **values,
         )
 
+    @property
+    def rows(self) -> dict[str, Any]:
+        """Arrays over time, by the names of `stack`."""
+        values = {name: getattr(self, name) for name in (*FLOATS, *INTEGERS)}
+        return values | self.energy | {name: channel.values for name, channel in self.channels.items()}
 
-def stack_energies(records: Sequence[Record]) -> dict[str, Floats]:
-    """Energies of records as arrays over time, by name; an energy that a record does not have is zero."""
+
+def stack(records: Sequence[Record], layout: Layout) -> dict[str, Any]:
+    """Fields of records as arrays over time: `FLOATS`, `INTEGERS`, energies and channels by name.
+
+    An energy that a record does not have is zero.
+    """
     unknown = {name for r in records for name in r.energy} - ENERGIES.keys()
     if unknown:
         raise ValueError(f"unknown energies in a record: {', '.join(sorted(unknown))}")
-    return {name: np.array([r.energy.get(name, 0.0) for r in records], dtype=float) for name in ENERGIES}
-
-
-def stack(records: Sequence[Record]) -> dict[str, Floats]:
-    """Float fields of records as arrays over time, by field name."""
-    names = ("time", "q", "u", "travel", "force", *PAIRS, "shape", "program_time")
-    return {name: np.array([getattr(r, name) for r in records], dtype=float) for name in names}
+    rows: dict[str, Any] = {name: np.array([getattr(r, name) for r in records], dtype=float) for name in FLOATS}
+    rows |= {name: np.array([getattr(r, name) for r in records], dtype=np.int64) for name in INTEGERS}
+    rows |= {name: np.array([r.energy.get(name, 0.0) for r in records], dtype=float) for name in ENERGIES}
+    return rows | {
+        info.name: np.array([r.channels[info.name] for r in records], dtype=float) for info in layout.channels
+    }

@@ -29,7 +29,8 @@ Attributes hold lists and dicts as JSON under ``<name>_json``.
 
 During a run the data go to ``result.part.h5`` in HDF5's single-writer mode. The file on disk is then consistent at any time,
 even after a kill. `/time` is written last, so a reader counts only complete records.
-At the end `finish` copies the file, adds the stats and gives the copy its final name.
+A run that takes less time than the period of checkpoints writes no such file. At the end the complete result is written
+from memory under its final name.
 
 The reader refuses a file of another layout version.
 """

@@ -21,7 +21,7 @@ _KEY = "checksum"
 
 def write_summary(summary: Mapping[str, Any], path: str | Path) -> None:
     """Write a summary as JSON; the key `checksum` is the SHA-256 of the other keys."""
-    with atomic_write(path) as part:
+    with atomic_write(path, to_disk=True) as part:
         part.write_text(json.dumps({**summary, _KEY: _checksum(summary)}, indent=2) + "\n", encoding="utf-8")
 
 

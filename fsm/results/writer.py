@@ -15,13 +15,11 @@ import h5py
 import numpy as np
 
 from fsm.atomic_write import atomic_write
-from fsm.errors import CannotWrite, CaseError, FsmError
-from fsm.hdf5_checked import close_discarding, fixed_text, written_from_memory
-from fsm.results.array import ArrayMotion
+from fsm.errors import CannotWrite, CaseError, FsmError, NotConverged
+from fsm.hdf5_checked import close_discarding, fixed_text, is_finite, written_from_memory
 from fsm.results.array_datasets import write_array
 from fsm.results.attributes import write_attributes
 from fsm.results.channel import Dim
-from fsm.results.curve import ForceCurve
 from fsm.results.datasets import (
     SAMPLE_TIME,
     add_scale,
@@ -33,8 +31,8 @@ from fsm.results.datasets import (
     write_parts,
 )
 from fsm.results.film import ProbeSamples
-from fsm.results.solution import ENERGIES, Floats, Layout, Record, stack, stack_energies
-from fsm.results.step_data import LoadPath, StepModes, write_load_path, write_step_modes
+from fsm.results.solution import INTEGERS, PAIRS, Floats, Layout, Record, Solution, stack
+from fsm.results.step_data import write_load_path, write_step_modes
 from fsm.results.store import (
     FORMAT,
     ROOT_DIMS,
@@ -47,7 +45,7 @@ from fsm.results.store import (
     read_solution,
 )
 
-__all__ = ["ResultWriter"]
+__all__ = ["ResultWriter", "write_solution"]
 
 BUFFER_BYTES = 4_000_000
 CHUNK_BYTES = 65_536
@@ -55,6 +53,9 @@ CHUNK_BYTES = 65_536
 
 class ResultWriter:
     """Writer of a results file, record by record; a context manager.
+
+    All records stay in memory, and `solution` gives them. The part file is for the case that the run stops: it contains the
+    records of the last `flush`.
 
     Parameters
     ----------
@@ -86,13 +87,14 @@ class ResultWriter:
         self.path = Path(path)
         self.part = part_path(path)
         self.layout = layout
-        self._variables = VARIABLES | channel_variables(layout.channels)
         self._records: list[Record] = []
+        self._rows: list[dict[str, Any]] = []
         self._samples: list[tuple[float, Floats]] = []
+        self._sample_rows: list[ProbeSamples] = []
         self._record_bytes = 1
         self._file: Any = None
         self._open_datasets: list[Any] = []  # this file is kept open for `close_discarding`
-        self._written = 0
+        self._written, self._samples_written = 0, 0
         self._failure: Exception | None = None
         self._lock = threading.Lock()
         self._stop = threading.Event()
@@ -122,23 +124,46 @@ class ResultWriter:
     @property
     def n_records(self) -> int:
         """Number of records so far, including those of a resumed run."""
-        return self._written + len(self._records)
+        return sum(len(rows["time"]) for rows in self._rows) + len(self._records)
 
     def append(self, record: Record) -> None:
-        """Add one record; the next flush writes it to disk, and the caller must not change it until then."""
+        """Add one record, which the caller must not change after this."""
         with self._lock, self._write_errors():
             if self._failure is not None:
                 raise self._failure
             self._records.append(record)
             self._record_bytes = record.shape.nbytes + record.q.nbytes + record.u.nbytes + 512
             due = time.monotonic() - self._flushed_at >= self._flush_every
-            if self._file is None or due or len(self._records) * self._record_bytes > BUFFER_BYTES:
+            if due or len(self._records) * self._record_bytes > BUFFER_BYTES:
                 self._flush()
 
     def sample(self, at: float, displacement: Floats) -> None:
         """Add one sample of the probes, (n_probes, 3), m; it is written with the records."""
         with self._lock:
             self._samples.append((at, displacement))
+
+    def solution(self) -> Solution:
+        """Result with all records and samples so far.
+
+        Raises
+        ------
+        ValueError
+            There is no record.
+        NotConverged
+            A record contains a number that is not finite.
+        """
+        with self._lock:
+            self._stack()
+            if not self._rows:
+                raise ValueError("a result needs at least one record")
+            self._rows = [{name: np.concatenate([rows[name] for rows in self._rows]) for name in self._rows[0]}]
+            found = Solution.from_rows(self._rows[0], self.layout)
+            if self._sample_rows:
+                found.samples = _joined(self._sample_rows)
+        for name in ("time", *(name for name in VARIABLES if name not in PAIRS)):
+            if not is_finite(self._rows[0][name]):
+                raise NotConverged(f"a record contains values of {name} that are not finite; reduce solve.max_step")
+        return found
 
     def flush(self) -> None:
         """Write all records to disk now."""
@@ -147,47 +172,35 @@ class ResultWriter:
 
     def close(self) -> None:
         """Write all records and close the part file, which stays until `finish`."""
-        self._stop.set()
-        self._thread.join()
+        self._end_thread()
         with self._lock, self._write_errors():
             self._flush()
-            if self._file is not None:
-                self._file.close()
-            self._file, self._open_datasets = None, []
+            self._close_file()
 
-    def finish(
-        self,
-        stats: dict[str, Any],
-        summary: dict[str, Any],
-        array: ArrayMotion | None = None,
-        curve: ForceCurve | None = None,
-        modes: StepModes | None = None,
-        paths: LoadPath | None = None,
-    ) -> None:
-        """Close the file, add stats, summary and data that exist only at the end, and give the file its final name.
+    def finish(self, solution: Solution) -> None:
+        """Write the complete result under the final name, and delete the part file.
 
-        Raises
-        ------
-        ValueError
-            There is no record.
+        Parameters
+        ----------
+        solution : Solution
+            All records with statistics, summary and data that exist only at the end.
         """
-        if self.n_records == 0:
-            raise ValueError("a results file needs at least one record")
-        self.close()
-        with self._write_errors():
-            # works on a copy, so that the part file stays complete if this fails
-            with atomic_write(self.path) as new, written_from_memory(new, self.part) as file:
-                write_attributes(file["stats"], stats)
-                write_attributes(file["summary"], summary)
-                if array is not None:
-                    write_array(file, array)
-                if curve is not None:
-                    write_curve(file, curve)
-                if modes is not None:
-                    write_step_modes(file, modes)
-                if paths is not None:
-                    write_load_path(file, paths)
-            self.part.unlink()
+        self._end_thread()
+        with self._lock, self._write_errors():
+            write_solution(self.path, solution)
+            self._records, self._samples = [], []
+            self._written, self._samples_written = len(solution), len(solution.samples.time)
+            self._close_file()
+            self.part.unlink(missing_ok=True)
+
+    def _end_thread(self) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _close_file(self) -> None:
+        if self._file is not None:
+            self._file.close()
+        self._file, self._open_datasets = None, []
 
     def _resume(self, n_records: int, n_samples: int) -> None:
         if not self.part.exists():
@@ -201,46 +214,51 @@ class ResultWriter:
                 raise CaseError(f"belongs to another scene: its {name} differ", str(self.part))
         if n_records == 0:
             self.part.unlink()
-        else:
-            rows = {name: getattr(old, name)[:n_records] for name in VARIABLES if name not in ENERGIES}
-            rows |= {name: old.energy[name][:n_records] for name in ENERGIES}
-            rows |= {info.name: old.channels[info.name].values[:n_records] for info in self.layout.channels}
-            self._open(rows, old.time[:n_records], old.samples.first(n_samples))
+            return
+        self._rows = [{name: values[:n_records] for name, values in old.rows.items()}]
+        if n_samples:
+            self._sample_rows = [old.samples.first(n_samples)]
+
+    def _stack(self) -> None:
+        """Turn the records and samples since the last call into arrays."""
+        if self._records:
+            self._rows.append(stack(self._records, self.layout))
+            self._records = []
+        if self._samples:
+            times, moved = zip(*self._samples, strict=True)
+            self._sample_rows.append(ProbeSamples(np.array(times), np.array(moved)))
+            self._samples = []
 
     def _flush(self) -> None:
-        if self._samples and self._file is not None:
-            append_samples(self._file, _stack_samples(self._samples))
-            self._samples = []
-        if not self._records:
-            return
-        rows = stack(self._records)
-        rows |= stack_energies(self._records)
-        rows["negative_pivots"] = np.array([r.negative_pivots for r in self._records])
-        rows["step"] = np.array([r.step for r in self._records])
-        for info in self.layout.channels:
-            rows[info.name] = np.array([r.channels[info.name] for r in self._records], dtype=float)
-        times = rows.pop("time")
-        if self._file is None:
-            self._open(rows, times)
-        else:
-            _append_rows(self._file, self._variables, rows, times, self._written)
-            self._written += len(times)
-        self._records = []
+        """Append the rows that the part file does not contain. The first call creates the part file."""
+        self._stack()
         self._flushed_at = time.monotonic()
+        begun = 0
+        for rows in self._rows:
+            count = len(rows["time"])
+            if begun + count > self._written:
+                self._append({name: values[self._written - begun :] for name, values in rows.items()})
+                self._written = begun + count
+            begun += count
+        begun = 0
+        for samples in self._sample_rows:
+            begun += len(samples.time)
+            if begun > self._samples_written and self._file is not None:
+                append_samples(self._file, samples.last(begun - self._samples_written))
+                self._samples_written = begun
 
-    def _open(self, rows: dict[str, Any], times: Floats, samples: ProbeSamples | None = None) -> None:
-        """Create the part file with its first rows in one step, then open it in single-writer mode."""
+    def _append(self, rows: dict[str, Any]) -> None:
+        """Append rows to the part file; without a file, create it in one step and open it in single-writer mode."""
+        if self._file is not None:
+            _append_rows(self._file, VARIABLES | channel_variables(self.layout.channels), rows, self._written)
+            return
         with atomic_write(self.part) as new, written_from_memory(new) as file:
-            _write_layout(file, self.layout)
-            _create_variables(file, self._variables, rows)
-            _append_rows(file, self._variables, rows, times, 0)
-            if samples is not None and self.layout.film is not None:
-                append_samples(file, samples)
+            _write_records(file, self.layout, rows)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
-        grown = [variable.path for variable in self._variables.values()] + ["time", SAMPLE_TIME, "probes/displacement"]
+        grown = [variable.path for variable in (VARIABLES | channel_variables(self.layout.channels)).values()]
+        grown += ["time", SAMPLE_TIME, "probes/displacement"]
         self._open_datasets = [self._file[name] for name in grown if name in self._file]
-        self._written = len(times)
 
     def _flush_periodically(self) -> None:
         while not self._stop.wait(self._flush_every / 2):
@@ -262,16 +280,42 @@ class ResultWriter:
             if self._file is not None:
                 close_discarding(self._file)
                 self._file, self._open_datasets = None, []
-            self._records, self._samples = [], []
+            self._records, self._samples, self._rows, self._sample_rows = [], [], [], []
             text = f"the results cannot be written ({_system_message(error)}); check free space and write permission"
             self._failure = found = CannotWrite(f"{self.part}: {text}")
             raise found from error
+
+
+def write_solution(path: str | Path, solution: Solution) -> None:
+    """Write a complete result; `path` is the complete old or the complete new file at any time."""
+    with atomic_write(path, to_disk=True) as new, written_from_memory(new) as file:
+        _write_records(file, solution.layout, solution.rows)
+        if len(solution.samples.time):
+            append_samples(file, solution.samples)
+        write_attributes(file["stats"], solution.stats)
+        write_attributes(file["summary"], solution.summary)
+        if solution.array is not None:
+            write_array(file, solution.array)
+        if solution.curve is not None:
+            write_curve(file, solution.curve)
+        if solution.modes is not None:
+            write_step_modes(file, solution.modes)
+        if solution.load_path is not None:
+            write_load_path(file, solution.load_path)
 
 
 def _system_message(error: Exception) -> str:
     """Message of the operating system, without the place in the HDF5 library."""
     found = re.search(r"error message = '([^']*)'", str(error))
     return found[1] if found else " ".join(str(error).split())[:200]
+
+
+def _write_records(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
+    """Write the layout and the first rows into an empty file."""
+    variables = VARIABLES | channel_variables(layout.channels)
+    _write_layout(file, layout)
+    _create_variables(file, variables, rows)
+    _append_rows(file, variables, rows, 0)
 
 
 def _write_layout(file: Any, layout: Layout) -> None:
@@ -326,7 +370,7 @@ def _create_variables(file: Any, variables: dict[str, Variable], rows: dict[str,
             continue
         row_bytes = 8 * int(np.prod(tail, dtype=int))
         chunk = (max(1, min(256, CHUNK_BYTES // row_bytes)), *tail)
-        kind = np.int64 if name in ("negative_pivots", "step") else np.float64
+        kind = np.int64 if name in INTEGERS else np.float64
         data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk, fletcher32=True)
         units = units_of_drives(file, variable.units) if "drive_name" in variable.dims else variable.units
         set_description(data, units, variable.text)
@@ -334,20 +378,18 @@ def _create_variables(file: Any, variables: dict[str, Variable], rows: dict[str,
             data.dims[axis].attach_scale(file[dim])
 
 
-def _append_rows(
-    file: Any, variables: dict[str, Variable], rows: dict[str, Any], times: Floats, start: int
-) -> None:
+def _append_rows(file: Any, variables: dict[str, Variable], rows: dict[str, Any], start: int) -> None:
     """Append rows after the first `start`; times are written last, because a reader counts records by their times."""
-    stop = start + len(times)
-    for name, values in rows.items():
-        path = variables[name].path
-        if path in file:
-            file[path].resize(stop, axis=0)
-            file[path][start:stop] = values
+    stop = start + len(rows["time"])
+    for name, variable in variables.items():
+        if variable.path in file:
+            file[variable.path].resize(stop, axis=0)
+            file[variable.path][start:stop] = rows[name]
     file.flush()
     file["time"].resize(stop, axis=0)
-    file["time"][start:stop] = times
+    file["time"][start:stop] = rows["time"]
     file.flush()
 
-def _stack_samples(samples: list[tuple[float, Floats]]) -> ProbeSamples:
-    return ProbeSamples(np.array([at for at, _ in samples]), np.array([values for _, values in samples]))
+
+def _joined(parts: list[ProbeSamples]) -> ProbeSamples:
+    return ProbeSamples(np.concatenate([one.time for one in parts]), np.concatenate([one.displacement for one in parts]))

@@ -35,33 +35,32 @@ MOST_SEGMENTS = 50_000
 
 
 class Strip(Model):
-    """Strip folded in a zig-zag: panels 1, 3, 5 rise, panels 2, 4, 6 fall, and crease i joins panels i and i + 1.
+    """Strip folded in a zig-zag: panels 1, 3, 5 rise, panels 2, 4, 6 fall, and crease i joins panels i and i + 1."""
 
-    Attributes
-    ----------
-    length, width, thickness : m
-    panels : int
-    fold_angle : rad
-        Angle of every panel with the horizontal.
-    segments_per_panel : int
-        Number of segments of a flexible panel; a held panel is one rigid plate.
-    grading : -
-        1 for equal segments; g > 1 makes the middle segment of a panel g times shorter than its end segments.
-    half_cell : bool
-        Whether the bending flexibility of the half segments beside a crease acts in series with the crease; this gives
-        second-order accuracy.
-    held : numbers of the panels that do not move; absent: the first and the last
-    """
-
-    length: Annotated[Length, Field(gt=0)]
-    width: Annotated[Length, Field(gt=0)]
-    thickness: Annotated[Length, Field(gt=0)]
-    panels: Annotated[Count, Field(ge=2, le=1000)]
-    fold_angle: Annotated[Angle, Field(gt=0, lt=1.5707963267948966)]
-    segments_per_panel: Annotated[Count, Field(ge=1, le=5000)] = 40
-    grading: Annotated[Number, Field(ge=0.1, le=10)] = 1.0
-    half_cell: bool = True
-    held: tuple[Count, ...] | None = None
+    length: Length = Field(gt=0, description="length of the unfolded strip")
+    width: Length = Field(gt=0, description="size along the creases")
+    thickness: Length = Field(gt=0, description="thickness of the sheet")
+    panels: Count = Field(ge=2, le=1000, description="number of panels")
+    fold_angle: Angle = Field(gt=0, lt=1.5707963267948966, description="angle of every panel with the horizontal")
+    segments_per_panel: Count = Field(
+        default=40, ge=1, le=5000, description="segments of a flexible panel; a held panel is one rigid plate"
+    )
+    grading: Number = Field(
+        default=1.0, ge=0.1, le=10,
+        description="g > 1: the middle segment of a panel is g times shorter than its end segments",
+    )
+    half_cell: bool = Field(
+        default=True,
+        description="half-cell correction: the flexibility of the half segments beside a crease is in series with it",
+    )
+    held: tuple[Count, ...] | None = Field(
+        default=None,
+        description="panels that do not move",
+        json_schema_extra={
+            "default": "the first and the last, without a panel that a drive grips by `panel` or `end`",
+            "range": "a list of panel numbers",
+        },
+    )
 
     @property
     def crease_angle(self) -> float:
@@ -114,15 +113,9 @@ Start = Literal["as-folded", "equilibrium"]
 
 
 class Release(Model):
-    """Phase in which bodies are held before a motion without a drive.
+    """Phase in which bodies are held before a motion without a drive."""
 
-    Attributes
-    ----------
-    hold_time : s
-        All bodies are held in their initial position until this time, and then released from rest.
-    """
-
-    hold_time: Annotated[Time, Field(gt=0)]
+    hold_time: Time = Field(gt=0, description="time of the release", json_schema_extra={"range": "> 0, < `solve.end_time`"})
 
 
 class Expect(Model):
@@ -130,9 +123,11 @@ class Expect(Model):
     the tolerance.
     """
 
-    value: float
-    rtol: Annotated[float, Field(ge=0)] | None = None
-    atol: Annotated[float, Field(ge=0)] | None = None
+    value: float = Field(description="expected value, in SI")
+    rtol: Annotated[float, Field(ge=0)] | None = Field(
+        default=None, description="tolerance relative to the value; give `rtol`, `atol` or both; both tolerances are added"
+    )
+    atol: Annotated[float, Field(ge=0)] | None = Field(default=None, description="absolute tolerance, in SI")
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -153,47 +148,68 @@ class Case(Model):
     from the other keys (`fsm.segments.plan`).
     """
 
-    extensions: tuple[str, ...] = ()
-    title: Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
-    units: Literal["SI", "mm-N-s"] = "SI"
-    analysis: Analysis = "deploy"
-    stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = None
-    start: Start | None = None
-    release: Release | None = None
-    strip: Strip | None = None
-    lattice: Lattice | None = None
-    sheet: Sheet | None = None
-    scene: Scene | None = None
-    membrane: Membrane | None = None
-    material: Material | None = None
-    crease: Crease | None = None
-    contact: Contact | None = None
-    friction: Friction | None = None
-    drive: tuple[Drive, ...] = ()
-    load: tuple[Load, ...] = ()
-    gas: tuple[Gas, ...] = ()
-    orifice: tuple[Orifice, ...] = ()
-    step: tuple[Step, ...] = ()
-    obstacle: tuple[Obstacle, ...] = ()
-    patch: tuple[Patch, ...] = ()
-    cable: tuple[Cable, ...] = ()
-    support: tuple[Support, ...] = ()
-    tension: Tension | None = None
-    deployed: Deployed | None = None
-    air: Air | None = None
-    damping: Damping | None = None
-    impact: Impact | None = None
-    vibration: Vibration | None = None
-    scissor: Scissor | None = None
-    bar: BarSection | None = None
-    hinge: HingeJoint | None = None
-    stop: Stop | None = None
-    hold: tuple[PointSupport, ...] = ()
-    force: tuple[PointForce, ...] = ()
-    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
-    solve: Solve = Solve()
-    save: Save = Save()
-    expect: dict[str, Expect] = Field(default_factory=dict)
+    extensions: tuple[str, ...] = Field(
+        default=(),
+        description="Python files that add laws, builders or channels ([extensions](extend/index.md)); they are executed "
+        "with the case",
+    )
+    title: str = Field(default="", max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$", description="shown in progress and plots")
+    units: Literal["SI", "mm-N-s"] = Field(default="SI", description="unit system of plain numbers")
+    analysis: Analysis = Field(default="deploy", description="kind of analysis")
+    stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = Field(
+        default=None,
+        description="instead of `analysis`: both analyses in sequence",
+        json_schema_extra={"range": '["deploy", "vibrate"]'},
+    )
+    start: Start | None = Field(
+        default=None,
+        description="initial state of a deployment, at rest",
+        json_schema_extra={
+            "default": '"equilibrium" for a strip; "as-folded" for other models, and for a strip without a drive whose '
+            "creases carry a moment",
+        },
+    )
+    release: Release | None = Field(default=None, description="hold before the motion; only without a drive")
+    strip: Strip | None = Field(default=None, description="folded strip; give this, `lattice`, `sheet` or `scene`")
+    lattice: Lattice | None = Field(default=None, description="rotating squares; give this, `strip`, `sheet` or `scene`")
+    sheet: Sheet | None = Field(default=None, description="folded sheet in space; give this, `strip`, `lattice` or `scene`")
+    scene: Scene | None = Field(
+        default=None, description="any graph of bodies and force elements; give this, `strip`, `lattice` or `sheet`"
+    )
+    membrane: Membrane | None = Field(default=None, description='film; required for "vibrate"')
+    material: Material | None = Field(
+        default=None, description="material of the strip, the sheet, the film or the bars; required for these"
+    )
+    crease: Crease | None = Field(default=None, description="law of all creases of the strip or sheet; required for these")
+    contact: Contact | None = Field(default=None, description="normal contact of faces")
+    friction: Friction | None = Field(default=None, description="friction of faces in contact")
+    drive: tuple[Drive, ...] = Field(default=(), description="prescribed motions, `[[drive]]`")
+    load: tuple[Load, ...] = Field(default=(), description="forces and couples, `[[load]]`")
+    gas: tuple[Gas, ...] = Field(default=(), description="gas in chambers of a sheet, `[[gas]]`")
+    orifice: tuple[Orifice, ...] = Field(default=(), description="flow of gas between chambers, `[[orifice]]`")
+    step: tuple[Step, ...] = Field(default=(), description="steps of a deployment, `[[step]]`")
+    obstacle: tuple[Obstacle, ...] = Field(default=(), description="rigid obstacles for contact, `[[obstacle]]`")
+    patch: tuple[Patch, ...] = Field(default=(), description="stiff squares of the film, `[[patch]]`")
+    cable: tuple[Cable, ...] = Field(default=(), description="cables of the film, `[[cable]]`")
+    support: tuple[Support, ...] = Field(default=(), description="supports of the film, `[[support]]`")
+    tension: Tension | None = Field(default=None, description="tension of the film; required for a film")
+    deployed: Deployed | None = Field(default=None, description="film model of a deployed strip")
+    air: Air | None = Field(default=None, description="added mass of air")
+    damping: Damping | None = Field(default=None, description="damping of the vibration")
+    impact: Impact | None = Field(default=None, description="impact on the film")
+    vibration: Vibration | None = Field(default=None, description="vibration analysis; all defaults if absent")
+    scissor: Scissor | None = Field(default=None, description='scissor array; required for "scissor"')
+    bar: BarSection | None = Field(default=None, description="cross section of the bars of the array")
+    hinge: HingeJoint | None = Field(default=None, description="springs, dampers and friction of the hinges of the array")
+    stop: Stop | None = Field(default=None, description="end stop of the middle hinges of the array")
+    hold: tuple[PointSupport, ...] = Field(default=(), description="supports of the array, `[[hold]]`")
+    force: tuple[PointForce, ...] = Field(default=(), description="forces on points of the array, `[[force]]`")
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = Field(
+        default=(0.0, 0.0, 0.0), description="acceleration, inertial axes"
+    )
+    solve: Solve = Field(default=Solve(), description="settings of the solver")
+    save: Save = Field(default=Save(), description="spacing of records")
+    expect: dict[str, Expect] = Field(default_factory=dict, description="expected numbers of the summary")
 
     @field_validator("contact", mode="before")
     @classmethod

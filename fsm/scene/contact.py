@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Final, NoReturn, Self
+from typing import Annotated, Any, ClassVar, Final, NoReturn, Self
 
 from pydantic import (
     AfterValidator,
@@ -114,53 +114,56 @@ class Contact(Model):
     "linear": the same with e = 1, and quadratic up to `ramp`;
     "restitution", "hunt-crossley", "lankarani-nikravesh", "flores": K d^e (1 + h d'/v0), with the closing speed v0 at first
     touch. The factor h follows from the coefficient of restitution, which only "restitution" reproduces exactly.
-
-    Attributes
-    ----------
-    law : str
-        Absent: "restitution" if a coefficient of restitution is given, else "hertz".
-    exponent : e, 1.5 for Hertz contact; 1 for "linear"
-    young, poisson, radius : Pa, -, m
-        Values for Hertz' formula (`hertz_stiffness`), instead of `stiffness`. Give one value for both bodies, or two. A
-        single radius belongs to a sphere on a flat face.
-    stiffness : N/m^e
-        Stiffness K of a whole face under uniform pressure, independent of the mesh. The value is a plain number or text,
-        for example "1e9 N/m^1.5", with `exponent` as its power. Absent in a strip: practically rigid
-        (`fsm.scene.case.contact_scale`).
-    damping : N s/m
-        Damping C of a whole face at full ramp.
-    ramp : m
-        Penetration at which the damping reaches C.
-    restitution : -
-        Coefficient of restitution: separation speed over closing speed.
-    speed_floor : m/s
-        Lower bound of v0; slower contacts are pressed contacts and not impacts.
-    thickness_in_gap : bool
-        Whether faces touch at half the sum of their thicknesses; false: middle surfaces touch.
-    points_per_segment : int
-        Intervals between the contact points of a segment (Gauss-Lobatto points, which include both ends).
-    pairs : pairs of panel numbers of a strip with contact
-        Absent: every panel with every other.
-    resolve_overlap : bool
-        Whether bodies that overlap at the start are moved apart; false: the case is refused.
-    parameters : parameters of the law of an extension
     """
 
-    law: str = "hertz"
-    exponent: Annotated[Number, Field(ge=1, le=3)] = 1.5
-    young: _Young | None = None
-    poisson: _Poisson | None = None
-    radius: _Radius | None = None
-    stiffness: Annotated[float, Unit("N/m", power="exponent"), Field(gt=0)]
-    damping: Annotated[Damping, Field(ge=0)] = 0.0
-    ramp: Annotated[Length, Field(gt=0)] = 1e-5
-    restitution: Annotated[Number, AfterValidator(_above_zero)] | None = None
-    speed_floor: Annotated[Speed, Field(gt=0)] = 1e-3
-    thickness_in_gap: bool = True
-    points_per_segment: Annotated[Count, Field(ge=1, le=5)] = 2
-    pairs: tuple[tuple[int, int], ...] | None = None
-    resolve_overlap: bool = False
-    parameters: dict[str, Any] | None = None
+    laws: ClassVar[Mapping[str, LawKeys]] = NORMAL_KEYS
+    law: str = Field(
+        default="hertz",
+        description='force of a face over its penetration and closing speed; for slow drives "hertz" or "linear", for '
+        "impacts a law with `restitution`",
+        json_schema_extra={"default": '"restitution" if `restitution` is given, else "hertz"'},
+    )
+    exponent: Number = Field(default=1.5, ge=1, le=3, description='e; 1 if "linear"')
+    young: _Young | None = Field(default=None, description="instead of `stiffness`; one value for both bodies, or [E1, E2]")
+    poisson: _Poisson | None = Field(default=None, description="with `young`; one value for both bodies, or two")
+    radius: _Radius | None = Field(
+        default=None, description="with `young`; one value for a sphere on a flat face, or [R1, R2]"
+    )
+    stiffness: Annotated[float, Unit("N/m", power="exponent"), Field(gt=0)] = Field(
+        description="K of a whole face under uniform pressure, or of a sphere; absent in a strip: K follows from the "
+        "material and is practically rigid. As text, the power of its unit must be the exponent",
+        json_schema_extra={"default": "needed, except for a strip or with `young`"},
+    )
+    damping: Damping = Field(default=0.0, ge=0, description="C of a whole face")
+    ramp: Length = Field(
+        default=1e-5, gt=0,
+        description='penetration at which the damping, and the stiffness of "linear", reach their full values',
+    )
+    restitution: Annotated[Number, AfterValidator(_above_zero)] | None = Field(
+        default=None, description="c: separation speed over closing speed", json_schema_extra={"range": "0 to 1, 0 excluded"}
+    )
+    speed_floor: Speed = Field(
+        default=1e-3, gt=0, description="lower bound of v0; slower contacts are pressed contacts and not impacts"
+    )
+    thickness_in_gap: bool = Field(
+        default=True, description="faces touch at half the sum of their thicknesses; false: middle surfaces touch"
+    )
+    points_per_segment: Count = Field(
+        default=2, ge=1, le=5,
+        description="number of intervals between the contact points of a segment; its ends are contact points too. Rigid "
+        "plate or box: number of cells along each side of a face, with contact points at corners and centres",
+    )
+    pairs: tuple[tuple[int, int], ...] | None = Field(
+        default=None,
+        description="contact pairs of a strip, [[1, 2], [2, 3]]; a `[scene]` has `scene.pairs`",
+        json_schema_extra={"default": "every panel with every other", "range": "pairs of panel numbers"},
+    )
+    resolve_overlap: bool = Field(
+        default=False,
+        description="bodies that overlap at the start are moved apart, lighter bodies farther, with a warning; false: the "
+        "case is refused",
+    )
+    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the law of an extension")
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
@@ -228,36 +231,48 @@ class Friction(Model):
     "stribeck": [mu_dynamic + (mu_static - mu_dynamic) exp(-(v/v_stribeck)^2)] tanh(v/v_static) + viscous v;
     "lugre": elastic bristles that deflect by `presliding` before sliding, and the "stribeck" curve during sliding.
     All laws except "lugre" are regularised: a sticking contact creeps under a tangential load.
-
-    Attributes
-    ----------
-    mu_static, mu_dynamic : -
-    v_static, v_dynamic : m/s
-        v_static is 0 for laws without this key.
-    v_stribeck : m/s
-        Speed at which the coefficient decreases from mu_static to mu_dynamic.
-    viscous : s/m
-        Increase of the coefficient with speed.
-    presliding : m
-        Deflection of the bristles at mu_static.
-    bristle_damping : s/m
-        Damping of the bristles, as a friction coefficient per speed; absent: mu_dynamic/v_stribeck.
-    across : -
-        Ratio of the coefficients across the length of a panel or plate to those along it, in space; 1: isotropic.
-    parameters : parameters of the law of an extension
     """
 
-    law: str = "step"
-    mu_static: Annotated[Number, Field(ge=0)] = 0.0
-    mu_dynamic: Annotated[Number, Field(ge=0)]
-    v_static: Annotated[Speed, Field(gt=0)] = 0.0
-    v_dynamic: Annotated[Speed, Field(gt=0)] | None = None
-    v_stribeck: Annotated[Speed, Field(gt=0)] | None = None
-    viscous: Annotated[_SlipDamping, Field(ge=0)] = 0.0
-    presliding: Annotated[Length, Field(gt=0)] | None = None
-    bristle_damping: Annotated[_SlipDamping, Field(ge=0)] | None = None
-    across: Annotated[Number, Field(gt=0)] = 1.0
-    parameters: dict[str, Any] | None = None
+    laws: ClassVar[Mapping[str, LawKeys]] = FRICTION_KEYS
+    law: str = Field(
+        default="step",
+        description='coefficient of friction over the slip speed; only "lugre" can stick, with the others a resting '
+        "contact creeps",
+    )
+    mu_static: Number = Field(
+        default=0.0, ge=0,
+        description="largest coefficient of friction, at the start of sliding",
+        json_schema_extra={"range": ">= mu_dynamic"},
+    )
+    mu_dynamic: Number = Field(
+        ge=0, description="coefficient of friction of a fast slip", json_schema_extra={"range": '>= 0; "lugre": > 0'}
+    )
+    v_static: Speed = Field(default=0.0, gt=0, description="regularisation speed; a sticking contact creeps below it")
+    v_dynamic: Annotated[Speed, Field(gt=0)] | None = Field(
+        default=None,
+        description="slip speed at which the coefficient has decreased to mu_dynamic",
+        json_schema_extra={"range": "> v_static"},
+    )
+    v_stribeck: Annotated[Speed, Field(gt=0)] | None = Field(
+        default=None,
+        description="speed at which the coefficient decreases to mu_dynamic",
+        json_schema_extra={"range": "> v_static"},
+    )
+    viscous: _SlipDamping = Field(default=0.0, ge=0, description="increase of the coefficient with speed")
+    presliding: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="deflection of the bristles before sliding; their stiffness is mu_static N/presliding"
+    )
+    bristle_damping: Annotated[_SlipDamping, Field(ge=0)] | None = Field(
+        default=None,
+        description="damping of the bristles, over N",
+        json_schema_extra={"default": "mu_dynamic/v_stribeck", "range": "0 to 9.3 mu_dynamic/v_stribeck"},
+    )
+    across: Number = Field(
+        default=1.0, gt=0,
+        description="in space: coefficient across the length of a panel or plate, over the coefficient along it. The axes "
+        "are those of the body with the contact point ([theory](theory.md)). No effect in planar motion",
+    )
+    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the law of an extension")
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:

@@ -89,6 +89,8 @@ def _translate(detail: Any, place: Place | None, path: list[str | int], system: 
     if kind == "missing":
         return _missing(path, unit, system)
     if kind in _BOUNDS:
+        if place is not None and place.value is not None:  # bounds may be compared with the value in SI
+            value = place.value
         return Fault(dotted(path), _out_of_bounds(kind, context, value, unit, system))
     if kind == "value_error":
         return Fault(dotted(path), str(context["error"]))

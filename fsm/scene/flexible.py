@@ -20,72 +20,61 @@ Elements = Annotated[Count, Field(ge=1, le=200)]
 
 
 class SceneFilm(Model):
-    """Rectangular film of ANCF elements.
+    """Rectangular film of ANCF elements."""
 
-    Attributes
-    ----------
-    position, orientation : m, unit quaternion (scalar first)
-        Centre of the film at the start; its axes are x along the length, y across it and z normal to it.
-    length, width, thickness : m
-        Without stress.
-    young, poisson, density : Pa, -, kg/m^3
-    mesh : number of elements along length and width
-    strain : -
-        Strain along length and width at the start, when the film is already stretched.
-    viscosity : s
-        Kelvin-Voigt time: the strain rate adds a stress that equals the elastic stress of the strain `viscosity` times
-        rate.
-    held : edges whose nodes do not move
-        "left" (smallest x), "right", "bottom" (smallest y), "top", "corners".
-    """
-
-    name: Name
-    position: Position = (0.0, 0.0, 0.0)
-    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    length: Annotated[Length, Field(gt=0)]
-    width: Annotated[Length, Field(gt=0)]
-    thickness: Annotated[Length, Field(gt=0)]
-    young: Annotated[Stress, Field(gt=0)]
-    poisson: Annotated[Number, Field(gt=-1, lt=0.5)] = 0.3
-    density: Annotated[Density, Field(gt=0)]
-    mesh: tuple[Elements, Elements] = (8, 8)
-    strain: tuple[Number, Number] = (0.0, 0.0)
-    viscosity: Annotated[Time, Field(ge=0)] = 0.0
-    held: tuple[Edge, ...] = ()
+    name: Name = Field(description="name of the film", json_schema_extra={"range": "different from all other names"})
+    position: Position = Field(default=(0.0, 0.0, 0.0), description="center at the start")
+    orientation: Quaternion = Field(
+        default=(1.0, 0.0, 0.0, 0.0),
+        description="axes at the start: x along the length, y across it, z normal",
+        json_schema_extra={"range": "unit quaternion"},
+    )
+    length: Length = Field(gt=0, description="length without stress")
+    width: Length = Field(gt=0, description="width without stress")
+    thickness: Length = Field(gt=0, description="thickness of the film")
+    young: Stress = Field(gt=0, description="Young's modulus")
+    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
+    density: Density = Field(gt=0, description="density")
+    mesh: tuple[Elements, Elements] = Field(default=(8, 8), description="number of elements along length and width")
+    strain: tuple[Number, Number] = Field(default=(0.0, 0.0), description="strain along length and width at the start")
+    viscosity: Time = Field(
+        default=0.0, ge=0,
+        description="Kelvin-Voigt time: the damping stress is the elastic stress of the strain `viscosity` times rate",
+    )
+    held: tuple[Edge, ...] = Field(
+        default=(),
+        description='edges whose nodes do not move; "left" is the edge of the smallest x, "bottom" the edge of the '
+        "smallest y",
+    )
 
 
 class _Line(Model):
-    """Common keys of cables and beams; `SceneCable` and `SceneBeam` describe them."""
+    """Common keys of cables and beams."""
 
-    name: Name
-    start: Position
-    end: Position
-    young: Annotated[Stress, Field(gt=0)]
-    density: Annotated[Density, Field(gt=0)]
-    elements: Elements = 8
-    strain: Annotated[Number, Field(gt=-1)] = 0.0
-    viscosity: Annotated[Time, Field(ge=0)] = 0.0
-    held: tuple[Literal["start", "end"], ...] = ()
+    name: Name = Field(
+        description="name of the cable or beam", json_schema_extra={"range": "different from all other names"}
+    )
+    start: Position = Field(description="one end at the start of the motion")
+    end: Position = Field(
+        description="the other end; the cable or beam is straight",
+        json_schema_extra={"range": "not `start`; of a beam at the same y"},
+    )
+    young: Stress = Field(gt=0, description="Young's modulus")
+    density: Density = Field(gt=0, description="density")
+    elements: Elements = Field(default=8, description="number of elements")
+    strain: Number = Field(default=0.0, gt=-1, description="strain at the start")
+    viscosity: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt damping of the stretch")
+    held: tuple[Literal["start", "end"], ...] = Field(
+        default=(),
+        description="ends that do not move; the end of a beam is free to rotate, and a force element to the ground clamps "
+        "it",
+    )
 
 
 class SceneCable(_Line):
-    """Straight cable of ANCF elements with a round section; it bends and stretches, and has no torsion.
+    """Straight cable of ANCF elements with a round section; it bends and stretches, and has no torsion."""
 
-    Attributes
-    ----------
-    start, end : m
-        Ends at the start of the motion.
-    diameter : m
-    young, density : Pa, kg/m^3
-    elements : int
-    strain : -
-        Strain at the start; the unstressed length is shorter by it.
-    viscosity : s
-        Kelvin-Voigt damping of the stretch.
-    held : ends that do not move
-    """
-
-    diameter: Annotated[Length, Field(gt=0)]
+    diameter: Length = Field(gt=0, description="diameter of the round section")
 
     @model_validator(mode="after")
     def _long(self) -> Self:
@@ -99,24 +88,10 @@ class SceneBeam(_Line):
 
     The beam has no shear strain (Euler and Bernoulli). A beam does not move along y and does not rotate about other
     axes; its supports carry the forces along y.
-
-    Attributes
-    ----------
-    start, end : m
-        Ends at the start of the motion, with the same y.
-    width, thickness : m
-        Sides of the section: width along y, thickness in the plane of bending.
-    young, density : Pa, kg/m^3
-    elements : int
-    strain : -
-        Strain at the start; the unstressed length is shorter by it.
-    viscosity : s
-        Kelvin-Voigt damping of the stretch.
-    held : ends whose position is fixed; the beam can rotate there
     """
 
-    width: Annotated[Length, Field(gt=0)]
-    thickness: Annotated[Length, Field(gt=0)]
+    width: Length = Field(gt=0, description="size of the section along y")
+    thickness: Length = Field(gt=0, description="size of the section in the plane of bending")
 
     @model_validator(mode="after")
     def _in_plane(self) -> Self:
@@ -131,51 +106,61 @@ class SceneBeam(_Line):
 
 
 class SceneFrame(Model):
-    """Frame on a film, a cable, a beam, a truss or the sheet. Force elements and loads act on it by its name, as on a body.
+    """Frame on a film, a cable, a beam, a truss or the sheet; force elements and loads act on it by its name."""
 
-    Attributes
-    ----------
-    on : name of a film, a cable, a beam or a truss, or "sheet" for the [sheet] of the case
-    at : m
-        Material point without stress: (x, y) from the centre of a film, or the distance from the start of a cable or
-        beam.
-    point : number of a point of a truss, from 0, instead of `at`
-        The frame has no axes: it carries forces and no moments.
-    place : one vertex of the sheet, for example "vertex 3", or a box around it, m
-    normal : (3,) vector
-        Cables only: the y axis of the frame is normal to the cable and to this vector at the start. A frame on a cable
-        follows the bending of the cable about any axis, but the cable does not resist a moment about its own axis. On a beam
-        the y axis of the frame remains parallel to y.
-    """
-
-    name: Name
-    on: str
-    at: tuple[Length, ...] = ()
-    point: Annotated[Count, Field(ge=0)] | None = None
-    place: str | Box | None = None
-    normal: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
+    name: Name = Field(
+        description="name, with which elements and loads refer to the frame",
+        json_schema_extra={"range": "different from all other names"},
+    )
+    on: str = Field(
+        description='"sheet": the `[sheet]` of the case',
+        json_schema_extra={"range": 'a film, a cable, a beam, a truss or "sheet"'},
+    )
+    at: tuple[Length, ...] = Field(
+        default=(),
+        description="material point without stress: (x, y) from the center of a film, or (s) from the start of a cable or "
+        "beam",
+        json_schema_extra={"default": "needed for films, cables and beams", "range": "on the film or cable"},
+    )
+    point: Annotated[Count, Field(ge=0)] | None = Field(
+        default=None,
+        description="number of the point of a truss, from 0. Such a frame has no axes and carries no moment",
+        json_schema_extra={"default": "needed for trusses"},
+    )
+    place: str | Box | None = Field(
+        default=None,
+        description='vertex of the sheet, for example "vertex 3", or a box around one vertex as two opposite corners',
+        json_schema_extra={"default": "needed for sheets", "range": "one vertex"},
+    )
+    normal: tuple[Number, Number, Number] = Field(
+        default=(0.0, 0.0, 1.0),
+        description="for a cable: the y axis of the frame is the vector product of `normal` and the direction of the "
+        "cable. The frame follows the bending of the cable",
+        json_schema_extra={"range": "across the cable"},
+    )
 
 
 class SceneSeam(Model):
     """Seam between an edge of a film or of the sheet and bodies: springs along the edge.
 
     Films have three springs for each element, flexible facets two for each cell, other facets one for each vertex.
-
-    Attributes
-    ----------
-    film : name of a film, or "sheet" for the [sheet] of the case
-    edge : edge of the film or sheet
-    bodies : names of bodies
-        Each point is joined to the body whose centre is nearest to it at the start.
-    stiffness : Pa
-        Stiffness in all directions (N/m) per length of the edge. A corner of the film represents the length of one element.
     """
 
-    name: Name
-    film: str
-    edge: str
-    bodies: tuple[str, ...]
-    stiffness: Annotated[Stress, Field(gt=0)]
+    name: Name = Field(description="name of the seam", json_schema_extra={"range": "different from all other names"})
+    film: str = Field(description='"sheet": the `[sheet]` of the case', json_schema_extra={"range": 'a film, or "sheet"'})
+    edge: str = Field(
+        description="an edge of the sheet, as in `[[drive]]`, or of the film",
+        json_schema_extra={"range": 'films: "left", "right", "bottom", "top", "corners"'},
+    )
+    bodies: tuple[str, ...] = Field(
+        description="each point of the seam is joined to the nearest of these bodies",
+        json_schema_extra={"range": "one or more"},
+    )
+    stiffness: Stress = Field(
+        gt=0,
+        description="stiffness in all directions (N/m) per length of the edge (m); a corner represents the length of an "
+        "element",
+    )
 
 
 def unstressed_length(cable: SceneCable | SceneBeam) -> float:

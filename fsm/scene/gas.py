@@ -25,17 +25,19 @@ class Closing(Model):
     A plane is a plane of symmetry or a fixed wall. A lid is massless. A lid is a cone with its tip at the mean position of
     the nodes of its ring; the lid of a flat ring is flat. A part of a ring between planes has the tip of the whole ring,
     which mirror images complete. The work of its forces is the pressure times the change of the volume.
-
-    Attributes
-    ----------
-    axis : normal of the plane
-    at : position of the plane along the axis, m
-    cap : ring of open edges under a lid: a named edge of the sheet ("edge top"), or a vertex on the ring ("vertex 7")
     """
 
-    axis: Literal["x", "y", "z"] | None = None
-    at: Length = 0.0
-    cap: Name | None = None
+    axis: Literal["x", "y", "z"] | None = Field(
+        default=None,
+        description="normal of a plane of symmetry or a fixed wall, in which the open edges are held; give this or `cap`",
+    )
+    at: Length = Field(default=0.0, description="position of the plane along its normal")
+    cap: Name | None = Field(
+        default=None,
+        description='ring of open edges under a massless lid: "edge top", or a vertex on the ring, "vertex 7". A chain of '
+        "open edges whose two ends lie in one plane of `closed_by` is half of a ring; with one end in each of two planes "
+        "it is a quarter",
+    )
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -52,41 +54,43 @@ class Gas(Model):
 
     Pressures are absolute. The force on the facets is the pressure above `outside_pressure` times the gradient of the
     volume. Give at most one supply; without a supply, the chamber keeps its gas.
-
-    Attributes
-    ----------
-    name : name for channels and orifices
-    at : str
-        Facets around the chamber: "all", "facet 3" or "facets 1, 2".
-    closed_by : planes and lids that close the chamber at open edges
-    law : str
-        "isothermal": p V = m R T. "adiabatic": p V^gamma is constant without supply and flow.
-    gas_constant : J/(kg K)
-    heat_ratio : -
-        Ratio of the heat capacities, gamma.
-    temperature : K
-        Of the gas at the start, of the supply, and of the surroundings.
-    pressure : Pa
-        At the start; absent: `outside_pressure`.
-    outside_pressure : Pa
-    supply_pressure, supply_flow, supply_mass : Pa, kg/s, kg
-        Pressure of the chamber, mass flow into it, or mass of gas in addition to that of the start, times `time`.
-    time : function of time of the whole run; absent: constant, or a ramp over the run in statics (a flow is constant)
     """
 
-    name: Name = "gas"
-    at: Name = "all"
-    closed_by: tuple[Closing, ...] = ()
-    law: Literal["isothermal", "adiabatic"] = "isothermal"
-    gas_constant: Annotated[GasConstant, Field(gt=0)] = 287.06
-    heat_ratio: Annotated[Number, Field(gt=1, le=2)] = 1.4
-    temperature: Annotated[Temperature, Field(gt=0)] = 293.15
-    pressure: Annotated[Stress, Field(ge=0)] | None = None
-    outside_pressure: Annotated[Stress, Field(ge=0)] = 0.0
-    supply_pressure: Annotated[Stress, Field(ge=0)] | None = None
-    supply_flow: MassFlow | None = None
-    supply_mass: Mass | None = None
-    time: TimeFunction | None = None
+    name: Name = Field(default="gas", description="name for channels and orifices")
+    at: Name = Field(default="all", description='facets around the chamber: "all", "facet 3" or "facets 1, 2"')
+    closed_by: tuple[Closing, ...] = Field(
+        default=(),
+        description="planes and lids that close the chamber at open edges: `axis` and `at` of a plane of symmetry, or a "
+        "lid on an edge",
+    )
+    law: Literal["isothermal", "adiabatic"] = Field(
+        default="isothermal", description='"adiabatic": no heat is exchanged with the surroundings'
+    )
+    gas_constant: GasConstant = Field(
+        default=287.06, gt=0, description="gas constant R of the gas; the default is that of air"
+    )
+    heat_ratio: Number = Field(default=1.4, gt=1, le=2, description="ratio of the heat capacities")
+    temperature: Temperature = Field(
+        default=293.15, gt=0, description="temperature of the gas at the start, of the supply and of the surroundings"
+    )
+    pressure: Annotated[Stress, Field(ge=0)] | None = Field(
+        default=None, description="pressure at the start", json_schema_extra={"default": "`outside_pressure`"}
+    )
+    outside_pressure: Stress = Field(default=0.0, ge=0, description="pressure around the sheet")
+    supply_pressure: Annotated[Stress, Field(ge=0)] | None = Field(
+        default=None, description="pressure of the chamber at factor 1; give at most one supply"
+    )
+    supply_flow: MassFlow | None = Field(default=None, description="mass flow into the chamber at factor 1")
+    supply_mass: Mass | None = Field(
+        default=None, description="mass of gas at factor 1, in addition to the gas at the start"
+    )
+    time: TimeFunction | None = Field(
+        default=None,
+        description="factor over the time of the whole run, as of a `[[load]]`. In statics without this key: `supply_mass` "
+        "and `supply_pressure` have a ramp until `solve.end_time`; a `supply_pressure` begins at `outside_pressure`; a "
+        "`supply_flow` is constant",
+        json_schema_extra={"default": "constant"},
+    )
 
     @property
     def at_start(self) -> float:
@@ -113,25 +117,22 @@ class Orifice(Model):
     """Orifice through which gas flows between two chambers, or between a chamber and the surroundings.
 
     The mass flow is that of an ideal gas through a nozzle; the flow is choked below the critical ratio of pressures.
-
-    Attributes
-    ----------
-    between : names of two gases, or of one and "outside"
-    area : m^2
-        Constant area; give this or `crease`.
-    crease : str
-        Name of a crease, for example "crease 3", whose mean fold angle gives the area.
-    area_by_angle : rad, m^2
-        Pairs of the magnitude of this angle (0 flat) and the area, linear between them and constant beyond.
-    discharge : -
-        Ratio of the mass flow to that of an ideal nozzle.
     """
 
-    between: tuple[Name, Name]
-    area: Annotated[Area, Field(ge=0)] | None = None
-    crease: Name | None = None
-    area_by_angle: tuple[tuple[Angle, Annotated[Area, Field(ge=0)]], ...] = ()
-    discharge: Annotated[Number, Field(gt=0, le=1)] = 1.0
+    between: tuple[Name, Name] = Field(description='names of two gases, or of one and "outside"')
+    area: Annotated[Area, Field(ge=0)] | None = Field(
+        default=None, description="constant area of the opening; give this or `crease`"
+    )
+    crease: Name | None = Field(
+        default=None, description='name of a crease, "crease 3", whose mean fold angle gives the area'
+    )
+    area_by_angle: tuple[tuple[Angle, Annotated[Area, Field(ge=0)]], ...] = Field(
+        default=(),
+        description='pairs of the magnitude of the angle (0 flat) and the area (m^2), `[["0 deg", 0], ["90 deg", "20 '
+        'mm^2"]]`: linear between them, constant beyond',
+        json_schema_extra={"range": "increasing angles"},
+    )
+    discharge: Number = Field(default=1.0, gt=0, le=1, description="mass flow over that of an ideal nozzle")
 
     @model_validator(mode="after")
     def _two(self) -> Self:

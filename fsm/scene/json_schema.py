@@ -14,7 +14,7 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BaseModel, BeforeValidator
 
 from fsm.scene.case import Case, root
-from fsm.scene.key_meanings import key_row
+from fsm.scene.key_facts import facts_of, plain
 from fsm.scene.schema import Place, metadata_of
 from fsm.scene.units import Unit
 
@@ -35,9 +35,9 @@ def case_schema(added: Mapping[str, type[BaseModel]] | None = None) -> dict[str,
     added : models of the sections of builders that extensions add, by the names of the sections
     """
     definitions: dict[str, Any] = {}
-    schema = _section(root({}), Case, "", definitions)
+    schema = _section(root({}), Case, definitions)
     for name, model in (added or {}).items():
-        definitions[f"extension {name}"] = _section(root({}), model, name, definitions)
+        definitions[f"extension {name}"] = _section(root({}), model, definitions)
         schema["properties"][name] = {"$ref": f"#/definitions/extension {name}"}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
@@ -48,65 +48,58 @@ def case_schema(added: Mapping[str, type[BaseModel]] | None = None) -> dict[str,
     }
 
 
-def _section(place: Place, model: type[BaseModel], name: str, definitions: dict[str, Any]) -> dict[str, Any]:
+def _section(place: Place, model: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
     """Schema of the section of a model."""
     here = Place(model, None, place.beside)
     properties, required = {}, []
     for key, field in model.model_fields.items():
         inner = here.step(key)
         assert inner is not None
-        properties[key] = _described(_value(inner, inner.kind, key, definitions), inner, model, key, name)
+        properties[key] = _described(_value(inner, inner.kind, definitions), here, key)
         if field.is_required() and key not in _COMPLETED.get(model.__name__, ()):
             required.append(key)
     schema: dict[str, Any] = {"type": "object", "properties": properties, "additionalProperties": False}
     return {**schema, "required": required} if required else schema
 
 
-def _described(schema: dict[str, Any], place: Place, model: type[BaseModel], key: str, name: str) -> dict[str, Any]:
+def _described(schema: dict[str, Any], section: Place, key: str) -> dict[str, Any]:
     """Schema with the meaning, unit, range and default of the key."""
-    row = key_row((model,), key, name)
-    unit = place.unit() or _unit_of_items(place)
-    parts = [row.meaning] if row is not None and row.meaning else []
-    parts += [f"unit: {unit}"] if unit else []
-    if row is not None:
-        parts += [f"{word}: {text}" for word, text in (("range", row.range), ("default", row.default)) if text]
-    text = "; ".join(parts)
+    facts = facts_of(section, key)
+    parts = [facts.meaning] if facts.meaning else []
+    others = (("unit", facts.unit), ("range", facts.range), ("default", facts.default))
+    parts += [f"{word}: {text}" for word, text in others if text]
+    text = plain("; ".join(parts))
     described = {"allOf": [schema]} if "$ref" in schema else dict(schema)
     return {**described, "description": text} if text else described
 
 
-def _unit_of_items(place: Place) -> str:
-    inner = place.step(0)
-    return inner.unit() if inner is not None else ""
-
-
-def _value(place: Place, kind: Any, key: str, definitions: dict[str, Any]) -> dict[str, Any]:
+def _value(place: Place, kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
     """Schema of a value."""
     metadata = metadata_of(kind)
     choices: list[Any] = []
     for leaf in Place(kind, None, place.beside).variants():
         if leaf is not type(None):
-            schema = _leaf(place, leaf, metadata, key, definitions)
+            schema = _leaf(place, leaf, metadata, definitions)
             choices += schema["anyOf"] if set(schema) == {"anyOf"} else [schema]
     choices = [choice for k, choice in enumerate(choices) if choice not in choices[:k]]
     return choices[0] if len(choices) == 1 else {"anyOf": choices}
 
 
-def _leaf(place: Place, leaf: Any, metadata: list[Any], key: str, definitions: dict[str, Any]) -> dict[str, Any]:
+def _leaf(place: Place, leaf: Any, metadata: list[Any], definitions: dict[str, Any]) -> dict[str, Any]:
     origin, arguments = get_origin(leaf), get_args(leaf)
     if isinstance(leaf, type) and issubclass(leaf, BaseModel):
         name = leaf.__name__
         if name not in definitions:
             definitions[name] = {}  # the model may contain itself
-            definitions[name] = _section(place, leaf, key, definitions)
+            definitions[name] = _section(place, leaf, definitions)
         return {"$ref": f"#/definitions/{name}"}
     if origin is Literal:
         return {"enum": list(arguments)}
     if origin is tuple:
-        return _list(place, arguments, metadata, key, definitions)
+        return _list(place, arguments, metadata, definitions)
     if origin is dict or leaf is dict:
         inner = place.step("name")
-        items = {} if inner is None else _value(inner, inner.kind, key, definitions)
+        items = {} if inner is None else _value(inner, inner.kind, definitions)
         return {"type": "object", "additionalProperties": items}
     if leaf is bool:
         return {"type": "boolean"}
@@ -124,17 +117,17 @@ def _leaf(place: Place, leaf: Any, metadata: list[Any], key: str, definitions: d
 
 
 def _list(
-    place: Place, items: tuple[Any, ...], metadata: list[Any], key: str, definitions: dict[str, Any]
+    place: Place, items: tuple[Any, ...], metadata: list[Any], definitions: dict[str, Any]
 ) -> dict[str, Any]:
     """Schema of a list; some lists may be given as a single value."""
     if len(items) == 2 and items[1] is Ellipsis:
-        inner = _value(Place(items[0], None, {}), items[0], key, definitions)
+        inner = _value(Place(items[0], None, {}), items[0], definitions)
         schema: dict[str, Any] = {"type": "array", "items": inner}
         counts = ((MinLen, "minItems"), (MaxLen, "maxItems"))
         schema |= {word: size for kind, word in counts for size in _sizes(metadata, kind)}
         single = any(isinstance(each, BeforeValidator) for each in metadata)
         return {"anyOf": [inner, schema]} if single else schema
-    each = [_value(Place(item, None, {}), item, key, definitions) for item in items]
+    each = [_value(Place(item, None, {}), item, definitions) for item in items]
     return {"type": "array", "items": each, "minItems": len(each), "maxItems": len(each)}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -23,42 +23,24 @@ class Lattice(Model):
     Square (i, j) has its centre at (i, j) times the spacing. The square is rotated by (-1)^(i + j + 1) times the angle.
     Each of its four corners (right, top, left, bottom) has the distance `hinge_length` from a corner of a neighbour. A
     ligament joins each pair of corners.
-
-    Attributes
-    ----------
-    columns, rows : int
-    spacing : m
-        Distance between the centres of neighbours.
-    hinge_length : m
-        Length of a hinge without force, between the two corners that it joins.
-    angle : rad
-        Rotation of every square, from the position with corners along x and z.
-    axial, shear : N/m
-        Stiffness of a hinge against a change of its length, and against a relative displacement of its ends across the
-        hinge.
-    rotational : N m/rad
-        Stiffness of a hinge against a relative rotation of its squares.
-    depth : m
-        Size of the squares normal to the plane.
-    density : kg/m^3
-        Density of the squares.
-    damping : s
-        Kelvin-Voigt time of the hinges.
-    held : edges whose squares do not move; absent: the bottom
     """
 
-    columns: Annotated[Count, Field(ge=1, le=1000)]
-    rows: Annotated[Count, Field(ge=1, le=1000)]
-    spacing: Annotated[Length, Field(gt=0)]
-    hinge_length: Annotated[Length, Field(gt=0)]
-    angle: Annotated[Angle, Field(ge=0, lt=0.7853981633974483)]
-    axial: Annotated[Stiffness, Field(gt=0)]
-    shear: Annotated[Stiffness, Field(ge=0)]
-    rotational: Annotated[AngularStiffness, Field(ge=0)]
-    depth: Annotated[Length, Field(gt=0)]
-    density: Annotated[Density, Field(gt=0)]
-    damping: Annotated[Time, Field(ge=0)] = 0.0
-    held: tuple[Edge, ...] | None = None
+    columns: Count = Field(ge=1, le=1000, description="number of squares along x")
+    rows: Count = Field(ge=1, le=1000, description="number of squares along z")
+    spacing: Length = Field(gt=0, description="distance between centres of neighbours")
+    hinge_length: Length = Field(gt=0, description="length of a hinge without force")
+    angle: Angle = Field(
+        ge=0, lt=0.7853981633974483, description="rotation of every square, from the position with corners along x and z"
+    )
+    axial: Stiffness = Field(gt=0, description="stiffness of a hinge against a change of its length")
+    shear: Stiffness = Field(ge=0, description="stiffness of a hinge against a displacement of its ends across it")
+    rotational: AngularStiffness = Field(ge=0, description="stiffness of a hinge against a relative rotation of its squares")
+    depth: Length = Field(gt=0, description="size normal to the plane")
+    density: Density = Field(gt=0, description="density of the squares")
+    damping: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time of the hinges")
+    held: tuple[Edge, ...] | None = Field(
+        default=None, description="edges whose squares do not move", json_schema_extra={"default": '["bottom"]'}
+    )
 
     @model_validator(mode="after")
     def _sized(self) -> Self:

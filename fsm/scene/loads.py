@@ -27,27 +27,47 @@ PART = ", vertex "
 class Load(Model):
     """Wrench on a body or on a place of flexible facets: a force at a point and a couple, times a function of time.
 
-    `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body
-    axes if `follower` is true. If the table of `time` has a column `force` or `moment`, the vector gives the direction
-    only. `step` is the step in which the load begins, by default the first. A later step changes or releases the load by
-    its `name`, by default "load on" and the name of its body or place. `at` gives a place of a sheet instead of `body`, as
-    for a `Drive`; the vertices of the place share the force in equal parts. `force_per_length` and `moment_per_length` act
-    on an edge of flexible facets. `pressure` acts on facets of a sheet: "all", "facet 3" or "facets 1, 2". The pressure is
-    normal to the deformed facets; a positive pressure acts along their normals.
+    If the table of `time` has a column `force` or `moment`, the vector gives the direction only.
     """
 
-    name: Name | None = None
-    body: str | None = None
-    at: Name | Box | None = None
-    point: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
-    moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
-    force_per_length: tuple[ForceOfLine, ForceOfLine, ForceOfLine] = (0.0, 0.0, 0.0)
-    moment_per_length: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
-    pressure: Stress | None = None
-    follower: bool = False
-    time: TimeFunction | None = None
-    step: str | None = None
+    name: Name | None = Field(
+        default=None,
+        description="name for a change or `release` in a later step",
+        json_schema_extra={"default": '"load on" its body or place'},
+    )
+    body: str | None = Field(
+        default=None, description='name of the body, in a strip for example "panel 3 segment 1"; give this or `at`'
+    )
+    at: Name | Box | None = Field(
+        default=None,
+        description="place of a sheet, as in `[[sheet.support]]`. Vertices share `force` in equal parts; flexible facets "
+        "also share `moment`",
+    )
+    point: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="point of the force, in body axes from the centre of mass"
+    )
+    force: tuple[Force, Force, Force] = Field(default=(0.0, 0.0, 0.0), description="force, inertial axes")
+    moment: tuple[Moment, Moment, Moment] = Field(default=(0.0, 0.0, 0.0), description="couple, inertial axes")
+    force_per_length: tuple[ForceOfLine, ForceOfLine, ForceOfLine] = Field(
+        default=(0.0, 0.0, 0.0), description="force along an edge of flexible facets"
+    )
+    moment_per_length: tuple[Force, Force, Force] = Field(
+        default=(0.0, 0.0, 0.0), description="couple along an edge of flexible facets"
+    )
+    pressure: Stress | None = Field(
+        default=None,
+        description='pressure on facets of a sheet, with `at = "all"`, "facet 3" or "facets 1, 2". The pressure stays '
+        "normal to the deformed facets; a positive pressure acts along their normals",
+    )
+    follower: bool = Field(default=False, description="force and moment are in body axes")
+    time: TimeFunction | None = Field(
+        default=None,
+        description="factor over time: a ramp, a table or a cycle",
+        json_schema_extra={"default": "constant"},
+    )
+    step: str | None = Field(
+        default=None, description="step in which the load begins", json_schema_extra={"default": "the first"}
+    )
 
     @property
     def called(self) -> str:
@@ -113,65 +133,83 @@ class Drive(Model):
 
     Give one of `crease`, `panel`, `end`, `body`, `bodies`, `edge` and `at`, and one of `travel` and `turn`.
     With `speed` or `rate` the motion has a smooth start and then a constant speed; with `time` it is a function of time.
-
-    Attributes
-    ----------
-    name : str
-        Name by which a later step releases the drive; absent: the name of the driven part, for example "crease 3".
-    crease : int
-        Number of the crease, from 1.
-    panel : int
-        Number of a panel, from 1, which is gripped as a whole: its segments move together without rotation, or turn.
-    end : "first" or "last"
-        End line of a strip, about which the panel there can rotate.
-    body : str
-        Name of a body, which translates without rotation, or turns about a fixed axis.
-    bodies : tuple of str
-        Names of bodies that move together; the drive force is the sum over these bodies.
-    edge : str
-        Edge of a lattice ("bottom", "top", "left", "right"), whose squares translate together without rotation, or of a
-        sheet, which may also have the edges "inner", "outer", "slit-start", "slit-end".
-    at : str, or two opposite corners of a box in m
-        Place of a sheet: "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7", or all vertices in a box at the start.
-    direction : -
-        Direction of the motion, of any length.
-    travel, speed : m, m/s
-    run_up : m
-        Travel over which the speed increases from zero, with continuous acceleration; absent: 1 % of the travel.
-    turn, rate : rad, rad/s
-        Rotation about the axis.
-    axis, point : -, m
-        Direction of the axis, of any length, and a point on it; absent: the centre of mass of the first body, or the centre
-        of the place.
-    time : function of time that multiplies `travel` or `turn`
-    step : str
-        Step in which the drive begins; absent: the first.
-    guide : bool
-        Whether motion other than the drive is prevented, for a crease line or end line, for vertices of a sheet, and for a
-        turn. True: a line and vertices move along `direction` only, and a line cannot rotate. False: the drive prescribes
-        only the motion along `direction`. A turn clamps a place of flexible facets in a rigid end. Without a guide, the
-        rigid end can translate.
     """
 
-    name: Name | None = None
-    crease: Count | None = None
-    panel: Count | None = None
-    end: Literal["first", "last"] | None = None
-    body: str | None = None
-    bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    edge: DrivenEdge | None = None
-    at: Name | Box | None = None
-    direction: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
-    speed: Annotated[Speed, Field(gt=0)] | None = None
-    travel: Annotated[Length, Field(gt=0)] | None = None
-    run_up: Annotated[Length, Field(ge=0)] | None = None
-    turn: Annotated[Angle, Field(gt=0)] | None = None
-    rate: Annotated[AngularSpeed, Field(gt=0)] | None = None
-    axis: tuple[Number, Number, Number] = (0.0, 1.0, 0.0)
-    point: tuple[Length, Length, Length] | None = None
-    time: TimeFunction | None = None
-    step: str | None = None
-    guide: bool = True
+    name: Name | None = Field(
+        default=None,
+        description="name for `release` in a later step",
+        json_schema_extra={"default": 'name of the driven part, "crease 3"'},
+    )
+    crease: Count | None = Field(
+        default=None,
+        description="driven crease line of a strip; a drive has one of `crease`, `panel`, `end`, `body`, `bodies`, `edge` "
+        "and `at`",
+        json_schema_extra={"range": "1 to panels - 1, not of a held panel"},
+    )
+    panel: Count | None = Field(
+        default=None,
+        description="driven panel of a strip, gripped as a whole: its segments translate without rotation, or turn",
+        json_schema_extra={"range": "1 to panels, not held"},
+    )
+    end: Literal["first", "last"] | None = Field(
+        default=None, description="driven end line of a strip, about which the panel there can rotate"
+    )
+    body: str | None = Field(
+        default=None,
+        description="driven body: with `travel` it translates without rotation, with `turn` it rotates about a fixed axis",
+    )
+    bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = Field(
+        default=None, description="driven bodies, which move together; the drive force is the sum over all bodies"
+    )
+    edge: DrivenEdge | None = Field(
+        default=None,
+        description="driven edge of a lattice (the first four), whose squares translate together without rotation, or of a "
+        "sheet",
+    )
+    at: Name | Box | None = Field(default=None, description="driven place of a sheet, as in `[[sheet.support]]`")
+    direction: tuple[Number, Number, Number] = Field(
+        default=(0.0, 0.0, 1.0),
+        description="direction of the motion, of any length",
+        json_schema_extra={"range": "not zero"},
+    )
+    speed: Annotated[Speed, Field(gt=0)] | None = Field(
+        default=None, description="speed after the run-up; give this or `time` with a travel"
+    )
+    travel: Annotated[Length, Field(gt=0)] | None = Field(default=None, description="displacement; give this or `turn`")
+    run_up: Annotated[Length, Field(ge=0)] | None = Field(
+        default=None,
+        description="travel over which the speed increases from zero",
+        json_schema_extra={"default": "1 % of the travel", "range": "0 to travel"},
+    )
+    turn: Annotated[Angle, Field(gt=0)] | None = Field(
+        default=None, description="rotation about the axis. A place of flexible facets is then clamped in a rigid end"
+    )
+    rate: Annotated[AngularSpeed, Field(gt=0)] | None = Field(
+        default=None, description="angular speed after a run-up of 1 % of the turn; give this or `time` with a turn"
+    )
+    axis: tuple[Number, Number, Number] = Field(
+        default=(0.0, 1.0, 0.0),
+        description="direction of the axis of a turn; in the plane along y",
+        json_schema_extra={"range": "not zero"},
+    )
+    point: tuple[Length, Length, Length] | None = Field(
+        default=None,
+        description="point on the axis, in space",
+        json_schema_extra={"default": "center of mass of the first body, or centre of the place of a sheet"},
+    )
+    time: TimeFunction | None = Field(
+        default=None,
+        description="program over time, a [function of time](#functions-of-time) that multiplies `travel` or `turn`",
+    )
+    step: str | None = Field(
+        default=None, description="step in which the drive begins", json_schema_extra={"default": "the first"}
+    )
+    guide: bool = Field(
+        default=True,
+        description="for a crease line or end line of a strip, and vertices of a sheet. true: no motion across the "
+        "direction, and the line cannot rotate. false: only the motion along the direction is prescribed, in space. With "
+        "`turn`, for flexible facets: false: the rigid end can translate, only its rotation is prescribed",
+    )
 
     @property
     def moved(self) -> tuple[str, ...]:

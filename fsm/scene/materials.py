@@ -15,30 +15,37 @@ from fsm.scene.units import Angle, AngularStiffness, Density, Length, Moment, Nu
 __all__ = ["UNREAD", "Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
 
 
+_LAW = (
+    '"linear": M = k (psi - rest); "spline": a measured curve from `data` or lists; "family": a curve from a `file` of '
+    "`fsm calibrate crease`"
+)
+_REST = "crease angle at which the angle of the data is zero; all data must lie at crease angles from 0 to pi"
+_SCALE = "factor on the moment, for example for another width"
+_WIDTH = (
+    "width of the tested crease. A sheet requires this width: the moment of each crease is the measured moment, times the "
+    "length of the crease over this width"
+)
+_REVERSAL = "with two curves: angle over which the moment changes from one curve to the other after a reversal"
+
 DAMPING = 1e-3
 """Default Kelvin-Voigt time of a material, s."""
 
 
 class Material(Model):
-    """Isotropic sheet material.
+    """Isotropic sheet material."""
 
-    Attributes
-    ----------
-    young : Pa
-    poisson : -
-    density : kg/m^3
-    plate : bool
-        Whether a wide strip has cylindrical bending about the crease direction, with E/(1 - nu^2) instead of E.
-    damping : s
-        Kelvin-Voigt time beta: every joint has the damping c = beta k. Absent: `DAMPING`, and less for a strip with a slow
-        drive (`fsm.scene.builders.strip.strip_damping`).
-    """
-
-    young: Annotated[Stress, Field(gt=0)]
-    poisson: Annotated[Number, Field(gt=-1, lt=0.5)] = 0.3
-    density: Annotated[Density, Field(gt=0)]
-    plate: bool = False
-    damping: Annotated[Time, Field(ge=0)] | None = None
+    young: Stress = Field(gt=0, description="Young's modulus")
+    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
+    density: Density = Field(gt=0, description="density")
+    plate: bool = Field(default=False, description="bending about the creases with E/(1 - nu^2), for wide strips")
+    damping: Annotated[Time, Field(ge=0)] | None = Field(
+        default=None,
+        description="Kelvin-Voigt time beta: every spring has the damping c = beta k, which shifts the force by beta",
+        json_schema_extra={
+            "default": "1e-3; strip with a slow drive: at most 5e-5 of its duration; sheet of flexible facets or bars: 0, "
+            "with `fold_to` 1 % of `solve.end_time`",
+        },
+    )
 
     def bending(self, width: float, thickness: float) -> float:
         """Bending stiffness of a sheet, E w t^3/12, N m^2; divided by 1 - nu^2 if `plate` is true."""
@@ -56,22 +63,26 @@ DataZero = Annotated[Angle, Field(ge=-2 * math.pi, le=2 * math.pi)]
 
 
 class LinearCrease(Model):
-    """Linear crease moment, M = k (psi - rest).
+    """Linear crease moment, M = k (psi - rest)."""
 
-    Attributes
-    ----------
-    stiffness : N m/rad
-        Stiffness k of the whole width of the strip.
-    stiffness_per_length : N m/rad per m
-        Stiffness of a crease of a [sheet] over its length, instead of `stiffness`.
-    rest_angle : rad
-        Angle from the flat sheet at which the moment is zero (0 flat, pi closed); absent: the angle as folded.
-    """
-
-    law: Literal["linear"] = "linear"
-    stiffness: Annotated[AngularStiffness, Field(ge=0)]
-    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = None
-    rest_angle: FoldAngle | None = None
+    law: Literal["linear"] = Field(
+        default="linear",
+        description=_LAW,
+        json_schema_extra={"default": 'needed, except beside `stiffness_per_length` ("linear") and `file` ("family")'},
+    )
+    stiffness: AngularStiffness = Field(
+        ge=0,
+        description="stiffness of the whole width of the strip",
+        json_schema_extra={"default": "needed, or `stiffness_per_length` for a sheet"},
+    )
+    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = Field(
+        default=None, description="stiffness of the creases of a sheet over their length, instead of `stiffness`"
+    )
+    rest_angle: FoldAngle | None = Field(
+        default=None,
+        description="crease angle (0 flat, pi closed) at which the moment is zero",
+        json_schema_extra={"default": "as folded"},
+    )
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -106,41 +117,42 @@ class SplineCrease(Model):
     The data are in a CSV file (see `fsm.scene.crease_data`) with the columns (angle, moment) or (angle, force, lever_arm),
     or in lists. An angle of the data is the opening: the rotation of the crease from its rest angle towards flat. A positive
     moment resists the opening.
-
-    Attributes
-    ----------
-    data : path of the CSV file, relative to the case file
-    angle_unit, moment_unit : str
-        Units of columns without a unit in the header, e.g. "deg" and "mN m". Absent: the units of plain numbers in the case
-        (rad, and N m or N mm). A file without a header requires both.
-    angle, moment : curve as lists, rad and N m, instead of `data`
-    interpolation : "cubic" (not-a-knot spline) or "pchip" (keeps monotone data monotone)
-    rest_angle : rad
-        Angle from the flat sheet at which the angle of the data is zero; absent: the angle as folded.
-    scale : -
-        Factor on the moment, for example for a test of another width.
-    width : m
-        Width of the tested crease; required in a [sheet], whose creases have the moment times their length over this width.
-    unloading : N m
-        Moments at the same angles while the crease closes; the crease dissipates the area between both curves
-        (`fsm.laws.crease_hysteresis`). Absent: the crease is elastic.
-    reversal : rad
-        Angle over which the moment changes between the loading and the unloading curve after a reversal; absent: 2 % of the
-        range of angles.
     """
 
-    law: Literal["spline"]
-    data: Path | None = None
-    angle_unit: Annotated[str, AfterValidator(_angle_unit)] | None = None
-    moment_unit: Annotated[str, AfterValidator(_moment_unit)] | None = None
-    angle: tuple[Angle, ...] | None = None
-    moment: tuple[Moment, ...] | None = None
-    interpolation: Literal["cubic", "pchip"] = "cubic"
-    rest_angle: DataZero | None = None
-    scale: Annotated[Number, Field(gt=0)] = 1.0
-    width: Annotated[Length, Field(gt=0)] | None = None
-    unloading: tuple[Moment, ...] | None = None
-    reversal: Annotated[Angle, Field(gt=0)] | None = None
+    law: Literal["spline"] = Field(description=_LAW)
+    data: Path | None = Field(default=None, description="CSV file, relative to the case file")
+    angle_unit: Annotated[str, AfterValidator(_angle_unit)] | None = Field(
+        default=None,
+        description="unit of angles if the header of the file has none",
+        json_schema_extra={"default": "unit of plain numbers"},
+    )
+    moment_unit: Annotated[str, AfterValidator(_moment_unit)] | None = Field(
+        default=None,
+        description="unit of moments if the header of the file has none",
+        json_schema_extra={"default": "unit of plain numbers"},
+    )
+    angle: tuple[Angle, ...] | None = Field(
+        default=None,
+        description='angles of the curve; "cubic" requires 4 points, "pchip" 2',
+        json_schema_extra={"range": "increasing"},
+    )
+    moment: tuple[Moment, ...] | None = Field(
+        default=None, description="moments of the curve", json_schema_extra={"range": "as many as angles"}
+    )
+    interpolation: Literal["cubic", "pchip"] = Field(
+        default="cubic", description="not-a-knot spline, or PCHIP, which keeps monotone data monotone"
+    )
+    rest_angle: DataZero | None = Field(default=None, description=_REST, json_schema_extra={"default": "as folded"})
+    scale: Number = Field(default=1.0, gt=0, description=_SCALE)
+    width: Annotated[Length, Field(gt=0)] | None = Field(default=None, description=_WIDTH)
+    unloading: tuple[Moment, ...] | None = Field(
+        default=None,
+        description="moments of the lists while the crease closes; the crease dissipates the area between both curves",
+        json_schema_extra={"range": "as many as angles, not above `moment`"},
+    )
+    reversal: Annotated[Angle, Field(gt=0)] | None = Field(
+        default=None, description=_REVERSAL, json_schema_extra={"default": "2 % of the range"}
+    )
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -174,32 +186,37 @@ class SplineCrease(Model):
 
 
 class FamilyCrease(Model):
-    """Crease moment M(psi) from a file of `fsm calibrate crease`; reading the case replaces it by a `SplineCrease`.
+    """Crease moment M(psi) from a file of `fsm calibrate crease`; reading the case replaces it by a `SplineCrease`."""
 
-    Attributes
-    ----------
-    file : path of the HDF5 file, relative to the case file
-    press_time : s
-        Time for which the crease was pressed, interpolated between measured times. Required if the file has several.
-    opening : -
-        Number of openings of the crease, including the present opening. Required if the file has several.
-    hysteresis : bool
-        Whether the crease follows the unloading curve while it closes; false: elastic along the loading curve.
-    since_release : s
-        Time since the release of the crease; the relaxation in the file then gives `rest_angle`.
-    reversal, rest_angle, scale, width : as in `SplineCrease`
-    """
-
-    law: Literal["family"] = "family"
-    file: Path
-    press_time: Annotated[Time, Field(ge=0)] | None = None
-    opening: Annotated[Number, Field(ge=1)] | None = None
-    hysteresis: bool = False
-    since_release: Annotated[Time, Field(ge=0)] | None = None
-    reversal: Annotated[Angle, Field(gt=0)] | None = None
-    rest_angle: DataZero | None = None
-    scale: Annotated[Number, Field(gt=0)] = 1.0
-    width: Annotated[Length, Field(gt=0)] | None = None
+    law: Literal["family"] = Field(default="family", description=_LAW)
+    file: Path = Field(description="file of calibrated creases, relative to the case file")
+    press_time: Annotated[Time, Field(ge=0)] | None = Field(
+        default=None,
+        description="time for which the crease was pressed; required if the file has several",
+        json_schema_extra={"default": "value of the file", "range": "measured range"},
+    )
+    opening: Annotated[Number, Field(ge=1)] | None = Field(
+        default=None,
+        description="number of the opening, counted from the first opening of a new crease; required if the file has "
+        "several",
+        json_schema_extra={"default": "value of the file", "range": "measured range, >= 1"},
+    )
+    hysteresis: bool = Field(
+        default=False,
+        description="follow the unloading curve while the crease closes; false: elastic along the loading curve",
+    )
+    since_release: Annotated[Time, Field(ge=0)] | None = Field(
+        default=None,
+        description="time since the release of the crease, instead of `rest_angle`; the file gives the relaxation of the "
+        "rest angle",
+        json_schema_extra={"range": "measured range"},
+    )
+    reversal: Annotated[Angle, Field(gt=0)] | None = Field(
+        default=None, description=_REVERSAL, json_schema_extra={"default": "2 % of the range"}
+    )
+    rest_angle: DataZero | None = Field(default=None, description=_REST, json_schema_extra={"default": "as folded"})
+    scale: Number = Field(default=1.0, gt=0, description=_SCALE)
+    width: Annotated[Length, Field(gt=0)] | None = Field(default=None, description=_WIDTH)
 
     @model_validator(mode="after")
     def _choices(self) -> Self:

@@ -19,82 +19,81 @@ __all__ = [
     "RectanglePulse", "Support", "Tension", "Vibration",
 ]  # fmt: skip
 
+_PLACE = "position of the patches"
+_DISTANCE = "distance of the centre of a patch from the centre of the film"
+_PLACE_OF_CABLE = (
+    '"corners": cables from every corner outwards along its diagonal; "edges": cables along the edges of the film'
+)
+_PULSE = "force over time: half a sine wave, constant, or given values"
+_DURATION = "time after which the force is zero"
+
 Rate = Annotated[float, Unit("1/s")]
 Place = tuple[Length, Length]
 """Point of the film: coordinates from the centre along length and width, m."""
 
 
 class Membrane(Model):
-    """Rectangular film.
+    """Rectangular film."""
 
-    Attributes
-    ----------
-    length, width, thickness : m
-    mesh : number of elements along length and width
-        Mesh lines are added at the edges of patches.
-    """
-
-    length: Annotated[Length, Field(gt=0)]
-    width: Annotated[Length, Field(gt=0)]
-    thickness: Annotated[Length, Field(gt=0)]
-    mesh: tuple[Annotated[Count, Field(ge=1, le=200)], Annotated[Count, Field(ge=1, le=200)]] = (12, 12)
+    length: Length = Field(gt=0, description="size along x")
+    width: Length = Field(gt=0, description="size along y")
+    thickness: Length = Field(gt=0, description="thickness of the film")
+    mesh: tuple[Annotated[Count, Field(ge=1, le=200)], Annotated[Count, Field(ge=1, le=200)]] = Field(
+        default=(12, 12), description="elements along length and width; lines are added at the edges of patches"
+    )
 
 
 class _Patch(Model):
     """Square with a thickness and a material that differ from those of the film; its sides are parallel to the sides of the
     film.
-
-    Attributes
-    ----------
-    size : m
-        Side of the square.
-    thickness : m
-        Thickness instead of that of the film; the middle surfaces coincide.
-    young, poisson, density : Pa, -, kg/m^3
     """
 
-    size: Annotated[Length, Field(gt=0)]
-    thickness: Annotated[Length, Field(gt=0)]
-    young: Annotated[Stress, Field(gt=0)]
-    poisson: Annotated[Number, Field(gt=-1, lt=0.5)] = 0.3
-    density: Annotated[Density, Field(gt=0)]
+    size: Length = Field(gt=0, description="side of the square")
+    thickness: Length = Field(gt=0, description="thickness of the patch")
+    young: Stress = Field(gt=0, description="Young's modulus")
+    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
+    density: Density = Field(gt=0, description="density")
 
 
 class CentrePatch(_Patch):
     """Patch at the centre of the film."""
 
-    place: Literal["centre"]
+    place: Literal["centre"] = Field(description=_PLACE)
 
 
 class DiagonalPatch(_Patch):
     """Patch on a half diagonal, at `distance` from the centre of the film towards the corner `arm`."""
 
-    place: Literal["diagonal"]
-    distance: Annotated[Length, Field(gt=0)]
-    arm: Literal["++", "-+", "--", "+-"] = "++"
+    place: Literal["diagonal"] = Field(description=_PLACE)
+    distance: Length = Field(gt=0, description=_DISTANCE)
+    arm: Literal["++", "-+", "--", "+-"] = Field(default="++", description="signs of x and y of the corner")
 
 
 class DiagonalsPatch(_Patch):
     """Patches on all four half diagonals: `count` on each, at 1, 2, ... times `distance` from the centre."""
 
-    place: Literal["diagonals"]
-    distance: Annotated[Length, Field(gt=0)]
-    count: Annotated[Count, Field(ge=1, le=100)] = 1
+    place: Literal["diagonals"] = Field(description=_PLACE)
+    distance: Length = Field(gt=0, description=_DISTANCE)
+    count: Count = Field(default=1, ge=1, le=100, description="number of patches on each half diagonal")
 
 
 class PositionPatch(_Patch):
     """Patch at `position`."""
 
-    place: Literal["position"]
-    position: Place
+    place: Literal["position"] = Field(description=_PLACE)
+    position: Place = Field(description="position of its centre", json_schema_extra={"range": "on the film"})
 
 
 class GridPatch(_Patch):
     """Grid of patches about the centre of the film: `count` along length and width, with the distance `spacing`."""
 
-    place: Literal["grid"]
-    count: tuple[Annotated[Count, Field(ge=1, le=100)], Annotated[Count, Field(ge=1, le=100)]]
-    spacing: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]]
+    place: Literal["grid"] = Field(description=_PLACE)
+    count: tuple[Annotated[Count, Field(ge=1, le=100)], Annotated[Count, Field(ge=1, le=100)]] = Field(
+        description="number of patches along length and width"
+    )
+    spacing: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]] = Field(
+        description="distance between centres along length and width"
+    )
 
 
 Patch = Annotated[
@@ -103,54 +102,43 @@ Patch = Annotated[
 
 
 class _Cable(Model):
-    """Round cable with bending stiffness.
+    """Round cable with bending stiffness."""
 
-    Attributes
-    ----------
-    diameter : m
-    young, density : Pa, kg/m^3
-    """
-
-    diameter: Annotated[Length, Field(gt=0)]
-    young: Annotated[Stress, Field(gt=0)]
-    density: Annotated[Density, Field(gt=0)]
+    diameter: Length = Field(gt=0, description="diameter of the round section")
+    young: Stress = Field(gt=0, description="Young's modulus")
+    density: Density = Field(gt=0, description="density")
 
 
 class CornerCable(_Cable):
     """Cable from every corner of the film outwards along the diagonal, with `length` and number of `elements`."""
 
-    place: Literal["corners"]
-    length: Annotated[Length, Field(gt=0)]
-    elements: Annotated[Count, Field(ge=1, le=200)] = 4
+    place: Literal["corners"] = Field(description=_PLACE_OF_CABLE)
+    length: Length = Field(gt=0, description="length of each cable")
+    elements: Count = Field(default=4, ge=1, le=200, description="number of elements of each cable")
 
 
 class EdgeCable(_Cable):
     """Cable along all edges of the film; it shares the positions and slopes of the film."""
 
-    place: Literal["edges"]
+    place: Literal["edges"] = Field(description=_PLACE_OF_CABLE)
 
 
 Cable = Annotated[CornerCable | EdgeCable, Field(discriminator="place")]
 
 
 class Support(Model):
-    """Support of the film during the vibration, after the tension is applied.
+    """Support of the film during the vibration, after the tension is applied."""
 
-    Attributes
-    ----------
-    at : "edges", "left", "right", "bottom", "top" (all edges or one), "corners", "cables" (outer ends of the corner
-        cables) or "point"
-    position : m
-        Position of a "point"; the closest node is supported.
-    fixed : directions without motion
-    clamped : bool
-        Whether slopes are held as well.
-    """
-
-    at: Literal["edges", "left", "right", "bottom", "top", "corners", "cables", "point"]
-    position: Place | None = None
-    fixed: Literal["xyz", "xy", "xz", "yz", "x", "y", "z"] = "xyz"
-    clamped: bool = False
+    at: Literal["edges", "left", "right", "bottom", "top", "corners", "cables", "point"] = Field(
+        description="supported part; edges are held straight"
+    )
+    position: Place | None = Field(
+        default=None,
+        description='position of "point"; the closest node is supported',
+        json_schema_extra={"range": "on the film"},
+    )
+    fixed: Literal["xyz", "xy", "xz", "yz", "x", "y", "z"] = Field(default="xyz", description="directions without motion")
+    clamped: bool = Field(default=False, description="slopes are held as well")
 
     @model_validator(mode="after")
     def _one_point(self) -> Self:
@@ -160,25 +148,27 @@ class Support(Model):
 
 
 class Tension(Model):
-    """Tension that is applied to the film before its supports are fixed, by `pull` or by `strain`.
+    """Tension that is applied to the film before its supports are fixed, by `pull` or by `strain`."""
 
-    Attributes
-    ----------
-    pull : N
-        Force on every corner, or on the outer end of its cable, outwards along the diagonal.
-    strain : -
-        Outward displacement of the edges over the length and width of the film; one value, or one for each direction.
-    film : "plain" (carries compression), "tension-field" (carries no compression, and has wrinkled and slack regions),
-        "wrinkles" (wrinkles that the mesh resolves) or "auto" ("plain" if both principal stresses are tensile everywhere and
-        the film is stable, else "tension-field")
-    imperfection : m
-        Amplitude of the initial waves, "wrinkles" only; absent: a tenth of the thickness.
-    """
-
-    pull: Annotated[Force, Field(ge=0)] | None = None
-    strain: Number | tuple[Number, Number] | None = None
-    film: Literal["plain", "tension-field", "wrinkles", "auto"] = "plain"
-    imperfection: Annotated[Length, Field(gt=0)] | None = None
+    pull: Annotated[Force, Field(ge=0)] | None = Field(
+        default=None, description="force on every corner, outwards along its diagonal; give this or `strain`"
+    )
+    strain: Number | tuple[Number, Number] | None = Field(
+        default=None,
+        description="outward displacement of the edges over length and width",
+        json_schema_extra={"range": "one value, or two"},
+    )
+    film: Literal["plain", "tension-field", "wrinkles", "auto"] = Field(
+        default="plain",
+        description='behaviour of the film in compression. "plain": it carries compression; "tension-field": it carries '
+        'none, and has wrinkled and slack regions; "wrinkles": wrinkles that the mesh resolves; "auto": "plain" if both '
+        'principal stresses are tensile everywhere and the film is stable, else "tension-field"',
+    )
+    imperfection: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"wrinkles": amplitude of the initial waves',
+        json_schema_extra={"default": "amplitude of the closed form, or a tenth of the thickness"},
+    )
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -190,71 +180,62 @@ class Tension(Model):
 
 
 class Air(Model):
-    """Added mass of air, 0.68 x density x length per unit area, for the motion normal to the film (Minami, 1998).
+    """Added mass of air, 0.68 x density x length per unit area, for the motion normal to the film (Minami, 1998)."""
 
-    Attributes
-    ----------
-    density : kg/m^3
-    length : m
-        Absent: the length of the film.
-    """
-
-    density: Annotated[Density, Field(gt=0)] = 1.2
-    length: Annotated[Length, Field(gt=0)] | None = None
+    density: Density = Field(default=1.2, gt=0, description="density of the air")
+    length: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="the added mass is 0.68 x density x length per unit area, for the motion normal to the film",
+        json_schema_extra={"default": "length of the film"},
+    )
 
 
 class Damping(Model):
-    """Damping of the vibration of a film.
+    """Damping of the vibration of a film."""
 
-    Attributes
-    ----------
-    material : s
-        Kelvin-Voigt time beta of film, patches and cables: the viscous stress is beta times the elastic stress of the
-        strain rate.
-    air : 1/s
-        Damping force over mass times velocity; amplitudes decay as exp(-air t/2).
-    """
-
-    material: Annotated[Time, Field(ge=0)] = 0.0
-    air: Annotated[Rate, Field(ge=0)] = 0.0
+    material: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time of film, patches and cables")
+    air: Rate = Field(
+        default=0.0, ge=0, description="damping force over mass times velocity; amplitudes decay as exp(-air t/2)"
+    )
 
 
 class _Pulse(Model):
-    """Short force normal to the film at `point`, from time zero.
+    """Short force normal to the film at `point`, from time zero."""
 
-    Attributes
-    ----------
-    point : m
-    size : m
-        Side of the square around `point` over which the force is spread evenly; absent: a force at a point.
-    """
-
-    point: Place = (0.0, 0.0)
-    size: Annotated[Length, Field(gt=0)] | None = None
+    point: Place = Field(
+        default=(0.0, 0.0), description="point at which the force acts", json_schema_extra={"range": "on the film"}
+    )
+    size: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="side of the square around `point` over which the force is spread evenly. Absent: a force at a point; "
+        "the displacement at this point then grows with the logarithm of the number of elements",
+    )
 
 
 class HalfSinePulse(_Pulse):
     """Half sine wave with `duration` and the maximum `force`."""
 
-    pulse: Literal["half-sine"]
-    force: Force
-    duration: Annotated[Time, Field(gt=0)]
+    pulse: Literal["half-sine"] = Field(description=_PULSE)
+    force: Force = Field(description="maximum force")
+    duration: Time = Field(gt=0, description=_DURATION)
 
 
 class RectanglePulse(_Pulse):
     """Constant `force` for `duration`."""
 
-    pulse: Literal["rectangle"]
-    force: Force
-    duration: Annotated[Time, Field(gt=0)]
+    pulse: Literal["rectangle"] = Field(description=_PULSE)
+    force: Force = Field(description="constant force")
+    duration: Time = Field(gt=0, description=_DURATION)
 
 
 class MeasuredPulse(_Pulse):
     """Measured pulse: forces (N) at times (s), linear between them and zero outside."""
 
-    pulse: Literal["table"]
-    time: tuple[Time, ...]
-    force: tuple[Force, ...]
+    pulse: Literal["table"] = Field(description=_PULSE)
+    time: tuple[Time, ...] = Field(
+        description="times of the forces, with linear interpolation", json_schema_extra={"range": "increasing, two or more"}
+    )
+    force: tuple[Force, ...] = Field(description="list of forces")
 
     @model_validator(mode="after")
     def _sorted(self) -> Self:
@@ -272,39 +253,39 @@ Impact = Annotated[HalfSinePulse | RectanglePulse | MeasuredPulse, Field(discrim
 
 
 class Vibration(Model):
-    """Vibration analysis of the tensioned film.
+    """Vibration analysis of the tensioned film."""
 
-    Attributes
-    ----------
-    duration : s
-    modes : number of natural modes
-    probes : points with sampled motion, by name; "center" and "patch" (the first patch) are added
-    sampling : s
-        Time between samples; absent: a tenth of the period of the highest mode.
-    model : "full" (all degrees of freedom), "reduced" (modes) or "auto" (modes if they are accurate enough)
-    stretch : bool
-        Whether the reduced model includes the cubic terms due to the stretching of the film by its motion.
-    """
-
-    duration: Annotated[Time, Field(gt=0)] = 1.0
-    modes: Annotated[Count, Field(ge=1, le=500)] = 20
-    probes: Annotated[dict[Name, Place], Field(max_length=1000)] = Field(default_factory=dict)
-    sampling: Annotated[Time, Field(gt=0)] | None = None
-    model: Literal["auto", "full", "reduced"] = "auto"
-    stretch: bool = False
+    duration: Time = Field(default=1.0, gt=0, description="duration of the motion")
+    modes: Count = Field(default=20, ge=1, le=500, description="number of natural modes, also of the reduced model")
+    probes: dict[Name, Place] = Field(
+        default_factory=dict, max_length=1000,
+        description='points with sampled motion, by name, `{ edge = [0.15, 0] }`; "center" and "patch" (the first) always '
+        "exist",
+        json_schema_extra={"range": "points on the film, m"},
+    )
+    sampling: Annotated[Time, Field(gt=0)] | None = Field(
+        default=None,
+        description="time between samples of the probes",
+        json_schema_extra={"default": "a tenth of the period of the highest mode"},
+    )
+    model: Literal["auto", "full", "reduced"] = Field(
+        default="auto", description='"full": all coordinates; "reduced": modes; "auto": modes if they are accurate enough'
+    )
+    stretch: bool = Field(default=False, description='"reduced": include the cubic terms due to the stretching of the film')
 
 
 class Deployed(Model):
-    """Film model of a deployed strip, with its panels and creases at the end of the travel.
+    """Film model of a deployed strip, with its panels and creases at the end of the travel."""
 
-    Attributes
-    ----------
-    elements_per_panel : number of elements along a panel
-    elements_across : number of elements over the width of the strip
-    crease_width : m
-        Width of the zone with the bending stiffness of the crease, along each crease; absent: a tenth of a panel.
-    """
-
-    elements_per_panel: Annotated[Count, Field(ge=1, le=200)] = 4
-    elements_across: Annotated[Count, Field(ge=1, le=200)] = 6
-    crease_width: Annotated[Length, Field(gt=0)] | None = None
+    elements_per_panel: Count = Field(default=4, ge=1, le=200, description="number of elements along a panel")
+    elements_across: Count = Field(
+        default=6, ge=1, le=200,
+        description="number of elements over the width. The tension varies over the width, so this number affects the "
+        "frequencies",
+    )
+    crease_width: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="distance between the mesh lines on both sides of a crease; panels of a thin strip bend close to their "
+        "creases",
+        json_schema_extra={"default": "a tenth of a panel"},
+    )

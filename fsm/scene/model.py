@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from fsm.errors import CaseError
 from fsm.scene.faults import faults_of
+from fsm.scene.key_facts import facts_of, plain
+from fsm.scene.schema import Place
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -51,7 +54,18 @@ def _is_long(value: Any) -> bool:
 
 
 class _Readable(ModelMetaclass):
-    """Metaclass of the sections; it reports faults of a section made in Python in the same way as faults of a case file."""
+    """Metaclass of the sections; it reports faults of a section made in Python in the same way as faults of a case file, and
+    adds the keys to the docstring of a section.
+    """
+
+    @property
+    def __doc__(cls) -> str:  # type: ignore[override]
+        """Docstring of a section, with its keys, their units and meanings."""
+        text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
+        section = Place(cls, None, {})
+        facts = {key: facts_of(section, key) for key in cls.__dict__.get("__pydantic_fields__", ())}
+        rows = [f"{key} : {each.kind}\n    {plain(each.meaning)}" for key, each in facts.items() if each.meaning]
+        return "\n".join([text, "", "Attributes", "----------", *rows]) if rows else text
 
     def __call__(cls, *args: Any, **keys: Any) -> Any:
         try:

@@ -16,31 +16,29 @@ _Extent = Annotated[Length, Field(gt=0)]
 
 
 class Obstacle(Model):
-    """Rigid obstacle of a simple shape.
+    """Rigid obstacle of a simple shape."""
 
-    Attributes
-    ----------
-    name : str
-    shape : "plane" (the half space z < 0 in its own axes), "box", "cylinder" (along its own y axis) or "sphere"
-    size : m
-        Size of a box along its own x, y, z.
-    radius : m
-        Radius of a cylinder or a sphere.
-    length : m
-        Length of a cylinder.
-    position, orientation : m, unit quaternion (scalar first)
-        Position of the centre (plane: of any point on it) and orientation, in the axes of `body`.
-    body : name of the body to which the obstacle is fixed; absent: the ground
-    """
-
-    name: Name
-    shape: Literal["plane", "box", "cylinder", "sphere"]
-    size: tuple[_Extent, _Extent, _Extent] | None = None
-    radius: _Extent | None = None
-    length: _Extent | None = None
-    position: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-    orientation: tuple[Number, Number, Number, Number] = (1.0, 0.0, 0.0, 0.0)
-    body: str | None = None
+    name: Name = Field(
+        description="name in contact pairs and results",
+        json_schema_extra={"range": "different from all bodies and surfaces"},
+    )
+    shape: Literal["plane", "box", "cylinder", "sphere"] = Field(description='"plane": half space z < 0 in its own axes')
+    size: tuple[_Extent, _Extent, _Extent] | None = Field(
+        default=None, description="size of a box along its own x, y, z; required for a box"
+    )
+    radius: _Extent | None = Field(default=None, description="radius of a cylinder or a sphere; required for both")
+    length: _Extent | None = Field(default=None, description="length of a cylinder along its own y; required for a cylinder")
+    position: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="position of its centre (plane: of any point on it), in axes of `body`"
+    )
+    orientation: tuple[Number, Number, Number, Number] = Field(
+        default=(1.0, 0.0, 0.0, 0.0),
+        description="orientation of its axes, in axes of `body`",
+        json_schema_extra={"range": "unit quaternion"},
+    )
+    body: str | None = Field(
+        default=None, description="body to which it is fixed; absent: the ground", json_schema_extra={"range": "a body"}
+    )
 
     @property
     def extent(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -16,33 +16,26 @@ __all__ = ["BodyPoint", "PointElement"]
 
 
 class BodyPoint(Model):
-    """Point of a body, of a frame, or of the ground.
+    """Point of a body, of a frame, or of the ground."""
 
-    Attributes
-    ----------
-    body : name of the body or frame, or "ground"
-    point : m, in body axes from the centre of mass
-    """
-
-    body: str
-    point: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    body: str = Field(
+        description="body, frame or ground that carries the point",
+        json_schema_extra={"range": 'a body, a frame or "ground"'},
+    )
+    point: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="point, body axes, from the centre of mass"
+    )
 
 
 class PointElement(Model):
-    """Element of a kind that an extension adds, between points.
+    """Element of a kind that an extension adds, between points."""
 
-    Attributes
-    ----------
-    name : str
-    kind : name of the kind
-    points : points in the order of the kind
-    parameters : parameters of the kind
-    """
-
-    name: Name
-    kind: str
-    points: Annotated[tuple[BodyPoint, ...], Field(min_length=2)]
-    parameters: dict[str, Any] | None = None
+    name: Name = Field(description="name of the element")
+    kind: str = Field(description="name of the kind", json_schema_extra={"range": "a kind of an extension"})
+    points: tuple[BodyPoint, ...] = Field(
+        min_length=2, description="points, in the order of the kind", json_schema_extra={"range": "as many as the kind has"}
+    )
+    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the kind")
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:

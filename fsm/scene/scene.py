@@ -37,6 +37,7 @@ from fsm.scene.units import (
     Number,
     Speed,
     Stiffness,
+    Unit,
 )
 
 if TYPE_CHECKING:
@@ -54,51 +55,49 @@ GROUND = "ground"
 
 Quaternion = tuple[Number, Number, Number, Number]
 Position = tuple[Length, Length, Length]
+Flexibility = Annotated[float, Unit("rad/N/m")]
 
 
 class Plate(Model):
-    """Plate centred in its body, for drawings and contact: a rectangle, or a polygon with an outline.
+    """Plate centred in its body, for drawings and contact: a rectangle, or a polygon with an outline."""
 
-    Attributes
-    ----------
-    length, width, thickness : m
-    outline : corners (x, y) of a polygon in body axes, m, which `length` and `width` enclose; absent: a rectangle
-    """
-
-    length: Annotated[Length, Field(gt=0)]
-    width: Annotated[Length, Field(gt=0)]
-    thickness: Annotated[Length, Field(gt=0)]
-    outline: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)] | None = None
+    length: Length = Field(gt=0, description="size along x")
+    width: Length = Field(gt=0, description="size along y")
+    thickness: Length = Field(gt=0, description="size along z")
+    outline: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)] | None = Field(
+        default=None,
+        description="corners (x, y) of a polygon for drawings and contact, counter-clockwise; the builder of a sheet gives "
+        "them",
+        json_schema_extra={"default": "a rectangle"},
+    )
 
 
 class Body(Model):
-    """Rigid body.
+    """Rigid body."""
 
-    Attributes
-    ----------
-    name : str
-    mass : kg
-    inertia : kg m^2
-        Principal moments about the centre of mass, along the body axes.
-    position, orientation : m, unit quaternion (scalar first)
-    velocity, angular_velocity : m/s in inertial axes, rad/s in body axes
-    held : bool
-        Whether the body is fixed, without degrees of freedom.
-    plate : plate of the body, or None
-    panel : int
-        Number of the panel of the body, from 1; 0 for none.
-    """
-
-    name: Name
-    mass: Annotated[Mass, Field(ge=0)]
-    inertia: tuple[Inertia, Inertia, Inertia]
-    position: Position = (0.0, 0.0, 0.0)
-    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
-    angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] = (0.0, 0.0, 0.0)
-    held: bool = False
-    plate: Plate | None = None
-    panel: int = 0
+    name: Name = Field(description="name of the body", json_schema_extra={"range": 'not "ground"'})
+    mass: Mass = Field(ge=0, description="mass", json_schema_extra={"range": "> 0 unless held or driven"})
+    inertia: tuple[Inertia, Inertia, Inertia] = Field(
+        description="principal moments about the centre of mass, along the body axes",
+        json_schema_extra={"range": "none above the sum of the others"},
+    )
+    position: Position = Field(default=(0.0, 0.0, 0.0), description="position of the centre of mass")
+    orientation: Quaternion = Field(
+        default=(1.0, 0.0, 0.0, 0.0),
+        description="orientation of the body axes, scalar part first",
+        json_schema_extra={"range": "unit quaternion"},
+    )
+    velocity: tuple[Speed, Speed, Speed] = Field(default=(0.0, 0.0, 0.0), description="initial velocity, inertial axes")
+    angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] = Field(
+        default=(0.0, 0.0, 0.0), description="initial angular velocity, body axes"
+    )
+    held: bool = Field(default=False, description="fixed body without degrees of freedom")
+    plate: Plate | None = Field(default=None, description="plate for drawings and contact")
+    panel: int = Field(
+        default=0,
+        description="number of the panel to which the body belongs (0: no panel). The keys `hold` and `release` of a step "
+        "accept `panel 1` for all bodies of panel 1. Bodies of one panel have the same colour in figures",
+    )
 
 
 class ForceElement(Model):
@@ -107,69 +106,86 @@ class ForceElement(Model):
     The element acts between P+ on the inner body and P- on the outer body. The translation is Z = B_b^T A_b^T (p_a - p_b),
     in joint axes of the outer body. The relative rotation consists of a swing (s1, s3) and a twist psi about the joint
     axis e2.
-
-    Attributes
-    ----------
-    inner, outer : names of bodies, or "ground"
-    point_inner, point_outer : m, in body axes from the centre of mass
-    axes_inner, axes_outer : quaternion of the joint axes in body axes
-    translation, translation_damping : N/m, N s/m along e1, e2, e3
-    rotation, rotation_damping : N m/rad, N m s/rad for s1, psi, s3
-    rest_angle : rad
-        Twist at which the moment of the linear spring or of the crease is zero. Absent: the `rest_angle` of the crease law
-        with the sign of the initial fold, or 0.
-    rest_turn : rad
-        Change of the rest angle of a linear spring, times `rest_time`, in space.
-    rest_time : function of time of this change
-    initial_angle : rad
-        Twist at the start (0 flat; +-160 degrees for a strip folded at 80 degrees). The angle must agree with the positions
-        of the bodies; absent: it follows from them.
-    frame : str
-        "outer": Z in the joint axes of the outer body. "chord" (planar only): a ligament from P- to P+. The ligament's first
-        translation is the change of its length from the initial length. The third translation is the initial length times
-        the rotation of the chord relative to the mean rotation of both bodies. The third translation is symmetric in both
-        bodies.
-    swing_axes : str or None
-        Axes of the swing (s1, s3). "outer": axes of the outer body, for a hinge or a universal joint. "half-way": axes
-        half-way between both bodies, rotated by psi/2 about e2, for an elastic joint with bending about several axes.
-        None: "half-way" if all three rotations have a stiffness, there is no crease, and the initial twist is below 45
-        degrees; else "outer". In planar motion both are equal.
-    crease : law of the twist, instead of rotation[1]
-    crease_flexibility : rad/(N m)
-        Flexibility of the half-cell correction, in series with the crease law or with rotation[1]. The energy counts as
-        energy of the panels.
-    kind : role of the element in the model
-    steps : names of the steps in which the element acts; absent: in all
-    latch : bool
-        Whether the force of the element is zero at the beginning of its first step.
-    law : law of an extension that acts besides the springs
-    parameters : parameters of this law
     """
 
-    name: Name
-    inner: str
-    outer: str
-    point_inner: Position = (0.0, 0.0, 0.0)
-    point_outer: Position = (0.0, 0.0, 0.0)
-    axes_inner: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    axes_outer: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    translation: tuple[Stiffness, Stiffness, Stiffness] = (0.0, 0.0, 0.0)
-    rotation: tuple[AngularStiffness, AngularStiffness, AngularStiffness] = (0.0, 0.0, 0.0)
-    translation_damping: tuple[Damping, Damping, Damping] = (0.0, 0.0, 0.0)
-    rotation_damping: tuple[AngularDamping, AngularDamping, AngularDamping] = (0.0, 0.0, 0.0)
-    rest_angle: Angle | None = None
-    rest_turn: Angle = 0.0
-    rest_time: TimeFunction | None = None
-    initial_angle: Angle | None = None
-    frame: Literal["outer", "chord"] = "outer"
-    swing_axes: Literal["outer", "half-way"] | None = None
-    crease: Crease | None = None
-    crease_flexibility: Annotated[Number, Field(ge=0)] = 0.0
-    kind: Literal["joint", "crease", "panel", "drive"] = "joint"
-    steps: tuple[str, ...] | None = None
-    latch: bool = False
-    law: str | None = None
-    parameters: dict[str, Any] | None = None
+    name: Name = Field(description="name of the element")
+    inner: str = Field(description="inner body", json_schema_extra={"range": 'a body or "ground"'})
+    outer: str = Field(
+        description="outer body, whose joint axes define the directions", json_schema_extra={"range": 'a body or "ground"'}
+    )
+    point_inner: Position = Field(
+        default=(0.0, 0.0, 0.0), description="point of the inner body, body axes, from the centre of mass"
+    )
+    point_outer: Position = Field(
+        default=(0.0, 0.0, 0.0), description="point of the outer body, body axes, from the centre of mass"
+    )
+    axes_inner: Quaternion = Field(
+        default=(1.0, 0.0, 0.0, 0.0),
+        description="joint axes of the inner body, in body axes",
+        json_schema_extra={"range": "quaternion"},
+    )
+    axes_outer: Quaternion = Field(
+        default=(1.0, 0.0, 0.0, 0.0),
+        description="joint axes of the outer body, in body axes",
+        json_schema_extra={"range": "quaternion"},
+    )
+    translation: tuple[Stiffness, Stiffness, Stiffness] = Field(
+        default=(0.0, 0.0, 0.0), description="stiffness along e1, e2, e3"
+    )
+    rotation: tuple[AngularStiffness, AngularStiffness, AngularStiffness] = Field(
+        default=(0.0, 0.0, 0.0), description="stiffness for s1, psi, s3"
+    )
+    translation_damping: tuple[Damping, Damping, Damping] = Field(
+        default=(0.0, 0.0, 0.0), description="damping along e1, e2, e3"
+    )
+    rotation_damping: tuple[AngularDamping, AngularDamping, AngularDamping] = Field(
+        default=(0.0, 0.0, 0.0),
+        description="damping for s1, psi, s3; three equal values with no `rotation`: c times the relative angular "
+        "velocity, at any rotation",
+    )
+    rest_angle: Angle | None = Field(
+        default=None,
+        description="twist at which the moment is zero. Without this key and `crease.rest_angle` it is 0 (flat), and not "
+        '"as folded" as in a strip. `crease.rest_angle` has the sign of the initial fold',
+        json_schema_extra={"default": "`crease.rest_angle`, or 0", "range": "with `crease` -pi to pi"},
+    )
+    rest_turn: Angle = Field(default=0.0, description="linear spring in space: change of the rest angle, times `rest_time`")
+    rest_time: TimeFunction | None = Field(default=None, description="[function of time](#functions-of-time) of this change")
+    initial_angle: Angle | None = Field(
+        default=None,
+        description="initial twist; it gives the sign for a closed crease (pi or -pi)",
+        json_schema_extra={"default": "of the bodies as placed", "range": "agrees with them"},
+    )
+    frame: Literal["outer", "chord"] = Field(
+        default="outer",
+        description='definition of the deformation. "outer": relative position in the axes of the outer body. "chord": '
+        "ligament between two points at a distance, symmetric in both bodies, in the plane only",
+    )
+    swing_axes: Literal["outer", "half-way"] | None = Field(
+        default=None,
+        description='axes of the swing (s1, s3). "outer": axes of the outer body, for hinges and universal joints. '
+        '"half-way": axes turned by psi/2 about e2, for elastic joints. Default: "half-way" if all three of `rotation` are '
+        'given, the initial angle is below 45 degrees and there is no crease; else "outer"',
+        json_schema_extra={"default": '"half-way" for elastic joints, else "outer"'},
+    )
+    crease: Crease | None = Field(default=None, description="as `[crease]`, in place of rotation[1], which must be 0")
+    crease_flexibility: Flexibility = Field(
+        default=0.0, ge=0,
+        description='flexibility of half segments in series with `crease`, or with rotation[1] if `kind` is "crease". Its '
+        "energy counts as energy of the panels",
+    )
+    kind: Literal["joint", "crease", "panel", "drive"] = Field(
+        default="joint", description="role in the model, which determines the category of its energy"
+    )
+    steps: tuple[str, ...] | None = Field(
+        default=None, description="steps in which it acts; absent: in all", json_schema_extra={"range": "names of steps"}
+    )
+    latch: bool = Field(
+        default=False,
+        description="with `steps`: the force of the element is zero in the position at the beginning of its first step",
+    )
+    law: str | None = Field(default=None, description="law of an extension, besides the springs")
+    parameters: dict[str, Any] | None = Field(default=None, description="parameters of this law")
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
@@ -197,23 +213,23 @@ class ForceElement(Model):
 class Surface(Model):
     """Surface for contact: a row of plates, each joined to the next, in order along their x axes."""
 
-    name: Name
-    bodies: tuple[str, ...]
+    name: Name = Field(description="name of the surface")
+    bodies: tuple[str, ...] = Field(
+        description="bodies with plates in a row, each joined to the next, in order along their x axes",
+        json_schema_extra={"range": "one or more"},
+    )
 
 
 class PlateGroup(Model):
-    """Group of bodies with plates for contact pairs, for example a pile or the facets of a sheet.
+    """Group of bodies with plates for contact pairs, for example a pile or the facets of a sheet."""
 
-    Attributes
-    ----------
-    face : m^2
-        Area with the whole contact stiffness, so that the stiffness of an area is the same for plates of all sizes. Absent:
-        each plate has the whole stiffness.
-    """
-
-    name: Name
-    bodies: tuple[str, ...]
-    face: Annotated[Area, Field(gt=0)] | None = None
+    name: Name = Field(description="name of the group", json_schema_extra={"range": "different from all other names"})
+    bodies: tuple[str, ...] = Field(description="separate bodies with plates", json_schema_extra={"range": "one or more"})
+    face: Annotated[Area, Field(gt=0)] | None = Field(
+        default=None,
+        description="area with the whole contact stiffness, so that an area has the same stiffness on plates of all sizes",
+        json_schema_extra={"default": "each plate"},
+    )
 
 
 class ContactPair(Model):
@@ -221,41 +237,49 @@ class ContactPair(Model):
 
     Contact of a surface with a plate, a group or an obstacle uses the rigid plates of the surface. Every plate of a group
     has contact with the other side. In a pair of a group with itself, every plate has contact with every other plate.
-
-    Attributes
-    ----------
-    first, second : names of both sides
-    shared : str
-        Connection of two surfaces. "end-start": the end of `first` is the start of `second`, so the layers are joined there
-        and the thickness in the gap decreases to zero. "chain": panels of one strip without a common crease. "none".
     """
 
-    first: str
-    second: str
-    shared: Literal["none", "end-start", "chain"] = "none"
+    first: str = Field(
+        description="first side: a surface, a body with a plate, a group, a film, a cable, a beam, or an obstacle"
+    )
+    second: str = Field(
+        description="second side, as `first`; it can be the same group. Two obstacles: one is a sphere, or exactly one is "
+        "a plane",
+    )
+    shared: Literal["none", "end-start", "chain"] = Field(
+        default="none",
+        description='"end-start": the end of the first is the start of the second (a common crease); "chain": panels of '
+        "one strip without a common crease",
+    )
 
 
 class Scene(Model):
     """Complete model before compilation; see the module docstring for conventions."""
 
-    bodies: tuple[Body, ...] = ()
-    films: tuple[SceneFilm, ...] = ()
-    cables: tuple[SceneCable, ...] = ()
-    beams: tuple[SceneBeam, ...] = ()
-    trusses: tuple[SceneTruss, ...] = ()
-    frames: tuple[SceneFrame, ...] = ()
-    seams: tuple[SceneSeam, ...] = ()
-    elements: tuple[ForceElement, ...] = ()
-    point_elements: tuple[PointElement, ...] = ()
-    surfaces: tuple[Surface, ...] = ()
-    groups: tuple[PlateGroup, ...] = ()
-    obstacles: tuple[Obstacle, ...] = ()
-    pairs: tuple[ContactPair, ...] = ()
-    contact: Contact | None = None
-    friction: Friction | None = None
-    loads: tuple[Load, ...] = ()
-    drives: tuple[Drive, ...] = ()
-    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
+    bodies: tuple[Body, ...] = Field(default=(), description="rigid bodies")
+    films: tuple[SceneFilm, ...] = Field(default=(), description="rectangular films of ANCF elements")
+    cables: tuple[SceneCable, ...] = Field(default=(), description="cables of ANCF elements")
+    beams: tuple[SceneBeam, ...] = Field(default=(), description="beams of ANCF elements that bend in the x-z plane")
+    trusses: tuple[SceneTruss, ...] = Field(
+        default=(), description="points, bars and rotational springs, `[[scene.trusses]]`"
+    )
+    frames: tuple[SceneFrame, ...] = Field(default=(), description="frames on films, cables, beams and trusses")
+    seams: tuple[SceneSeam, ...] = Field(default=(), description="springs between an edge of a film and bodies")
+    elements: tuple[ForceElement, ...] = Field(default=(), description="force elements")
+    point_elements: tuple[PointElement, ...] = Field(
+        default=(), description="elements of kinds of extensions, between points"
+    )
+    surfaces: tuple[Surface, ...] = Field(default=(), description="surfaces for contact")
+    groups: tuple[PlateGroup, ...] = Field(default=(), description="groups of plates for contact")
+    obstacles: tuple[Obstacle, ...] = Field(default=(), description="rigid obstacles, as `[[obstacle]]`")
+    pairs: tuple[ContactPair, ...] = Field(default=(), description="contact pairs")
+    contact: Contact | None = Field(default=None, description="normal contact, as `[contact]`")
+    friction: Friction | None = Field(default=None, description="friction, as `[friction]`")
+    loads: tuple[Load, ...] = Field(default=(), description="forces and couples, as `[[load]]`")
+    drives: tuple[Drive, ...] = Field(default=(), description="prescribed motions, as `[[drive]]`, with `body` or `bodies`")
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = Field(
+        default=(0.0, 0.0, 0.0), description="acceleration, inertial axes"
+    )
     _facets: FlexibleFacets | None = PrivateAttr(default=None)
     _folds: FoldData | None = PrivateAttr(default=None)
     _touching: TouchingSheet | None = PrivateAttr(default=None)

@@ -7,7 +7,7 @@ have the axes of all scenes, its y axis is z.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -36,37 +36,27 @@ MOST_ELEMENTS = 50_000
 
 
 class Scissor(Model):
-    """Units, bars and mesh of an array.
+    """Units, bars and mesh of an array."""
 
-    Attributes
-    ----------
-    shape : str
-        "linear": straight bars with the hinge in the middle; "arched": straight bars with the hinge off the middle, so the
-        array becomes an arch; "ring": closed ring of bars with a kink of 2 pi/units at the hinge, which opens radially.
-    units : int
-    bar_length : m
-        Length of a whole bar, measured along it.
-    hinge : -
-        Position of the hinge: distance from the end on the lower side, over the length of the bar.
-    initial_angle : rad
-        Angle of the bars with the long axis of the array (ring, arch: with the normal to the symmetry axis of their unit);
-        pi/2 stowed, 0 fully deployed.
-    element : str
-        "section": shear-deformable beam with the strains of its section (Reissner, 1972); "green": shear-deformable beam
-        with Green's strain over the section (Peng et al., 2019); "cable": beam without shear.
-    elements_per_bar : int
-    rigid : bool
-        Whether bars are rigid bodies joined by stiff springs, for comparison.
-    """
-
-    shape: Literal["linear", "arched", "ring"] = "linear"
-    units: Annotated[Count, Field(ge=1, le=5000)]
-    bar_length: Annotated[Length, Field(gt=0)]
-    hinge: Annotated[Number, Field(gt=0, lt=1)] = 0.5
-    initial_angle: Annotated[Angle, Field(gt=0, lt=RIGHT_ANGLE)]
-    element: Literal["section", "green", "cable"] = "section"
-    elements_per_bar: Annotated[Count, Field(ge=2, le=1000)] = 4
-    rigid: bool = False
+    shape: Literal["linear", "arched", "ring"] = Field(
+        default="linear",
+        description='"linear": straight bars with the hinge in the middle; "arched": hinges off the middle, so that the '
+        'array becomes an arch; "ring": closed ring of bars with a kink at the hinge, which opens radially',
+    )
+    units: Count = Field(ge=1, le=5000, description="number of units; at least 3 in a ring")
+    bar_length: Length = Field(gt=0, description="length of a whole bar, measured along it")
+    hinge: Number = Field(
+        default=0.5, gt=0, lt=1,
+        description='"arched": distance of the hinge from the end on the lower side, over the length',
+    )
+    initial_angle: Angle = Field(
+        gt=0, lt=RIGHT_ANGLE, description="angle of the bars with the long axis of the array: pi/2 stowed, 0 fully deployed"
+    )
+    element: Literal["section", "green", "cable"] = Field(
+        default="section", description="beam with shear (strains of the section, or Green's strain), or without"
+    )
+    elements_per_bar: Count = Field(default=4, ge=2, le=1000, description="number of beam elements of a bar")
+    rigid: bool = Field(default=False, description="rigid bars with stiff hinges, for comparison")
 
     @model_validator(mode="after")
     def _closed(self) -> Self:
@@ -90,70 +80,50 @@ class Scissor(Model):
 class BarSection(Model):
     """Rectangular section of a bar: `height` in the plane of the array, `width` normal to it, m."""
 
-    width: Annotated[Length, Field(gt=0)]
-    height: Annotated[Length, Field(gt=0)]
+    width: Length = Field(gt=0, description="size normal to the plane")
+    height: Length = Field(gt=0, description="size in the plane")
 
 
 class HingeJoint(Model):
-    """Springs, dampers and dry friction of hinges; without this section hinges are free.
+    """Springs, dampers and dry friction of hinges; without this section hinges are free."""
 
-    Attributes
-    ----------
-    stiffness : N m/rad
-        Torsional spring between the two bars at a hinge.
-    rest_turn : rad
-        Rotation from the initial state, in the sense of the deployment, at which the moment of the spring is zero.
-    damping : N m s/rad
-    friction_moment : N m
-        Moment M of the regularised dry friction, M tanh(w/w_s).
-    friction_speed : rad/s
-        Regularisation speed w_s; a sticking hinge creeps at a part of it.
-    at : hinges to which the section applies
-    """
-
-    stiffness: Annotated[AngularStiffness, Field(ge=0)] = 0.0
-    rest_turn: Angle = 0.0
-    damping: Annotated[AngularDamping, Field(ge=0)] = 0.0
-    friction_moment: Annotated[Moment, Field(ge=0)] = 0.0
-    friction_speed: Annotated[AngularSpeed, Field(gt=0)] = 0.01
-    at: Literal["middle", "tips", "all"] = "all"
+    stiffness: AngularStiffness = Field(default=0.0, ge=0, description="torsional spring between the bars")
+    rest_turn: Angle = Field(
+        default=0.0,
+        description="rotation from the start, in the sense of the deployment, at which the moment of the spring is zero",
+    )
+    damping: AngularDamping = Field(default=0.0, ge=0, description="moment of the damper over the rate of rotation")
+    friction_moment: Moment = Field(default=0.0, ge=0, description="M of the regularised dry friction M tanh(w/w_s)")
+    friction_speed: AngularSpeed = Field(
+        default=0.01, gt=0, description="regularisation speed w_s; a sticking hinge creeps below it"
+    )
+    at: Literal["middle", "tips", "all"] = Field(default="all", description="hinges with these properties")
 
 
 class Stop(Model):
-    """End stop of the middle hinges, with the moment K d^1.5 (1 + damping d') at a depth d beyond `angle`.
+    """End stop of the middle hinges, with the moment K d^1.5 (1 + damping d') at a depth d beyond `angle`."""
 
-    Attributes
-    ----------
-    angle : rad
-        Angle of the bars at first contact of the stop, measured as `initial_angle`.
-    stiffness : N m/rad^1.5
-        Stiffness K.
-    damping : s/rad
-        Factor on the rate d' of the depth; the moment of a stop without latch is never tensile.
-    latch : bool
-        Whether the stop becomes bilateral after first contact, with the same stiffness and damping.
-    """
-
-    angle: Annotated[Angle, Field(gt=0, lt=RIGHT_ANGLE)]
-    stiffness: Annotated[StopStiffness, Field(gt=0)]
-    damping: Annotated[TimePerAngle, Field(ge=0)] = 0.0
-    latch: bool = False
+    angle: Angle = Field(
+        gt=0, lt=RIGHT_ANGLE, description="angle of the bars at first contact of the stop, below `initial_angle`"
+    )
+    stiffness: StopStiffness = Field(gt=0, description="K")
+    damping: TimePerAngle = Field(default=0.0, ge=0, description="factor on the rate d' of the depth")
+    latch: bool = Field(
+        default=False,
+        description="after first contact the stop also acts in the other direction, with the same stiffness and damping",
+    )
 
 
 class PointSupport(Model):
-    """Support of a point.
+    """Support of a point."""
 
-    Attributes
-    ----------
-    point : name
-    kind : "pinned" (fixed position, free rotation) or "slider" (motion along `direction` only)
-    direction : -
-        Direction of a slider.
-    """
-
-    point: str
-    kind: Literal["pinned", "slider"] = "pinned"
-    direction: tuple[Number, Number] | None = None
+    point: str = Field(description="supported point", json_schema_extra={"range": "a point"})
+    kind: Literal["pinned", "slider"] = Field(
+        default="pinned", description='"pinned": fixed position, free rotation; "slider": motion along `direction` only'
+    )
+    direction: tuple[Number, Number] | None = Field(
+        default=None, description="direction of a slider", json_schema_extra={"range": "[1, 0] or [0, 1]"}
+    )
 
     @model_validator(mode="after")
     def _directed(self) -> Self:
@@ -167,10 +137,12 @@ class PointSupport(Model):
 class PointForce(Model):
     """Force on a point (N) times a function of time: `force`, or `radial` away from the centre of a ring or an arch."""
 
-    point: str
-    force: tuple[Force, Force] | None = None
-    radial: Force | None = None
-    time: TimeFunction = Constant()
+    point: str = Field(description="loaded point", json_schema_extra={"range": "a point"})
+    force: tuple[Force, Force] | None = Field(default=None, description="force along x and y; give this or `radial`")
+    radial: Force | None = Field(default=None, description="away from the centre of a ring or an arch")
+    time: TimeFunction = Field(
+        default=Constant(), description="factor over time, as of a `[[load]]`", json_schema_extra={"default": "constant"}
+    )
 
     @model_validator(mode="after")
     def _one(self) -> Self:

@@ -57,26 +57,23 @@ _OF_FILE = ("vertices", "edges", "assignment", "angles", "faces")
 
 
 class SheetSupport(Model):
-    """Support of vertices or of a facet of a sheet.
+    """Support of vertices or of a facet of a sheet."""
 
-    Attributes
-    ----------
-    at : str, or two opposite corners of a box in m
-        Place: "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7", or all vertices in a box at the start.
-    fixed : axes along which the vertices cannot move
-        A facet must have all three; it is then a fixed body.
-
-    clamped : bool
-        Whether the slopes of flexible facets cannot turn out of their surface either.
-    mirror : axis
-        Edge, or another part of the outline, of flexible facets in a plane of symmetry normal to this axis, instead of
-        `fixed`: it stays in the plane, and the sheet crosses the plane at a right angle.
-    """
-
-    at: Name | Box
-    fixed: Annotated[tuple[Axis, ...], Field(min_length=1)] = ("x", "y", "z")
-    clamped: bool = False
-    mirror: Axis | None = None
+    at: Name | Box = Field(
+        description='place: "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7", or a box as two opposite corners '
+        "`[[x, y, z], [x, y, z]]`, which selects the vertices in it at the start. Numbers count from 1; each side of a cut "
+        "has its own vertices ([sheets](sheets.md))",
+    )
+    fixed: tuple[Axis, ...] = Field(
+        default=("x", "y", "z"), min_length=1,
+        description="directions in which the vertices cannot move; a facet needs all three and is then fixed",
+    )
+    clamped: bool = Field(default=False, description="flexible facets: no rotation out of the surface at this place")
+    mirror: Axis | None = Field(
+        default=None,
+        description="flexible facets: the edge lies in a plane of symmetry normal to this axis; instead of `fixed`. A box "
+        'selects the outline between its nodes, and "vertices 1, 2" the lines of the outline between these vertices',
+    )
 
     @model_validator(mode="after")
     def _either(self) -> Self:
@@ -96,20 +93,6 @@ class SheetSupport(Model):
 class SheetPly(Model):
     """Ply of a laminate, from the lowest to the highest along the normal of flexible facets.
 
-    Attributes
-    ----------
-    thickness : m
-    angle : rad
-        Direction of the fibres, from x towards y of the plate or of the flat pattern.
-    young, young_across : Pa
-        Young's moduli along and across the fibres.
-    shear : Pa
-        Shear modulus in the plane.
-    poisson : -
-        Contraction across the fibres under a stress along them.
-    density : kg/m^3
-        Absent: `material.density`.
-
     Examples
     --------
     >>> stiffness = {"young": "140 GPa", "young_across": "10 GPa", "shear": "5 GPa", "poisson": 0.3}
@@ -118,13 +101,20 @@ class SheetPly(Model):
     0.7854
     """
 
-    thickness: Annotated[Length, Field(gt=0)]
-    angle: Angle = 0.0
-    young: Annotated[Stress, Field(gt=0)]
-    young_across: Annotated[Stress, Field(gt=0)]
-    shear: Annotated[Stress, Field(gt=0)]
-    poisson: Number
-    density: Annotated[Density, Field(gt=0)] | None = None
+    thickness: Length = Field(gt=0, description="thickness of the ply")
+    angle: Angle = Field(
+        default=0.0, description="direction of the fibres, from x towards y of a plate, or of the flat pattern"
+    )
+    young: Stress = Field(gt=0, description="Young's modulus along the fibres")
+    young_across: Stress = Field(gt=0, description="Young's modulus across the fibres")
+    shear: Stress = Field(gt=0, description="shear modulus in the plane")
+    poisson: Number = Field(
+        description="contraction across the fibres under a stress along them",
+        json_schema_extra={"range": "below sqrt(young/young_across) in magnitude"},
+    )
+    density: Annotated[Density, Field(gt=0)] | None = Field(
+        default=None, description="density of the ply", json_schema_extra={"default": "`material.density`"}
+    )
 
     @model_validator(mode="after")
     def _stable(self) -> Self:
@@ -138,26 +128,28 @@ class SheetPly(Model):
 class SheetProbe(Model):
     """Point of flexible facets whose displacement is in the summary: a vertex of the pattern, for example "vertex 3"."""
 
-    name: Name
-    at: Name | Box
+    name: Name = Field(description="name in the summary")
+    at: Name | Box = Field(description='one vertex, for example "vertex 3", or a box around one node')
 
 
 class SheetCrease(Model):
-    """Stiffness or rest angle of some creases of a sheet, in place of the common one.
+    """Stiffness or rest angle of some creases of a sheet, in place of the common one."""
 
-    Attributes
-    ----------
-    of : str
-        "mountain", "valley", "unassigned", "flat", "bend line", or names: "crease 3", "creases 3, 4", "bend line 2".
-        Flat edges that are named here become creases.
-    stiffness_per_length : N m/rad per m
-    rest_angle : rad
-        Fold angle at which the moment is zero, on the side of the assignment.
-    """
-
-    of: Name
-    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = None
-    rest_angle: Annotated[Angle, Field(ge=0, le=math.pi)] | None = None
+    of: Name = Field(
+        description='"mountain", "valley", "unassigned", "flat", "bend line", or names: "crease 3", "creases 3, 4", "bend '
+        'line 2". Flat edges that are named here become creases. Bend lines only with facets = "bend-lines" or "bars": '
+        "flexible facets bend everywhere",
+    )
+    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = Field(
+        default=None,
+        description="stiffness over the length; linear creases only",
+        json_schema_extra={"default": "that of `[crease]`"},
+    )
+    rest_angle: Annotated[Angle, Field(ge=0, le=math.pi)] | None = Field(
+        default=None,
+        description="fold angle at which the moment is zero, on the side of the assignment",
+        json_schema_extra={"default": "that of `[crease]`"},
+    )
 
     @model_validator(mode="after")
     def _some(self) -> Self:
@@ -167,25 +159,25 @@ class SheetCrease(Model):
 
 
 class BarsOfSheet(Model):
-    """Bars of a sheet with facets = "bars"; see `fsm.scene.truss.SceneTruss` for the laws.
+    """Bars of a sheet with facets = "bars"; see `fsm.scene.truss.SceneTruss` for the laws."""
 
-    Attributes
-    ----------
-    young : Pa
-        Absent: `material.young`.
-    area : m^2
-        Cross-section of every bar; absent: a preset (`fsm.scene.builders.sheet_bars.bar_areas`).
-    law : "linear", "green" or "ogden"
-    exponents : exponents of "ogden"
-    linear_to : rad
-        Fold angle beyond which the moments of creases and bend lines rise, to infinity at 180 degrees.
-    """
-
-    young: Annotated[Stress, Field(gt=0)] | None = None
-    area: Annotated[Area, Field(gt=0)] | None = None
-    law: AxialLaw = "linear"
-    exponents: tuple[Number, Number] = (5.0, 1.0)
-    linear_to: Annotated[Angle, Field(gt=0, le=math.pi)] = math.pi
+    young: Annotated[Stress, Field(gt=0)] | None = Field(
+        default=None, description="Young's modulus of the bars", json_schema_extra={"default": "`material.young`"}
+    )
+    area: Annotated[Area, Field(gt=0)] | None = Field(
+        default=None,
+        description="cross-section of every bar. Absent: bars and plate have the same energy in a uniform expansion",
+        json_schema_extra={"default": "a preset"},
+    )
+    law: AxialLaw = Field(default="linear", description="axial law, as in [`[[scene.trusses]]`](#scenetrusses)")
+    exponents: tuple[Number, Number] = Field(
+        default=(5.0, 1.0), description='exponents a and b of "ogden"', json_schema_extra={"range": "different"}
+    )
+    linear_to: Angle = Field(
+        default=math.pi, gt=0, le=math.pi,
+        description="fold angle beyond which the moments of creases and bend lines rise like a tangent function, and "
+        "faster in the last twentieth of the range, to infinity at 180 degrees",
+    )
 
     @model_validator(mode="after")
     def _of_law(self) -> Self:
@@ -195,120 +187,213 @@ class BarsOfSheet(Model):
 
 
 class Sheet(Model):
-    """Folded sheet: a crease pattern by `kind`, from a file, or written in the case.
+    """Folded sheet: a crease pattern by `kind`, from a file, or written in the case."""
 
-    Attributes
-    ----------
-    kind : str
-        "miura", "zigzag", "waterbomb" (sheets), "kresling", "yoshimura" (tubes), "cone" (pleated), "flasher" (wraps
-        around a hub), "tube" (Z-folded), "miura-tube" (two Miura sheets),
-        "plate" (a single flexible facet), and the booms "tape-spring", "stem" and "lenticular".
-    columns, rows : numbers of panels or cells along x and y; storeys of a tube for `rows`
-    a, b : sides of a panel, m
-        Miura: a along y, b along x. Zigzag: a is the length of a panel along x, b its width. Waterbomb: a is the side of a
-        cell.
-    sector_angle : angle between the sides of a panel, rad
-    fold_angle : angle of the panels with the mean plane at the start, rad
-    sides : number of sides of a tube
-    radius, height, twist : m, m, rad
-        Circumradius of a tube, height of a storey, rotation of each ring relative to the ring below. Plate: `radius` bends
-        it to a cylinder without stress. Booms: radius of the section.
-    taper : -
-        "kresling": circumradius of each ring over that of the ring below; heights too. Absent: 1.
-    subtended_angle : rad
-        Angle that the arc of the section of a boom subtends; "lenticular": each of both arcs.
-    length, width : sides of a rectangular plate along x and y, m; booms have `length` only
-    inner_radius, outer_radius : radii of an annular plate, m; a disc has `outer_radius` only
-    slit : whether the annulus is cut along the positive x axis
-    pattern : path of a FOLD or SVG file, relative to the case file
-    scale : m
-        Length of one unit of the file. Absent: `frame_unit` of a FOLD file.
-    frame : number of the frame of a FOLD file, from 0; absent: the first folded one, else the first
-    part : number of the separate part of the file that is the sheet, from 1, the largest
-    merge : m
-        Distance below which points of the file are one vertex, and height below which a facet is planar. Absent: from the
-        digits of the file.
-    notes : what was ignored or changed in the file; the complete case contains these texts
-    vertices, edges, assignment, angles, faces : pattern of the file, as in the FOLD format
-        Positions in m, numbers of vertices from 0, letters, fold angles in rad, numbers of vertices from 0.
-    fold : -
-        Part of each fold angle at the start of a flat pattern, with rigid facets; creases are at rest there.
-    align : str
-        "mean plane": the plane of least squares through the vertices at the start is turned to z = 0.
-    fold_to : -
-        Part of each fold angle to which the rest angles of the creases move until `solve.end_time`.
-    facets : str
-        "rigid"; "bend-lines": facets of four and more sides also bend along diagonals; "bars": a bar along each edge and
-        bend line, and a rotational spring about it; "flexible": thin plates.
-    bars : bars of facets = "bars"
-    mesh_size, mesh : m, -
-        Largest size of the cells of flexible facets, or the numbers of cells of a plate along length and width, or along
-        radius and circumference. A cell has two triangles.
-    mesh_shift : -
-        Random displacement of the inner nodes of a plate, relative to the size of a cell, to show the effect of the
-        mesh.
-    mesh_grading : -
-        Grading of the cells of a plate towards both ends of its length and of its width, or of radius and circumference;
-        of other sheets twice the same number, for the cells of each facet towards its edges. 0: uniform, 1: strongest.
-    probe : points whose displacements are in the summary
-    ply : plies of a laminate, from the lowest to the highest along the normal
-    thickness : m
-    film : str
-        "tension-field": flexible facets carry no compression and wrinkle instead, without resolving each wrinkle; "plain".
-    film_rounding : -
-        Half-width, as a strain, of the rounded kinks of a tension field. Strains of this size are not accurate.
-    bend_stiffness_per_length : N m/rad per m
-        Stiffness of bend lines over their length; absent: fit of Liu and Paulino, 2017, to plates (a preset).
-    crease : stiffness and rest angles of some creases; later items replace earlier ones
-    support : supports
-    """
-
-    kind: Kind | None = None
-    columns: Annotated[Count, Field(ge=1, le=1000)] | None = None
-    rows: Annotated[Count, Field(ge=1, le=1000)] | None = None
-    a: Annotated[Length, Field(gt=0)] | None = None
-    b: Annotated[Length, Field(gt=0)] | None = None
-    sector_angle: Annotated[Angle, Field(gt=0, lt=math.pi / 2)] | None = None
-    fold_angle: Annotated[Angle, Field(ge=0, lt=math.pi / 2)] | None = None
-    sides: Annotated[Count, Field(ge=3, le=1000)] | None = None
-    radius: Annotated[Length, Field(gt=0)] | None = None
-    height: Annotated[Length, Field(gt=0)] | None = None
-    twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = None
-    taper: Annotated[Number, Field(gt=0, le=1)] | None = None
-    subtended_angle: Annotated[Angle, Field(gt=0)] | None = None
-    length: Annotated[Length, Field(gt=0)] | None = None
-    width: Annotated[Length, Field(gt=0)] | None = None
-    inner_radius: Annotated[Length, Field(gt=0)] | None = None
-    outer_radius: Annotated[Length, Field(gt=0)] | None = None
-    slit: bool | None = None
-    pattern: Path | None = None
-    scale: Annotated[Length, Field(gt=0)] | None = None
-    frame: Annotated[Count, Field(ge=0)] | None = None
-    part: Annotated[Count, Field(ge=1)] | None = None
-    merge: Annotated[Length, Field(gt=0)] | None = None
-    notes: tuple[str, ...] = ()
-    vertices: tuple[tuple[Length, Length, Length], ...] | None = None
-    edges: tuple[tuple[Count, Count], ...] | None = None
-    assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = None
-    angles: tuple[Angle, ...] | None = None
-    faces: tuple[tuple[Count, ...], ...] | None = None
-    fold: Annotated[Number, Field(ge=0, lt=1)] = 0.0
-    align: Literal["mean plane"] | None = None
-    fold_to: Annotated[Number, Field(ge=0, le=1)] | None = None
-    facets: Literal["rigid", "bend-lines", "bars", "flexible"] = "rigid"
-    bars: BarsOfSheet | None = None
-    mesh_size: Annotated[Length, Field(gt=0)] | None = None
-    mesh: tuple[Cells, Cells] | None = None
-    mesh_shift: Annotated[Number, Field(ge=0, le=0.4)] = 0.0
-    mesh_grading: tuple[Grading, Grading] = (0.0, 0.0)
-    thickness: Annotated[Length, Field(gt=0)]
-    film: Literal["plain", "tension-field"] = "plain"
-    film_rounding: Annotated[Number, Field(gt=0, le=0.1)] = 1e-3
-    bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = None
-    crease: tuple[SheetCrease, ...] = ()
-    support: tuple[SheetSupport, ...] = ()
-    probe: tuple[SheetProbe, ...] = ()
-    ply: tuple[SheetPly, ...] = ()
+    kind: Kind | None = Field(
+        default=None,
+        description="crease pattern, a plate without creases, or a [boom](booms.md); give this, `pattern` or `vertices`. "
+        '"miura", "zigzag", "waterbomb": sheets; "kresling", "yoshimura": tubes; "tube": Z-folded tube; "miura-tube": '
+        'tube of two Miura sheets; "cone": pleated; "flasher": wraps around a hub; "tape-spring", "stem", "lenticular": '
+        "booms",
+    )
+    columns: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
+        default=None,
+        description="number of panels or cells along x",
+        json_schema_extra={"default": 'needed by "miura", "zigzag", "waterbomb", "miura-tube"'},
+    )
+    rows: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
+        default=None,
+        description="number of panels or cells along y, or of storeys of a tube",
+        json_schema_extra={"default": 'needed by "miura", "waterbomb", "kresling", "yoshimura", "tube"'},
+    )
+    a: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"miura": side of a panel along y; "miura-tube": side of the rings; "zigzag": length of a panel along '
+        'x; "waterbomb": side of a square cell',
+        json_schema_extra={"default": 'needed by "miura", "zigzag", "waterbomb", "miura-tube"'},
+    )
+    b: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"miura", "miura-tube": side of a panel along x; "zigzag": width of the sheet',
+        json_schema_extra={"default": 'needed by "miura", "zigzag", "miura-tube"'},
+    )
+    sector_angle: Annotated[Angle, Field(gt=0, lt=math.pi / 2)] | None = Field(
+        default=None,
+        description="angle between the sides of a panel",
+        json_schema_extra={"default": 'needed by "miura", "miura-tube"'},
+    )
+    fold_angle: Annotated[Angle, Field(ge=0, lt=math.pi / 2)] | None = Field(
+        default=None,
+        description="angle of the panels with the mean plane at the start",
+        json_schema_extra={"default": 'needed by "miura", "zigzag", "miura-tube"'},
+    )
+    sides: Annotated[Count, Field(ge=3, le=1000)] | None = Field(
+        default=None,
+        description="number of sides of a tube or flasher, or of pleats of a cone",
+        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "cone", "flasher"'},
+    )
+    radius: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='circumradius of a tube; booms: radius of the section, at least 10 times the thickness; "plate": the '
+        "plate is bent along x to a cylinder of this radius at the start, without stress",
+        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "tube" and booms'},
+    )
+    height: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="height of a storey, panel or wall",
+        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "flasher", "tube"'},
+    )
+    twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = Field(
+        default=None,
+        description="rotation of each ring relative to the ring below",
+        json_schema_extra={"default": 'needed by "kresling"'},
+    )
+    taper: Annotated[Number, Field(gt=0, le=1)] | None = Field(
+        default=None,
+        description='"kresling": circumradius of each ring over that of the ring below; the heights of the storeys have '
+        "the same ratio",
+        json_schema_extra={"default": "1"},
+    )
+    subtended_angle: Annotated[Angle, Field(gt=0)] | None = Field(
+        default=None,
+        description='angle that the arc of the section subtends; "lenticular": each of both arcs',
+        json_schema_extra={
+            "default": "needed by booms",
+            "range": '"tape-spring", "lenticular": to pi; "stem": above pi, to 4 pi',
+        },
+    )
+    length: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="side along x", json_schema_extra={"default": 'needed by a rectangular "plate" and booms'}
+    )
+    width: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="side along y", json_schema_extra={"default": 'needed by a rectangular "plate"'}
+    )
+    inner_radius: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='a "plate" with `outer_radius` only is a disc',
+        json_schema_extra={"default": 'needed by "cone" and an annular "plate"'},
+    )
+    outer_radius: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="circumradius of a flasher",
+        json_schema_extra={"default": 'needed by "cone", "flasher" and a circular "plate"', "range": "> `inner_radius`"},
+    )
+    slit: bool | None = Field(
+        default=None,
+        description='annular "plate": whether it is cut along the positive x axis',
+        json_schema_extra={"default": "false"},
+    )
+    pattern: Path | None = Field(
+        default=None,
+        description="FOLD (1.0 to 1.2), SVG, ORIPA (.opx, .cp) or Oriedita (.ori, .cp) file, relative to the case file; "
+        "see [patterns from files](sheets.md#patterns-from-files)",
+    )
+    scale: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="length of one unit of the file; needed for all files except FOLD",
+        json_schema_extra={"default": "`frame_unit` of a FOLD file"},
+    )
+    frame: Annotated[Count, Field(ge=0)] | None = Field(
+        default=None, description="number of the frame of a FOLD file; absent: the first folded frame, else the first"
+    )
+    part: Annotated[Count, Field(ge=1)] | None = Field(
+        default=None,
+        description="number of the separate part of the file that is the sheet, from the largest; absent: the pattern must "
+        "be one part",
+    )
+    merge: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="distance below which points of the file are one vertex, and height below which a facet is planar; see "
+        "[tolerance](sheets.md#tolerance-of-a-pattern-file)",
+        json_schema_extra={"default": "from the file"},
+    )
+    notes: tuple[str, ...] = Field(
+        default=(),
+        description="what was ignored or changed in the file; only `fsm` writes these texts, into the complete case",
+    )
+    vertices: tuple[tuple[Length, Length, Length], ...] | None = Field(
+        default=None, description="positions at the start, instead of a file"
+    )
+    edges: tuple[tuple[Count, Count], ...] | None = Field(
+        default=None, description="two numbers of vertices of each edge, from 0"
+    )
+    assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = Field(
+        default=None, description="boundary, mountain, valley, flat, unassigned, cut, bend line: a letter for each edge"
+    )
+    angles: tuple[Angle, ...] | None = Field(default=None, description="fold angle of each edge in the folded state")
+    faces: tuple[tuple[Count, ...], ...] | None = Field(
+        default=None, description="numbers of the vertices of each face, counter-clockwise, from 0"
+    )
+    fold: Number = Field(
+        default=0.0, ge=0, lt=1,
+        description="fraction of each fold angle at the start of a flat pattern, with rigid facets (with `facets = "
+        '"bend-lines"` rigid between bend lines); the creases have no moment in this state',
+    )
+    align: Literal["mean plane"] | None = Field(
+        default=None,
+        description="at the start, the plane of least squares through the vertices is turned to z = 0 by the smallest "
+        "rotation, and the same side stays above; absent: as in the file, and with `fold` the first facet stays in place",
+    )
+    fold_to: Annotated[Number, Field(ge=0, le=1)] | None = Field(
+        default=None,
+        description="fraction of each fold angle to which the rest angles of the creases move until `solve.end_time`; "
+        "linear creases only",
+    )
+    facets: Literal["rigid", "bend-lines", "bars", "flexible"] = Field(
+        default="rigid",
+        description='"bend-lines": facets with more than three sides also bend along diagonals; "bars": [bars and '
+        'hinges](sheets.md#bars-and-hinges) in place of facets; "flexible": thin plates, see [flexible '
+        "facets](sheets.md#flexible-facets)",
+    )
+    bars: BarsOfSheet | None = Field(
+        default=None, description='bars of `facets = "bars"`, `[sheet.bars]`', json_schema_extra={"default": "presets"}
+    )
+    mesh_size: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"flexible": largest size of a cell along the edges; a cell has two triangles. Required, except for '
+        "plates and booms with `mesh`",
+    )
+    mesh: tuple[Cells, Cells] | None = Field(
+        default=None,
+        description='"plate", booms: numbers of cells along x and y (booms: along the section), or along the radius and '
+        "around; instead of `mesh_size`",
+    )
+    mesh_shift: Number = Field(
+        default=0.0, ge=0, le=0.4,
+        description='"plate", booms: random displacement of inner nodes, relative to the size of a cell, to show the '
+        "effect of the mesh",
+    )
+    mesh_grading: tuple[Grading, Grading] = Field(
+        default=(0.0, 0.0),
+        description='"flexible": grading of the cells of a plate or boom along x and y, or along the radius and around, '
+        "towards both edges; of another sheet twice the same number, for the cells of each facet towards its edges. 0: "
+        "uniform; 1: the cells follow a sine and are smallest at the edges, see [flexible "
+        "facets](sheets.md#flexible-facets)",
+    )
+    thickness: Length = Field(gt=0, description="thickness of the sheet")
+    film: Literal["plain", "tension-field"] = Field(
+        default="plain",
+        description='"tension-field": flexible facets carry no compression; they wrinkle, without resolving each wrinkle',
+    )
+    film_rounding: Number = Field(
+        default=1e-3, gt=0, le=0.1,
+        description='"tension-field": half-width, as a strain, of the rounded kinks of the law. Strains of this size are '
+        "not accurate; smaller values need more iterations",
+    )
+    bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = Field(
+        default=None,
+        description='"bend-lines", "bars": stiffness of bend lines over their length; absent: the fit of Liu and Paulino '
+        "(2017) to plates",
+        json_schema_extra={"default": "a preset"},
+    )
+    crease: tuple[SheetCrease, ...] = Field(
+        default=(), description="stiffness and rest angle of some creases, `[[sheet.crease]]`"
+    )
+    support: tuple[SheetSupport, ...] = Field(default=(), description="supports, `[[sheet.support]]`")
+    probe: tuple[SheetProbe, ...] = Field(
+        default=(), description='"flexible": points whose displacements are in the summary, `[[sheet.probe]]`'
+    )
+    ply: tuple[SheetPly, ...] = Field(default=(), description='"flexible": plies of a symmetric laminate, `[[sheet.ply]]`')
 
     @model_validator(mode="after")
     def _laminate(self) -> Self:

@@ -17,40 +17,49 @@ Kind = Literal["static", "dynamic", "modes", "relax"]
 
 
 class Step(Model):
-    """One step of a run.
+    """One step of a run."""
 
-    Attributes
-    ----------
-    name : str
-        Absent: "step 1", "step 2", and so on.
-    kind : str
-        "static": a path of equilibria; "dynamic": motion with inertia; "relax": the stable equilibrium near the state, in no
-        time; "modes": natural frequencies and shapes about the state.
-    duration : s
-        Absent: until the drives and loads that begin here have ended. A static step without such an end lasts 1 s.
-    drive, load : drives and loads that begin with this step
-        A drive with the target of an earlier drive continues from its end position; a load with the name of an earlier one
-        replaces it.
-    hold : names
-        Bodies that do not move from this step on; "panel 2" for all segments of a panel, "all" for all bodies.
-    release : names
-        Bodies, drives and loads that are released; "all" for all of them. A released load decreases to zero over a
-        static step.
-    contact : bool
-        Whether contacts act in this step.
-    modes : int
-        Number of natural modes.
-    solve, save : sections as in the case, for this step only
-    """
-
-    name: Name | None = None
-    kind: Kind
-    duration: Annotated[Time, Field(gt=0)] | None = None
-    drive: tuple[Drive, ...] = ()
-    load: tuple[Load, ...] = ()
-    hold: tuple[Name, ...] = ()
-    release: tuple[Name, ...] = ()
-    contact: bool = True
-    modes: Annotated[Count, Field(ge=1, le=500)] = 10
-    solve: Solve | None = None
-    save: Save | None = None
+    name: Name | None = Field(
+        default=None,
+        description="name of the step in results, and for the key `step` of drives and loads",
+        json_schema_extra={"default": '"step 1", "step 2", ...', "range": "all different"},
+    )
+    kind: Kind = Field(
+        description='"static": path of equilibria; "dynamic": motion with inertia; "relax": change to the equilibrium near '
+        'by; "modes": natural frequencies',
+    )
+    duration: Annotated[Time, Field(gt=0)] | None = Field(
+        default=None,
+        description='duration of the step; needed by "dynamic" without a drive',
+        json_schema_extra={
+            "default": 'until all drives and loads that begin in this step have ended; "static" without such drives and '
+            "loads: 1 s",
+        },
+    )
+    drive: tuple[Drive, ...] = Field(
+        default=(), description="drives that begin with this step, `[[step.drive]]`, as `[[drive]]`"
+    )
+    load: tuple[Load, ...] = Field(default=(), description="loads that begin with this step, `[[step.load]]`, as `[[load]]`")
+    hold: tuple[Name, ...] = Field(
+        default=(),
+        description='bodies that do not move from this step on: bodies, surfaces, "panel 2", or "all"',
+        json_schema_extra={"range": "names of bodies"},
+    )
+    release: tuple[Name, ...] = Field(
+        default=(),
+        description='held bodies, drives and loads that end with the start of this step; "all": all drives, loads and '
+        "`hold`. A released load decreases to zero over a static step",
+        json_schema_extra={"range": "names of held bodies, drives and loads"},
+    )
+    contact: bool = Field(default=True, description="false: no contact and no friction in this step")
+    modes: Count = Field(default=10, ge=1, le=500, description='"modes": number of natural modes')
+    solve: Solve | None = Field(
+        default=None,
+        description="`[step.solve]`, settings for this step",
+        json_schema_extra={"default": "as in the case", "range": "without `end_time`, `spatial`"},
+    )
+    save: Save | None = Field(
+        default=None,
+        description="`[step.save]`, spacing of records in this step",
+        json_schema_extra={"default": "as in the case"},
+    )

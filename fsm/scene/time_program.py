@@ -17,27 +17,26 @@ AMOUNTS = ("travel", "turn", "force", "moment", "pressure")
 """Columns of a table that have a unit."""
 
 
+_KIND = '"constant": the factor 1; "ramp": from 0 at `start` to 1 at `end`; "table": given rows; "cycle": periodic'
+
+
 class Constant(Model):
     """Factor 1 at all times."""
 
-    kind: Literal["constant"] = "constant"
+    kind: Literal["constant"] = Field(default="constant", description=_KIND)
 
 
 class Ramp(Model):
-    """Factor that increases from 0 at `start` to 1 at `end`.
+    """Factor that increases from 0 at `start` to 1 at `end`."""
 
-    Attributes
-    ----------
-    start, end : s
-    shape : str
-        "smooth": s^2 (3 - 2s), with continuous slope; "linear"; "unbounded": linear, also beyond both ends, for
-        loads of a path by arc length.
-    """
-
-    kind: Literal["ramp"]
-    start: Time = 0.0
-    end: Time
-    shape: Literal["smooth", "linear", "unbounded"] = "smooth"
+    kind: Literal["ramp"] = Field(description=_KIND)
+    start: Time = Field(default=0.0, description="time at which the ramp begins")
+    end: Time = Field(description="time at which the ramp ends", json_schema_extra={"range": "> start"})
+    shape: Literal["smooth", "linear", "unbounded"] = Field(
+        default="smooth",
+        description='"smooth" has a continuous slope; "unbounded" is linear also before `start` and after `end`, for loads '
+        'with "arc-length"',
+    )
 
     @model_validator(mode="after")
     def _forward(self) -> Self:
@@ -49,32 +48,48 @@ class Ramp(Model):
 
 
 class Table(Model):
-    """Rows of a program over time; constant before the first and after the last row.
+    """Rows of a program over time; constant before the first and after the last row."""
 
-    Attributes
-    ----------
-    time : s
-    value : -
-        Factor of each row. Give `value` or one of the next five keys.
-    travel, turn, force, moment, pressure : m, rad, N, N m, Pa
-        Travel or turn of a drive, force, moment or pressure of a load, instead of factors.
-    file : str
-        CSV file with a column `time` and one of the other columns, relative to the case file.
-    interpolation : str
-        "linear", or "smooth": cubic pieces with continuous slope, no overshoot, at rest at both ends. Absent: "smooth" for
-        a drive, "linear" for a load.
-    """
-
-    kind: Literal["table"]
-    time: tuple[Time, ...] | None = None
-    value: tuple[Number, ...] | None = None
-    travel: tuple[Length, ...] | None = None
-    turn: tuple[Angle, ...] | None = None
-    force: tuple[Force, ...] | None = None
-    moment: tuple[Moment, ...] | None = None
-    pressure: tuple[Stress, ...] | None = None
-    file: str | None = None
-    interpolation: Literal["linear", "smooth"] | None = None
+    kind: Literal["table"] = Field(description=_KIND)
+    time: tuple[Time, ...] | None = Field(
+        default=None, description="times of the rows", json_schema_extra={"range": "increasing, two or more"}
+    )
+    value: tuple[Number, ...] | None = Field(
+        default=None,
+        description="factors; give this, one of the next five keys, or `file`",
+        json_schema_extra={"range": "as many as times"},
+    )
+    travel: tuple[Length, ...] | None = Field(
+        default=None,
+        description="travel of a drive, instead of `drive.travel`",
+        json_schema_extra={"range": "as many as times"},
+    )
+    turn: tuple[Angle, ...] | None = Field(
+        default=None, description="turn of a drive, instead of `drive.turn`", json_schema_extra={"range": "as many as times"}
+    )
+    force: tuple[Force, ...] | None = Field(
+        default=None,
+        description="force of a load along the vector `load.force`, of any length",
+        json_schema_extra={"range": "as many as times"},
+    )
+    moment: tuple[Moment, ...] | None = Field(
+        default=None,
+        description="moment of a load along the vector `load.moment`",
+        json_schema_extra={"range": "as many as times"},
+    )
+    pressure: tuple[Stress, ...] | None = Field(
+        default=None,
+        description="pressure of a load, instead of `load.pressure`",
+        json_schema_extra={"range": "as many as times"},
+    )
+    file: str | None = Field(
+        default=None, description="CSV file with the columns `time` and one of the others, relative to the case file"
+    )
+    interpolation: Literal["linear", "smooth"] | None = Field(
+        default=None,
+        description='"linear", or "smooth": cubic pieces without overshoot, at rest at both ends',
+        json_schema_extra={"default": '"smooth" for a drive, "linear" for a load'},
+    )
 
     @property
     def amount(self) -> str | None:
@@ -103,22 +118,19 @@ class Table(Model):
 
 
 class Cycle(Model):
-    """Periodic factor from `start` on, with one sine wave a period.
+    """Periodic factor from `start` on, with one sine wave a period."""
 
-    Attributes
-    ----------
-    period, start : s
-    cycles : -
-        Number of periods, after which the factor is constant; absent: without end.
-    form : str
-        "pulsating": (1 - cos)/2, between 0 and 1, which starts at rest; "alternating": sin, between -1 and 1.
-    """
-
-    kind: Literal["cycle"]
-    period: Annotated[Time, Field(gt=0)]
-    start: Time = 0.0
-    cycles: Annotated[Number, Field(gt=0)] | None = None
-    form: Literal["pulsating", "alternating"] = "pulsating"
+    kind: Literal["cycle"] = Field(description=_KIND)
+    period: Time = Field(gt=0, description="duration of a period")
+    start: Time = Field(default=0.0, description="time at which the first period begins")
+    cycles: Annotated[Number, Field(gt=0)] | None = Field(
+        default=None, description="number of periods; required for a drive; a load without it has no end"
+    )
+    form: Literal["pulsating", "alternating"] = Field(
+        default="pulsating",
+        description='"pulsating" is (1 - cos)/2, which starts at rest and lies between 0 and 1; "alternating" is sin, '
+        "between -1 and 1",
+    )
 
 
 TimeFunction = Annotated[Constant | Ramp | Table | Cycle, Field(discriminator="kind")]

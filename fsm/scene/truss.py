@@ -23,49 +23,57 @@ Number0 = Annotated[Count, Field(ge=0)]
 
 
 class SceneTruss(Model):
-    """Points that bars join, with rotational springs between triangles of points: a bar-and-hinge model.
+    """Points that bars join, with rotational springs between triangles of points: a bar-and-hinge model."""
 
-    Attributes
-    ----------
-    points : positions at the start, m
-    mass : mass of each point, kg
-    bars : two numbers of points of each bar, from 0
-    stiffness : N
-        Young's modulus times the area of each bar.
-    law : str
-        Energy over E A L as a function of the stretch s. "linear": (s - 1)^2/2. "green": (s^2 - 1)^2/8. "ogden":
-        [(s^a - 1)/a - (s^b - 1)/b]/(a - b) with the exponents a and b (Liu and Paulino, 2017).
-    exponents : -
-        a and b of "ogden".
-    folds : four numbers of points of each rotational spring
-        A point of the left triangle, both ends of the line, a point of the right triangle. Angles follow `Pattern`.
-    fold_stiffness : N m/rad
-    fold_rest : rad
-        Fold angle of each spring at which its moment is zero.
-    bend_lines : number of springs at the end of the list that are bend lines; their energy counts as energy of the panels
-    linear_to : rad
-        Fold angle beyond which the moment of a spring rises like a tangent function, to infinity at 180 degrees.
-    viscosity : s
-        Kelvin-Voigt damping of bars and springs: c = viscosity k.
-    faces : numbers of the three or four points of drawn faces
-    held : number of a point, and its fixed directions, for example [0, "xyz"]
-    """
-
-    name: Name
-    points: Annotated[tuple[tuple[Length, Length, Length], ...], Field(min_length=2)]
-    mass: tuple[Annotated[Mass, Field(gt=0)], ...]
-    bars: Annotated[tuple[tuple[Number0, Number0], ...], Field(min_length=1)]
-    stiffness: tuple[Annotated[Force, Field(gt=0)], ...]
-    law: AxialLaw = "linear"
-    exponents: tuple[Number, Number] = (5.0, 1.0)
-    folds: tuple[tuple[Number0, Number0, Number0, Number0], ...] = ()
-    fold_stiffness: tuple[Annotated[AngularStiffness, Field(ge=0)], ...] = ()
-    fold_rest: tuple[Angle, ...] = ()
-    bend_lines: Number0 = 0
-    linear_to: Annotated[Angle, Field(gt=0, le=math.pi)] = math.pi
-    viscosity: Annotated[Time, Field(ge=0)] = 0.0
-    faces: tuple[Annotated[tuple[Number0, ...], Field(min_length=3, max_length=4)], ...] = ()
-    held: tuple[tuple[Number0, Annotated[str, Field(pattern="^[xyz]{1,3}$")]], ...] = ()
+    name: Name = Field(description="name of the truss", json_schema_extra={"range": "different from all other names"})
+    points: tuple[tuple[Length, Length, Length], ...] = Field(min_length=2, description="positions at the start")
+    mass: tuple[Annotated[Mass, Field(gt=0)], ...] = Field(
+        description="masses of the points", json_schema_extra={"range": "> 0, one for each point"}
+    )
+    bars: tuple[tuple[Number0, Number0], ...] = Field(min_length=1, description="two numbers of points of each bar, from 0")
+    stiffness: tuple[Annotated[Force, Field(gt=0)], ...] = Field(
+        description="stiffness of each bar: Young's modulus times the area",
+        json_schema_extra={"range": "> 0, one for each bar"},
+    )
+    law: AxialLaw = Field(
+        default="linear",
+        description='energy over E A L as a function of the stretch s. "linear": (s - 1)^2/2. "green": (s^2 - 1)^2/8. '
+        '"ogden": [(s^a - 1)/a - (s^b - 1)/b]/(a - b)',
+    )
+    exponents: tuple[Number, Number] = Field(
+        default=(5.0, 1.0), description='a and b of "ogden"', json_schema_extra={"range": "different"}
+    )
+    folds: tuple[tuple[Number0, Number0, Number0, Number0], ...] = Field(
+        default=(),
+        description="four numbers of points of each rotational spring: a point of the left triangle, both ends of the "
+        "line, a point of the right triangle",
+    )
+    fold_stiffness: tuple[Annotated[AngularStiffness, Field(ge=0)], ...] = Field(
+        default=(), description="stiffness of each rotational spring", json_schema_extra={"range": ">= 0, one for each fold"}
+    )
+    fold_rest: tuple[Angle, ...] = Field(
+        default=(),
+        description="fold angle at which the moment is zero; 0 is flat, a valley is positive",
+        json_schema_extra={"range": "one for each fold"},
+    )
+    bend_lines: Number0 = Field(
+        default=0,
+        description="number of folds at the end of the list that are bend lines; their energy counts as energy of the "
+        "panels",
+        json_schema_extra={"range": "at most the number of folds"},
+    )
+    linear_to: Angle = Field(
+        default=math.pi, gt=0, le=math.pi,
+        description="fold angle beyond which moments rise like a tangent function, and faster in the last twentieth of the "
+        "range, to infinity at 180 degrees",
+    )
+    viscosity: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt damping of bars and springs: c = viscosity k")
+    faces: tuple[Annotated[tuple[Number0, ...], Field(min_length=3, max_length=4)], ...] = Field(
+        default=(), description="drawn faces", json_schema_extra={"range": ">= 0, 3 or 4 points each"}
+    )
+    held: tuple[tuple[Number0, Annotated[str, Field(pattern="^[xyz]{1,3}$")]], ...] = Field(
+        default=(), description='number of a point and its fixed directions, for example `[[0, "xyz"], [5, "z"]]`'
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -9,48 +9,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.jit import kernel
 from fsm.segments.contact_arrays import (
-    AT,
     BELOW,
-    BODIES,
     BRISTLE,
-    BY_CLOSING,
-    BY_DEPTH,
-    BY_DISTANCE,
-    BY_NORMAL,
-    BY_SLIP,
     CHANGES,
-    CLOSING,
-    COMMITTED,
     COMMITTED_AT,
-    DEFLECTED,
-    DEFLECTION,
-    EFFORT,
     EVALUATIONS,
     FOUND,
-    FOUND_POSES,
-    FOUND_RATES,
     FRICTION,
-    GAP,
-    GRADIENT,
     MEASURED,
-    NORMAL,
-    NORMAL_FORCE,
-    NUMBERS,
-    OF_FRICTION,
-    ONSET,
-    ONSET_OF,
-    RATE,
-    SHARE,
-    SHARE_OF,
-    SLIP,
-    SLOT,
     STARTED,
-    STATE,
     SURFACES,
+    ContactArrays,
     ContactParts,
     GeometryKernels,
     LawKernels,
@@ -72,9 +44,9 @@ class Weighed(NamedTuple):
 
 
 @kernel
-def geometry_of(g: np.ndarray, parts: ContactParts) -> GeometryKernels:
+def geometry_of(g: ContactArrays, parts: ContactParts) -> GeometryKernels:
     """Kernels of the geometry of a group."""
-    return parts.surfaces if integers_1d(g, STATE)[SURFACES] == 1 else parts.shapes
+    return parts.surfaces if g.state[SURFACES] == 1 else parts.shapes
 
 
 @kernel
@@ -116,21 +88,21 @@ def increments(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def renew_search(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray) -> None:
+def renew_search(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray) -> None:
     """Update the broad phase and the weights of faces, if poses have changed."""
-    state = integers_1d(g, STATE)
-    changed = state[CHANGES] == 1 and state[STARTED] == 1 and not _equal(poses, floats_2d(g, COMMITTED))
+    state = g.state
+    changed = state[CHANGES] == 1 and state[STARTED] == 1 and not _equal(poses, g.committed)
     renewed = geometry.renew(g, poses)
     if (renewed == 1 or changed) and state[SURFACES] == 0:
         geometry.settle(g, poses, state[:0], True)
 
 
 @kernel
-def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, below: float) -> int:
+def find_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, below: float) -> int:
     """Find the slots (possible contacts) with a gap below a bound, and return their number. A repeated call with the same
     poses uses the stored result.
     """
-    state, numbers, seen = integers_1d(g, STATE), floats_1d(g, NUMBERS), floats_2d(g, FOUND_POSES)
+    state, numbers, seen = g.state, g.numbers, g.found_poses
     if state[FOUND] >= 0 and numbers[BELOW] == below and _equal(poses, seen):
         return int(state[FOUND])
     renew_search(g, geometry, poses)
@@ -141,11 +113,11 @@ def find_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, belo
 
 
 @kernel
-def measure_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+def measure_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     """Compute rates and gradients of the contacts that were found. A repeated call with the same state uses the stored
     result.
     """
-    state, seen = integers_1d(g, STATE), floats_2d(g, FOUND_RATES)
+    state, seen = g.state, g.found_rates
     if state[MEASURED] == 1 and _equal(rates, seen):
         return
     geometry.measure(g, poses, rates, count)
@@ -157,9 +129,9 @@ def measure_slots(g: np.ndarray, geometry: GeometryKernels, poses: np.ndarray, r
 
 
 @kernel
-def _write_mean_slip(g: np.ndarray, poses: np.ndarray, count: int, duration: float, out: np.ndarray) -> None:
+def _write_mean_slip(g: ContactArrays, poses: np.ndarray, count: int, duration: float, out: np.ndarray) -> None:
     """Write the mean slip velocity since the last accepted state, which increases the deflection of the bristles."""
-    bodies, gradient, moved = integers_2d(g, BODIES), floats_3d(g, GRADIENT), increments(floats_2d(g, COMMITTED), poses)
+    bodies, gradient, moved = g.bodies, g.gradient, increments(g.committed, poses)
     size = moved.shape[1]
     for i in range(count):
         for c in range(out.shape[1]):
@@ -170,20 +142,20 @@ def _write_mean_slip(g: np.ndarray, poses: np.ndarray, count: int, duration: flo
 
 
 @kernel
-def _set_friction(g: np.ndarray, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
+def _set_friction(g: ContactArrays, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
     """Write friction and its derivatives; return whether bristles have a stiffness."""
-    state, normal, slip = integers_1d(g, STATE), floats_1d(g, NORMAL_FORCE)[:count], floats_2d(g, SLIP)[:count]
+    state, normal, slip = g.state, g.normal_force[:count], g.slip[:count]
     if state[FRICTION] == 0:
         return False
-    params = floats_1d(g, OF_FRICTION)
+    params = g.friction
     if state[BRISTLE] == 0:
         efforts, slopes, parts = laws.friction(slip, normal, params)
-        copy_into(efforts, floats_2d(g, EFFORT)[:count])
-        copy_into(slopes, floats_3d(g, BY_SLIP)[:count])
-        copy_into(parts, floats_2d(g, BY_NORMAL)[:count])
+        copy_into(efforts, g.effort[:count])
+        copy_into(slopes, g.by_slip[:count])
+        copy_into(parts, g.by_normal[:count])
         return False
-    duration, memory = max(0.0, t - floats_1d(g, NUMBERS)[COMMITTED_AT]), floats_2d(g, DEFLECTION)
-    slot, shape = integers_1d(g, SLOT), (count, slip.shape[1])
+    duration, memory = max(0.0, t - g.numbers[COMMITTED_AT]), g.deflection
+    slot, shape = g.slot, (count, slip.shape[1])
     mean, deflection = np.empty(shape), np.empty(shape)
     copy_into(slip, mean)
     if not mean_rates and duration != 0.0 and state[STARTED] == 1:
@@ -192,10 +164,10 @@ def _set_friction(g: np.ndarray, laws: LawKernels, t: float, poses: np.ndarray, 
         for c in range(deflection.shape[1]):
             deflection[i, c] = memory[slot[i], c]
     effort, by_slip, by_mean, by_normal, deflected = laws.bristle(slip, mean, normal, deflection, duration, params)
-    copy_into(effort, floats_2d(g, EFFORT)[:count])
-    copy_into(by_normal, floats_2d(g, BY_NORMAL)[:count])
-    copy_into(deflected, floats_2d(g, DEFLECTED)[:count])
-    own, by_distance = floats_3d(g, BY_SLIP), floats_3d(g, BY_DISTANCE)
+    copy_into(effort, g.effort[:count])
+    copy_into(by_normal, g.by_normal[:count])
+    copy_into(deflected, g.deflected[:count])
+    own, by_distance = g.by_slip, g.by_distance
     for i in range(count):
         for c in range(by_slip.shape[1]):
             for e in range(by_slip.shape[2]):
@@ -205,11 +177,11 @@ def _set_friction(g: np.ndarray, laws: LawKernels, t: float, poses: np.ndarray, 
 
 
 @kernel
-def _set_arguments(g: np.ndarray, count: int) -> None:
+def _set_arguments(g: ContactArrays, count: int) -> None:
     """Write penetrations, closing speeds, slip velocities, shares, and initial closing speeds of the contacts."""
-    slot, gap, rate = integers_1d(g, SLOT), floats_1d(g, GAP), floats_2d(g, RATE)
-    at, closing, slip = floats_1d(g, AT), floats_1d(g, CLOSING), floats_2d(g, SLIP)
-    share, onset, of_slots, memory = floats_1d(g, SHARE_OF), floats_1d(g, ONSET_OF), floats_1d(g, SHARE), floats_1d(g, ONSET)
+    slot, gap, rate = g.slot, g.gap, g.rate
+    at, closing, slip = g.at, g.closing, g.slip
+    share, onset, of_slots, memory = g.share_of, g.onset_of, g.share, g.onset
     for i in range(count):
         at[i], closing[i] = -gap[i], -rate[i, 0]
         share[i], onset[i] = of_slots[slot[i]], memory[slot[i]]
@@ -219,23 +191,23 @@ def _set_arguments(g: np.ndarray, count: int) -> None:
 
 @kernel
 def evaluate(
-    g: np.ndarray, geometry: GeometryKernels, laws: LawKernels, t: float, poses: np.ndarray, rates: np.ndarray,
+    g: ContactArrays, geometry: GeometryKernels, laws: LawKernels, t: float, poses: np.ndarray, rates: np.ndarray,
     mean_rates: bool, count: int,
 ) -> tuple[Weighed, bool]:  # fmt: skip
     """Compute the forces of the contacts that have been found; also return whether bristles have a stiffness.
 
     With `mean_rates`, the rates are means over the step, and the deflection of the bristles follows from the same means.
     """
-    integers_1d(g, STATE)[EVALUATIONS] += 1
+    g.state[EVALUATIONS] += 1
     measure_slots(g, geometry, poses, rates, count)
     _set_arguments(g, count)
     rows, part, gradient, hessian = geometry.tapered(g, poses, count)
-    share, params = floats_1d(g, SHARE_OF)[:count], floats_1d(g, NORMAL)
+    share, params = g.share_of[:count], g.normal
     for k in range(rows.shape[0]):
         share[rows[k]] *= part[k]
-    closing, onset = floats_1d(g, CLOSING)[:count], floats_1d(g, ONSET_OF)[:count]
-    normal, slopes = laws.normal(floats_1d(g, AT)[:count], closing, onset, share, params)
-    own, by_depth, by_closing = floats_1d(g, NORMAL_FORCE), floats_1d(g, BY_DEPTH), floats_1d(g, BY_CLOSING)
+    closing, onset = g.closing[:count], g.onset_of[:count]
+    normal, slopes = laws.normal(g.at[:count], closing, onset, share, params)
+    own, by_depth, by_closing = g.normal_force, g.by_depth, g.by_closing
     for i in range(count):
         own[i], by_depth[i], by_closing[i] = normal[i], slopes[i, 0], slopes[i, 1]
     bristles = _set_friction(g, laws, t, poses, mean_rates, count)
@@ -243,11 +215,11 @@ def evaluate(
 
 
 @kernel
-def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, total: np.ndarray) -> None:
+def add_forces(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, total: np.ndarray) -> None:
     """Add the forces of contacts to the forces of all bodies."""
-    bodies, gradient, size = integers_2d(g, BODIES), floats_3d(g, GRADIENT), total.shape[1]
-    normal, efforts = floats_1d(g, NORMAL_FORCE), floats_2d(g, EFFORT)
-    slips = efforts.shape[1] if integers_1d(g, STATE)[FRICTION] == 1 else 0
+    bodies, gradient, size = g.bodies, g.gradient, total.shape[1]
+    normal, efforts = g.normal_force, g.effort
+    slips = efforts.shape[1] if g.state[FRICTION] == 1 else 0
     for i in range(count):
         for b in range(bodies.shape[1]):
             for c in range(size):
@@ -259,11 +231,11 @@ def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, to
     rows = weighed.rows
     if rows.shape[0] == 0:
         return
-    slot, gap, share = integers_1d(g, SLOT), floats_1d(g, GAP), floats_1d(g, SHARE)
+    slot, gap, share = g.slot, g.gap, g.share
     depth, whole = np.empty(rows.shape[0]), np.empty(rows.shape[0])
     for k in range(rows.shape[0]):
         depth[k], whole[k] = -gap[rows[k]], share[slot[rows[k]]]
-    energy = laws.energy(depth, whole, floats_1d(g, NORMAL))
+    energy = laws.energy(depth, whole, g.normal)
     for k in range(rows.shape[0]):  # force due to the change of the weight with the pose
         for b in range(bodies.shape[1]):
             for c in range(size):
@@ -271,8 +243,8 @@ def add_forces(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, to
 
 
 @kernel
-def elastic_force(g: np.ndarray, laws: LawKernels, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
+def elastic_force(g: ContactArrays, laws: LawKernels, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Normal forces of contacts with zero rates."""
     force: np.ndarray
-    force, _ = laws.normal(depth, np.zeros(depth.shape[0]), np.ones(depth.shape[0]), share, floats_1d(g, NORMAL))
+    force, _ = laws.normal(depth, np.zeros(depth.shape[0]), np.ones(depth.shape[0]), share, g.normal)
     return force

@@ -12,7 +12,7 @@ from fsm.interactions.end_taper import add_taper_tangent
 from fsm.interactions.impacts import CORNER_WEIGHT, fraction_before, longest_step, shared_weight, young_impacts
 from fsm.interactions.pair_sums import FORCE as FORCES
 from fsm.interactions.pair_sums import SLIDING, sums_of_pairs
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d, table_at
+from fsm.kernels.addresses import floats_2d, floats_3d
 from fsm.kernels.jit import kernel
 from fsm.segments.array_contact_state import (
     Weighed,
@@ -29,39 +29,16 @@ from fsm.segments.array_contact_state import (
 )
 from fsm.segments.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
 from fsm.segments.contact_arrays import (
-    AREA,
-    BEGAN,
-    BODIES,
-    BY_DISTANCE,
-    BY_NORMAL,
-    COMMITTED,
     COMMITTED_AT,
-    DEFLECTED,
-    DEFLECTION,
-    DEPTH,
-    EFFORT,
     FRICTION,
-    GAP,
-    GRADIENT,
-    LOADED,
     LOSSY,
     MARGIN,
-    NORMAL,
-    NORMAL_FORCE,
-    NUMBERS,
-    ONSET,
-    ONSET_OF,
-    PAIR,
-    RATE,
-    RATES_BEFORE,
-    SHARE,
-    SHARE_OF,
-    SLOT,
     STARTED,
-    STATE,
+    ContactArrays,
     ContactKernels,
     ContactParts,
     LawKernels,
+    contacts_at,
     floor_of,
     index_of,
     resolves,
@@ -73,9 +50,9 @@ __all__ = ["CONTACTS"]
 
 
 @kernel
-def _mark(g: np.ndarray, count: int) -> None:
+def _mark(g: ContactArrays, count: int) -> None:
     """Mark the slots (possible contacts) that have a force."""
-    loaded, slot, normal = integers_1d(g, LOADED), integers_1d(g, SLOT), floats_1d(g, NORMAL_FORCE)
+    loaded, slot, normal = g.loaded, g.slot, g.normal_force
     loaded[:] = 0
     for i in range(count):
         if normal[i] > 0.0:
@@ -87,7 +64,7 @@ def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float)
     """Add the forces of all contacts."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
+        g = contacts_at(groups, k)
         geometry = geometry_of(g, parts)
         count = find_slots(g, geometry, poses, 0.0)
         if count > 0:
@@ -102,7 +79,7 @@ def _tangent(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: floa
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
+        g = contacts_at(groups, k)
         geometry = geometry_of(g, parts)
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
@@ -117,23 +94,23 @@ def _tangent(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: floa
         if bristles:
             dof, indptr, indices = index_of(g)
             add_way_stiffness(
-                integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count], floats_3d(g, BY_DISTANCE)[:count], dof,
+                g.bodies[:count], g.gradient[:count], g.by_distance[:count], dof,
                 indptr, indices, stiffness,
             )  # fmt: skip
 
 
 @kernel
-def _add_taper_tangent(g: np.ndarray, laws: LawKernels, weighed: Weighed, count: int, stiffness: np.ndarray) -> None:
-    rows, params, slot, gap = weighed.rows, floats_1d(g, NORMAL), integers_1d(g, SLOT), floats_1d(g, GAP)
-    whole, depth, share = np.empty(rows.shape[0]), np.empty(rows.shape[0]), floats_1d(g, SHARE)
+def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, stiffness: np.ndarray) -> None:
+    rows, params, slot, gap = weighed.rows, g.normal, g.slot, g.gap
+    whole, depth, share = np.empty(rows.shape[0]), np.empty(rows.shape[0]), g.share
     for k in range(rows.shape[0]):
         whole[k], depth[k] = share[slot[rows[k]]], -gap[rows[k]]
-    closing, onset = -values_at(column_of(floats_2d(g, RATE)[:count], 0, 1.0), rows), values_at(floats_1d(g, ONSET_OF), rows)
+    closing, onset = -values_at(column_of(g.rate[:count], 0, 1.0), rows), values_at(g.onset_of, rows)
     normal, _ = laws.normal(depth, closing, onset, whole, params)
     dof, indptr, indices = index_of(g)
     add_taper_tangent(
-        integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count], rows, weighed.gradient, weighed.hessian,
-        laws.energy(depth, whole, params), elastic_force(g, laws, depth, whole), normal, floats_2d(g, BY_NORMAL)[:count],
+        g.bodies[:count], g.gradient[:count], rows, weighed.gradient, weighed.hessian,
+        laws.energy(depth, whole, params), elastic_force(g, laws, depth, whole), normal, g.by_normal[:count],
         dof, indptr, indices, stiffness,
     )  # fmt: skip
 
@@ -142,8 +119,8 @@ def _add_taper_tangent(g: np.ndarray, laws: LawKernels, weighed: Weighed, count:
 
 
 @kernel
-def _unit_energy(g: np.ndarray, laws: LawKernels, share: np.ndarray) -> np.ndarray:
-    energy: np.ndarray = laws.energy(np.ones(share.shape[0]), shared_weight(share), floats_1d(g, NORMAL))
+def _unit_energy(g: ContactArrays, laws: LawKernels, share: np.ndarray) -> np.ndarray:
+    energy: np.ndarray = laws.energy(np.ones(share.shape[0]), shared_weight(share), g.normal)
     return energy
 
 
@@ -152,25 +129,25 @@ def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t:
     """Return 1 to accept a step, or the factor by which a rejected step is shortened; see `ContactSet.rejection`."""
     poses, rates, part = floats_2d(table, POSES), floats_2d(table, RATES), 1.0
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
+        g = contacts_at(groups, k)
         geometry = geometry_of(g, parts)
         renew_search(g, geometry, poses)
         if geometry.passed(g, poses):
             return 0.5
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
-        if integers_1d(g, STATE)[STARTED] == 0 or not resolves(g):
+        g = contacts_at(groups, k)
+        if g.state[STARTED] == 0 or not resolves(g):
             continue
         geometry = geometry_of(g, parts)
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
         evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
-        unit_energy = _unit_energy(g, parts.laws, values_at(floats_1d(g, SHARE), integers_1d(g, SLOT)[:count]))
+        unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
         before = fraction_before(
-            rules_of(g), integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count], floats_1d(g, GAP)[:count],
-            column_of(floats_2d(g, RATE)[:count], 0, 1.0), floats_1d(g, NORMAL_FORCE)[:count],
-            floats_1d(g, ONSET_OF)[:count], unit_energy, floats_2d(g, RATES_BEFORE), step,
+            rules_of(g), g.bodies[:count], g.gradient[:count], g.gap[:count],
+            column_of(g.rate[:count], 0, 1.0), g.normal_force[:count],
+            g.onset_of[:count], unit_energy, g.rates_before, step,
         )  # fmt: skip
         part = min(part, before)
     return part
@@ -181,19 +158,19 @@ def _longest_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t:
     """Longest step that resolves impacts, s."""
     poses, rates, longest = floats_2d(table, POSES), floats_2d(table, RATES), np.inf
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
+        g = contacts_at(groups, k)
         if not resolves(g):
             continue
         geometry = geometry_of(g, parts)
-        count = find_slots(g, geometry, poses, floats_1d(g, NUMBERS)[MARGIN])
+        count = find_slots(g, geometry, poses, g.numbers[MARGIN])
         if count == 0:
             continue
         measure_slots(g, geometry, poses, rates, count)
-        slot = integers_1d(g, SLOT)[:count]
+        slot = g.slot[:count]
         own = longest_step(
-            rules_of(g), t, integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count], floats_1d(g, GAP)[:count],
-            column_of(floats_2d(g, RATE)[:count], 0, 1.0), values_at(floats_1d(g, ONSET), slot),
-            values_at(floats_1d(g, BEGAN), slot), _unit_energy(g, parts.laws, values_at(floats_1d(g, SHARE), slot)), rates,
+            rules_of(g), t, g.bodies[:count], g.gradient[:count], g.gap[:count],
+            column_of(g.rate[:count], 0, 1.0), values_at(g.onset, slot),
+            values_at(g.began, slot), _unit_energy(g, parts.laws, values_at(g.share, slot)), rates,
         )  # fmt: skip
         longest = min(longest, own)
     return longest
@@ -204,8 +181,8 @@ def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float
     """Update the memory of all contacts; see `ContactGroup.commit`."""
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
-        state, geometry = integers_1d(g, STATE), geometry_of(g, parts)
+        g = contacts_at(groups, k)
+        state, geometry = g.state, geometry_of(g, parts)
         count = find_slots(g, geometry, poses, 0.0)
         young = state[:0]
         if count > 0:
@@ -213,41 +190,41 @@ def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float
             young = _remember(g, parts.laws, count, t, poses)
         else:
             _forget(g)
-        floats_1d(g, NUMBERS)[COMMITTED_AT] = t
-        copy_into(rates, floats_2d(g, RATES_BEFORE))
-        copy_into(poses, floats_2d(g, COMMITTED))
+        g.numbers[COMMITTED_AT] = t
+        copy_into(rates, g.rates_before)
+        copy_into(poses, g.committed)
         state[STARTED] = 1
         geometry.settle(g, poses, young, False)
 
 
 @kernel
-def _forget(g: np.ndarray) -> None:
-    floats_1d(g, ONSET)[:] = 0.0
-    floats_1d(g, BEGAN)[:] = 0.0
-    floats_1d(g, DEPTH)[:] = 0.0
-    floats_2d(g, DEFLECTION)[:] = 0.0
+def _forget(g: ContactArrays) -> None:
+    g.onset[:] = 0.0
+    g.began[:] = 0.0
+    g.depth[:] = 0.0
+    g.deflection[:] = 0.0
 
 
 @kernel
-def _remember(g: np.ndarray, laws: LawKernels, count: int, t: float, poses: np.ndarray) -> np.ndarray:
+def _remember(g: ContactArrays, laws: LawKernels, count: int, t: float, poses: np.ndarray) -> np.ndarray:
     """Write the memory of contacts, and return the slots of continuing impacts."""
-    slot, state, gap, rate = integers_1d(g, SLOT), integers_1d(g, STATE), floats_1d(g, GAP), floats_2d(g, RATE)
-    bodies, gradient, known = integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count], floats_1d(g, ONSET_OF)
-    began, onset, age = values_at(floats_1d(g, BEGAN), slot[:count]), np.empty(count), np.empty(count)
+    slot, state, gap, rate = g.slot, g.state, g.gap, g.rate
+    bodies, gradient, known = g.bodies[:count], g.gradient[:count], g.onset_of
+    began, onset, age = values_at(g.began, slot[:count]), np.empty(count), np.empty(count)
     for i in range(count):
         if known[i] == 0.0:
             began[i] = t
         # an external force may close an impact faster than its initial speed
         onset[i] = max(known[i], max(-rate[i, 0], floor_of(g)))
         age[i] = t - began[i]
-    deflection = floats_2d(g, DEFLECTED)[:count]
+    deflection = g.deflected[:count]
     if state[STARTED] == 1 and state[FRICTION] == 1 and poses.shape[1] == 7:
         first = np.empty(count, dtype=np.int64)
         for i in range(count):
             first[i] = bodies[i, 0]
-        deflection = carried(deflection, floats_2d(g, COMMITTED), poses, first)
+        deflection = carried(deflection, g.committed, poses, first)
     _forget(g)
-    onsets, begans, depths, memory = floats_1d(g, ONSET), floats_1d(g, BEGAN), floats_1d(g, DEPTH), floats_2d(g, DEFLECTION)
+    onsets, begans, depths, memory = g.onset, g.began, g.depth, g.deflection
     for i in range(count):
         onsets[slot[i]], begans[slot[i]], depths[slot[i]] = onset[i], began[i], -gap[i]
         for c in range(memory.shape[1]):
@@ -266,15 +243,15 @@ def _remember(g: np.ndarray, laws: LawKernels, count: int, t: float, poses: np.n
 
 
 @kernel
-def _sums(g: np.ndarray, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
-    slot, share = integers_1d(g, SLOT)[:count], floats_1d(g, SHARE_OF)[:count]
-    gap, own = floats_1d(g, GAP), floats_1d(g, SHARE)
+def _sums(g: ContactArrays, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
+    slot, share = g.slot[:count], g.share_of[:count]
+    gap, own = g.gap, g.share
     part, depth = np.empty(count), np.empty(count)
     for i in range(count):
         part[i], depth[i] = share[i] / own[slot[i]], -gap[i]
     return sums_of_pairs(
-        integers_1d(g, PAIR), slot, floats_1d(g, AREA), part, floats_1d(g, NORMAL_FORCE)[:count],
-        elastic_force(g, laws, depth, share), floats_2d(g, RATE)[:count], floats_2d(g, EFFORT)[:count], pairs,
+        g.pair, slot, g.area, part, g.normal_force[:count],
+        elastic_force(g, laws, depth, share), g.rate[:count], g.effort[:count], pairs,
     )  # fmt: skip
 
 
@@ -288,13 +265,13 @@ def _stored(
     pairs = pair_energy.shape[1]
     pair_force[:] = 0.0
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
+        g = contacts_at(groups, k)
         geometry = geometry_of(g, parts)
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
         evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
-        energy = parts.laws.energy(-floats_1d(g, GAP)[:count], floats_1d(g, SHARE_OF)[:count], floats_1d(g, NORMAL))
+        energy = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
         for i in range(energy.shape[0]):
             stored += energy[i]
         sums = _sums(g, parts.laws, count, pairs)
@@ -307,8 +284,8 @@ def _stored(
                 mean[i, c] /= step
         for end in range(2):
             for k in range(groups.shape[0]):
-                g = table_at(groups, k)
-                if integers_1d(g, STATE)[LOSSY] == 0:
+                g = contacts_at(groups, k)
+                if g.state[LOSSY] == 0:
                     continue
                 geometry, at = geometry_of(g, parts), poses if end == 1 else before
                 count = find_slots(g, geometry, at, 0.0)
@@ -334,8 +311,8 @@ def _losses(
     """
     poses, rates, power = floats_2d(table, POSES), floats_2d(table, RATES), 0.0
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
-        if integers_1d(g, STATE)[LOSSY] == 0:
+        g = contacts_at(groups, k)
+        if g.state[LOSSY] == 0:
             continue
         geometry = geometry_of(g, parts)
         count = find_slots(g, geometry, poses, 0.0)

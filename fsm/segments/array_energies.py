@@ -10,24 +10,27 @@ from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.block_lu import count_negative
 from fsm.kernels.body_poses import gather_free
 from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import call_at
 from fsm.segments.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.segments.arrays import (
+    ACCEPT_BY,
     FACTORS,
     FORCE,
     FORCE_SCALE,
     FREE,
     INERTIA,
     LAST_Q,
+    LOST_BY,
     MATRIX,
     PAIR_ENERGY,
     POSES,
     RATES,
     STIFFNESS,
+    STORED,
+    STORED_BY,
     WEIGHT,
     Segments,
     driven_of,
-    has_creases,
-    has_ligaments,
     loads_of,
     pattern_of,
     springs_of,
@@ -62,13 +65,14 @@ def present_energies(
         poses, rates, s.bodies, s.constants, s.last, per_second, s.category, s.in_panels.shape[0]
     )
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
-    panels = creases = contacts = lost = 0.0
-    if has_creases(table):
-        panels, creases, lost = model.by_creases.stored(table, per_second)
-    if has_ligaments(table):
-        _, ligaments, by_ligaments = model.by_ligaments.stored(table, per_second)
-        creases += ligaments
-        lost += by_ligaments
+    of_elements, contacts, lost = floats_1d(table, STORED), 0.0, 0.0
+    of_elements[:] = 0.0
+    for k in range(model.elements.shape[0]):
+        own = model.element_tables[k]
+        call_at(model.elements[k, STORED_BY], table, own, per_second)
+        lost += call_at(model.elements[k, LOST_BY], table, own, per_second)
+        call_at(model.elements[k, ACCEPT_BY], table, own, per_second)
+    panels, creases = of_elements[0], of_elements[1]
     for i in range(springs.shape[0]):
         panels += s.in_panels[i] * springs[i]
         creases += (1.0 - s.in_panels[i]) * springs[i]
@@ -103,12 +107,8 @@ def present_powers(
     _, lost = model.by_springs.stored(
         poses, rates, s.bodies, s.constants, s.last, 0.0, s.category, s.in_panels.shape[0]
     )
-    if has_creases(table):
-        _, _, by_creases = model.by_creases.stored(table, 0.0)
-        lost += by_creases
-    if has_ligaments(table):
-        _, _, by_ligaments = model.by_ligaments.stored(table, 0.0)
-        lost += by_ligaments
+    for k in range(model.elements.shape[0]):
+        lost += call_at(model.elements[k, LOST_BY], table, model.element_tables[k], 0.0)
     if model.groups.shape[0] > 0:
         lost += model.by_contacts.losses(table, model.groups, model.contact_parts, t, of_pairs)
     count = drive_force.shape[0]
@@ -172,7 +172,7 @@ def _stable_at_rest(model: Segments, t: float) -> bool:
     """Whether all pivots of the symmetric part of the stiffness at rest, at the present poses, are positive."""
     table = model.at_rest
     others = Segments(
-        table, table, model.flags, model.groups, model.by_springs, model.by_creases, model.by_ligaments,
+        table, table, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
         model.by_contacts, model.contact_parts, model.equations,
     )  # fmt: skip
     sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0])

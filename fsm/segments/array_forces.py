@@ -12,21 +12,22 @@ from fsm.kernels.body_poses import gather_free, increment_blocks, retract_poses,
 from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import add_gyroscopic, gyroscopic_damping
 from fsm.kernels.pieces import program_at
+from fsm.kernels.pointers import call_at
 from fsm.segments.arrays import (
     DAMPING,
     DOF,
     FORCE,
+    FORCE_BY,
     FREE,
     INERTIA,
     POSES,
     RATES,
     STIFFNESS,
+    TANGENT_BY,
     WEIGHT,
     Loads,
     Segments,
     driven_of,
-    has_creases,
-    has_ligaments,
     loads_of,
     pattern_of,
     springs_of,
@@ -81,16 +82,14 @@ def _set_simple_forces(table: np.ndarray, t: float) -> None:
 
 @kernel
 def sum_forces(model: Segments, t: float, per_second: float) -> None:
-    """Write the forces on all bodies at the present poses; `per_second` as for `ElementKernels`."""
+    """Write the forces on all bodies at the present poses; `per_second` as for the kernels of elements."""
     table = model.table
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     _set_simple_forces(table, t)
     springs = springs_of(table)
     model.by_springs.force(poses, rates, springs.bodies, springs.constants, springs.last, per_second, total)
-    if has_creases(table):
-        model.by_creases.force(table, per_second)
-    if has_ligaments(table):
-        model.by_ligaments.force(table, per_second)
+    for k in range(model.elements.shape[0]):
+        call_at(model.elements[k, FORCE_BY], table, model.element_tables[k], per_second)
     if model.groups.shape[0] > 0:
         model.by_contacts.force(table, model.groups, model.contact_parts, t)
     if poses.shape[1] == 7:
@@ -129,7 +128,7 @@ def sum_tangents(model: Segments, t: float, per_second: float, efforts: np.ndarr
 
     Parameters
     ----------
-    t, per_second : s, and as for `ElementKernels`
+    t, per_second : s, and as for the kernels of elements
     efforts : (m, 3 or 6) array, or (0, 3 or 6)
         Efforts of springs for their geometric stiffness; if empty, efforts at the poses are used.
     since : (nu,) array, or (0,)
@@ -152,10 +151,8 @@ def sum_tangents(model: Segments, t: float, per_second: float, efforts: np.ndarr
         poses, rates, springs.bodies, springs.constants, springs.last, per_second, efforts, springs.slots, total, stiffness,
         damping,
     )  # fmt: skip
-    if has_creases(table):
-        model.by_creases.tangent(table, per_second)
-    if has_ligaments(table):
-        model.by_ligaments.tangent(table, per_second)
+    for k in range(model.elements.shape[0]):
+        call_at(model.elements[k, TANGENT_BY], table, model.element_tables[k], per_second)
 
 
 @kernel

@@ -11,23 +11,23 @@ from fsm.interactions.point_shape_spatial import local_points_spatial
 from fsm.interactions.shape_distance import HALF_SPACE, shape_distance
 from fsm.interactions.shapes import EdgePairs
 from fsm.interactions.swept import edges_pass, local_edges, path_pose, path_steps, points_pass
-from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.segments.array_shape_tables import (
-    EDGE_PAIRS,
     GROUND,
-    LIMIT,
-    OPEN,
-    POINTS,
-    SHAPES,
     edges_of,
     near_edges,
     near_points,
     points_of,
+    shape_arrays_of,
     shapes_planar,
     shapes_spatial,
 )
-from fsm.segments.contact_arrays import COMMITTED, MARGIN, MOVING, NUMBERS, RADII, REFERENCE, RENEWAL, STARTED, STATE
+from fsm.segments.contact_arrays import (
+    MARGIN,
+    RENEWAL,
+    STARTED,
+    ContactArrays,
+)
 
 __all__ = ["passed_planar", "passed_spatial"]
 
@@ -36,17 +36,18 @@ _TINY = 1e-12
 
 
 @kernel
-def _candidates(g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _candidates(g: ContactArrays) -> tuple[np.ndarray, np.ndarray]:
     """Slots that may have passed through a face: the near slots if the broad phase is still valid at the last accepted
     state, else all slots.
     """
-    bound = RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
-    start, reference = floats_2d(g, COMMITTED), floats_2d(g, REFERENCE)
-    if not moved_beyond(start, reference, integers_1d(g, MOVING), floats_1d(g, RADII), bound):
+    own = shape_arrays_of(g)
+    bound = RENEWAL * g.numbers[MARGIN]
+    start, reference = g.committed, g.reference
+    if not moved_beyond(start, reference, g.moving, g.radii, bound):
         return near_points(g), near_edges(g)
-    points, edges = integers_1d(g, POINTS).shape[0], integers_2d(g, EDGE_PAIRS).shape[0]
+    points, edges = own.point_body.shape[0], own.pair_edges.shape[0]
     out, others = np.empty(points, dtype=np.int64), np.empty(edges, dtype=np.int64)
-    slots_open, count, number = integers_1d(g, OPEN), 0, 0
+    slots_open, count, number = own.slots_open, 0, 0
     for i in range(points):
         if slots_open[i] == 1:
             out[count] = i
@@ -75,10 +76,11 @@ def _reachable(
 
 
 @kernel
-def _point_data(g: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _point_data(g: ContactArrays, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Kinds and sizes of the shapes that the points may touch, and the depth limits of these shapes."""
-    shape, kind, size = integers_1d(g, POINTS + 3), integers_1d(g, SHAPES + 1), floats_2d(g, SHAPES + 2)
-    limit, count = floats_1d(g, LIMIT), points.shape[0]
+    own = shape_arrays_of(g)
+    shape, kind, size = own.point_shape, own.shape_kind, own.shape_size
+    limit, count = own.limit, points.shape[0]
     kinds, sizes, limits = np.empty(count, dtype=np.int64), np.empty((count, size.shape[1])), np.empty(count)
     for i in range(count):
         of = shape[points[i]]
@@ -89,14 +91,14 @@ def _point_data(g: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 @kernel
-def passed_planar(g: np.ndarray, poses: np.ndarray) -> bool:
+def passed_planar(g: ContactArrays, poses: np.ndarray) -> bool:
     """Whether shapes in the plane have passed through each other since the last accepted state."""
-    start = floats_2d(g, COMMITTED)
-    if integers_1d(g, STATE)[STARTED] == 0:
+    start = g.committed
+    if g.state[STARTED] == 0:
         return False
     points, _ = _candidates(g)
     probes, shapes = points_of(g), shapes_planar(g)
-    motion = furthest_motion(start, poses, integers_1d(g, MOVING), floats_1d(g, RADII))
+    motion = furthest_motion(start, poses, g.moving, g.radii)
     local = local_points_planar(start, points, probes, shapes)
     points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
     if points.shape[0] == 0:
@@ -113,14 +115,15 @@ def passed_planar(g: np.ndarray, poses: np.ndarray) -> bool:
 
 
 @kernel
-def passed_spatial(g: np.ndarray, poses: np.ndarray) -> bool:
+def passed_spatial(g: ContactArrays, poses: np.ndarray) -> bool:
     """Whether shapes in space have passed through each other since the last accepted state."""
-    start = floats_2d(g, COMMITTED)
-    if integers_1d(g, STATE)[STARTED] == 0:
+    own = shape_arrays_of(g)
+    start = g.committed
+    if g.state[STARTED] == 0:
         return False
     points, edges = _candidates(g)
-    probes, shapes, table, pairs = points_of(g), shapes_spatial(g), edges_of(g), integers_2d(g, EDGE_PAIRS)
-    motion = furthest_motion(start, poses, integers_1d(g, MOVING), floats_1d(g, RADII))
+    probes, shapes, table, pairs = points_of(g), shapes_spatial(g), edges_of(g), own.pair_edges
+    motion = furthest_motion(start, poses, g.moving, g.radii)
     local = local_points_spatial(start, points, probes, shapes)
     points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
     edges = _reachable_edges(g, start, edges, motion)
@@ -142,9 +145,10 @@ def passed_spatial(g: np.ndarray, poses: np.ndarray) -> bool:
 
 
 @kernel
-def _reachable_edges(g: np.ndarray, poses: np.ndarray, edges: np.ndarray, motion: float) -> np.ndarray:
+def _reachable_edges(g: ContactArrays, poses: np.ndarray, edges: np.ndarray, motion: float) -> np.ndarray:
     """Pairs of edges with a distance of their middle lines of at most twice `motion`, m."""
-    table, pairs = edges_of(g), integers_2d(g, EDGE_PAIRS)
+    own = shape_arrays_of(g)
+    table, pairs = edges_of(g), own.pair_edges
     none = np.zeros(pairs.shape[0])
     unscaled = EdgePairs(pairs, none, none)
     slot, gap = find_edges(poses, edges, unscaled, table, 2.0 * motion + _TINY)

@@ -7,16 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.shapes import EdgePairs, Edges, Points, Shapes
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.segments.contact_arrays import OWN, OWN_STATE, STATE
+from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers1, Integers2, follows
+from fsm.segments.contact_arrays import OWN_STATE, ContactArrays
 
 __all__ = [
-    "BASE", "COLUMN", "EDGES", "EDGES_NEAR", "EDGE_PAIRS", "GROUND", "IN_FORCE", "KIT_LOCAL", "KIT_ON_AXIS", "KIT_START",
-    "KIT_WEIGHT", "KNOWN", "LATEST", "LIMIT", "MET", "NEAR", "NEAR_EDGES", "NEAR_POINTS", "OPEN", "PAIR_START", "POINTS",
-    "POINTS_NEAR", "POINT_START", "REACH", "SHAPES", "SOLID_AXES", "SOLID_OFFSET", "SOLID_SIZE", "UNIT", "UNITS",
-    "UNITS_NEAR", "WEIGHT", "WHOLE", "ShapeArrays", "edge_pairs_of", "edges_of", "near_edges", "near_points",
-    "points_of", "shapes_planar", "shapes_spatial",
+    "EDGES_NEAR", "GROUND", "POINTS_NEAR", "UNITS_NEAR", "ShapeArrays", "edge_pairs_of", "edges_of", "near_edges",
+    "near_points", "points_of", "shape_arrays_of", "shapes_planar", "shapes_spatial",
 ]  # fmt: skip
 
 GROUND = 0
@@ -28,7 +25,7 @@ class ShapeArrays(NamedTuple):
 
     Attributes
     ----------
-    points, shapes, edges, edge_pairs : tables
+    point_..., shape_..., edge_..., pair_... : fields of `Points`, `Shapes`, `Edges` and `EdgePairs`
     reach : (s,) array, m
         Distance of the farthest point of a shape from its centre.
     limit : (n_points,) array, m
@@ -45,96 +42,103 @@ class ShapeArrays(NamedTuple):
     solid_size, solid_offset, solid_axes, kit_start, kit_local, kit_weight, kit_on_axis : see `Kit`
     """
 
-    points: Points
-    shapes: Shapes
-    edges: Edges
-    edge_pairs: EdgePairs
-    reach: np.ndarray
-    limit: np.ndarray
-    units: np.ndarray
-    point_start: np.ndarray
-    pair_start: np.ndarray
-    unit: np.ndarray
-    column: np.ndarray
-    weight: np.ndarray
-    slots_open: np.ndarray
-    met: np.ndarray
-    near: np.ndarray
-    near_points: np.ndarray
-    near_edges: np.ndarray
-    known: np.ndarray
-    latest: np.ndarray
-    in_force: np.ndarray
-    whole: np.ndarray
-    base: np.ndarray
-    solid_size: np.ndarray
-    solid_offset: np.ndarray
-    solid_axes: np.ndarray
-    kit_start: np.ndarray
-    kit_local: np.ndarray
-    kit_weight: np.ndarray
-    kit_on_axis: np.ndarray
+    point_body: Integers1
+    point_place: Floats2
+    point_radius: Floats1
+    point_shape: Integers1
+    point_around: Floats3
+    shape_body: Integers1
+    shape_kind: Integers1
+    shape_size: Floats2
+    shape_offset: Floats2
+    shape_frame: Floats3
+    shape_radius: Floats1
+    edge_body: Integers1
+    edge_middle: Floats2
+    edge_direction: Floats2
+    edge_half: Floats1
+    edge_radius: Floats1
+    pair_edges: Integers2
+    pair_parallel: Floats1
+    pair_clearance: Floats1
+    reach: Floats1
+    limit: Floats1
+    units: Integers2
+    point_start: Integers1
+    pair_start: Integers1
+    unit: Integers1
+    column: Integers1
+    weight: Floats1
+    slots_open: Integers1
+    met: Integers1
+    near: Integers1
+    near_points: Integers1
+    near_edges: Integers1
+    known: Integers1
+    latest: Floats2
+    in_force: Floats2
+    whole: Floats2
+    base: Floats2
+    solid_size: Floats2
+    solid_offset: Floats2
+    solid_axes: Floats3
+    kit_start: Integers1
+    kit_local: Floats2
+    kit_weight: Floats1
+    kit_on_axis: Integers1
 
 
-POINTS, SHAPES, EDGES, EDGE_PAIRS, REACH = OWN, OWN + 5, OWN + 11, OWN + 16, OWN + 19
-(
-    LIMIT, UNITS, POINT_START, PAIR_START, UNIT, COLUMN, WEIGHT, OPEN, MET, NEAR, NEAR_POINTS, NEAR_EDGES,
-    KNOWN, LATEST, IN_FORCE, WHOLE, BASE, SOLID_SIZE, SOLID_OFFSET, SOLID_AXES, KIT_START, KIT_LOCAL,
-    KIT_WEIGHT, KIT_ON_AXIS,
-) = range(REACH + 1, REACH + 25)  # fmt: skip
+shape_arrays_of = follows(ShapeArrays, ContactArrays)
+"""Arrays of the shapes of a table, in kernels."""
 UNITS_NEAR, POINTS_NEAR, EDGES_NEAR = OWN_STATE, OWN_STATE + 1, OWN_STATE + 2
 """Indices of `ContactArrays.state`: numbers of near units, points and pairs of edges."""
 
 
 @kernel
-def points_of(g: np.ndarray) -> Points:
+def points_of(g: ContactArrays) -> Points:
     """Table of the points."""
-    k = POINTS
-    return Points(
-        integers_1d(g, k), floats_2d(g, k + 1), floats_1d(g, k + 2), integers_1d(g, k + 3), floats_3d(g, k + 4)
-    )
+    own = shape_arrays_of(g)
+    return Points(own.point_body, own.point_place, own.point_radius, own.point_shape, own.point_around)
 
 
 @kernel
-def shapes_planar(g: np.ndarray) -> Shapes:
+def shapes_planar(g: ContactArrays) -> Shapes:
     """Table of the shapes in the plane."""
-    k = SHAPES
-    return Shapes(
-        integers_1d(g, k), integers_1d(g, k + 1), floats_2d(g, k + 2), floats_2d(g, k + 3), floats_1d(g, k + 4),
-        floats_1d(g, k + 5),
-    )  # fmt: skip
+    own = shape_arrays_of(g)
+    frame = own.shape_frame.reshape(-1)
+    return Shapes(own.shape_body, own.shape_kind, own.shape_size, own.shape_offset, frame, own.shape_radius)
 
 
 @kernel
-def shapes_spatial(g: np.ndarray) -> Shapes:
+def shapes_spatial(g: ContactArrays) -> Shapes:
     """Table of the shapes in space."""
-    k = SHAPES
-    return Shapes(
-        integers_1d(g, k), integers_1d(g, k + 1), floats_2d(g, k + 2), floats_2d(g, k + 3), floats_3d(g, k + 4),
-        floats_1d(g, k + 5),
-    )  # fmt: skip
+    own = shape_arrays_of(g)
+    return Shapes(own.shape_body, own.shape_kind, own.shape_size, own.shape_offset, own.shape_frame, own.shape_radius)
 
 
 @kernel
-def edges_of(g: np.ndarray) -> Edges:
+def edges_of(g: ContactArrays) -> Edges:
     """Table of the edges."""
-    k = EDGES
-    return Edges(integers_1d(g, k), floats_2d(g, k + 1), floats_2d(g, k + 2), floats_1d(g, k + 3), floats_1d(g, k + 4))
+    own = shape_arrays_of(g)
+    return Edges(own.edge_body, own.edge_middle, own.edge_direction, own.edge_half, own.edge_radius)
 
 
 @kernel
-def edge_pairs_of(g: np.ndarray) -> EdgePairs:
+def edge_pairs_of(g: ContactArrays) -> EdgePairs:
     """Table of the pairs of edges."""
-    return EdgePairs(integers_2d(g, EDGE_PAIRS), floats_1d(g, EDGE_PAIRS + 1), floats_1d(g, EDGE_PAIRS + 2))
+    own = shape_arrays_of(g)
+    return EdgePairs(own.pair_edges, own.pair_parallel, own.pair_clearance)
 
 
 @kernel
-def near_points(g: np.ndarray) -> np.ndarray:
+def near_points(g: ContactArrays) -> np.ndarray:
     """Points that are near their shapes."""
-    return integers_1d(g, NEAR_POINTS)[: integers_1d(g, STATE)[POINTS_NEAR]]
+    own = shape_arrays_of(g)
+    return own.near_points[: g.state[POINTS_NEAR]]
 
 
 @kernel
-def near_edges(g: np.ndarray) -> np.ndarray:
+def near_edges(g: ContactArrays) -> np.ndarray:
     """Pairs of edges that are near."""
-    return integers_1d(g, NEAR_EDGES)[: integers_1d(g, STATE)[EDGES_NEAR]]
+    own = shape_arrays_of(g)
+    return own.near_edges[: g.state[EDGES_NEAR]]

@@ -8,30 +8,16 @@ from fsm.interactions.face_overlap import COLUMNS
 from fsm.interactions.face_weights import ROW, ShapePoints, UnitTable, changed_weights, weigh_units
 from fsm.interactions.face_weights import SHARE as SHARES
 from fsm.interactions.shapes import Shapes
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.segments.array_shape_tables import (
-    BASE,
-    COLUMN,
-    IN_FORCE,
-    KIT_LOCAL,
-    KIT_ON_AXIS,
-    KIT_START,
-    KIT_WEIGHT,
-    KNOWN,
-    LATEST,
-    NEAR,
-    SHAPES,
-    SOLID_AXES,
-    SOLID_OFFSET,
-    SOLID_SIZE,
-    UNIT,
-    UNITS,
     UNITS_NEAR,
-    WEIGHT,
-    WHOLE,
+    shape_arrays_of,
 )
-from fsm.segments.contact_arrays import BODIES, CHANGES, COMMITTED, GRADIENT, RATE, SHARE, SLOT, STARTED, STATE
+from fsm.segments.contact_arrays import (
+    CHANGES,
+    STARTED,
+    ContactArrays,
+)
 from fsm.stepping.vectors import copy_into
 
 __all__ = ["settle", "tapered"]
@@ -48,33 +34,32 @@ def _sloped(in_force: np.ndarray, unit: int) -> bool:
 
 @kernel
 def tapered(
-    g: np.ndarray, poses: np.ndarray, found: int
+    g: ContactArrays, poses: np.ndarray, found: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Contacts with weights that change within a step; see `ShapeContacts`."""
-    in_force, unit, slot, bodies = floats_2d(g, IN_FORCE), integers_1d(g, UNIT), integers_1d(g, SLOT), integers_2d(g, BODIES)
-    order, count = floats_3d(g, GRADIENT).shape[2], 0
+    own = shape_arrays_of(g)
+    in_force, unit, slot, bodies = own.in_force, own.unit, g.slot, g.bodies
+    order, count = g.gradient.shape[2], 0
     for i in range(found):
         count += 1 if _sloped(in_force, unit[slot[i]]) else 0
     if count == 0:  # these are views of other arrays, because the allocation of new arrays takes time
-        return slot[:0], floats_1d(g, SHARE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
+        return slot[:0], g.share[:0], g.rate[:0], g.gradient[:0]
     rows, count = np.empty(count, dtype=np.int64), 0
     for i in range(found):
         if _sloped(in_force, unit[slot[i]]):
             rows[count] = i
             count += 1
-    own = np.empty(count, dtype=np.int64)
+    of_rows = np.empty(count, dtype=np.int64)
     for k in range(count):
-        own[k] = unit[slot[rows[k]]]
-    units, body, column = integers_2d(g, UNITS), integers_1d(g, SHAPES), integers_1d(g, COLUMN)
-    parts, gradients = changed_weights(
-        poses, own, units, body, floats_2d(g, SOLID_OFFSET), floats_3d(g, SOLID_AXES), in_force
-    )
+        of_rows[k] = unit[slot[rows[k]]]
+    units, body, column = own.units, own.shape_body, own.column
+    parts, gradients = changed_weights(poses, of_rows, units, body, own.solid_offset, own.solid_axes, in_force)
     part, gradient = np.empty(count), np.empty((count, order))
     half = order // 2
     for k in range(count):
         i, c = rows[k], column[slot[rows[k]]]
         part[k] = parts[k, c]
-        swapped = body[units[own[k], 0]] != bodies[i, 0]
+        swapped = body[units[of_rows[k], 0]] != bodies[i, 0]
         for b in range(2):
             for m in range(half):
                 gradient[k, b * half + m] = gradients[k, c, 1 - b if swapped else b, m]
@@ -82,43 +67,44 @@ def tapered(
 
 
 @kernel
-def _look(g: np.ndarray, poses: np.ndarray, units: np.ndarray, held: np.ndarray) -> bool:
+def _look(g: ContactArrays, poses: np.ndarray, units: np.ndarray, held: np.ndarray) -> bool:
     """Update the weights of units that have moved; see `Overlaps.look`."""
-    known, on_axis = integers_1d(g, KNOWN), integers_1d(g, KIT_ON_AXIS)
+    own = shape_arrays_of(g)
+    known, on_axis = own.known, own.kit_on_axis
     flags, axis = np.empty(known.shape[0], dtype=np.bool_), np.empty(on_axis.shape[0], dtype=np.bool_)
     for i in range(known.shape[0]):
         flags[i] = known[i] == 1
     for i in range(on_axis.shape[0]):
         axis[i] = on_axis[i] == 1
-    k = SHAPES
     solids = Shapes(
-        integers_1d(g, k), integers_1d(g, k + 1), floats_2d(g, SOLID_SIZE), floats_2d(g, SOLID_OFFSET),
-        floats_3d(g, SOLID_AXES), floats_1d(g, k + 5),
-    )  # fmt: skip
-    points = ShapePoints(integers_1d(g, KIT_START), floats_2d(g, KIT_LOCAL), floats_1d(g, KIT_WEIGHT), axis)
-    table = UnitTable(integers_2d(g, UNITS), floats_2d(g, WHOLE), floats_2d(g, BASE))
-    changed = weigh_units(poses, units, held, table, solids, points, flags, floats_2d(g, LATEST))
+        own.shape_body, own.shape_kind, own.solid_size, own.solid_offset, own.solid_axes, own.shape_radius
+    )
+    points = ShapePoints(own.kit_start, own.kit_local, own.kit_weight, axis)
+    table = UnitTable(own.units, own.whole, own.base)
+    changed = weigh_units(poses, units, held, table, solids, points, flags, own.latest)
     for i in range(known.shape[0]):
         known[i] = 1 if flags[i] else 0
     return bool(changed > 0)
 
 
 @kernel
-def _apply_weights(g: np.ndarray) -> None:
-    share, unit, column = floats_1d(g, SHARE), integers_1d(g, UNIT), integers_1d(g, COLUMN)
-    weight, in_force = floats_1d(g, WEIGHT), floats_2d(g, IN_FORCE)
+def _apply_weights(g: ContactArrays) -> None:
+    own = shape_arrays_of(g)
+    share, unit, column = g.share, own.unit, own.column
+    weight, in_force = own.weight, own.in_force
     for i in range(share.shape[0]):
         share[i] = weight[i] * in_force[unit[i], SHARES + column[i]]
 
 
 @kernel
-def settle(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
+def settle(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
     """See `GeometryKernels`: weights of faces."""
-    state, near, known = integers_1d(g, STATE), integers_1d(g, NEAR), integers_1d(g, KNOWN)
+    own = shape_arrays_of(g)
+    state, near, known = g.state, own.near, own.known
     near = near[: state[UNITS_NEAR]]
-    latest, in_force = floats_2d(g, LATEST), floats_2d(g, IN_FORCE)
+    latest, in_force = own.latest, own.in_force
     if not new:
-        held, unit = np.zeros(near.shape[0], dtype=np.bool_), integers_1d(g, UNIT)
+        held, unit = np.zeros(near.shape[0], dtype=np.bool_), own.unit
         for i in range(young.shape[0]):
             for k in range(near.shape[0]):
                 held[k] = held[k] or near[k] == unit[young[i]]
@@ -127,7 +113,7 @@ def settle(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bool) -> No
         return
     changed = False
     if state[CHANGES] == 1 and state[STARTED] == 1:  # the weights of the last accepted state are different
-        committed, same = floats_2d(g, COMMITTED), True
+        committed, same = g.committed, True
         for i in range(poses.shape[0]):
             for c in range(poses.shape[1]):
                 same = same and poses[i, c] == committed[i, c]
@@ -140,7 +126,7 @@ def settle(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bool) -> No
             unknown[count] = near[k]
             count += 1
     if count > 0:
-        at = floats_2d(g, COMMITTED) if state[STARTED] == 1 else poses
+        at = g.committed if state[STARTED] == 1 else poses
         if _look(g, at, unknown[:count], np.zeros(count, dtype=np.bool_)):
             for k in range(count):
                 for c in range(ROW):

@@ -23,46 +23,29 @@ from fsm.interactions.point_shape_spatial import (
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import HALF_SPACE
 from fsm.interactions.shapes import Points, Shapes
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 from fsm.segments.array_shape_passing import passed_planar, passed_spatial
 from fsm.segments.array_shape_tables import (
     EDGES_NEAR,
     GROUND,
-    MET,
-    NEAR,
-    NEAR_EDGES,
-    NEAR_POINTS,
-    OPEN,
-    PAIR_START,
-    POINT_START,
-    POINTS,
     POINTS_NEAR,
-    REACH,
-    UNITS,
     UNITS_NEAR,
     edge_pairs_of,
     edges_of,
     near_edges,
     near_points,
     points_of,
+    shape_arrays_of,
     shapes_planar,
     shapes_spatial,
 )
 from fsm.segments.array_shape_weights import settle, tapered
 from fsm.segments.contact_arrays import (
-    BODIES,
-    GAP,
-    GRADIENT,
     LACKS,
     MARGIN,
-    NUMBERS,
-    RATE,
-    REFERENCE,
     REFERRED,
-    SLOT,
-    STATE,
+    ContactArrays,
     GeometryKernels,
     forces_of,
     index_of,
@@ -77,9 +60,10 @@ __all__ = ["PLANAR_SHAPES", "SPATIAL_SHAPES"]
 
 
 @kernel
-def _grounded(g: np.ndarray, shapes: Shapes) -> np.ndarray:
+def _grounded(g: ContactArrays, shapes: Shapes) -> np.ndarray:
     """Units with a half-space of the ground."""
-    units = integers_2d(g, UNITS)
+    own = shape_arrays_of(g)
+    units = own.units
     out, count = np.empty(units.shape[0], dtype=np.int64), 0
     for k in range(units.shape[0]):
         if shapes.kind[units[k, 1]] == HALF_SPACE and shapes.body[units[k, 1]] == GROUND:
@@ -89,9 +73,10 @@ def _grounded(g: np.ndarray, shapes: Shapes) -> np.ndarray:
 
 
 @kernel
-def _centres(g: np.ndarray, shapes: Shapes, rows: np.ndarray) -> Points:
+def _centres(g: ContactArrays, shapes: Shapes, rows: np.ndarray) -> Points:
     """Centres of the first shapes of units, as points on the second."""
-    units, count = integers_2d(g, UNITS), rows.shape[0]
+    own = shape_arrays_of(g)
+    units, count = own.units, rows.shape[0]
     body, other = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     place, radius, around = np.empty((count, shapes.offset.shape[1])), np.zeros(count), np.zeros((count, 3, 3))
     for k in range(count):
@@ -104,12 +89,13 @@ def _centres(g: np.ndarray, shapes: Shapes, rows: np.ndarray) -> Points:
 
 @kernel
 def _select(
-    g: np.ndarray, poses: np.ndarray, low: np.ndarray, high: np.ndarray, body: np.ndarray, rounding: np.ndarray,
+    g: ContactArrays, poses: np.ndarray, low: np.ndarray, high: np.ndarray, body: np.ndarray, rounding: np.ndarray,
     grounded: np.ndarray, heights: np.ndarray,
 ) -> None:  # fmt: skip
     """Write the near units and their slots: units whose boxes overlap, without shapes far above the ground."""
-    state, margin, units = integers_1d(g, STATE), floats_1d(g, NUMBERS)[MARGIN], integers_2d(g, UNITS)
-    near, met, reach = integers_1d(g, NEAR), integers_1d(g, MET), floats_1d(g, REACH)
+    own = shape_arrays_of(g)
+    state, margin, units = g.state, g.numbers[MARGIN], own.units
+    near, met, reach = own.near, own.met, own.reach
     dof, indptr, indices = index_of(g)
     count = at = 0
     for k in range(units.shape[0]):
@@ -131,17 +117,18 @@ def _select(
             if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
                 state[LACKS] = 1
     state[UNITS_NEAR] = count
-    state[POINTS_NEAR] = _open_slots(g, near[:count], integers_1d(g, POINT_START), 0, integers_1d(g, NEAR_POINTS))
-    first = integers_1d(g, POINTS).shape[0]
-    state[EDGES_NEAR] = _open_slots(g, near[:count], integers_1d(g, PAIR_START), first, integers_1d(g, NEAR_EDGES))
-    copy_into(poses, floats_2d(g, REFERENCE))
+    state[POINTS_NEAR] = _open_slots(g, near[:count], own.point_start, 0, own.near_points)
+    first = own.point_body.shape[0]
+    state[EDGES_NEAR] = _open_slots(g, near[:count], own.pair_start, first, own.near_edges)
+    copy_into(poses, g.reference)
     state[REFERRED] = 1
 
 
 @kernel
-def _open_slots(g: np.ndarray, units: np.ndarray, start: np.ndarray, first: int, out: np.ndarray) -> int:
+def _open_slots(g: ContactArrays, units: np.ndarray, start: np.ndarray, first: int, out: np.ndarray) -> int:
     """Write the open slots of units as numbers, starting at `first`, and return the number of slots."""
-    slots_open, count = integers_1d(g, OPEN), 0
+    own = shape_arrays_of(g)
+    slots_open, count = own.slots_open, 0
     for k in range(units.shape[0]):
         for slot in range(start[units[k]], start[units[k] + 1]):
             if slots_open[first + slot] == 1:
@@ -151,7 +138,7 @@ def _open_slots(g: np.ndarray, units: np.ndarray, start: np.ndarray, first: int,
 
 
 @kernel
-def _renew_planar(g: np.ndarray, poses: np.ndarray) -> int:
+def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
     if not must_renew(g, poses):
         return 0
     shapes = shapes_planar(g)
@@ -163,7 +150,7 @@ def _renew_planar(g: np.ndarray, poses: np.ndarray) -> int:
 
 
 @kernel
-def _renew_spatial(g: np.ndarray, poses: np.ndarray) -> int:
+def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     if not must_renew(g, poses):
         return 0
     shapes = shapes_spatial(g)
@@ -178,53 +165,56 @@ def _renew_spatial(g: np.ndarray, poses: np.ndarray) -> int:
 
 
 @kernel
-def _find_planar(g: np.ndarray, poses: np.ndarray, below: float) -> int:
-    slot, gap = integers_1d(g, SLOT), floats_1d(g, GAP)
+def _find_planar(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    slot, gap = g.slot, g.gap
     return int(write_found_planar(poses, near_points(g), points_of(g), shapes_planar(g), below, slot, gap))
 
 
 @kernel
-def _find_spatial(g: np.ndarray, poses: np.ndarray, below: float) -> int:
-    slot, gap, edges = integers_1d(g, SLOT), floats_1d(g, GAP), near_edges(g)
+def _find_spatial(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    own = shape_arrays_of(g)
+    slot, gap, edges = g.slot, g.gap, near_edges(g)
     count = write_found_spatial(poses, near_points(g), points_of(g), shapes_spatial(g), below, slot, gap)
     if edges.shape[0] == 0:
         return int(count)
     other, more = find_edges(poses, edges, edge_pairs_of(g), edges_of(g), below)
-    first = integers_1d(g, POINTS).shape[0]
+    first = own.point_body.shape[0]
     for i in range(other.shape[0]):
         slot[count + i], gap[count + i] = first + other[i], more[i]
     return int(count + other.shape[0])
 
 
 @kernel
-def _measure_planar(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+def _measure_planar(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     write_points_planar(
-        poses, rates, integers_1d(g, SLOT)[:count], points_of(g), shapes_planar(g), integers_2d(g, BODIES),
-        floats_2d(g, RATE), floats_3d(g, GRADIENT),
+        poses, rates, g.slot[:count], points_of(g), shapes_planar(g), g.bodies,
+        g.rate, g.gradient,
     )  # fmt: skip
 
 
 @kernel
-def _number_of_points(g: np.ndarray, count: int) -> int:
+def _number_of_points(g: ContactArrays, count: int) -> int:
     """Number of points among the contacts; points come before pairs of edges."""
-    first, slot = integers_1d(g, POINTS).shape[0], integers_1d(g, SLOT)
+    own = shape_arrays_of(g)
+    first, slot = own.point_body.shape[0], g.slot
     while count > 0 and slot[count - 1] >= first:
         count -= 1
     return count
 
 
 @kernel
-def _edges_among(g: np.ndarray, points: int, count: int) -> np.ndarray:
-    first, slot, out = integers_1d(g, POINTS).shape[0], integers_1d(g, SLOT), np.empty(count - points, dtype=np.int64)
+def _edges_among(g: ContactArrays, points: int, count: int) -> np.ndarray:
+    own = shape_arrays_of(g)
+    first, slot, out = own.point_body.shape[0], g.slot, np.empty(count - points, dtype=np.int64)
     for i in range(out.shape[0]):
         out[i] = slot[points + i] - first
     return out
 
 
 @kernel
-def _measure_spatial(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
-    points, bodies = _number_of_points(g, count), integers_2d(g, BODIES)
-    slot, rate, gradient = integers_1d(g, SLOT)[:points], floats_2d(g, RATE), floats_3d(g, GRADIENT)
+def _measure_spatial(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    points, bodies = _number_of_points(g, count), g.bodies
+    slot, rate, gradient = g.slot[:points], g.rate, g.gradient
     write_points_spatial(poses, rates, slot, points_of(g), shapes_spatial(g), bodies, rate, gradient)
     if points < count:
         write_edges(
@@ -235,23 +225,23 @@ def _measure_spatial(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count:
 
 @kernel
 def _tangent_planar(
-    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
     tangent_points_planar(
-        poses, rates, integers_1d(g, SLOT)[:count], integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count],
+        poses, rates, g.slot[:count], g.bodies[:count], g.gradient[:count],
         points_of(g), shapes_planar(g), forces_of(g, 0, count), index_of(g), stiffness, damping,
     )  # fmt: skip
 
 
 @kernel
 def _tangent_spatial(
-    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
     points, index = _number_of_points(g, count), index_of(g)
-    bodies, gradient = integers_2d(g, BODIES), floats_3d(g, GRADIENT)
+    bodies, gradient = g.bodies, g.gradient
     if points > 0:
         tangent_points_spatial(
-            poses, rates, integers_1d(g, SLOT)[:points], bodies[:points], gradient[:points], points_of(g),
+            poses, rates, g.slot[:points], bodies[:points], gradient[:points], points_of(g),
             shapes_spatial(g), forces_of(g, 0, points), index, stiffness, damping,
         )  # fmt: skip
     if points < count:

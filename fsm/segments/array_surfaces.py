@@ -17,29 +17,18 @@ from fsm.interactions.gap_planar import tangent_gap_planar, write_gap_planar
 from fsm.interactions.gap_spatial import write_gap_spatial
 from fsm.interactions.gap_spatial_tangent import tangent_gap_spatial
 from fsm.interactions.probe_sides import over_ends, passed_through, probe_sides, round_tips, turned_sides
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
+from fsm.kernels.tables import Floats1, Floats2, Integers1, Integers2, follows
 from fsm.segments.contact_arrays import (
-    BODIES,
-    COMMITTED,
     FOUND,
-    GAP,
-    GRADIENT,
     LACKS,
     MARGIN,
-    MOVING,
-    NUMBERS,
-    OWN,
     OWN_STATE,
-    RADII,
-    RATE,
-    REFERENCE,
     REFERRED,
     RENEWAL,
-    SLOT,
     STARTED,
-    STATE,
+    ContactArrays,
     GeometryKernels,
     forces_of,
     index_of,
@@ -63,39 +52,36 @@ class SurfaceArrays(NamedTuple):
     the pieces
     """
 
-    body: np.ndarray
-    place: np.ndarray
-    straight: np.ndarray
-    inset: np.ndarray
-    clearance: np.ndarray
-    depth_limit: np.ndarray
-    cell: np.ndarray
-    first_piece: np.ndarray
-    last_piece: np.ndarray
-    side: np.ndarray
-    owners: np.ndarray
-    stations: np.ndarray
-    half_width: np.ndarray
-    no_share: np.ndarray
-    tips: np.ndarray
-    reach: np.ndarray
-    twin: np.ndarray
-    across: np.ndarray
-    inside: np.ndarray
-    inside_across: np.ndarray
-    nearest: np.ndarray
-    nearest_of_all: np.ndarray
-    window: np.ndarray
-    found_piece: np.ndarray
-    found_side: np.ndarray
-    found_at: np.ndarray
+    body: Integers1
+    place: Floats2
+    straight: Floats1
+    inset: Floats1
+    clearance: Floats1
+    depth_limit: Floats1
+    cell: Floats2
+    first_piece: Integers1
+    last_piece: Integers1
+    side: Floats1
+    owners: Integers2
+    stations: Floats2
+    half_width: Floats1
+    no_share: Floats1
+    tips: Floats1
+    reach: Floats1
+    twin: Integers1
+    across: Integers2
+    inside: Floats2
+    inside_across: Floats2
+    nearest: Integers1
+    nearest_of_all: Integers1
+    window: Integers2
+    found_piece: Integers1
+    found_side: Floats1
+    found_at: Floats2
 
 
-(
-    _BODY, _PLACE, _STRAIGHT, _INSET, _CLEARANCE, _LIMIT, _CELL, _FIRST, _LAST, _SIDE, _OWNERS, _STATIONS, _HALF_WIDTH,
-    _NO_SHARE, _TIPS, _REACH, _TWIN, _ACROSS, _INSIDE, _INSIDE_ACROSS, _NEAREST, _NEAREST_OF_ALL, _WINDOW, _FOUND_PIECE,
-    _FOUND_SIDE, _FOUND_AT,
-) = range(OWN, OWN + 26)  # fmt: skip
+surfaces_of = follows(SurfaceArrays, ContactArrays)
+"""Arrays of the surfaces of a table, in kernels."""
 TAPERS = OWN_STATE
 """Index of `ContactArrays.state`: 1 if shares are tapered."""
 
@@ -104,44 +90,47 @@ TAPERS = OWN_STATE
 
 
 @kernel
-def _set_windows(g: np.ndarray, poses: np.ndarray, points: np.ndarray, chords: np.ndarray, dimension: int) -> None:
+def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords: np.ndarray, dimension: int) -> None:
     """Write the pieces within reach of each probe, and mark whether the pattern lacks one of the pairs of bodies."""
-    tips, reach, bulge = floats_1d(g, _TIPS), floats_1d(g, _REACH), -np.inf
+    own = surfaces_of(g)
+    tips, reach, bulge = own.tips, own.reach, -np.inf
     # sum of the distance of pieces from their chords and the length of the tips beyond the ends
     for j in range(chords.shape[0]):
         bulge = max(bulge, chords[j, 2 * dimension + 1] - tips[j] / np.sqrt(chords[j, 2 * dimension]))
     low, high = chord_boxes(chords)
-    window, body, owners = integers_2d(g, _WINDOW), integers_1d(g, _BODY), integers_2d(g, _OWNERS)
-    apart = 2.0 * RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
+    window, body, owners = own.window, own.body, own.owners
+    apart = 2.0 * RENEWAL * g.numbers[MARGIN]
     window_pieces(
-        points, integers_1d(g, _FIRST), integers_1d(g, _LAST), chords, fit_tree(low, high), reach + bulge,
-        2.0 * (apart + bulge), integers_1d(g, _NEAREST), window,
+        points, own.first_piece, own.last_piece, chords, fit_tree(low, high), reach + bulge,
+        2.0 * (apart + bulge), own.nearest, window,
     )  # fmt: skip
     dof, indptr, indices = index_of(g)
-    state, pairs = integers_1d(g, STATE), coupled_bodies(body, window, owners, poses.shape[0])
+    state, pairs = g.state, coupled_bodies(body, window, owners, poses.shape[0])
     for k in range(pairs.shape[0]):
         row, column = dof[pairs[k, 0]], dof[pairs[k, 1]]
         if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
             state[LACKS] = 1
-    copy_into(poses, floats_2d(g, REFERENCE))
+    copy_into(poses, g.reference)
     state[REFERRED] = 1
 
 
 @kernel
-def _renew_planar(g: np.ndarray, poses: np.ndarray) -> int:
+def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
+    own = surfaces_of(g)
     if not must_renew(g, poses):
         return 0
-    points = probe_points_planar(poses, integers_1d(g, _BODY), floats_1d(g, _PLACE))
-    _set_windows(g, poses, points, chords_planar(poses, integers_2d(g, _OWNERS), floats_2d(g, _STATIONS)), 2)
+    points = probe_points_planar(poses, own.body, own.place.reshape(-1))
+    _set_windows(g, poses, points, chords_planar(poses, own.owners, own.stations), 2)
     return 1
 
 
 @kernel
-def _renew_spatial(g: np.ndarray, poses: np.ndarray) -> int:
+def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
+    own = surfaces_of(g)
     if not must_renew(g, poses):
         return 0
-    points = probe_points_spatial(poses, integers_1d(g, _BODY), floats_2d(g, _PLACE))
-    chords = chords_spatial(poses, integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), floats_1d(g, _HALF_WIDTH))
+    points = probe_points_spatial(poses, own.body, own.place)
+    chords = chords_spatial(poses, own.owners, own.stations, own.half_width)
     _set_windows(g, poses, points, chords, 3)
     return 1
 
@@ -150,100 +139,108 @@ def _renew_spatial(g: np.ndarray, poses: np.ndarray) -> int:
 
 
 @kernel
-def _find_planar(g: np.ndarray, poses: np.ndarray, below: float) -> int:
+def _find_planar(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    own = surfaces_of(g)
     return int(find_contacts_planar(
-        poses, integers_1d(g, _BODY), floats_1d(g, _PLACE), floats_1d(g, _SIDE), floats_1d(g, _STRAIGHT),
-        floats_1d(g, _CLEARANCE), floats_1d(g, _LIMIT), floats_1d(g, _NO_SHARE), integers_2d(g, _WINDOW),
-        integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), below,
-        (integers_1d(g, SLOT), integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT),
-         floats_1d(g, GAP)),
+        poses, own.body, own.place.reshape(-1), own.side, own.straight,
+        own.clearance, own.depth_limit, own.no_share, own.window,
+        own.owners, own.stations, below,
+        (g.slot, own.found_piece, own.found_side, own.found_at.reshape(-1),
+         g.gap),
     ))  # fmt: skip
 
 
 @kernel
-def _find_spatial(g: np.ndarray, poses: np.ndarray, below: float) -> int:
+def _find_spatial(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    own = surfaces_of(g)
     return int(find_contacts_spatial(
-        poses, integers_1d(g, _BODY), floats_2d(g, _PLACE), floats_1d(g, _SIDE), floats_1d(g, _STRAIGHT),
-        floats_1d(g, _CLEARANCE), floats_1d(g, _LIMIT), floats_1d(g, _NO_SHARE), integers_2d(g, _WINDOW),
-        integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), floats_1d(g, _HALF_WIDTH), below,
-        (integers_1d(g, SLOT), integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT),
-         floats_1d(g, GAP)),
+        poses, own.body, own.place, own.side, own.straight,
+        own.clearance, own.depth_limit, own.no_share, own.window,
+        own.owners, own.stations, own.half_width, below,
+        (g.slot, own.found_piece, own.found_side, own.found_at,
+         g.gap),
     ))  # fmt: skip
 
 
 @kernel
-def _measure_planar(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+def _measure_planar(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    own = surfaces_of(g)
     write_gap_planar(
         poses, rates,
-        (integers_1d(g, SLOT)[:count], integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT)),
-        integers_1d(g, _BODY), floats_1d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE),
-        floats_1d(g, _INSET), integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), integers_2d(g, BODIES), floats_2d(g, RATE),
-        floats_3d(g, GRADIENT),
+        (g.slot[:count], own.found_piece, own.found_side, own.found_at.reshape(-1)),
+        own.body, own.place.reshape(-1), own.straight, own.clearance,
+        own.inset, own.owners, own.stations, g.bodies, g.rate,
+        g.gradient,
     )  # fmt: skip
 
 
 @kernel
-def _measure_spatial(g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+def _measure_spatial(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    own = surfaces_of(g)
     write_gap_spatial(
         poses, rates,
-        (integers_1d(g, SLOT)[:count], integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT)),
-        integers_1d(g, _BODY), floats_2d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE),
-        floats_1d(g, _INSET), integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), integers_2d(g, BODIES), floats_2d(g, RATE),
-        floats_3d(g, GRADIENT),
+        (g.slot[:count], own.found_piece, own.found_side, own.found_at),
+        own.body, own.place, own.straight, own.clearance,
+        own.inset, own.owners, own.stations, g.bodies, g.rate,
+        g.gradient,
     )  # fmt: skip
 
 
 @kernel
 def _tapered_planar(
-    g: np.ndarray, poses: np.ndarray, count: int
+    g: ContactArrays, poses: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    slot = integers_1d(g, SLOT)
+    own = surfaces_of(g)
+    slot = g.slot
     # these are views of other arrays, because the allocation of new arrays takes time
-    if integers_1d(g, STATE)[TAPERS] == 0:
-        return slot[:0], floats_1d(g, _SIDE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
+    if g.state[TAPERS] == 0:
+        return slot[:0], own.side[:0], g.rate[:0], g.gradient[:0]
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = tapered_planar(
-        poses, integers_2d(g, BODIES), count, slot, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_AT),
-        floats_1d(g, _PLACE), floats_2d(g, _CELL), floats_2d(g, _STATIONS),
+        poses, g.bodies, count, slot, own.found_piece, own.found_at.reshape(-1),
+        own.place.reshape(-1), own.cell, own.stations,
     )  # fmt: skip
     return found
 
 
 @kernel
 def _tapered_spatial(
-    g: np.ndarray, poses: np.ndarray, count: int
+    g: ContactArrays, poses: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    slot = integers_1d(g, SLOT)
+    own = surfaces_of(g)
+    slot = g.slot
     # these are views of other arrays, because the allocation of new arrays takes time
-    if integers_1d(g, STATE)[TAPERS] == 0:
-        return slot[:0], floats_1d(g, _SIDE)[:0], floats_2d(g, RATE)[:0], floats_3d(g, GRADIENT)[:0]
+    if g.state[TAPERS] == 0:
+        return slot[:0], own.side[:0], g.rate[:0], g.gradient[:0]
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = tapered_spatial(
-        poses, integers_2d(g, BODIES), count, slot, integers_1d(g, _FOUND_PIECE), floats_2d(g, _FOUND_AT),
-        floats_2d(g, _PLACE), floats_2d(g, _CELL), floats_2d(g, _STATIONS),
+        poses, g.bodies, count, slot, own.found_piece, own.found_at,
+        own.place, own.cell, own.stations,
     )  # fmt: skip
     return found
 
 
 @kernel
 def _tangent_planar(
-    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
+    own = surfaces_of(g)
     tangent_gap_planar(
-        poses, rates, integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count],
-        (integers_1d(g, SLOT)[:count], integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_1d(g, _FOUND_AT)),
-        floats_1d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE), floats_1d(g, _INSET),
-        floats_2d(g, _STATIONS), forces_of(g, 0, count), index_of(g), stiffness, damping,
+        poses, rates, g.bodies[:count], g.gradient[:count],
+        (g.slot[:count], own.found_piece, own.found_side, own.found_at.reshape(-1)),
+        own.place.reshape(-1), own.straight, own.clearance, own.inset,
+        own.stations, forces_of(g, 0, count), index_of(g), stiffness, damping,
     )  # fmt: skip
 
 
 @kernel
 def _tangent_spatial(
-    g: np.ndarray, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
+    own = surfaces_of(g)
     tangent_gap_spatial(
-        poses, rates, integers_2d(g, BODIES)[:count], floats_3d(g, GRADIENT)[:count],
-        (integers_1d(g, SLOT)[:count], integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), floats_2d(g, _FOUND_AT)),
-        floats_2d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE), floats_1d(g, _INSET),
-        floats_2d(g, _STATIONS), forces_of(g, 0, count), index_of(g), stiffness, damping,
+        poses, rates, g.bodies[:count], g.gradient[:count],
+        (g.slot[:count], own.found_piece, own.found_side, own.found_at),
+        own.place, own.straight, own.clearance, own.inset,
+        own.stations, forces_of(g, 0, count), index_of(g), stiffness, damping,
     )  # fmt: skip
 
 
@@ -251,13 +248,14 @@ def _tangent_spatial(
 
 
 @kernel
-def _pieces(g: np.ndarray, within: bool) -> tuple[np.ndarray, np.ndarray]:
+def _pieces(g: ContactArrays, within: bool) -> tuple[np.ndarray, np.ndarray]:
     """First and last pieces of all probes: the pieces of their windows if `within` is true, else the pieces of the whole
     surfaces.
     """
+    own = surfaces_of(g)
     if not within:
-        return integers_1d(g, _FIRST), integers_1d(g, _LAST)
-    window = integers_2d(g, _WINDOW)
+        return own.first_piece, own.last_piece
+    window = own.window
     first, last = np.empty(window.shape[0], dtype=np.int64), np.empty(window.shape[0], dtype=np.int64)
     for i in range(window.shape[0]):
         first[i], last[i] = window[i, 0], window[i, 1]
@@ -265,33 +263,36 @@ def _pieces(g: np.ndarray, within: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 @kernel
-def _heights_planar(g: np.ndarray, poses: np.ndarray, farther: float) -> np.ndarray:
+def _heights_planar(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
+    own = surfaces_of(g)
     first, last = _pieces(g, farther == 0.0)
     height = np.empty(first.shape[0])
     heights_planar(
-        poses, integers_1d(g, _BODY), floats_1d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _LIMIT), first, last,
-        integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), floats_1d(g, _REACH) + farther, integers_1d(g, _NEAREST_OF_ALL),
+        poses, own.body, own.place.reshape(-1), own.straight, own.depth_limit, first, last,
+        own.owners, own.stations, own.reach + farther, own.nearest_of_all,
         height,
     )  # fmt: skip
     return height
 
 
 @kernel
-def _heights_spatial(g: np.ndarray, poses: np.ndarray, farther: float) -> np.ndarray:
+def _heights_spatial(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
+    own = surfaces_of(g)
     first, last = _pieces(g, farther == 0.0)
     height = np.empty(first.shape[0])
     heights_spatial(
-        poses, integers_1d(g, _BODY), floats_2d(g, _PLACE), floats_1d(g, _STRAIGHT), floats_1d(g, _LIMIT), first, last,
-        integers_2d(g, _OWNERS), floats_2d(g, _STATIONS), floats_1d(g, _HALF_WIDTH), floats_1d(g, _REACH) + farther,
-        integers_1d(g, _NEAREST_OF_ALL), height,
+        poses, own.body, own.place, own.straight, own.depth_limit, first, last,
+        own.owners, own.stations, own.half_width, own.reach + farther,
+        own.nearest_of_all, height,
     )  # fmt: skip
     return height
 
 
 @kernel
-def _behind(g: np.ndarray, height: np.ndarray, near: np.ndarray) -> np.ndarray:
+def _behind(g: ContactArrays, height: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Probes near the tip of a surface that have moved to the other side of the surface."""
-    side, straight = floats_1d(g, _SIDE), floats_1d(g, _STRAIGHT)
+    own = surfaces_of(g)
+    side, straight = own.side, own.straight
     out, count = np.empty(near.shape[0], dtype=np.int64), 0
     for k in range(near.shape[0]):
         if side[near[k]] * height[near[k]] < 0.0 and straight[near[k]] >= 0.0:
@@ -301,9 +302,10 @@ def _behind(g: np.ndarray, height: np.ndarray, near: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _ends(g: np.ndarray, near: np.ndarray) -> np.ndarray:
+def _ends(g: ContactArrays, near: np.ndarray) -> np.ndarray:
     """End of the surface at which each probe is: 0 for the start, 1 for the end."""
-    nearest, last, out = integers_1d(g, _NEAREST_OF_ALL), integers_1d(g, _LAST), np.zeros(near.shape[0], dtype=np.int64)
+    own = surfaces_of(g)
+    nearest, last, out = own.nearest_of_all, own.last_piece, np.zeros(near.shape[0], dtype=np.int64)
     for k in range(near.shape[0]):
         if nearest[near[k]] == last[near[k]] - 1:
             out[k] = 1
@@ -311,65 +313,70 @@ def _ends(g: np.ndarray, near: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _turn(g: np.ndarray, height: np.ndarray, near: np.ndarray, behind: np.ndarray, round_it: np.ndarray) -> None:
+def _turn(g: ContactArrays, height: np.ndarray, near: np.ndarray, behind: np.ndarray, round_it: np.ndarray) -> None:
     """Write the sides of all probes after a step."""
-    own, limit = floats_1d(g, _SIDE), floats_1d(g, _LIMIT)
-    side = probe_sides(own, height, limit)
+    own = surfaces_of(g)
+    present, limit = own.side, own.depth_limit
+    side = probe_sides(present, height, limit)
     for k in range(behind.shape[0]):
         if round_it[behind[k]]:
-            side[behind[k]] = -own[behind[k]]
-    corners = integers_1d(g, _TWIN), integers_2d(g, _ACROSS), floats_2d(g, _INSIDE), floats_2d(g, _INSIDE_ACROSS)
-    turned = turned_sides(corners, own, side, height, limit, near, _ends(g, near))
-    for k in range(own.shape[0]):
-        if own[k] != turned[k]:  # the contacts that were found with the old sides are no longer valid
-            integers_1d(g, STATE)[FOUND] = -1
-        own[k] = turned[k]
+            side[behind[k]] = -present[behind[k]]
+    corners = own.twin, own.across, own.inside, own.inside_across
+    turned = turned_sides(corners, present, side, height, limit, near, _ends(g, near))
+    for k in range(present.shape[0]):
+        if present[k] != turned[k]:  # the contacts that were found with the old sides are no longer valid
+            g.state[FOUND] = -1
+        present[k] = turned[k]
 
 
 @kernel
-def _near_ends(g: np.ndarray, height: np.ndarray) -> np.ndarray:
+def _near_ends(g: ContactArrays, height: np.ndarray) -> np.ndarray:
+    own = surfaces_of(g)
     found: np.ndarray = over_ends(
-        floats_1d(g, _SIDE), height, floats_1d(g, _LIMIT), integers_1d(g, _NEAREST_OF_ALL), integers_1d(g, _FIRST),
-        integers_1d(g, _LAST),
+        own.side, height, own.depth_limit, own.nearest_of_all, own.first_piece,
+        own.last_piece,
     )  # fmt: skip
     return found
 
 
 @kernel
-def _rounded(g: np.ndarray, count: int, place: np.ndarray, height: np.ndarray) -> np.ndarray:
-    slot, gap = integers_1d(g, SLOT)[:count], floats_1d(g, GAP)[:count]
+def _rounded(g: ContactArrays, count: int, place: np.ndarray, height: np.ndarray) -> np.ndarray:
+    own = surfaces_of(g)
+    slot, gap = g.slot[:count], g.gap[:count]
     found: np.ndarray = round_tips(
-        slot, gap, integers_1d(g, _FOUND_PIECE), floats_1d(g, _FOUND_SIDE), place, floats_2d(g, _STATIONS),
-        floats_1d(g, _STRAIGHT), floats_1d(g, _CLEARANCE), height,
+        slot, gap, own.found_piece, own.found_side, place, own.stations,
+        own.straight, own.clearance, height,
     )  # fmt: skip
     return found
 
 
 @kernel
-def _settle_planar(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
+def _settle_planar(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
+    own = surfaces_of(g)
     if new:
         return
     height = _heights_planar(g, poses, 0.0)
     near = _near_ends(g, height)
     behind, round_it = _behind(g, height, near), np.zeros(0, dtype=np.bool_)
     if behind.shape[0] > 0:
-        count = _find_planar(g, poses, floats_1d(g, NUMBERS)[MARGIN])
-        integers_1d(g, STATE)[FOUND] = -1
-        round_it = _rounded(g, count, floats_1d(g, _FOUND_AT), height)
+        count = _find_planar(g, poses, g.numbers[MARGIN])
+        g.state[FOUND] = -1
+        round_it = _rounded(g, count, own.found_at.reshape(-1), height)
     _turn(g, height, near, behind, round_it)
 
 
 @kernel
-def _settle_spatial(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
+def _settle_spatial(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
+    own = surfaces_of(g)
     if new:
         return
     height = _heights_spatial(g, poses, 0.0)
     near = _near_ends(g, height)
     behind, round_it = _behind(g, height, near), np.zeros(0, dtype=np.bool_)
     if behind.shape[0] > 0:
-        count = _find_spatial(g, poses, floats_1d(g, NUMBERS)[MARGIN])
-        integers_1d(g, STATE)[FOUND] = -1
-        place, at = np.empty(count), floats_2d(g, _FOUND_AT)
+        count = _find_spatial(g, poses, g.numbers[MARGIN])
+        g.state[FOUND] = -1
+        place, at = np.empty(count), own.found_at
         for k in range(count):
             place[k] = at[k, 0]
         round_it = _rounded(g, count, place, height)
@@ -377,34 +384,36 @@ def _settle_spatial(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bo
 
 
 @kernel
-def _motion(g: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
+def _motion(g: ContactArrays, poses: np.ndarray) -> tuple[float, float]:
     """Upper bound of the displacement since the last accepted state, m, and the depth that such a displacement can cause."""
-    if integers_1d(g, STATE)[STARTED] == 0:
+    if g.state[STARTED] == 0:
         return 0.0, np.inf
-    margin = floats_1d(g, NUMBERS)[MARGIN]
-    motion = furthest_motion(floats_2d(g, COMMITTED), poses, integers_1d(g, MOVING), floats_1d(g, RADII))
+    margin = g.numbers[MARGIN]
+    motion = furthest_motion(g.committed, poses, g.moving, g.radii)
     deepest = 2.0 * motion + 0.5 * margin  # heights have an error of a fraction of a segment
     return (0.0 if motion <= RENEWAL * margin else motion), deepest  # only probes within reach have a side
 
 
 @kernel
-def _passed_planar(g: np.ndarray, poses: np.ndarray) -> bool:
+def _passed_planar(g: ContactArrays, poses: np.ndarray) -> bool:
+    own = surfaces_of(g)
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
-    if motion > 0.5 * floats_1d(g, NUMBERS)[MARGIN]:  # a probe outside the reach had no side, and may have passed through
-        before = _heights_planar(g, floats_2d(g, COMMITTED), 2.0 * motion)
+    if motion > 0.5 * g.numbers[MARGIN]:  # a probe outside the reach had no side, and may have passed through
+        before = _heights_planar(g, g.committed, 2.0 * motion)
     height = _heights_planar(g, poses, 2.0 * motion)
-    return passed_through(floats_1d(g, _SIDE), floats_1d(g, _LIMIT), height, before, deepest).shape[0] > 0
+    return passed_through(own.side, own.depth_limit, height, before, deepest).shape[0] > 0
 
 
 @kernel
-def _passed_spatial(g: np.ndarray, poses: np.ndarray) -> bool:
+def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> bool:
+    own = surfaces_of(g)
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
-    if motion > 0.5 * floats_1d(g, NUMBERS)[MARGIN]:
-        before = _heights_spatial(g, floats_2d(g, COMMITTED), 2.0 * motion)
+    if motion > 0.5 * g.numbers[MARGIN]:
+        before = _heights_spatial(g, g.committed, 2.0 * motion)
     height = _heights_spatial(g, poses, 2.0 * motion)
-    return passed_through(floats_1d(g, _SIDE), floats_1d(g, _LIMIT), height, before, deepest).shape[0] > 0
+    return passed_through(own.side, own.depth_limit, height, before, deepest).shape[0] > 0
 
 
 PLANAR_SURFACES = GeometryKernels(

@@ -17,14 +17,13 @@ from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import Pieces, pieces_at
-from fsm.laws.crease import CreaseLaws
 from fsm.segments.contact_arrays import ContactKernels, ContactParts
 
 __all__ = [
-    "BEFORE", "DAMPING", "DOF", "FACTORS", "FORCE", "FORCE_SCALE", "FREE", "INERTIA", "INTERVAL", "KEPT_DAMPING",
-    "KEPT_STIFFNESS", "LAST_Q", "MASS", "MATRIX", "PAIR_ENERGY", "POSES", "RATES", "STIFFNESS", "TURNED", "WEIGHT", "Arrays",
-    "Creases", "ElementKernels", "Ligaments", "Loads", "Segments", "SpringKernels", "Springs", "creases_of", "driven_of",
-    "flat_arrays", "has_creases", "has_ligaments", "ligaments_of", "loads_of", "pattern_of", "springs_of",
+    "ACCEPT_BY", "BEFORE", "DAMPING", "DOF", "FACTORS", "FORCE", "FORCE_BY", "FORCE_SCALE", "FREE", "INERTIA", "INTERVAL",
+    "KEPT_DAMPING", "KEPT_STIFFNESS", "LAST_Q", "LOST_BY", "MASS", "MATRIX", "PAIR_ENERGY", "POSES", "RATES", "STIFFNESS",
+    "STORED", "STORED_BY", "TANGENT_BY", "TURNED", "WEIGHT", "Arrays", "Loads", "Segments", "SpringKernels", "Springs",
+    "driven_of", "flat_arrays", "loads_of", "pattern_of", "springs_of",
 ]  # fmt: skip
 
 
@@ -41,18 +40,6 @@ class SpringKernels(NamedTuple):
     advance: Any
 
 
-class ElementKernels(NamedTuple):
-    """Kernels of `fsm.segments.array_elements`: forces; forces and tangents; energies and power.
-
-    Their arguments are the table and the inverse of the time since the last state (1/s); if the inverse is zero, dampers use
-    the rates of the bodies. `stored` returns the energy in panels and in creases (J), and the power of dampers (W).
-    """
-
-    force: Any
-    tangent: Any
-    stored: Any
-
-
 class Springs(NamedTuple):
     """Arrays of a `BushingGroup`.
 
@@ -67,29 +54,6 @@ class Springs(NamedTuple):
     in_panels: np.ndarray
     last: np.ndarray
     efforts: np.ndarray
-
-
-class Creases(NamedTuple):
-    """Arrays of a `CreaseGroup`. Axes are empty in the plane. `last` (m,) contains the angles at the end of the last
-    step.
-    """
-
-    bodies: np.ndarray
-    axes_inner: np.ndarray
-    axes_outer: np.ndarray
-    angle_offset: np.ndarray
-    law: CreaseLaws
-    flexibility: np.ndarray
-    slots: np.ndarray
-    last: np.ndarray
-
-
-class Ligaments(NamedTuple):
-    """Arrays of a `LigamentGroup`; `last` (m, 3) holds the deformations at the end of the last step."""
-
-    bodies: np.ndarray
-    constants: np.ndarray
-    last: np.ndarray
 
 
 class Loads(NamedTuple):
@@ -130,7 +94,9 @@ class Arrays(NamedTuple):
     interval : (2,) array, s
         Time in statics, and time since the last state; the second value is zero if no force depends on rates.
     dof : (n_bodies,) int array, see `BodyPattern`
-    pattern, springs, creases, ligaments, loads, driven : arrays of each
+    stored : (2,) array, J
+        Energies of elements in panels and in creases.
+    pattern, springs, loads, driven : arrays of each
     """
 
     free: np.ndarray
@@ -153,10 +119,9 @@ class Arrays(NamedTuple):
     last_q: np.ndarray
     interval: np.ndarray
     dof: np.ndarray
+    stored: np.ndarray
     pattern: Pattern
     springs: Springs
-    creases: Creases
-    ligaments: Ligaments
     loads: Loads
     driven: Driven
 
@@ -185,7 +150,11 @@ class Segments(NamedTuple):
     flags : (3,) int array, see `fsm.kernels.block_equations`
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.segments.contact_arrays`.
-    by_springs, by_creases, by_ligaments, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
+    elements : (m, 5) int array
+        Addresses of the kernels of each group of elements (`fsm.segments.element_cache.ElementKernels`).
+    element_tables : (m, n, 4) int array
+        Tables of the groups of elements.
+    by_springs, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
         These kernels depend on the dimension. A kernel that no element of the model needs is absent (`AbsentPointer`).
     """
 
@@ -193,21 +162,21 @@ class Segments(NamedTuple):
     at_rest: np.ndarray
     flags: np.ndarray
     groups: np.ndarray
+    elements: np.ndarray
+    element_tables: np.ndarray
     by_springs: SpringKernels
-    by_creases: ElementKernels
-    by_ligaments: ElementKernels
     by_contacts: ContactKernels
     contact_parts: ContactParts
     equations: EquationKernels
 
 
 FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED = range(12)
-FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, _PATTERN = range(12, 21)
+FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, _PATTERN = range(12, 22)
 """Rows of `Segments.table`."""
+FORCE_BY, TANGENT_BY, STORED_BY, LOST_BY, ACCEPT_BY = range(5)
+"""Columns of `Segments.elements`."""
 _SPRINGS = _PATTERN + len(Pattern._fields)
-_CREASES = _SPRINGS + len(Springs._fields)
-_LIGAMENTS = _CREASES + len(Creases._fields) + len(CreaseLaws._fields) - 1
-_LOADS = _LIGAMENTS + len(Ligaments._fields)
+_LOADS = _SPRINGS + len(Springs._fields)
 _PROGRAMS = len(Pieces._fields)
 _OF_LOADS = _LOADS + len(Loads._fields) - 1
 _OF_DRIVES = _OF_LOADS + _PROGRAMS
@@ -220,18 +189,6 @@ def pattern_of(t: np.ndarray) -> Pattern:
     return pattern_at(t, _PATTERN)
 
 
-@kernel(inline=True)
-def has_creases(t: np.ndarray) -> bool:
-    """Whether the table has creases."""
-    return bool(t[_CREASES, 1] > 0)
-
-
-@kernel(inline=True)
-def has_ligaments(t: np.ndarray) -> bool:
-    """Whether the table has ligaments."""
-    return bool(t[_LIGAMENTS, 1] > 0)
-
-
 @kernel
 def springs_of(t: np.ndarray) -> Springs:
     """Springs of the table."""
@@ -240,27 +197,6 @@ def springs_of(t: np.ndarray) -> Springs:
         integers_2d(t, k), floats_2d(t, k + 1), integers_2d(t, k + 2), integers_1d(t, k + 3), floats_1d(t, k + 4),
         floats_2d(t, k + 5), floats_2d(t, k + 6),
     )
-
-
-@kernel
-def creases_of(t: np.ndarray) -> Creases:
-    """Creases of the table."""
-    k = _CREASES
-    law = CreaseLaws(
-        floats_1d(t, k + 4), floats_1d(t, k + 5), floats_1d(t, k + 6), integers_1d(t, k + 7), integers_1d(t, k + 8),
-        floats_1d(t, k + 9), floats_2d(t, k + 10), floats_1d(t, k + 11),
-    )  # fmt: skip
-    return Creases(
-        integers_2d(t, k), floats_2d(t, k + 1), floats_2d(t, k + 2), floats_1d(t, k + 3), law, floats_1d(t, k + 12),
-        integers_2d(t, k + 13), floats_1d(t, k + 14),
-    )  # fmt: skip
-
-
-@kernel
-def ligaments_of(t: np.ndarray) -> Ligaments:
-    """Ligaments of the table."""
-    k = _LIGAMENTS
-    return Ligaments(integers_2d(t, k), floats_2d(t, k + 1), floats_2d(t, k + 2))
 
 
 @kernel

@@ -26,14 +26,12 @@ from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import equation_kernels, pattern_arrays
 from fsm.kernels.pointers import AbsentPointer, Pointer
 from fsm.kernels.programs import table_of
-from fsm.laws.crease import CreaseLaws
-from fsm.segments.array_elements import LIGAMENTS, PLANAR_CREASES, SPATIAL_CREASES
 from fsm.segments.array_kernels import KERNELS
-from fsm.segments.arrays import Arrays, Creases, ElementKernels, Ligaments, Loads, Segments, SpringKernels, Springs
-from fsm.segments.contact_arrays_of import ContactModel, has_contact_arrays
+from fsm.segments.arrays import Arrays, Loads, Segments, SpringKernels, Springs
+from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.elements import BushingGroup, CreaseGroup
-from fsm.segments.ligaments import LigamentGroup
+from fsm.segments.element_cache import ElementArrays, TwoBodyGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.loads import GravityGroup, LoadGroup
 from fsm.segments.pattern import BodyPattern
 from fsm.stepping.model import ArrayModel
@@ -42,9 +40,8 @@ from fsm.system_records import Ready
 if TYPE_CHECKING:
     from fsm.segments.system import SegmentSystem
 
-__all__ = ["arrays_of", "has_arrays", "has_static_arrays", "segments_of"]
+__all__ = ["arrays_of", "segments_of"]
 
-_KINDS = {BushingGroup, CreaseGroup, LigamentGroup, GravityGroup, LoadGroup}
 _PLANAR_SPRINGS = SpringKernels(
     force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar
 )
@@ -52,69 +49,43 @@ _SPATIAL_SPRINGS = SpringKernels(
     force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial
 )
 _NONE, _NO_PAIRS, _NO_NUMBERS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0)
-_NO_AXES = np.zeros((0, 4))
-_NO_CURVES = np.zeros((0, 4))
-_ABSENT_CREASES = Creases(
-    _NO_PAIRS, _NO_AXES, _NO_AXES, _NO_NUMBERS,
-    CreaseLaws(_NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS, _NONE, _NONE, _NO_NUMBERS, _NO_CURVES, _NO_NUMBERS),
-    _NO_NUMBERS, np.zeros((0, 4), dtype=np.int64), _NO_NUMBERS,
-)  # fmt: skip
-
-
-def has_arrays(system: SegmentSystem) -> bool:
-    """Whether all interactions of a system have arrays, a body can move, and kernels are compiled."""
-    return all(has_contact_arrays(group, system.spatial) for group in system.contacts) and _elements_known(system)
-
-
-def has_static_arrays(system: SegmentSystem) -> bool:
-    """Like `has_arrays`, for statics: contact is not possible.
-
-    A test with contact: steps in one kernel save 0.01 to 0.07 s for the whole path of a strip with 4 to 40 segments per
-    panel, but their compilation takes 25 s more.
-    """
-    return not system.contacts and _elements_known(system)
-
-
-def _elements_known(system: SegmentSystem) -> bool:
-    """Whether all elements have arrays, a body can move, and kernels are compiled."""
-    kinds = [type(group) for group in system.groups if not isinstance(group, ContactGroup)]
-    compiled = hasattr(KERNELS.force, "compile")  # the flag is false if NUMBA_DISABLE_JIT is set
-    return compiled and _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and system.nu > 0
-
-
 def arrays_of(
     system: SegmentSystem, pattern: BodyPattern, ready: Ready, contacts: ContactModel
-) -> tuple[ArrayModel, tuple[Arrays, ...]]:
-    """Compiled model of a system for which `has_arrays` is true, and its arrays; the caller must keep the arrays as long as
-    the model.
+) -> tuple[ArrayModel, tuple[object, ...]]:
+    """Compiled model of a system that has no part in Python, and its arrays; the caller must keep the arrays as long as the
+    model.
     """
-    model, arrays = segments_of(system, pattern, *ready(pattern), contacts)
-    return ArrayModel.of(KERNELS, model, *system.initial()), arrays
+    model, *arrays = segments_of(system, pattern, *ready(pattern), contacts)
+    return ArrayModel.of(KERNELS, model, *system.initial()), tuple(arrays)
 
 
 def segments_of(
     system: SegmentSystem, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel,
     statics: bool = False,
-) -> tuple[Segments, tuple[Arrays, ...]]:
-    """Model of all bodies for time steps or for statics; see `arrays_of`.
+) -> tuple[Segments, tuple[Arrays, ...], list[ElementArrays]]:
+    """Model of all bodies for time steps or for statics, its arrays, and those of groups of elements; see `arrays_of`.
 
     `known` is the symbolic factorisation of the pattern, and `factors` contains the data of the factors.
     """
     bodies, spatial = system.bodies, system.spatial
     weight = np.zeros((len(bodies.pose), 3 if spatial else 2))
     springs, loads = _springs(None, pattern, system.size), _loads(None, pattern, spatial)
-    creases, ligaments = _ABSENT_CREASES, Ligaments(_NO_PAIRS, np.zeros((0, 13)), np.zeros((0, 3)))
+    if sum(isinstance(group, BushingGroup) for group in system.groups) > 1:
+        raise ValueError("groups of springs must be merged (`fsm.segments.merge.merged`)")
     for group in system.groups:
         if isinstance(group, GravityGroup):
             weight = group.mass[:, None] * group.acceleration
         elif isinstance(group, BushingGroup):
             springs = _springs(group, pattern, system.size)
-        elif isinstance(group, CreaseGroup):
-            creases = Creases._make((*group.arrays(pattern), np.zeros(len(group.bodies))))
-        elif isinstance(group, LigamentGroup):
-            ligaments = Ligaments(group.bodies, group.constants, np.zeros(group.rest.shape))
         elif isinstance(group, LoadGroup):
             loads = _loads(group, pattern, spatial)
+        elif not isinstance(group, TwoBodyGroup) and (statics or not isinstance(group, ContactGroup)):
+            raise TypeError(f"{type(group).__name__} has no arrays")
+    elements = [
+        group.compiled(pattern)
+        for group in system.groups
+        if isinstance(group, TwoBodyGroup) and not isinstance(group, BushingGroup)
+    ]
     of_pattern, (q, _) = pattern_arrays(pattern, known), system.initial()
     poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
     stiffness, damping, matrix = pattern.zeros(), pattern.zeros(), pattern.zeros()
@@ -122,7 +93,7 @@ def segments_of(
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
-        q.copy(), np.zeros(2), pattern.dof, of_pattern, springs, creases, ligaments, loads, _driven(system),
+        q.copy(), np.zeros(2), pattern.dof, np.zeros(2), of_pattern, springs, loads, _driven(system),
     )  # fmt: skip
     rest = arrays
     if not statics:
@@ -131,11 +102,12 @@ def segments_of(
             matrix=pattern.zeros(), factors=np.zeros(factors.shape),
         )  # fmt: skip
     table, in_time = address_table(arrays.flat), not statics
-    of_springs, of_creases = (_SPATIAL_SPRINGS, SPATIAL_CREASES) if spatial else (_PLANAR_SPRINGS, PLANAR_CREASES)
+    of_springs = _SPATIAL_SPRINGS if spatial else _PLANAR_SPRINGS
     own = springs.bodies, springs.constants
     before, sums = (*own, springs.last, 0.0), (force, stiffness, damping)
     model = Segments(
         table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
+        *_addresses(elements, table, in_time),
         SpringKernels(
             Pointer(of_springs.force, poses, rates, *before, force),
             Pointer(of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
@@ -143,22 +115,24 @@ def segments_of(
             _pointer(in_time, of_springs.deformations, springs.last, poses, rates, *own),
             _pointer(statics, of_springs.advance, springs.last, poses, rates, *before),
         ),
-        _element_kernels(of_creases, len(creases.bodies) > 0, in_time, table),
-        _element_kernels(LIGAMENTS, len(ligaments.bodies) > 0, in_time, table),
         contacts.kernels, contacts.parts, equation_kernels(of_pattern, matrix, factors, np.zeros(system.nu)),
     )  # fmt: skip
-    return model, (arrays, rest)
+    return model, (arrays, rest), elements
 
 
 def _pointer(used: bool, kernel: Any, result: Any, *arguments: Any) -> Any:
     return Pointer(kernel, *arguments) if used else AbsentPointer(result, *arguments)
 
 
-def _element_kernels(kernels: ElementKernels, used: bool, in_time: bool, table: np.ndarray) -> ElementKernels:
-    return ElementKernels(
-        _pointer(used, kernels.force, None, table, 0.0), _pointer(used, kernels.tangent, None, table, 0.0),
-        _pointer(used and in_time, kernels.stored, (0.0, 0.0, 0.0), table, 0.0),
-    )  # fmt: skip
+def _addresses(elements: list[ElementArrays], table: np.ndarray, in_time: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Addresses (m, 5) of the kernels of all groups of elements, and their tables (m, n, 4); statics needs two kernels."""
+    kernels = np.zeros((len(elements), 5), dtype=np.int64)
+    tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
+    for row, own, one in zip(kernels, tables, elements, strict=True):
+        own[: len(one.arrays)] = address_table(one.arrays)
+        used = one.kernels if in_time else one.kernels[:2]
+        row[: len(used)] = [Pointer(each, table, own, 0.0).address for each in used]
+    return kernels, tables
 
 
 def _springs(group: BushingGroup | None, pattern: BodyPattern, size: int) -> Springs:

@@ -22,11 +22,13 @@ from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
+from fsm.segments.creases import CreaseGroup
 from fsm.segments.drive import Axis, PrescribedMotion, program_of, unit
 from fsm.segments.element_angles import half_way_swings, initial_twists, rest_twists, side_of
-from fsm.segments.elements import BushingGroup, CreaseGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, GroupSteps
 from fsm.segments.hysteresis import HysteresisGroup
+from fsm.segments.in_python import InPython, parts_in_python
 from fsm.segments.law_elements import LawGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import GravityGroup, LoadGroup, applied
@@ -84,6 +86,9 @@ class SceneCompiler:
     def switched(self, system: SegmentSystem) -> SegmentSystem:
         """System of the compiled parts; each group acts in its own steps."""
         system.steps_of = list(self._steps)
+        system.in_python = parts_in_python(self.scene, self.spatial)
+        if self._steps:
+            system.in_python = InPython(("joints that act in some steps are apart in the system of all steps",))
         return system
 
     def parts(

@@ -1,6 +1,6 @@
 """Contacts as arrays of a model, for compiled steps; see `fsm.segments.arrays` and `fsm.segments.array_contacts`.
 
-Each geometry has one table of arrays (`fsm.kernels.addresses`). The tables have a slot for each possible contact, so
+Each geometry has one table of arrays (`fsm.kernels.tables`). The tables have a slot for each possible contact, so
 slots keep their numbers. The memory of contacts is stored for all slots. The contacts of the last evaluated state are
 stored in the first rows of arrays of the same length. Kernels that return new arrays would spend most of their time on
 allocations and reference counts.
@@ -15,18 +15,14 @@ import numpy as np
 from fsm.interactions.displacement_bound import moved_beyond
 from fsm.interactions.impacts import ImpactRules
 from fsm.interactions.shapes import ContactForces
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, table_at
 from fsm.kernels.jit import kernel
+from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers1, Integers2, table_in
 
 __all__ = [
-    "AREA", "AT", "BEGAN", "BELOW", "BODIES", "BRISTLE", "BY_CLOSING", "BY_DEPTH", "BY_DISTANCE", "BY_NORMAL", "BY_SLIP",
-    "CHANGES", "CLOSING", "COMMITTED", "COMMITTED_AT", "DEFLECTED", "DEFLECTION", "DEPTH", "EFFORT", "EVALUATIONS", "FOUND",
-    "FOUND_POSES", "FOUND_RATES", "FRICTION", "GAP", "GRADIENT", "INDEX", "LACKS", "LINEARISED", "LOADED", "LOSSY", "MARGIN",
-    "MEASURED", "MOVING", "NORMAL", "NORMAL_FORCE", "NUMBERS", "OF_FRICTION", "ONSET", "ONSET_OF", "OWN", "OWN_STATE",
-    "PAIR", "RADII", "RATE", "RATES_BEFORE", "REFERENCE", "REFERRED", "RENEWAL", "RESTITUTION", "SHARE", "SHARE_OF", "SLIP",
-    "SLOT", "STARTED", "STATE", "STATES", "SURFACES", "ContactArrays", "ContactKernels", "ContactParts", "GeometryKernels",
-    "LawKernels", "floor_of", "forces_of", "have_opened", "index_of", "keep_loaded", "lack_pairs", "must_renew", "resolves",
-    "rules_of",
+    "BELOW", "BRISTLE", "CHANGES", "COMMITTED_AT", "EVALUATIONS", "FOUND", "FRICTION", "LACKS", "LOSSY", "MARGIN",
+    "MEASURED", "OWN_STATE", "REFERRED", "RENEWAL", "RESTITUTION", "STARTED", "STATES", "SURFACES", "ContactArrays",
+    "ContactKernels", "ContactParts", "GeometryKernels", "LawKernels", "contacts_at", "floor_of", "forces_of",
+    "have_opened", "index_of", "keep_loaded", "lack_pairs", "must_renew", "resolves", "rules_of",
 ]  # fmt: skip
 
 
@@ -121,58 +117,54 @@ class ContactArrays(NamedTuple):
     found_poses, found_rates : poses of the last search, and rates of the last evaluation
     """
 
-    state: np.ndarray
-    numbers: np.ndarray
-    normal: np.ndarray
-    friction: np.ndarray
-    resolving: np.ndarray
-    mobility: np.ndarray
-    loose: np.ndarray
-    share: np.ndarray
-    area: np.ndarray
-    pair: np.ndarray
-    onset: np.ndarray
-    began: np.ndarray
-    depth: np.ndarray
-    deflection: np.ndarray
-    linearised: np.ndarray
-    loaded: np.ndarray
-    committed: np.ndarray
-    rates_before: np.ndarray
-    reference: np.ndarray
-    moving: np.ndarray
-    radii: np.ndarray
-    dof: np.ndarray
-    indptr: np.ndarray
-    indices: np.ndarray
-    slot: np.ndarray
-    gap: np.ndarray
-    bodies: np.ndarray
-    rate: np.ndarray
-    gradient: np.ndarray
-    closing: np.ndarray
-    slip: np.ndarray
-    share_of: np.ndarray
-    onset_of: np.ndarray
-    at: np.ndarray
-    normal_force: np.ndarray
-    by_depth: np.ndarray
-    by_closing: np.ndarray
-    effort: np.ndarray
-    by_slip: np.ndarray
-    by_normal: np.ndarray
-    deflected: np.ndarray
-    by_distance: np.ndarray
-    found_poses: np.ndarray
-    found_rates: np.ndarray
+    state: Integers1
+    numbers: Floats1
+    normal: Floats1
+    friction: Floats1
+    resolving: Floats1
+    mobility: Floats2
+    loose: Integers1
+    share: Floats1
+    area: Floats1
+    pair: Integers1
+    onset: Floats1
+    began: Floats1
+    depth: Floats1
+    deflection: Floats2
+    linearised: Integers1
+    loaded: Integers1
+    committed: Floats2
+    rates_before: Floats2
+    reference: Floats2
+    moving: Integers1
+    radii: Floats1
+    dof: Integers1
+    indptr: Integers1
+    indices: Integers1
+    slot: Integers1
+    gap: Floats1
+    bodies: Integers2
+    rate: Floats2
+    gradient: Floats3
+    closing: Floats1
+    slip: Floats2
+    share_of: Floats1
+    onset_of: Floats1
+    at: Floats1
+    normal_force: Floats1
+    by_depth: Floats1
+    by_closing: Floats1
+    effort: Floats2
+    by_slip: Floats3
+    by_normal: Floats2
+    deflected: Floats2
+    by_distance: Floats3
+    found_poses: Floats2
+    found_rates: Floats2
 
 
-STATE, NUMBERS, NORMAL, OF_FRICTION, _RESOLVING, _MOBILITY, _LOOSE, SHARE, AREA, PAIR = range(10)
-ONSET, BEGAN, DEPTH, DEFLECTION, LINEARISED, LOADED, COMMITTED, RATES_BEFORE, REFERENCE, MOVING, RADII, INDEX = range(10, 22)
-SLOT, GAP, BODIES, RATE, GRADIENT, CLOSING, SLIP, SHARE_OF, ONSET_OF, AT, NORMAL_FORCE, BY_DEPTH = range(24, 36)
-BY_CLOSING, EFFORT, BY_SLIP, BY_NORMAL, DEFLECTED, BY_DISTANCE, FOUND_POSES, FOUND_RATES = range(36, 44)
-OWN = len(ContactArrays._fields)
-"""Rows of the table of a geometry; the arrays of the geometry itself start at `OWN`."""
+contacts_at = table_in(ContactArrays)
+"""Table of one of several groups, in kernels; see `fsm.kernels.tables.table_in`."""
 CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, SURFACES, LOSSY = range(9)
 FOUND, MEASURED, OWN_STATE = range(9, 12)
 STATES = 15
@@ -189,49 +181,49 @@ RESTITUTION, _FAST, _EXPONENT, _STEPS, _FLOOR, _RESOLVES = range(6)
 
 
 @kernel
-def must_renew(g: np.ndarray, poses: np.ndarray) -> bool:
+def must_renew(g: ContactArrays, poses: np.ndarray) -> bool:
     """Whether bodies have moved too far since the last renewal of the broad phase."""
-    bound = RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
-    if integers_1d(g, STATE)[REFERRED] == 0:
+    bound = RENEWAL * g.numbers[MARGIN]
+    if g.state[REFERRED] == 0:
         return True
-    return bool(moved_beyond(poses, floats_2d(g, REFERENCE), integers_1d(g, MOVING), floats_1d(g, RADII), bound))
+    return bool(moved_beyond(poses, g.reference, g.moving, g.radii, bound))
 
 
 @kernel
-def rules_of(g: np.ndarray) -> ImpactRules:
+def rules_of(g: ContactArrays) -> ImpactRules:
     """Rules of impacts."""
-    numbers = floats_1d(g, _RESOLVING)
+    numbers = g.resolving
     return ImpactRules(
-        floats_2d(g, _MOBILITY), integers_1d(g, _LOOSE), int(numbers[RESTITUTION]), numbers[_FAST], numbers[_EXPONENT],
+        g.mobility, g.loose, int(numbers[RESTITUTION]), numbers[_FAST], numbers[_EXPONENT],
         numbers[_STEPS],
     )  # fmt: skip
 
 
 @kernel
-def floor_of(g: np.ndarray) -> float:
+def floor_of(g: ContactArrays) -> float:
     """Speed floor of the normal law, m/s."""
-    return floats_1d(g, _RESOLVING)[_FLOOR]
+    return g.resolving[_FLOOR]
 
 
 @kernel
-def resolves(g: np.ndarray) -> bool:
+def resolves(g: ContactArrays) -> bool:
     """Whether steps have to resolve impacts."""
-    return floats_1d(g, _RESOLVING)[_RESOLVES] > 0.0
+    return g.resolving[_RESOLVES] > 0.0
 
 
 @kernel
-def index_of(g: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def index_of(g: ContactArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Arrays of the pattern, see `fsm.interactions.shapes.BlockIndex`."""
-    return integers_1d(g, INDEX), integers_1d(g, INDEX + 1), integers_1d(g, INDEX + 2)
+    return g.dof, g.indptr, g.indices
 
 
 @kernel
-def forces_of(g: np.ndarray, first: int, last: int) -> ContactForces:
+def forces_of(g: ContactArrays, first: int, last: int) -> ContactForces:
     """Forces of the contacts from `first` up to, and without, `last`."""
     return ContactForces(
-        floats_1d(g, NORMAL_FORCE)[first:last], floats_1d(g, BY_DEPTH)[first:last], floats_1d(g, BY_CLOSING)[first:last],
-        floats_2d(g, EFFORT)[first:last], floats_3d(g, BY_SLIP)[first:last], floats_2d(g, BY_NORMAL)[first:last],
-        integers_1d(g, STATE)[FRICTION] == 1,
+        g.normal_force[first:last], g.by_depth[first:last], g.by_closing[first:last],
+        g.effort[first:last], g.by_slip[first:last], g.by_normal[first:last],
+        g.state[FRICTION] == 1,
     )  # fmt: skip
 
 
@@ -239,8 +231,8 @@ def forces_of(g: np.ndarray, first: int, last: int) -> ContactForces:
 def keep_loaded(groups: np.ndarray) -> None:
     """Store which slots have a force in this tangent."""
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
-        loaded, linearised = integers_1d(g, LOADED), integers_1d(g, LINEARISED)
+        g = contacts_at(groups, k)
+        loaded, linearised = g.loaded, g.linearised
         for i in range(loaded.shape[0]):
             linearised[i] = loaded[i]
 
@@ -249,8 +241,8 @@ def keep_loaded(groups: np.ndarray) -> None:
 def have_opened(groups: np.ndarray) -> bool:
     """Whether contacts that had a force in the last tangent have no force in the last evaluated state."""
     for k in range(groups.shape[0]):
-        g = table_at(groups, k)
-        loaded, linearised = integers_1d(g, LOADED), integers_1d(g, LINEARISED)
+        g = contacts_at(groups, k)
+        loaded, linearised = g.loaded, g.linearised
         for i in range(loaded.shape[0]):
             if linearised[i] == 1 and loaded[i] == 0:
                 return True
@@ -262,5 +254,5 @@ def lack_pairs(groups: np.ndarray) -> bool:
     """Whether two bodies without a block in the pattern have come near each other."""
     lacks = 0
     for k in range(groups.shape[0]):
-        lacks += integers_1d(table_at(groups, k), STATE)[LACKS]
+        lacks += contacts_at(groups, k).state[LACKS]
     return lacks > 0

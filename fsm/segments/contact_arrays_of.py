@@ -9,15 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fsm.interactions.contact_body_pairs import coupled_bodies
-from fsm.kernels.addresses import address_table, tables_of
+from fsm.kernels.addresses import tables_of
 from fsm.kernels.pointers import AbsentPointer, Pointer
-from fsm.laws.friction import FRICTION_LAWS, FrictionLaw
-from fsm.laws.normal import NORMAL_LAWS
+from fsm.kernels.tables import TableExample, named_table
+from fsm.laws.friction import FrictionLaw
 from fsm.segments.array_contacts import CONTACTS
 from fsm.segments.array_shape_tables import ShapeArrays
 from fsm.segments.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES
 from fsm.segments.array_surfaces import PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
-from fsm.segments.arrays import flat_arrays
 from fsm.segments.contact_arrays import (
     BELOW,
     BRISTLE,
@@ -26,7 +25,6 @@ from fsm.segments.contact_arrays import (
     EVALUATIONS,
     FOUND,
     FRICTION,
-    INDEX,
     LACKS,
     LOSSY,
     REFERRED,
@@ -46,29 +44,11 @@ from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.surface_contacts import SurfaceContacts
 
-__all__ = ["ContactModel", "has_contact_arrays"]
+__all__ = ["ContactModel"]
 
 _AHEAD = 2
 """Number of further pieces, beyond the near ones, that the pattern couples with a probe. The pattern then remains valid
 while the probe slides."""
-_MOST_SLOTS = 50000
-"""Largest number of slots of all pairs of shapes; with more slots, the broad phase selects them in each step."""
-
-
-def has_contact_arrays(group: ContactGroup, spatial: bool) -> bool:
-    """Whether a contact group has arrays.
-
-    A group has arrays if its laws belong to the package, friction does not depend on the direction, and the tables of
-    shapes are small.
-    """
-    geometry, friction = group.geometry, group.friction
-    if group.normal.law not in NORMAL_LAWS.values():  # the laws of a user may have other types
-        return False
-    if friction is not None and ((spatial and friction.across != 1.0) or friction.law not in FRICTION_LAWS.values()):
-        return False
-    if isinstance(geometry, ShapeContacts):
-        return geometry.all_slots <= _MOST_SLOTS
-    return isinstance(geometry, SurfaceContacts)
 
 
 class _GroupArrays(ABC):
@@ -107,18 +87,20 @@ class _GroupArrays(ABC):
 
     coupled_bodies: ClassVar[int]
     """Number of bodies of a contact."""
+    own: Any
+    """Arrays of the geometry."""
 
     def _set_table(self, own: Any) -> Any:
         """Contiguous arrays of the geometry; sets the table."""
         own = _contiguous(own)
-        self.table = address_table([*self.common, *flat_arrays(own)])
+        self.table = named_table(self.common, own)
         return own
 
     def index(self, pattern: BodyPattern) -> None:
         """Replace the pattern."""
         dof, indptr, indices = pattern.index
         self.common = self.common._replace(dof=dof, indptr=indptr, indices=indices)
-        self.table[INDEX : INDEX + 3] = address_table(pattern.index)
+        self.table[:] = named_table(self.common, self.own)
         self.common.state[LACKS] = 0
 
     @abstractmethod
@@ -188,7 +170,7 @@ class _ShapeGroup(_GroupArrays):
         super().__init__(group, tables.key, slots, (geometry.moving, geometry.radii), pattern, bodies, width)
         self.units, weights = units, Overlaps.nothing().of(units)
         own = ShapeArrays(
-            tables.points, tables.shapes, tables.edges, tables.edge_pairs, geometry.reach,
+            *tables.points, *tables.shapes, *tables.edges, *tables.edge_pairs, geometry.reach,
             geometry.depth_limits(tables), units.shapes, tables.point_start, tables.pair_start, tables.unit, tables.column,
             tables.weight, slots_open, near, np.zeros(number, dtype=np.int64),
             np.zeros(len(tables.points.body), dtype=np.int64), np.zeros(len(tables.edge_pairs.edges), dtype=np.int64),
@@ -205,7 +187,7 @@ class _ShapeGroup(_GroupArrays):
 
     def pairs(self) -> np.ndarray:
         """Pairs (m, 2) of bodies that have been near each other."""
-        return self.own.shapes.body[self.units.shapes[self.own.met == 1]]
+        return self.own.shape_body[self.units.shapes[self.own.met == 1]]
 
     def load_own(self, memory: np.ndarray) -> None:
         """See `_GroupArrays`: the memory consists of weights of faces; the committed poses come from the group."""
@@ -345,20 +327,14 @@ def _found(
 
 def _contiguous(arrays: Any) -> Any:
     """Copy of a tuple of arrays with contiguous arrays of integers and floats."""
-    parts = []
-    for part in arrays:
-        if isinstance(part, tuple):
-            parts.append(_contiguous(part))
-        else:
-            kind = np.int64 if part.dtype.kind in "bi" else np.float64
-            parts.append(np.ascontiguousarray(part, dtype=kind))
-    return type(arrays)._make(parts)
+    kinds = (np.int64 if part.dtype.kind in "bi" else np.float64 for part in arrays)
+    return type(arrays)._make(np.ascontiguousarray(part, dtype=kind) for part, kind in zip(arrays, kinds, strict=True))
 
 
 def _pointers(
     groups: Sequence[ContactGroup], addresses: np.ndarray, spatial: bool
 ) -> tuple[ContactParts, ContactKernels]:
-    g = np.zeros((0, 4), dtype=np.int64)
+    g = TableExample(ContactArrays)
     one, two, three = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))
     whole = np.zeros(0, dtype=np.int64)
     arguments = GeometryKernels(
@@ -390,7 +366,7 @@ def _pointers(
             laws = laws._replace(friction=Pointer(law.effort, *of_laws.friction))
     shapes, surfaces = kinds
     parts = ContactParts(shapes, surfaces, laws)
-    state = g, addresses, parts, 0.0
+    state = np.zeros((0, 4), dtype=np.int64), addresses, parts, 0.0
     rest = ContactKernels(state, state, (*state, 0.0), state, state, (*state, 0.0, one), (*state, two))
     without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0)
     return parts, ContactKernels(*(

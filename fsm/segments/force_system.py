@@ -27,6 +27,7 @@ from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, GroupSteps, PreviousPoses
 from fsm.segments.hysteresis import HysteresisGroup
+from fsm.segments.in_python import of_bodies
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.system_records import Linearised, PreviousState
 
@@ -80,6 +81,7 @@ class SegmentForces(Configuration):
         self._driven_key: tuple[int, ...] = ()
         self.steps_of: list[tuple[Group, GroupSteps]] = []
         self.latched: dict[str, np.ndarray] = {}
+        self.in_python = of_bodies(bool(contacts))
         self.spread = float(np.ptp(bodies.pose[:, : 3 if self.spatial else 2], axis=0).max())
 
     def scales(self) -> Scales:

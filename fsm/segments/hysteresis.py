@@ -14,8 +14,8 @@ from fsm.interactions.hinge_spatial import measure_hinge_spatial, tangent_hinge_
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import CurveTable
 from fsm.laws.crease_sliders import Sliders
+from fsm.segments.creases import CreaseGroup
 from fsm.segments.element_cache import TwoBodyGroup
-from fsm.segments.elements import CreaseGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 

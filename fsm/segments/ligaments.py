@@ -1,11 +1,11 @@
-"""Group of ligaments: hinges of finite length in lattices."""
+"""Ligaments, hinges of finite length in lattices: the group, its table, and its kernels for compiled steps."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,11 +16,76 @@ from fsm.interactions.ligament_planar import (
     measure_ligament_planar,
     stored_ligament_planar,
 )
-from fsm.segments.element_cache import TwoBodyGroup
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.jit import kernel
+from fsm.segments.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
+from fsm.segments.element_cache import ElementArrays, ElementKernels, TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["LigamentGroup"]
+
+
+class _Ligaments(NamedTuple):
+    """Table of a group.
+
+    Attributes
+    ----------
+    bodies : (m, 2) int array
+    constants : (m, 13) array of `ligament_constants_planar`
+    last : (m, 3) array, m and rad
+        Deformations at the end of the last step.
+    """
+
+    bodies: np.ndarray
+    constants: np.ndarray
+    last: np.ndarray
+
+
+@kernel
+def _ligaments_of(t: np.ndarray) -> _Ligaments:
+    return _Ligaments(integers_2d(t, 0), floats_2d(t, 1), floats_2d(t, 2))
+
+
+@kernel
+def _force(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
+    g, poses, rates = _ligaments_of(own), floats_2d(table, POSES), floats_2d(table, RATES)
+    force_ligament_planar(poses, rates, g.bodies, g.constants, g.last, per_second, floats_2d(table, FORCE))
+    return 0.0
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
+    g, pattern = _ligaments_of(own), pattern_of(table)
+    linearise_ligament_planar(
+        floats_2d(table, POSES), floats_2d(table, RATES), g.bodies, g.constants, g.last, per_second,
+        integers_1d(table, DOF), pattern.rows, pattern.columns, floats_2d(table, FORCE), floats_3d(table, STIFFNESS),
+        floats_3d(table, DAMPING),
+    )  # fmt: skip
+    return 0.0
+
+
+@kernel
+def _stored(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
+    g, poses, rates = _ligaments_of(own), floats_2d(table, POSES), floats_2d(table, RATES)
+    floats_1d(table, STORED)[1] += stored_ligament_planar(poses, rates, g.bodies, g.constants, g.last, per_second)[0]
+    return 0.0
+
+
+@kernel
+def _lost(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
+    g, poses, rates = _ligaments_of(own), floats_2d(table, POSES), floats_2d(table, RATES)
+    return stored_ligament_planar(poses, rates, g.bodies, g.constants, g.last, per_second)[1]
+
+
+@kernel
+def _accept(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
+    g, poses, rates = _ligaments_of(own), floats_2d(table, POSES), floats_2d(table, RATES)
+    g.last[:] = measure_ligament_planar(poses, rates, g.bodies, g.constants)[0]
+    return 0.0
+
+
+_KERNELS = ElementKernels(_force, _tangent, _stored, _lost, _accept)
 
 
 @dataclass(frozen=True)
@@ -58,6 +123,11 @@ class LigamentGroup(TwoBodyGroup):
     def constants(self) -> np.ndarray:
         """Constants (m, 13) of the kernels."""
         return self.geometry[0]
+
+    def compiled(self, pattern: BodyPattern) -> ElementArrays:
+        """See `TwoBodyGroup`."""
+        last = np.zeros(self.rest.shape)
+        return ElementArrays(_KERNELS, [self.bodies, self.constants, last], last)
 
     @cached_property
     def rate_dependent(self) -> bool:

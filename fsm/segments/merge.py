@@ -1,58 +1,30 @@
-"""Groups of one kind joined into one group: compiled steps have one group of each kind."""
+"""Groups of linear springs joined into one group, whose efforts are unknowns in statics."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from itertools import accumulate
 from typing import Any, cast
 
 import numpy as np
 
-from fsm.laws.crease import CurveTable
-from fsm.segments.elements import BushingGroup, CreaseGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group
-from fsm.segments.hysteresis import HysteresisGroup
-from fsm.segments.ligaments import LigamentGroup
 
 __all__ = ["merged"]
 
 
 def merged(groups: Iterable[Group]) -> tuple[Group, ...]:
-    """Groups with one group for all linear springs, one for all tabulated creases and one for all ligaments.
-
-    Each is at the place of the first of its kind. Creases stay apart if some have hysteresis, because their sliders refer to
-    the group of the creases.
-    """
+    """Groups with one group for all linear springs, at the place of the first; compiled steps have one group of springs."""
     left = list(groups)
-    for kind, join in _JOINS.items():
-        found = [group for group in left if isinstance(group, kind)]
-        if len(found) < 2 or (kind is CreaseGroup and any(isinstance(group, HysteresisGroup) for group in left)):
-            continue
-        place = left.index(found[0])
-        left = [group for group in left if not isinstance(group, kind)]
-        left.insert(place, join(found))
+    found = [group for group in left if isinstance(group, BushingGroup)]
+    if len(found) < 2:
+        return tuple(left)
+    place = left.index(found[0])
+    left = [group for group in left if not isinstance(group, BushingGroup)]
+    left.insert(place, _stacked(found, category=_shifted([(group.category, len(group.in_panels)) for group in found])))
     return tuple(left)
-
-
-def _springs(groups: Sequence[BushingGroup]) -> Group:
-    return _stacked(groups, category=_shifted([(group.category, len(group.in_panels)) for group in groups]))
-
-
-def _creases(groups: Sequence[CreaseGroup]) -> Group:
-    tables = [group.table for group in groups]
-    bounds = _shifted([(table.bounds[1:], len(table.knots)) for table in tables])
-    table = CurveTable(
-        np.concatenate([tables[0].bounds[:1], bounds]),
-        *(np.concatenate([getattr(table, name) for table in tables]) for name in ("knots", "coefficients", "energies")),
-    )
-    curve = _shifted([(group.curve, len(group.table.bounds) - 1) for group in groups])
-    return _stacked(groups, curve=curve, table=table)
-
-
-_JOINS: dict[type, Callable[[Any], Group]] = {
-    BushingGroup: _springs, CreaseGroup: _creases, LigamentGroup: lambda groups: _stacked(groups),
-}  # fmt: skip
 
 
 def _shifted(parts: Sequence[tuple[np.ndarray, int]]) -> np.ndarray:

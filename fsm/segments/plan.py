@@ -19,6 +19,7 @@ from fsm.scene.check_steps import step_names
 from fsm.scene.known_names import nearest_name
 from fsm.scene.loads import Drive, Load
 from fsm.scene.method_selection import automatic_method, dynamic_method
+from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Body, Scene
 from fsm.scene.solve import Save, Solve
 from fsm.scene.start import start_of
@@ -26,6 +27,7 @@ from fsm.scene.step_items import DrivePart, drive_parts, loads_of
 from fsm.scene.steps import Kind, Step
 from fsm.scene.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
 from fsm.segments.drive import Travel, parts, program_of
+from fsm.segments.in_python import COMPILED, InPython, parts_in_python
 from fsm.segments.time_function import time_function
 
 __all__ = ["ALL", "Plan", "PlannedStep", "plan_of", "plan_warnings"]
@@ -59,6 +61,7 @@ class PlannedStep:
     contact : whether contacts act
     modes : int
     described : texts about changes at the start of this step, for the report of `fsm check`
+    in_python : reasons why its steps are computed in Python
     """
 
     name: str
@@ -76,6 +79,12 @@ class PlannedStep:
     contact: bool = True
     modes: int = 10
     described: tuple[str, ...] = ()
+    in_python: InPython = COMPILED
+
+    @property
+    def solved(self) -> bool:
+        """Whether the step has a path or a motion."""
+        return self.kind in ("static", "dynamic") and not self.still
 
 
 @dataclass(frozen=True)
@@ -91,6 +100,13 @@ class Plan:
     steps: tuple[PlannedStep, ...]
     programs: tuple[Travel, ...]
     written: bool
+
+    def name_for_joints(self, number: int) -> str:
+        """Name of a step (number from 0) for its joints; joints of the first step also act while the initial equilibrium is
+        computed.
+        """
+        names = [step.name for step in self.steps]
+        return names[1] if number == 0 and names[0] == "start" and len(names) > 1 else names[number]
 
     def fixed(self, scene: Scene) -> frozenset[str]:
         """Names of the bodies that are held or driven in any step."""
@@ -115,7 +131,14 @@ def plan_of(case: Case, scene: Scene) -> Plan:
     CaseError
         Names that do not exist, and steps without an end.
     """
-    return _Planner(case, scene).plan() if case.step else _short(case, scene)
+    plan = _Planner(case, scene).plan() if case.step else _short(case, scene)
+    spatial = case.solve.spatial or bool(out_of_plane(scene))
+    steps = []
+    for number, step in enumerate(plan.steps):
+        name = plan.name_for_joints(number) if plan.written else None
+        in_python = parts_in_python(scene, spatial, name, step.contact, step.loads)
+        steps.append(replace(step, in_python=in_python))
+    return replace(plan, steps=tuple(steps))
 
 
 def _short(case: Case, scene: Scene) -> Plan:

@@ -24,6 +24,7 @@ from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.drive import PrescribedMotion, run_up_of
 from fsm.segments.gas_checks import gas_faults
+from fsm.segments.in_python import cost_in_python
 from fsm.segments.plan import PlannedStep, plan_of, plan_warnings
 from fsm.segments.report_contact import (
     approximations_of_contact,
@@ -69,7 +70,7 @@ def describe(case: Case, source: str = "") -> list[str]:
     faults = list(gas_faults(case, scene, plan))
     if faults:
         raise CaseError(faults, source)
-    view = CheckContext(case, scene)
+    view = CheckContext(case, scene, plan or plan_of(case, scene))
     return labelled(_SECTIONS, view)
 
 
@@ -258,6 +259,18 @@ def _method(view: CheckContext) -> Iterator[str]:
     yield f"the run stops if the energy balance residual exceeds {100 * solve.energy_abort:g} % of the reference energy"
 
 
+def _compiled(view: CheckContext) -> Iterator[str]:
+    """Whether kernels compute the steps of the solver."""
+    for step in view.solved:
+        reasons = step.in_python.of(step.method)
+        if reasons and not view.scene.flexible:
+            slower = f"about {cost_in_python((6 if view.spatial else 3) * len(view.free)):.2g} times slower"
+        else:
+            slower = "slower"
+        where = f" in step {step.name!r}" if view.plan.written else ""
+        yield f"steps in Python{where}, {slower}: {'; '.join(reasons)}" if reasons else f"steps in one kernel{where}"
+
+
 def _saved(view: CheckContext) -> Iterator[str]:
     save = view.case.save
     motion = view.motions[0] if view.motions else None
@@ -391,6 +404,7 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("start", _start),
     ("steps", _steps),
     ("method", _method),
+    ("compiled", _compiled),
     ("saved", _saved),
     ("left out", _left_out),
     ("approximate", _approximations),

@@ -13,17 +13,18 @@ from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.drive import PrescribedMotion, program_of, unit
-from fsm.segments.plan import Plan, PlannedStep, plan_of
+from fsm.segments.plan import Plan, PlannedStep
 
 __all__ = ["CheckContext"]
 
 
 @dataclass(frozen=True)
 class CheckContext:
-    """Case and scene, with values derived from them."""
+    """Case and scene with the steps of the run, and values derived from them."""
 
     case: Case
     scene: Scene
+    plan: Plan
 
     @cached_property
     def reasons(self) -> list[str]:
@@ -89,14 +90,9 @@ class CheckContext:
         return self.solved[-1].method if self.solved else self.plan.steps[-1].method
 
     @cached_property
-    def plan(self) -> Plan:
-        """Steps of the run."""
-        return plan_of(self.case, self.scene)
-
-    @cached_property
     def solved(self) -> list[PlannedStep]:
         """Steps with a path or a motion."""
-        return [step for step in self.plan.steps if step.kind in ("static", "dynamic") and not step.still]
+        return [step for step in self.plan.steps if step.solved]
 
     @cached_property
     def motions(self) -> list[PrescribedMotion]:

@@ -58,6 +58,8 @@ _RENEWAL = 0.4
 """Displacement, relative to the margin, after which the broad phase is renewed."""
 _MOST_SHAPES = 500
 """Number of shapes up to which all pairs are listed at once."""
+_MOST_SLOTS = 50000
+"""Number of slots up to which all pairs are listed at once."""
 _ON_CREASE = 1e-6
 """Clearance, relative to the sum of both roundings, below which a slot lies on a common crease."""
 DEEP = 0.25
@@ -127,9 +129,9 @@ class ShapeContacts:
         return self.tables.pair
 
     @property
-    def all_slots(self) -> float:
-        """Largest number of slots of all listed pairs; infinite for very many shapes."""
-        return self.kit.slots_of(self._all_units.shapes) if len(self.kit.shapes.body) <= _MOST_SHAPES else np.inf
+    def many(self) -> bool:
+        """Whether the tables of all listed pairs are too large, so that the broad phase has to select pairs in each step."""
+        return len(self.kit.shapes.body) > _MOST_SHAPES or self.kit.slots_of(self._all_units.shapes) > _MOST_SLOTS
 
     @cached_property
     def _all_units(self) -> Units:

@@ -13,8 +13,8 @@ from fsm.segments.array_statics import STATICS
 from fsm.segments.arrays import FACTORS
 from fsm.segments.arrays_of import segments_of
 from fsm.segments.contact_arrays_of import ContactModel
-from fsm.segments.elements import BushingGroup, CreaseGroup
-from fsm.segments.ligaments import LigamentGroup
+from fsm.segments.element_cache import TwoBodyGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.pattern import BodyPattern
 from fsm.stepping.quasi_static import StaticModel
 from fsm.system_records import PreviousState, Ready
@@ -26,7 +26,7 @@ __all__ = ["StaticSegments"]
 
 
 class StaticSegments:
-    """Arrays of a system for which `has_static_arrays` is true; see `fsm.system.StaticArrays`.
+    """Arrays of a system without parts in Python; see `fsm.system.StaticArrays`.
 
     Attributes
     ----------
@@ -35,16 +35,15 @@ class StaticSegments:
 
     def __init__(self, system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> None:
         contacts = ContactModel((), pattern, system.bodies.rate.shape, system.spatial, 0)
-        segments, (arrays, _) = segments_of(system, pattern, *ready(pattern), contacts, True)
+        segments, (arrays, _), elements = segments_of(system, pattern, *ready(pattern), contacts, True)
         self.model = StaticModel.of(STATICS, segments, system.initial()[0])
         self._system, self._pattern, self._arrays = system, pattern, arrays
         self._ready = ready
-        places = {BushingGroup: arrays.springs.last, CreaseGroup: arrays.creases.last, LigamentGroup: arrays.ligaments.last}
-        self._damped = [
-            (group, places[type(group)])
-            for group in system.groups
-            if isinstance(group, BushingGroup | CreaseGroup | LigamentGroup) and group.rate_dependent
-        ]
+        own = iter(elements)
+        joints = [group for group in system.groups if isinstance(group, TwoBodyGroup)]
+        places = [arrays.springs.last if isinstance(group, BushingGroup) else next(own).last for group in joints]
+        self._damped = [(group, last) for group, last in zip(joints, places, strict=True) if group.rate_dependent]
+        self._elements = elements  # the model has their addresses
 
     def use(self, ready: Ready) -> None:
         """Write factors to the block data of a linear solver."""

@@ -28,7 +28,7 @@ def whole_system(system: SegmentSystem, scene: Scene, plan: Plan) -> SegmentSyst
     motions = _motions(system, scene, plan, tuple(always), bodies.pose)
     groups = tuple(group for group in system.groups if not isinstance(group, LoadGroup))
     found = system.variant(bodies, motions, groups)
-    found.steps_of = system.steps_of
+    found.steps_of, found.in_python = system.steps_of, system.in_python
     return found
 
 
@@ -57,6 +57,7 @@ def system_in_step(
     moved = replace(bodies, pose=pose, free=np.array(free, dtype=np.int64))
     groups, latched = _groups(whole, scene, plan, number, states)
     system = whole.variant(moved, motions, groups, tuple(load for load in step.loads if load.pressure is not None))
+    system.in_python = step.in_python
     system.latched, system.spread = latched, whole.spread  # all steps have the scales of the initial state of the run
     if states is not None:
         if _switched(whole, plan, number) == _switched(whole, plan, number - 1):
@@ -69,13 +70,7 @@ def system_in_step(
 def _switched(whole: SegmentSystem, plan: Plan, number: int) -> list[bool]:
     """Whether each group that does not act in all steps acts in this step."""
     step = plan.steps[number]
-    return [step.contact, *(_name(plan, number) in steps.names for _, steps in whole.steps_of)]
-
-
-def _name(plan: Plan, number: int) -> str:
-    """Name of a step for its joints; joints of the first step also act while the initial equilibrium is computed."""
-    names = [step.name for step in plan.steps]
-    return names[1] if number == 0 and names[0] == "start" and len(names) > 1 else names[number]
+    return [step.contact, *(plan.name_for_joints(number) in steps.names for _, steps in whole.steps_of)]
 
 
 def _motions(
@@ -112,7 +107,7 @@ def _groups(
     whole: SegmentSystem, scene: Scene, plan: Plan, number: int, states: dict[str, np.ndarray] | None
 ) -> tuple[tuple[Group, ...], dict[str, np.ndarray]]:
     """Groups that act in a step, with its loads, and the deformations at which latches have closed."""
-    name = _name(plan, number)
+    name = plan.name_for_joints(number)
     groups, latched = list(whole.groups), {}
     if not plan.steps[number].contact:
         groups = [group for group in groups if not isinstance(group, ContactGroup)]

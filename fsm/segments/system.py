@@ -25,6 +25,7 @@ from fsm.segments.force_system import SegmentForces
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
+from fsm.segments.shape_contacts import ShapeContacts
 from fsm.stepping.model import ArrayModel
 from fsm.system_records import DriveState, Energy, Observation, PreviousState, Ready, StepRejection
 
@@ -171,7 +172,7 @@ class SegmentSystem(SegmentForces):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
-        if not self._has_arrays():
+        if self.in_python.motion or self.large_contacts() or not self.nu:
             return None
         contacts = self._contact_model
         if self._array_model is None:
@@ -189,10 +190,11 @@ class SegmentSystem(SegmentForces):
             self._array_model = self._arrays_of(pattern, ready, contacts)
         return self._array_model[0]
 
-    def _has_arrays(self) -> bool:
-        from fsm.segments.arrays_of import has_arrays  # imports the kernels of all steps
-
-        return type(self) is SegmentSystem and has_arrays(self)  # subclasses have further forces
+    def large_contacts(self) -> tuple[str, ...]:
+        """Reason why motions have their steps in Python: too many pairs of shapes; empty if there are few."""
+        if any(isinstance(group.geometry, ShapeContacts) and group.geometry.many for group in self.contacts):
+            return ("contact: pairs of so many plates have no compiled form",)
+        return ()
 
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
@@ -205,13 +207,9 @@ class SegmentSystem(SegmentForces):
     def static_arrays(self, ready: Ready) -> StaticSegments | None:
         """See `ArrayStaticSystem`."""
         if self._statics is None:
-            if type(self) is not SegmentSystem or self.contacts:  # subclasses have further forces
+            if self.in_python.of("static") or not self.nu:
                 return None
-            from fsm.segments.arrays_of import has_static_arrays  # imports the kernels of all steps
-
-            if not has_static_arrays(self):
-                return None
-            from fsm.segments.static_arrays import StaticSegments
+            from fsm.segments.static_arrays import StaticSegments  # imports the kernels of all steps
 
             self._statics = StaticSegments(self, self._current_pattern(self.bodies.pose), ready)
         self._statics.use(ready)

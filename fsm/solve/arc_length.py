@@ -26,10 +26,11 @@ import numpy as np
 from fsm.errors import NotConverged
 from fsm.solve.critical import critical_point
 from fsm.solve.linear import LinearSolver
+from fsm.solve.newton import equilibrium
 from fsm.system import MixedSystem, System
 from fsm.system_records import Depths
 
-__all__ = ["ArcSettings", "PathPoint", "trace"]
+__all__ = ["ArcSettings", "PathPoint", "limit_point_before", "trace"]
 
 _ITERATIONS = 10
 _WANTED = 6
@@ -39,6 +40,9 @@ _AMPLITUDES = (3e-3, 1e-2, 3e-2)
 _TURN = 0.9
 """Smallest cosine between the tangents at the ends of a step; with a sharper turn the step may have jumped to another
 branch."""
+
+_FIRST_TO_LIMIT, _LONGEST_TO_LIMIT, _MOST_TO_LIMIT = 1e-2, 0.1, 200
+"""First and longest step, and largest number of steps, of the search for a limit point."""
 
 
 @dataclass(frozen=True)
@@ -157,6 +161,24 @@ def trace(
     raise NotConverged(
         f"arc-length: more than {max_steps} steps; the path ends at t = {point.time:.6g} s. Raise solve.max_steps"
     )
+
+
+def limit_point_before(system: System, q: np.ndarray, start: float, end: float) -> bool:
+    """Whether the path of equilibria from an equilibrium near a state at `start` (s) has a limit point before `end` (s).
+
+    At a limit point the time has a maximum along the path, so no equilibrium follows for growing loads. Friction and
+    dampers are neglected. The result is false if the path cannot be followed.
+    """
+    latest = start
+    try:
+        q = equilibrium(system, q, np.array([start]))
+        for point in trace(system, q, start, end, _FIRST_TO_LIMIT, _LONGEST_TO_LIMIT, _MOST_TO_LIMIT):
+            if point.time < latest:
+                return True
+            latest = point.time
+    except NotConverged:
+        pass
+    return False
 
 
 class _Tracer:

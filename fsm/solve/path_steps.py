@@ -122,8 +122,13 @@ class PathSteps:
         slow = 0.5 * float(speed @ system.momentum(q, speed)) if scales.drive_speed else MOVING * scales.work
         self.slow = slow if system.rate_dependent else 0.0
         self.joint = system.max_joint_opening(t, q)[1]
+        self.anchor = self._here()
         if after is not None:
             self._renew(after)
+
+    def _here(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Time, configuration and memory of the present state."""
+        return self.recorder.time, self.recorder.q, self.system.memory()
 
     def _duration(self) -> float:
         """Duration of the next step: to the next given time, or a part of it."""
@@ -217,6 +222,9 @@ class PathSteps:
             "memory": self.system.memory(),
             "counted": self.system.counters(),
             "step_size": np.array([self.step_size]),
+            "anchor_time": np.array([self.anchor[0]]),
+            "anchor": self.anchor[1],
+            "anchor_memory": self.anchor[2],
             "counts": np.array([*counts, self.statistics.newton_iterations, self.statistics.rejected]),
         }
 
@@ -237,6 +245,7 @@ class PathSteps:
         self.history.resume(state)
         self.recorder.resume(end)
         self.step_size = float(state["step_size"][0])
+        self.anchor = float(state["anchor_time"][0]), state["anchor"], state["anchor_memory"]
         self.failed, self.coarse = np.zeros(self.system.nu), _NONE_COARSE
 
     def _coarse(self, duration: float, imbalance: float, iterations: int) -> bool:

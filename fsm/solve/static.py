@@ -21,6 +21,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fsm.errors import NotConverged
+from fsm.solve.arc_length import limit_point_before
 from fsm.solve.critical import Critical, critical_point, softest_mode, stable_branch
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.newton import equilibrium, negative_pivots
@@ -88,6 +89,7 @@ class _Follower(PathSteps):
                 self._go_on_slowly()
             elif self.statistics.steps == 0:
                 self._settle()
+                self.anchor = self._here()
             while recorder.time < settings.end_time and not self._force_limit_reached():
                 if self.statistics.steps >= settings.max_steps:
                     self._fail(Outcome.TOO_MANY_STEPS)
@@ -162,12 +164,31 @@ class _Follower(PathSteps):
                 kind = "bifurcation"
         if kind != "bifurcation":
             self._move(reason is Reason.INERTIA)
+        if kind == "motion" and self._passed_limit():
+            kind = "snap"
         self._note(kind, before)
         self._go_on_slowly()
+
+    def _passed_limit(self) -> bool:
+        """Whether loads passed a limit point before the end of a motion: then no slower load follows equilibria.
+
+        The path of equilibria begins at the last `anchor`, because dampers let the states lag behind it. With drives, or
+        with friction, which such a path does not include, the result is false.
+        """
+        system, recorder, (t, q, memory) = self.system, self.recorder, self.anchor
+        if len(recorder.last.drive.travel) or system.sticking_damping(t, q) is not None:
+            return False
+        present = system.memory()
+        system.restore(memory)
+        try:
+            return limit_point_before(system, q, t, recorder.time)
+        finally:
+            system.restore(present)
 
     def _go_on_slowly(self) -> None:
         """Restart the history with a short step."""
         self._forget()
+        self.anchor = self._here()
         self.step_size = min(self.step_size, SHORT * self.first_step)
         self.step_size = max(self.step_size, 10.0 * self.smallest)
 

@@ -136,7 +136,7 @@ def vibrate(system: AncfSystem, height: int, settings: Settings, every: float) -
     return crossings(times, heights), energy_balance.relative_error
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_energy_balance_of_an_undamped_free_vibration() -> None:
     system, _, _ = plucked(4, 2e-4)
     _, energy_balance = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), [0.2], lambda saved: None)

@@ -17,7 +17,7 @@ from fsm.solve.newton import negative_pivots
 from validation.membrane.strip import FILM, HEIGHT, SHEAR, sheared_strip, wrinkled_strip
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_sheared_strip_wrinkles_as_the_closed_form_says() -> None:
     """A short strip on coarse cells; validation/membrane has the long strip."""
     closed = strip_wrinkles(HEIGHT, FILM.thickness, FILM.poisson, SHEAR / HEIGHT)

@@ -24,6 +24,7 @@ def inflated(sheet: dict[str, Any], material: dict[str, Any], axes: str, pressur
     return run.summary["probe_displacement"], float(run.solution.channels["gas.air.volume"].values[-1])
 
 
+@pytest.mark.nightly
 def test_square_airbag(tmp_path: Path) -> None:
     """Diagonal 1.2 m, 5 kPa: height of the centre 0.2164 m and volume 0.12505 m^3 with 16 x 16 cells (2026-11-24).
 
@@ -42,7 +43,7 @@ def test_square_airbag(tmp_path: Path) -> None:
     assert 8.0 * volume == pytest.approx(0.12505, rel=3e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_mylar_balloon(tmp_path: Path) -> None:
     """Two discs of radius a: radius 0.762760 a, half height 0.456947 a, volume 1.218524 a^3 (Paulsen, 1994).
 

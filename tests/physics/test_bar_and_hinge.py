@@ -75,7 +75,7 @@ def test_bending_of_a_miura_sheet(tmp_path: Path) -> None:
     assert (path.negative_modes == 0.0).all()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_pop_through_of_a_miura_sheet(tmp_path: Path) -> None:
     """Limit point and snap-back of a sheet that is loaded at its middle."""
     supports = """fold_angle = "30 deg"

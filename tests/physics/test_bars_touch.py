@@ -136,7 +136,7 @@ def test_both_flat_states_of_a_tapered_kresling_tube() -> None:
 CASES = Path(fsm.__file__).parents[1] / "folding_cases"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_shorter_tube_is_packed_and_pulled(tmp_path: Path) -> None:
     """Two columns of the shipped tube: facets touch in the packed state, and pulling opens all of them again."""
     case = fsm.load(CASES / "z_tube" / "case.toml").set({"sheet.columns": 2, "save.interval": "40 s"})
@@ -159,7 +159,7 @@ def test_a_shorter_tube_is_inflated(tmp_path: Path) -> None:
     assert result.summary["energy_error"] < 1e-4
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_single_pleat_of_the_cone(tmp_path: Path) -> None:
     """It is pressed flat until all facets touch, and is then pulled to its second state without strain."""
     case = fsm.load(CASES / "pleated_cone" / "case.toml").set({"sheet.rows": 1, "save.interval": "40 s"})

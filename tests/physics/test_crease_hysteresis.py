@@ -85,7 +85,8 @@ CYCLE = [0.0, 2.5e-3, -4e-4, 3e-3, 0.0]
 
 @pytest.mark.parametrize(
     ("method", "spatial", "closes"),
-    [("static", False, 6e-5), ("static", True, 6e-5), ("generalized-alpha", False, 1e-5), ("Radau", False, 1e-5)],
+    [("static", False, 6e-5), ("static", True, 6e-5), ("generalized-alpha", False, 1e-5),
+     pytest.param("Radau", False, 1e-5, marks=pytest.mark.nightly)],
 )
 def test_the_balance_closes_over_a_cycle(method: str, spatial: bool, closes: float) -> None:
     """Work = stored + dissipated.

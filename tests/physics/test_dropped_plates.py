@@ -14,7 +14,8 @@ from fsm.scene.load_case import load_case
 CASE = Path(__file__).parents[2] / "folding_cases" / "dropped_plates" / "case.toml"
 
 
-@pytest.mark.slow
+@pytest.mark.figures
+@pytest.mark.nightly
 def test_plates_come_to_rest_on_each_other(tmp_path: Path) -> None:
     summary = run_case(load_case(CASE), tmp_path, progress=False)
     solution = read_solution(tmp_path / "result.h5")

@@ -69,7 +69,7 @@ def summary(tmp_path: Path, *overrides: str) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("overrides", [(), PULLED], ids=["taut", "wrinkled"])
+@pytest.mark.parametrize("overrides", [(), pytest.param(PULLED, marks=pytest.mark.nightly)], ids=["taut", "wrinkled"])
 def test_the_stated_error_is_that_against_a_fine_mesh(tmp_path: Path, overrides: tuple[str, ...]) -> None:
     own = summary(tmp_path, *overrides)
     fine = summary(tmp_path, *overrides, "membrane.mesh=[20, 17]")

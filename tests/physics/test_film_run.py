@@ -88,6 +88,7 @@ def test_supports_that_let_the_tension_go_are_refused(tmp_path: Path) -> None:
         run(tmp_path, "impact=none", 'support=[{at="edges", fixed="z"}]', "vibration.modes=1")
 
 
+@pytest.mark.nightly
 def test_a_history_that_is_too_short_is_said_to_be(tmp_path: Path) -> None:
     """A fit over a third of a period gave a frequency and a negative damping without a warning."""
     few = run(tmp_path, "vibration.model=reduced", "vibration.duration=18 ms")
@@ -151,6 +152,7 @@ def test_the_error_of_a_fixed_step_is_stated(tmp_path: Path, monkeypatch: pytest
     assert halved["steps"] >= 2 * whole["steps"] - 30 and halved["step_error"] < 0.5 * whole["step_error"]
 
 
+@pytest.mark.nightly
 def test_a_force_on_an_area_has_a_displacement_that_converges(tmp_path: Path) -> None:
     """The displacement at a point force grows with the logarithm of the number of elements: 10x6 and 15x9 elements differed
     by 5 %."""
@@ -200,6 +202,7 @@ def test_auto_takes_the_modes_only_if_they_are_good(tmp_path: Path) -> None:
     assert any("reduced model" in line for line in many["warnings"])
 
 
+@pytest.mark.nightly
 def test_auto_sees_a_stretch_that_comes_after_the_pulse(tmp_path: Path) -> None:
     """During a pulse of 0.2 ms the displacements are still small: the models agreed to 0.3 %, and later differed by half of
     the amplitude."""
@@ -239,6 +242,7 @@ def test_the_force_of_the_cubic_model_is_the_film_s(tmp_path: Path) -> None:
     assert cubic["reduced_force_error"] < 0.05 * linear["reduced_force_error"]
 
 
+@pytest.mark.figures
 def test_what_is_written(tmp_path: Path) -> None:
     summary = run(tmp_path, "vibration.model=reduced", "vibration.probes={ side = [0.1, 0.0] }")
     out = tmp_path / "out"
@@ -261,6 +265,7 @@ def test_what_is_written(tmp_path: Path) -> None:
     assert first == "time (s),center x (m),center y (m),center z (m),side x (m),side y (m),side z (m)"
 
 
+@pytest.mark.nightly
 def test_a_full_run_that_is_cut_off_goes_on_to_the_same_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from fsm import recorder
 
@@ -306,6 +311,7 @@ def test_the_pull_is_borne_by_all_corners(tmp_path: Path) -> None:
     assert analysis.modes.frequencies[1] == pytest.approx(analysis.modes.frequencies[2], rel=1e-4)
 
 
+@pytest.mark.nightly
 def test_a_struck_tension_field_gets_past_its_kinks(tmp_path: Path) -> None:
     """Where parts of the film become slack, corrections of Newton's method first grow and then decrease; an earlier limit of
     ten iterations stopped the run at 13 ms."""

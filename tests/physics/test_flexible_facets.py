@@ -197,6 +197,7 @@ def test_wide_panels_bend_without_anticlastic_curvature(tmp_path: Path) -> None:
     assert 0.6 < (facets / alone - 1.0) / (plate / beam - 1.0) < 0.95
 
 
+@pytest.mark.figures
 def test_static_loads_have_a_curve_whose_area_is_the_energy(tmp_path: Path) -> None:
     """load.csv of a static step: a load along an edge of facets with cells of different sizes, which move differently."""
     sheet = {

@@ -305,7 +305,7 @@ def test_a_plate_rests_on_a_floor(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "step"), [("mean-force", "30 us"), pytest.param("generalized-alpha", "10 us", marks=pytest.mark.slow)]
+    ("method", "step"), [("mean-force", "30 us"), pytest.param("generalized-alpha", "10 us", marks=pytest.mark.nightly)]
 )
 def test_a_panel_shuts_and_bounces(method: str, step: str, tmp_path: Path) -> None:
     """A crease closes a panel onto the held panel. The panels do not pass through each other, and contact adds no energy."""
@@ -357,7 +357,7 @@ def test_creases_that_meet_head_on_stick(tmp_path: Path) -> None:
     assert not [event for event in summary["events"] if event["kind"] != "unstable" and event["travel"] > 0.01]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_trial_strip(tmp_path: Path) -> None:
     """The pulled strip of flexible facets has the peak of a strip with rigid contact, 2.0041 N, within 0.5 %."""
     sheet = {

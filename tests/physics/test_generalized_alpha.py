@@ -457,7 +457,7 @@ def test_counters() -> None:
     assert 0.0 < statistics.smallest_step < 0.01
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_demo_strip_has_radaus_peak() -> None:
     """The peak of strip_pull is 1.98545 N by Radau at rtol 1e-6."""
     demo = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "case.toml"

@@ -92,3 +92,13 @@ def test_bars_move_from_rest_with_default_settings() -> None:
     assert moved.summary["steps"] < 5000
     way = [float((one.shape[0] - one.shape[-1])[..., 2].max()) for one in (moved, still)]  # the twist decays slowly
     assert way[0] == pytest.approx(way[1], rel=1e-3)
+
+
+def test_a_motion_past_a_limit_load_is_a_snap() -> None:
+    """Dampers let the bars lag behind their path of equilibria, whose limit load is 65.3 N by arc length."""
+    text = kresling_of_bars("-70 N", "0.2 s", "20 ms").replace("[material]", '[sheet.bars]\nlaw = "ogden"\n[material]')
+    summary = fsm.load(text).set("solve.method", "static").run().summary
+    (event,) = summary["events"]
+    ((size, _),) = event["loads"].values()
+    assert (event["kind"], size) == ("snap", pytest.approx(65.3, rel=0.03))
+    assert any("limit load reached" in text for text in summary["warnings"])

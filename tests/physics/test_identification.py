@@ -115,6 +115,7 @@ def test_paths_that_are_no_numbers_are_refused() -> None:
             identify([exact("shear")], [Parameter(path, 1.0, 2.0, 1.5)])
 
 
+@pytest.mark.nightly
 def test_bands_agree_where_the_case_is_nearly_linear() -> None:
     case, at, _ = KNOWN["shear"]
     values = np.array(list(TRUTH.values()))
@@ -144,7 +145,7 @@ def coverage(trials: int, seed: int = 2026) -> np.ndarray:
     return inside / trials
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     # 2026-11-23: intervals come from five complete repeats, with Student's factor for the smallest degrees of freedom of
     # all; the earlier Laplace intervals treated points as independent, and 93 to 97 % contained the true value

@@ -94,7 +94,10 @@ def upwards(spatial: bool) -> int:
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize(
     "law",
-    ["restitution", *(pytest.param(x, marks=pytest.mark.slow) for x in ("hunt-crossley", "lankarani-nikravesh", "flores"))],
+    [
+        "restitution",
+        *(pytest.param(law, marks=pytest.mark.nightly) for law in ("hunt-crossley", "lankarani-nikravesh", "flores")),
+    ],
 )
 def test_a_plate_that_lands_flat_comes_back_as_asked(law: Any, target: str, spatial: bool) -> None:
     for c in (0.1, 0.3, 0.5, 0.7, 0.9):
@@ -228,7 +231,7 @@ def test_depth_and_duration_of_an_elastic_impact(exponent: float, target: str, s
 
 @DIMENSIONS
 @pytest.mark.parametrize("target", ["plane", "surface"])
-@pytest.mark.parametrize("e", [0.5, pytest.param(0.8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("e", [0.5, pytest.param(0.8, marks=pytest.mark.nightly)])
 def test_fifteen_bounces(e: float, target: str, spatial: bool) -> None:
     """Duration sqrt(2 H/g) (1 + 2 (e + e^2 + ...)), and the speed at separation; the contact is so stiff that gravity has no
     effect."""
@@ -296,8 +299,8 @@ def ends(system: SegmentSystem, end: float, rtols: tuple[float, ...]) -> tuple[n
     "build",
     [
         lambda: (on_a_spring(False), 0.03),
-        pytest.param(lambda: (on_a_spring(True), 0.03), marks=pytest.mark.slow),
-        pytest.param(lambda: (spinning(), 0.02), marks=pytest.mark.slow),
+        pytest.param(lambda: (on_a_spring(True), 0.03), marks=pytest.mark.nightly),
+        pytest.param(lambda: (spinning(), 0.02), marks=pytest.mark.nightly),
     ],
     ids=["spring, plane", "spring, space", "spinning"],
 )
@@ -315,7 +318,7 @@ def test_order_two_across_elastic_impacts(build: Any) -> None:
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize(
     "keys",
-    [{"restitution": 0.3}, pytest.param({"restitution": 0.9}, marks=pytest.mark.slow), {}],
+    [{"restitution": 0.3}, pytest.param({"restitution": 0.9}, marks=pytest.mark.nightly), {}],
     ids=["c = .3", "c = .9", "elastic"],
 )
 def test_energy_through_an_impact(keys: dict[str, float], target: str, spatial: bool) -> None:

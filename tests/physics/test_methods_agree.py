@@ -40,7 +40,7 @@ def force_curve(method: str) -> np.ndarray:
     return np.array([record.observation.drive.force[0] for record in saved])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("method", METHODS[1:])
 def test_peak_force_does_not_depend_on_the_method(method: str) -> None:
     reference, curve = force_curve("Radau"), force_curve(method)
@@ -48,7 +48,7 @@ def test_peak_force_does_not_depend_on_the_method(method: str) -> None:
     assert curve.max() == pytest.approx(reference.max(), rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("method", METHODS[1:])
 def test_force_curve_does_not_depend_on_the_method(method: str) -> None:
     reference, curve = force_curve("Radau"), force_curve(method)

@@ -88,7 +88,7 @@ def parting(system: SegmentSystem, seen: list[SavedState]) -> float:
 @TARGETS
 @pytest.mark.parametrize("tilt", [0.0, 0.3], ids=["flat", "on an edge"])
 @pytest.mark.parametrize("keys", [{}, {"restitution": 0.7}], ids=["elastic", "c = .7"])
-@pytest.mark.parametrize("speed", [pytest.param(50.0, marks=pytest.mark.slow), 500.0])
+@pytest.mark.parametrize("speed", [pytest.param(50.0, marks=pytest.mark.nightly), 500.0])
 def test_a_thin_fast_plate_comes_back(speed: float, keys: dict[str, float], tilt: float, target: str, spatial: bool) -> None:
     # an end that lands throws the other end down at twice the speed, which would cause a penetration of half a thickness
     contact = bouncing(speed, 4.0 if tilt else 1.0, **keys)

@@ -27,7 +27,7 @@ def test_a_stack_is_pressed_flat_and_comes_back() -> None:
     squeezed(8)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_stack_of_twenty() -> None:
     # 2026-11-23: shares of a face follow its overlap step by step; the balance closes to 2.1e-4, 1.2e-4, 3.5e-5 and 8e-6 at
     # rtol 1e-4, 1e-5, 1e-6 and 1e-7 (6.1e-5 at 1e-5 with fixed shares)
@@ -50,7 +50,7 @@ def test_plates_fall_into_a_box() -> None:
     dropped(6, 1, 0.04)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_more_plates_fall_into_a_box() -> None:
     dropped(16, 2, 0.08, 1e-4)
 

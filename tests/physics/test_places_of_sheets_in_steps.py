@@ -58,8 +58,15 @@ def frequencies(summary: dict[str, Any], name: str) -> np.ndarray:
     return np.array(next(part["frequencies_hz"] for part in summary["step"] if part["name"] == name))
 
 
-@pytest.mark.parametrize("place", ['edge = "right"', 'at = "edge right"'])
-@pytest.mark.parametrize("facets", ["rigid", "bend-lines", "bars"])
+@pytest.mark.parametrize(
+    ("facets", "place"),
+    [
+        ("rigid", 'edge = "right"'),
+        ("rigid", 'at = "edge right"'),
+        ("bend-lines", 'edge = "right"'),
+        ("bars", 'at = "edge right"'),
+    ],
+)
 def test_before_the_drive_and_after_its_release_the_sheet_is_free(tmp_path: Path, facets: str, place: str) -> None:
     sheet, drive = SHEET.format(facets=facets), DRIVE.format(place=place)
     _, alone = run(tmp_path, sheet + step("before", "modes") + '[solve]\nmethod = "static"\n')

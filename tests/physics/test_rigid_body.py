@@ -18,7 +18,7 @@ def heavy_top() -> list[SavedState]:
     return bodies.heavy_top(list(TOP_POSITION))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_heavy_top_is_where_it_should_be() -> None:
     for saved, position in zip(heavy_top(), TOP_POSITION.values(), strict=True):
         assert saved.q[:3] == pytest.approx(position, abs=1e-5)
@@ -26,7 +26,7 @@ def test_heavy_top_is_where_it_should_be() -> None:
     assert quaternion * np.sign(quaternion[0]) == pytest.approx(TOP_QUATERNION, abs=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_heavy_top_keeps_energy_and_norm() -> None:
     for saved in heavy_top():
         assert saved.observation.energy.stored == pytest.approx(TOP_ENERGY, rel=1e-7)

@@ -39,7 +39,7 @@ def pulled(spatial: bool) -> list[SavedState]:
     return saved
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_spatial_force_curve_is_the_planar_one() -> None:
     planar, spatial = pulled(False), pulled(True)
     plane, space = (np.array([s.observation.drive.force[0] for s in run]) for run in (planar, spatial))

@@ -43,7 +43,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> list[Begin]:
     return [begin_of(out) for _, out, _ in solve(strips, tmp_path_factory.mktemp("strips"), workers=1)]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_stages_are_those_of_the_shapes(found: list[Begin]) -> None:
     """Bending begins at the energy of a bent panel, contact at the first touch, within two saved states."""
     assert len(found) == 5

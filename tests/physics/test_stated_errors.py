@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+import fsm
 from fsm.analyses.comparison import Comparison, compared, not_compared
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
+from tests.case_texts import kresling_of_bars
 
 PLATE = """
 [sheet]
@@ -141,3 +143,14 @@ def test_a_long_run_is_compared_only_if_asked() -> None:
     assert 'solve.error_estimates = "all"' in not_compared("auto", 100_000, 1000)
     assert not not_compared("all", 100_000, 1000)
     assert not_compared("off", 1, 1) == 'not estimated: solve.error_estimates = "off"'
+
+
+def test_steps_that_end_at_records_have_an_error() -> None:
+    """With all of its records, a run with a larger tolerance has the same steps of at most a half interval."""
+    text = kresling_of_bars("-10 N", "20 ms", "1 ms").replace('"0.2 s"', '"10 ms"')
+    case = fsm.load(text).set("solve.rtol", 3e-4)
+    own, finer = case.run(), case.set({"solve.rtol": 3e-6, "solve.error_estimates": "off"}).run()
+    a, b = own.solution.shape, finer.solution.shape
+    true = np.abs(a - b).max() / np.abs(a - a[0]).max()
+    assert own.summary["errors"]["mesh"]["by"] == "none: rigid bodies and bars have no mesh"
+    assert 1e-4 < true < own.summary["errors"]["steps"]["positions"]

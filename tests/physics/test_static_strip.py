@@ -78,7 +78,7 @@ def test_increments_do_not_choose_the_branch(first: float) -> None:
     assert top == pytest.approx(1.9365, rel=2e-3)  # peak of the dynamics, 10 segments per panel
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("first", [5e-5, 5e-4, 2e-3, 5e-3])
 @pytest.mark.parametrize(("segments", "top"), [(5, 1.777), (10, 1.9365), (20, 1.9856), (40, 1.9977)])
 def test_peak_for_all_increments_and_segments(segments: int, top: float, first: float) -> None:
@@ -107,7 +107,7 @@ def test_a_small_snap_ends() -> None:
     assert sum(event.end_travel - event.travel for event in statistics.events) < 2e-3
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("angle", "segments"), [(84, 5), (84, 20), (86, 5), (86, 20)])
 def test_steep_strips_go_all_the_way(angle: int, segments: int) -> None:
     """Creases hook into each other, slip off, and lie on the ends of panels."""
@@ -143,7 +143,7 @@ def test_few_steps_and_iterations_without_contact(segments: int, spatial: bool) 
     np.testing.assert_allclose(force, wanted, atol=1e-5 * wanted.max())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_curve_is_that_of_the_dynamics() -> None:
     system = trial("strip.segments_per_panel=10", 'drive.0.travel="40 mm"')
     motion = system.motions[0]

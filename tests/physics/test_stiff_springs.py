@@ -98,7 +98,7 @@ def test_refusal_is_one_line_with_exit_code_3(tmp_path: Path) -> None:
     assert "round-off exceeds 5 % of the forces" in ended.output.splitlines()[-1]
 
 
-@pytest.mark.parametrize("young", [0.5e9, 3e9, 200e9, 1e12])
+@pytest.mark.parametrize("young", [0.5e9, 1e12])
 @pytest.mark.parametrize("thickness", [2e-5, 3e-3])
 def test_ordinary_strips_are_not_warned_of(tmp_path: Path, young: float, thickness: float) -> None:
     text = STRIP.format(young=young, method="static").replace("3e-4", f"{thickness:g}")

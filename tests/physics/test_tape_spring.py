@@ -111,7 +111,7 @@ def test_moment_before_the_snap(tmp_path: Path) -> None:
     assert errors[1] < 0.4 * errors[0]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_snap_and_steady_moment(tmp_path: Path) -> None:
     """The tape snaps near the turn of CalculiX, 56.3 mrad, and its fold grows at the moment with edge layers, within 5 %."""
     result = fsm.load(tape_spring(0.9, (48, 12), length=0.12), folder=tmp_path).run(tmp_path / "out", figures=False)
@@ -123,7 +123,7 @@ def test_snap_and_steady_moment(tmp_path: Path) -> None:
     assert any("snap at" in text for text in result.summary["warnings"])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_steady_moment_in_equal_sense(tmp_path: Path) -> None:
     """The edges buckle, and the fold then grows at (1 - nu) D a within 3 %, about half of the moment in opposite sense."""
     data = tape_spring(1.2, (28, 10), -1.0, damping=1e-2) | {"solve": {"method": "static", "rtol": 1e-3}}
@@ -134,7 +134,7 @@ def test_steady_moment_in_equal_sense(tmp_path: Path) -> None:
     assert result.summary["peak_force"] > 10.0 * STEEL.steady(-1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("method", ["mean-force", "generalized-alpha"])
 def test_a_folded_tape_opens_as_its_energy_determines(tmp_path: Path, method: str) -> None:
     """Time in which half of the fold disappears after its release, and speed of its edge, within 5 % of the theory."""
@@ -155,7 +155,7 @@ def test_a_folded_tape_opens_as_its_energy_determines(tmp_path: Path, method: st
     assert result.summary["energy_error"] < 2e-3
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_tape_coils_on_a_hub_at_the_moment_of_its_energy(tmp_path: Path) -> None:
     """Mean moment of coiling, from the energy per length of the coil, within 3 %; the tape does not enter the hub."""
     data = tomllib.loads((CASES / "coil.toml").read_text(encoding="utf-8"))

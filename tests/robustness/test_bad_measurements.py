@@ -164,7 +164,7 @@ def test_numbers_that_are_not_finite_are_written_as_null(tmp_path: Path) -> None
     assert "fsm" in told["provenance"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_million_rows(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     angle = np.concatenate([np.linspace(0, 90, 500_000), np.linspace(90, 0, 500_000)]) + 0.01 * rng.normal(size=1_000_000)

@@ -63,7 +63,9 @@ def test_an_override_may_not_be_deep_either(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and devices")
 @pytest.mark.parametrize("what", ["pipe", "device", "folder"])
-@pytest.mark.parametrize("read", ["case", "crease", "table", "calibrate", "beside"])
+@pytest.mark.parametrize(
+    "read", ["case", *(pytest.param(name, marks=pytest.mark.nightly) for name in ("crease", "table", "calibrate", "beside"))]
+)
 def test_pipes_devices_and_folders_are_refused(read: str, what: str, tmp_path: Path) -> None:
     """The test runs in a separate process, because reading a pipe would block for ever."""
     names = {"case": "case.toml", "crease": "crease.csv", "table": "rows.csv", "calibrate": "rows.csv"}

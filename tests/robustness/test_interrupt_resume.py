@@ -172,6 +172,8 @@ def check_finished(out: Path, whole: tuple[Solution, dict[str, Any]]) -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.figures
+@pytest.mark.nightly
 def test_same_numbers_twice(case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path) -> None:
     """In this process, and in another one."""
     run_case(load_case(case), tmp_path / "here", progress=False)
@@ -182,6 +184,8 @@ def test_same_numbers_twice(case: Path, whole: tuple[Solution, dict[str, Any]], 
     check_finished(tmp_path / "there", whole)
 
 
+@pytest.mark.figures
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_interrupted_by_signal(case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path) -> None:
     process = start(case, tmp_path, "--set", "drive.0.travel=8 mm")
@@ -200,7 +204,7 @@ def test_interrupted_by_signal(case: Path, whole: tuple[Solution, dict[str, Any]
     check_finished(tmp_path, whole)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("method", ["Radau", "generalized-alpha"])
 def test_killed_at_any_moment(sticking: Path, method: str, tmp_path: Path) -> None:
@@ -248,6 +252,8 @@ def test_a_fresh_start_takes_the_old_checkpoint_and_summary_away(
     assert not (tmp_path / "summary.json").exists()
 
 
+@pytest.mark.figures
+@pytest.mark.nightly
 def test_interrupted_again_and_again(case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path) -> None:
     """Also interrupted in the middle of contact, and after the last step."""
     for fraction in (0.0, 0.3, 0.62, 0.64, 1.0):
@@ -257,6 +263,8 @@ def test_interrupted_again_and_again(case: Path, whole: tuple[Solution, dict[str
     check_finished(tmp_path, whole)
 
 
+@pytest.mark.figures
+@pytest.mark.nightly
 def test_a_second_run_into_the_same_folder_is_refused(
     case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path
 ) -> None:
@@ -293,6 +301,7 @@ def test_a_run_that_goes_on_waits_for_the_one_that_ends(tmp_path: Path) -> None:
     assert order == ["first", "second"]
 
 
+@pytest.mark.nightly
 def test_a_lock_ends_with_its_owner_however_it_ends(case: Path, tmp_path: Path) -> None:
     process = start(case, tmp_path)
     assert wait_for(process, (tmp_path / "checkpoint.h5").exists)
@@ -330,6 +339,7 @@ def test_a_flipped_bit_of_a_checkpoint_is_refused(case: Path, tmp_path: Path) ->
         run_case(load_case(case), tmp_path, progress=False, resume=True)
 
 
+@pytest.mark.nightly
 def test_a_checkpoint_of_other_code_is_not_resumed(
     case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -358,15 +368,16 @@ def check_cuts(case: Path, out: Path, *overrides: str) -> None:
         check_same(cut, whole, summary)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "method",
-    ["static", "Radau-blocks", pytest.param("BDF", marks=pytest.mark.slow), pytest.param("LSODA", marks=pytest.mark.slow)],
+    ["static", "Radau-blocks", "BDF", "LSODA"],
 )
 def test_interrupted_with_other_methods(case: Path, tmp_path: Path, method: str) -> None:
     check_cuts(case, tmp_path, f"solve.method={method}")
 
 
-@pytest.mark.parametrize("spatial", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"])
+@pytest.mark.parametrize("spatial", [False, pytest.param(True, marks=pytest.mark.nightly)], ids=["plane", "space"])
 def test_interrupted_where_friction_remembers(
     sticking: Path, tmp_path: Path, spatial: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -374,6 +385,7 @@ def test_interrupted_where_friction_remembers(
     check_cuts(sticking, tmp_path, "solve.method=generalized-alpha", f"solve.spatial={str(spatial).lower()}")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "overrides",
     [
@@ -391,6 +403,8 @@ def test_interrupted_in_a_flexible_structure(
     check_cuts(CASES / folder / "case.toml", tmp_path, *keys)
 
 
+@pytest.mark.figures
+@pytest.mark.nightly
 def test_another_case_starts_afresh(case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path) -> None:
     interrupt(case, tmp_path, 0.3, False, "material.young=6 GPa")
     stiff = check_unfinished(tmp_path)
@@ -401,6 +415,7 @@ def test_another_case_starts_afresh(case: Path, whole: tuple[Solution, dict[str,
     assert np.array_equal(plain.q, whole[0].q), "not from the start"
 
 
+@pytest.mark.nightly
 def test_a_run_of_another_case_is_said_to_begin_anew(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Progress is reported in one line; a run that continues with the same case prints no such line."""
     told = "belongs to another case: the run starts from the beginning"
@@ -452,6 +467,7 @@ def _spoilt(arrays: dict[str, np.ndarray], attributes: dict[str, Any], number: i
     return bool(name)
 
 
+@pytest.mark.nightly
 def test_a_damaged_checkpoint_is_no_internal_error(
     case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -142,6 +142,7 @@ def test_rest_is_no_loss_of_energy(method: str, tmp_path: Path) -> None:
     assert summary["warnings"] == []
 
 
+@pytest.mark.figures
 def test_expectation_missed(tmp_path: Path) -> None:
     """All files are written; every violated limit has a line, and limits that were kept have none."""
     result, out = run(
@@ -225,6 +226,7 @@ def test_an_error_that_soon_is_nothing_ends_no_run(tmp_path: Path) -> None:
     assert summary["energy_error"] < 0.01
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files as bytes")
 def test_a_folder_whose_name_is_not_text(tmp_path: Path) -> None:
     folder = os.path.join(os.fsencode(tmp_path), b"caf\xe9")
@@ -235,6 +237,7 @@ def test_a_folder_whose_name_is_not_text(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform != "linux", reason="file descriptors of POSIX")
 def test_closed_outputs(tmp_path: Path) -> None:
     """No file of the run receives messages, although the first file that is opened gets the number of standard error."""

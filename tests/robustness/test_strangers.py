@@ -119,6 +119,7 @@ def test_the_line_that_is_kept_is_the_message_and_not_the_progress() -> None:
     assert first_words(Ended(3, said, 1.0, 1.0), "/tmp/x/") == "case.toml: film: no good"
 
 
+@pytest.mark.nightly
 def test_commands_that_crash_or_hang_are_told_apart(tmp_path: Path) -> None:
     def run(command: Command) -> int:
         if command.arguments == ("crash",):
@@ -136,6 +137,7 @@ def test_commands_that_crash_or_hang_are_told_apart(tmp_path: Path) -> None:
     assert found == {("crash", -signal.SIGTERM, ""), ("hang", None, ""), ("end", 7, "done\n")}
 
 
+@pytest.mark.nightly
 def test_a_campaign_goes_on_and_runs_again_only_what_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ran: list[str] = []
 
@@ -161,6 +163,7 @@ def test_a_campaign_goes_on_and_runs_again_only_what_changed(tmp_path: Path, mon
     assert len(read_lines(path)) == 6
 
 
+@pytest.mark.nightly
 def test_a_few_cases_end_to_end(tmp_path: Path) -> None:
     """Through the command itself, one of them with a second solver; and the tables that are made of it."""
     wanted = [Row("scenes", 4, True), Row("lattices", 1, False)]

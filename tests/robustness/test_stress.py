@@ -30,6 +30,7 @@ SEED = 8
 LIMIT = 3.0
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_scene_goes_wrong_in_silence(kind: str) -> None:
     """Every scene is solved correctly, refused, fails with a message or is stopped; and some are solved."""
@@ -111,6 +112,7 @@ def test_what_a_message_advises_is_tried(monkeypatch: pytest.MonkeyPatch) -> Non
         assert examine(dataclasses.replace(drawn, tables=tables), LIMIT)["class"] == expected
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("number", "said"), [(28, "energy balance"), (140, "step size"), (70, "could not be solved")])
 def test_joints_that_turn_right_over_are_seen(number: int, said: str) -> None:
     """Swings of 180 deg of seed 1, by three messages."""
@@ -146,6 +148,7 @@ def test_failures_are_counted_of_feasible_scenes() -> None:
     assert failed_of_feasible(lines) == (1 / 20, 20)
 
 
+@pytest.mark.nightly
 def test_a_second_opinion_on_plates_that_touch_is_in_their_dimension() -> None:
     """Two plates of equal width collide: in space the edges that cross at the corners increase the contact stiffness."""
     drawn = draw(4, 1308)
@@ -192,6 +195,7 @@ def spoiled(solution: Solution, name: str) -> None:
         solution.summary = {**solution.summary, "contact": [{"force": float("inf")}]}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("name", "said"),
     [
@@ -210,6 +214,7 @@ def test_the_judge_sees_what_is_wrong(name: str, said: str) -> None:
     assert any(said in line for line in judge(case, result))
 
 
+@pytest.mark.nightly
 def test_time_is_limited() -> None:
     """A scene that would take too long is stopped."""
     tables = draw(SEED, 0, ("chain",)).tables
@@ -217,6 +222,7 @@ def test_time_is_limited() -> None:
     assert attempt(tables, 0.5).end in ("cut off", "hang")
 
 
+@pytest.mark.nightly
 def test_pictures_have_time_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """Seed 1, scene 4400: making a film of a scissor array took longer than its solution, and was reported as a hang."""
 
@@ -230,6 +236,7 @@ def test_pictures_have_time_of_their_own(monkeypatch: pytest.MonkeyPatch) -> Non
     assert attempt(draw(SEED, 4, ("lattice",)).tables, LIMIT, whole=True).end == "finished"
 
 
+@pytest.mark.nightly
 def test_campaign_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
     path = tmp_path / "outcomes.jsonl"
     kept: dict[str, Any] = {"scene": 0, "kind": "strip", "class": "right", "what": "kept", "cpu_s": 0.0}

@@ -148,6 +148,7 @@ def test_lsoda_is_refused_a_matrix_of_gigabytes(monkeypatch: pytest.MonkeyPatch)
         scipy_ivp.make_solver("LSODA", equations, 0.0, y, 1.0, 1e-4, np.inf)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("number", [2489, 3793])
 def test_a_reduced_model_of_too_few_modes_tells_its_error(number: int) -> None:
     """Films struck hard or near a corner, solved with few modes: the error is about the whole amplitude, and a warning says

@@ -48,6 +48,7 @@ def arrays(path: Path) -> dict[str, np.ndarray]:
     return {name: value for name, value in found.items() if isinstance(value, np.ndarray) and value.dtype.kind == "f"}
 
 
+@pytest.mark.nightly
 def test_run_and_table_agree_to_the_last_bit(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     with open(tmp_path / "table.csv", "w", newline="", encoding="utf-8") as file:

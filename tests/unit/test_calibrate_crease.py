@@ -335,7 +335,7 @@ def test_signs_and_branches_that_cannot_be_are_told_of(tmp_path: Path) -> None:
     assert "the moment falls as the angle grows" in text
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_intervals_hold_the_family_as_often_as_they_say(tmp_path: Path) -> None:
     """Known family, 2 % between 5 repeats: 200 curves (2026-11: 94.5, 95.0 and 96.0 %)."""
     grid = np.linspace(0.0, 90.0 * DEG, 201)

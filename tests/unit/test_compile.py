@@ -15,7 +15,8 @@ from fsm.scene.loads import Drive, Load
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.elements import BushingGroup, CreaseGroup
+from fsm.segments.creases import CreaseGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.loads import GravityGroup, LoadGroup
 from fsm.segments.system import SegmentSystem
 

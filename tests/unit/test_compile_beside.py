@@ -22,6 +22,7 @@ def test_a_helper_ends_when_its_standard_input_is_closed(tmp_path: Path) -> None
         assert helper.wait(60.0) == 0
 
 
+@pytest.mark.nightly
 def test_a_helper_imports_nothing_from_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A script of a user can have the name of a module of Python."""
     for name in ("json", "statistics", "fractions", "queue"):

@@ -14,48 +14,21 @@ import pytest
 from click import Group
 from pydantic import BaseModel
 
+from docs._ext.key_tables import sections, with_tables
 from fsm.calibrate.crease import calibrate_crease
 from fsm.calibrate.report import Options
 from fsm.cli import CALIBRATIONS, cli
 from fsm.run import run_case
-from fsm.scene import scene as scenes
-from fsm.scene.case import Case, Expect, Release, Save, Solve, Strip
 from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 from fsm.scene.crease_family import read_family
-from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
-from fsm.scene.gas import Closing, Gas, Orifice
-from fsm.scene.lattice import Lattice
+from fsm.scene.key_facts import facts_of
 from fsm.scene.load_case import load_case
-from fsm.scene.loads import Constant, Cycle, Drive, Load, Ramp, Table
-from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
-from fsm.scene.membrane import (
-    Air,
-    CentrePatch,
-    CornerCable,
-    Damping,
-    Deployed,
-    DiagonalPatch,
-    DiagonalsPatch,
-    EdgeCable,
-    GridPatch,
-    HalfSinePulse,
-    MeasuredPulse,
-    Membrane,
-    PositionPatch,
-    RectanglePulse,
-    Support,
-    Tension,
-    Vibration,
-)
+from fsm.scene.materials import SplineCrease
 from fsm.scene.model import Model
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.point_element import BodyPoint, PointElement
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
-from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-from fsm.scene.sheet import BarsOfSheet, Sheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
-from fsm.scene.solve import SavedPoint
-from fsm.scene.steps import Step
-from fsm.scene.truss import SceneTruss
+from fsm.scene.schema import Place
+from fsm.scene.sheet import _KEYS as KEYS_OF_SHEETS
+from fsm.scene.sheet import BOOMS, Sheet
+from fsm.scene.solve import Solve
 from fsm.solve.status import Event
 
 ROOT = Path(__file__).parents[2]
@@ -64,22 +37,6 @@ README = ROOT / "README.md"
 COMMANDS = ROOT / "docs" / "commands.md"
 CALIBRATION = ROOT / "docs" / "calibration.md"
 CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
-
-TABLES: list[tuple[type[BaseModel], ...]] = [
-    (Case,), (Strip,), (Lattice,), (Sheet,), (SheetCrease,), (SheetSupport,), (SheetProbe,), (SheetPly,), (BarsOfSheet,),
-    (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
-    (Drive,), (Load,), (Gas,), (Closing,), (Orifice,), (Constant, Ramp, Table, Cycle), (Step,), (Obstacle,), (Release,),
-    (Solve,), (Save,),
-    (SavedPoint,), (Expect,),
-    (Scissor,), (BarSection,),
-    (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
-    (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
-    (Deployed,), (Air,), (Damping,), (HalfSinePulse, RectanglePulse, MeasuredPulse), (Vibration,), (Scene,), (Body,),
-    (Plate,), (ForceElement,), (PointElement,), (BodyPoint,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneTruss,),
-    (SceneFrame,), (SceneSeam,), (Surface,),
-    (scenes.PlateGroup,), (ContactPair,),
-]  # fmt: skip
-"""The sections in the order of the page."""
 
 LAWS = {Contact: (NORMAL_KEYS, {"young", "poisson", "radius"}), Friction: (FRICTION_KEYS, set())}
 """Sections of one model whose keys depend on the law: the table of their laws, and optional keys it need not name."""
@@ -93,65 +50,32 @@ def rows(heading: str) -> Iterator[list[list[str]]]:
             yield [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines[2:]]
 
 
-KEYS = list(rows("| key | unit | default | range | meaning |"))
+def test_tables_of_keys_are_those_of_the_models() -> None:
+    """`make keys` would not change the page, and the page has every section."""
+    text = PAGE.read_text(encoding="utf-8")
+    assert with_tables(text) == text, "run `make keys`"
 
-
-def test_every_section_has_its_table() -> None:
     def below(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
         yield model
         for child in model.__subclasses__():
             yield from below(child)
 
     models = {model for model in below(Model) if model is not Model and model.__module__.startswith("fsm.scene.")}
-    # names from which only other names are formed
+    # bases of other models have names with an underscore
     models = {model for model in models if not model.__name__.startswith("_")}
-    assert models == {model for group in TABLES for model in group}
-    assert len(KEYS) == len(TABLES)
+    assert models == {model for section in sections(text).values() for model in section.all_models()}
 
 
-@pytest.mark.parametrize("index", range(len(TABLES)), ids=lambda i: "-".join(model.__name__ for model in TABLES[i]))
-def test_keys(index: int) -> None:
-    """The table of a section has exactly the keys of this section."""
-    said = [row[0].strip("`") for row in KEYS[index]]
-    known = list(dict.fromkeys(key for model in TABLES[index] for key in model.model_fields))
-    assert len(said) == len(set(said))
-    assert sorted(said) == sorted(known)
-
-
-@pytest.mark.parametrize("index", range(len(TABLES)), ids=lambda i: "-".join(model.__name__ for model in TABLES[i]))
-def test_defaults(index: int) -> None:
-    """Required keys are marked as needed, and other keys have their default in the table."""
-    for key, _, default, *_ in KEYS[index]:
-        name = key.strip("`")
-        fields = [model.model_fields[name] for model in TABLES[index] if name in model.model_fields]
-        required = [field.is_required() for field in fields]
-        if name in ("law", "kind", "time"):  # the key selects a variant, or belongs to one variant only
-            continue
-        if default == "needed" or all(required):
-            assert default.startswith("needed") and all(required), key
-            continue
-        if any(required):
-            assert default.startswith("needed by"), key
-            continue
-        laws, _ = LAWS.get(TABLES[index][0], ({}, set()))
-        needing = [law for law, keys in laws.items() if name in keys.needed]
-        default, _, needed_by = default.partition("needed by")
-        assert re.findall(r'"([\w-]+)"', needed_by) == needing, key
-        default = default.strip("; ")
-        if needing and not default:  # no other law has this key
-            assert not any(name in keys.optional for keys in laws.values()), key
-            continue
-        field = fields[0]
-        value = field.get_default(call_default_factory=True)
-        if isinstance(value, bool):
-            assert default == str(value).lower(), key
-        elif isinstance(value, int | float):
-            assert float(default) == value, key
-        elif isinstance(value, str) and value:
-            assert default == f'"{value}"', key
-        elif isinstance(value, tuple) and value and not isinstance(value[0], BaseModel):
-            shown = [x if isinstance(x, str) or x != int(x) else int(x) for x in value]
-            assert default == str(shown).replace("'", '"'), key
+def test_kinds_of_sheets_need_the_stated_keys() -> None:
+    """Defaults of the keys of a sheet name every kind that requires them."""
+    sheet = Place(Sheet, None, {})
+    for key in {key for keys in KEYS_OF_SHEETS.values() for key in keys}:
+        said = facts_of(sheet, key).default
+        kinds = {kind for kind, keys in KEYS_OF_SHEETS.items() if key in keys}
+        named = set(re.findall(r'"([\w-]+)"', said)) | ({*BOOMS} if "booms" in said else set())
+        annulus = {"plate"} if key in ("inner_radius", "outer_radius") else set()
+        assert said.startswith("needed by"), key
+        assert named == kinds | annulus, key
 
 
 def test_laws_are_described() -> None:
@@ -236,8 +160,6 @@ def test_methods_are_described() -> None:
     (table,) = rows("| method | for | limits |")
     known = get_args(Solve.model_fields["method"].annotation)
     assert [row[0].strip('`"') for row in table] == list(known)
-    (row,) = [row for keys in KEYS for row in keys if row[0] == "`method`"]
-    assert re.findall(r'"([\w-]+)"', row[3]) == list(known)
 
 
 def test_exit_codes_are_described() -> None:

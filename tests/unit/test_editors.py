@@ -13,7 +13,9 @@ from click.testing import CliRunner, Result
 
 from fsm.cli import cli
 from fsm.commands.init import _ALSO, kinds
+from fsm.scene.case import Strip, root
 from fsm.scene.json_schema import case_schema
+from fsm.scene.key_facts import facts_of, section_of
 from fsm.scene.key_help import all_keys, help_lines
 from fsm.scene.sheet import Sheet
 
@@ -36,7 +38,7 @@ def faults(validator: Any, text: str) -> list[str]:
     return [".".join(map(str, error.absolute_path)) for error in validator.iter_errors(tomllib.loads(text))]
 
 
-@pytest.mark.parametrize("kind", kinds())
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.nightly] * (kind == "boom")) for kind in kinds()])
 def test_a_new_case_runs(kind: str, validator: Any, tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     found = fsm("init", kind, str(path))
@@ -91,7 +93,7 @@ def test_pages_of_keys() -> None:
 
 
 def test_every_key_has_a_page_with_a_meaning() -> None:
-    """Each key has a row in the page on case files, and a help page."""
+    """Each key has a help page with its type, default and meaning."""
     keys = all_keys()
     assert {"strip.panels", "scene.films.mesh", "step.drive.travel", "vibration.probes"} <= set(keys)
     for key in keys:
@@ -99,6 +101,39 @@ def test_every_key_has_a_page_with_a_meaning() -> None:
         assert lines[0].strip("[]") == key
         assert any(line.startswith("  type") for line in lines), key
         assert any(line.startswith("  default") for line in lines), key
+        assert any(line.startswith("  meaning   ") for line in lines), key
+
+
+@pytest.mark.parametrize(
+    ("key", "facts"),
+    [
+        ("strip.fold_angle", ("rad", "needed", "0 to pi/2, both excluded", "", "angle of every panel with the horizontal")),
+        ("contact.damping", ("N s/m", '0; needed by "impact"', ">= 0", 'law = "hertz", "impact", "linear"', "C of a whole")),
+        ("friction.presliding", ("m", 'needed by "lugre"', "> 0", 'law = "lugre"', "deflection of the bristles")),
+        ("friction.law", ("text", '"step"', '"step", "tanh", "stribeck", "lugre"', "", "coefficient of friction over")),
+        ("load.time.kind", ("text", "needed", '"constant", "ramp", "table", "cycle"', "", '"constant": the factor 1')),
+        ("load.time.end", ("s", 'needed by "ramp"', "> start", 'kind = "ramp"', "time at which the ramp ends")),
+        ("patch.count", ("-", 'needed by "grid"; else 1', '"diagonals": 1 to 100; "grid": 1 to 100 each',
+                         'place = "diagonals", "grid"', '"diagonals": number of patches on each half diagonal; "grid"')),
+        ("crease.rest_angle", ("rad", "as folded", '"linear": 0 to pi; "spline", "family": -2 pi to 2 pi', "",
+                               '"linear": crease angle (0 flat, pi closed)')),
+        ("scene.beams.held", ("list of text", "none", 'a list of "start", "end"', "", "ends that do not move")),
+        ("scene.trusses.linear_to", ("rad", "pi", "0 to pi, 0 excluded", "", "fold angle beyond which")),
+        ("solve.rtol", ("-", "1e-6", "1e-12 to 0.01", "", "relative tolerance")),
+        ("load.at", ("text, or m", "absent", "", "", "place of a sheet")),
+        ("drive.run_up", ("m", "1 % of the travel", "0 to travel", "", "travel over which")),
+        ("membrane.mesh", ("-", "[12, 12]", "1 to 200 each", "", "elements along length and width")),
+    ],
+)  # fmt: skip
+def test_facts_of_keys(key: str, facts: tuple[str, ...]) -> None:
+    """Default, range and variants follow from the model where its field does not state them in words."""
+    section: Any = root({})
+    *path, name = key.split(".")
+    for part in path:
+        section = section_of(section.step(part))
+    found = facts_of(section, name)
+    assert (found.kind, found.default, found.range, found.used) == facts[:-1]
+    assert found.meaning.startswith(facts[-1])
 
 
 @pytest.mark.parametrize("key", ["strip.fold_angel", "strpi", "strip.panels.x", "../x", "x" * 300])
@@ -134,6 +169,10 @@ def test_mistakes_are_found_by_the_schema(change: tuple[str, str], place: str, v
     assert place in faults(validator, text.replace(*change, 1))
 
 
+def test_docstrings_have_the_keys() -> None:
+    assert "\nfold_angle : rad\n    angle of every panel with the horizontal\n" in str(Strip.__doc__)
+
+
 def test_descriptions_have_units(tmp_path: Path) -> None:
     path = tmp_path / "fsm.schema.json"
     assert fsm("schema", "--out", str(path)).exit_code == 0
@@ -149,30 +188,47 @@ def test_descriptions_have_units(tmp_path: Path) -> None:
 
 
 EXTENSION = """
-from typing import Annotated
 from pydantic import Field
-from fsm.extend import Section, add_builder
+from fsm.extend import Section, add_builder, add_element_law
 from fsm.scene.scene import Scene
-from fsm.scene.units import Length
+from fsm.scene.units import Force, Length
 
 class Wire(Section):
     "Section [wire_of_a_test]."
-    span: Annotated[Length, Field(gt=0)]
+    span: Length = Field(gt=0, description="distance of the `supports`")
 
+class Slack(Section):
+    "Parameters of a law."
+    pull: Force = Field(default=2.0, description="force of a taut wire")
+
+add_element_law("slack_of_a_test", None, Slack)
 add_builder("wire_of_a_test", Wire, lambda section, others: Scene())
 """
 
 
 def test_sections_of_extensions_are_in_the_schema(tmp_path: Path, validator: Any) -> None:
-    from fsm.registry import BUILDERS
+    from fsm.registry import BUILDERS, ELEMENT_LAWS
 
     (tmp_path / "wire.py").write_text(EXTENSION, encoding="utf-8")
+    words = ("--extension", str(tmp_path / "wire.py"))
     try:
-        printed = fsm("schema", "--extension", str(tmp_path / "wire.py"))
+        printed = fsm("schema", *words)
         assert printed.exit_code == 0, printed.output
+        assert fsm("help", "wire_of_a_test.span", *words).output.splitlines() == [
+            "wire_of_a_test.span", "  type      number, or text with a unit", "  unit      m", "  default   needed",
+            "  range     > 0", "  meaning   distance of the supports",
+        ]  # fmt: skip
+        assert "span  m  needed  distance of the supports" in fsm("help", "wire_of_a_test", *words).output
+        assert "wire_of_a_test" in fsm("help", *words).output
+        assert "force of a taut wire" in fsm("help", "scene.elements.parameters", *words).output
+        assert "  unit      N" in fsm("help", "scene.elements.parameters.pull", *words).output.splitlines()
     finally:
         BUILDERS.pop("wire_of_a_test", None)
+        ELEMENT_LAWS.pop("slack_of_a_test", None)
+    assert fsm("help", "wire_of_a_test").exit_code == 2
     schema = json.loads(printed.output)
+    span = schema["definitions"]["extension wire_of_a_test"]["properties"]["span"]
+    assert span["description"] == "distance of the supports; unit: m; range: > 0; default: needed"
     jsonschema.Draft7Validator.check_schema(schema)
     wider = jsonschema.Draft7Validator(schema)
     case = {"extensions": ["wire.py"], "wire_of_a_test": {"span": "1 m"}}

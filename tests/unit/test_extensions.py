@@ -187,6 +187,7 @@ def test_parameters_need_an_extension(tmp_path: Path) -> None:
         loaded(tmp_path, LAW, CASE.replace('extensions = ["law.py"]', ""))
 
 
+@pytest.mark.nightly
 def test_workers_of_a_table_load_the_extensions(tmp_path: Path) -> None:
     loaded(tmp_path)
     rows = ["# base = case.toml", "case, scene.elements.0.parameters.stiffness", "soft, 1 N/mm", "stiff, 4 N/mm"]

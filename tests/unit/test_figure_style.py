@@ -269,7 +269,7 @@ def test_plots_are_written_where_the_option_says(tmp_path: Path, out: str, optio
     with ResultWriter(result, replace(run.layout, channels=(info,))) as writer:
         for k, record in enumerate(records_of(run)):
             writer.append(replace(record, channels={info.name: np.array(0.1 * k)}))
-        writer.finish(run.stats, run.summary)
+        writer.finish(replace(writer.solution(), stats=run.stats, summary=run.summary))
     target = tmp_path / "new" / out
     done = CliRunner().invoke(cli, ["plot", str(result), "--out", str(target), *options])
     assert done.exit_code == 0, done.output

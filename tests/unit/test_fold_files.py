@@ -13,24 +13,7 @@ import pytest
 
 from fsm.scene.patterns.fold_file import read_fold
 from fsm.scene.patterns.reading import PatternFault, Reading
-
-SQUARE: dict[str, Any] = {
-    "file_spec": 1.2,
-    "frame_unit": "cm",
-    "vertices_coords": [[0, 0], [2, 0], [2, 2], [0, 2]],
-    "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
-    "edges_assignment": ["B", "B", "B", "B", "M"],
-}
-FOLDED: dict[str, Any] = {
-    "frame_classes": ["foldedForm"],
-    "vertices_coords": [[0, 0, 0], [0, 1, 0], [-0.8, 0, 0.6], [0.8, 0, 0.6]],
-    "edges_vertices": [[0, 1], [1, 2], [2, 0], [0, 3], [3, 1]],
-    "edges_assignment": ["V", "B", "B", "B", "B"],
-    "faces_vertices": [[0, 1, 2], [0, 3, 1]],
-}
-
-def fold(base: dict[str, Any], **changes: Any) -> str:
-    return json.dumps({key: value for key, value in (base | changes).items() if value is not None})
+from tests.case_texts import FOLDED, SQUARE, fold
 
 
 def test_flat_fold_file() -> None:

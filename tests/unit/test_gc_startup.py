@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 STRIP = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "case.toml"
 
 
@@ -45,6 +47,7 @@ def test_a_library_leaves_the_process_of_another_alone():
     assert _printed("import gc, fsm.run, fsm.cli, fsm.table\nprint(gc.isenabled(), gc.get_freeze_count())") == ["True 0"]
 
 
+@pytest.mark.nightly
 def test_a_pulled_strip_imports_no_part_of_scipy(tmp_path):
     """Its import takes longer than the solution of a small model."""
     code = "import sys\nfrom pathlib import Path\nfrom fsm.run import run_case\n"

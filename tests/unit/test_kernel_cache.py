@@ -179,6 +179,7 @@ def test_second_process_compiles_nothing(toy: Toy) -> None:
     assert Path(warm["folder"]).is_relative_to(toy.cache / "toy" / "kernels")
 
 
+@pytest.mark.nightly
 def test_machine_code_only_for_what_python_calls(toy: Toy) -> None:
     toy.run()
     assert [path.name.split("-")[0] for path in toy.entries()] == ["caller.effort"]
@@ -188,6 +189,7 @@ def test_machine_code_only_for_what_python_calls(toy: Toy) -> None:
     assert toy.run(call)["misses"] == 0
 
 
+@pytest.mark.nightly
 def test_a_kernel_is_compiled_once_for_python_and_other_kernels(toy: Toy) -> None:
     """Also if one of its calls has a constant as argument."""
     toy.write("laws/powers.py", POWERS)
@@ -214,6 +216,7 @@ def test_edit_of_a_callee_is_seen(toy: Toy) -> None:
     assert (first["plain"], second["plain"]) == (5.0, 5.0)
 
 
+@pytest.mark.nightly
 def test_edit_of_what_a_kernel_does_not_import_compiles_nothing(toy: Toy) -> None:
     toy.run()
     toy.write("laws/other.py", "from toy.kernels.jit import kernel\n")
@@ -221,6 +224,7 @@ def test_edit_of_what_a_kernel_does_not_import_compiles_nothing(toy: Toy) -> Non
     assert toy.run()["misses"] == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "statement",
     [
@@ -240,6 +244,7 @@ def test_edit_of_a_constant_anywhere_in_the_package_is_seen(toy: Toy, statement:
     assert values == [(30.0, True), (42.0, True), (30.0, False)]
 
 
+@pytest.mark.nightly
 def test_order_of_the_fields_of_arguments_is_part_of_the_key(toy: Toy) -> None:
     """The class of an argument may be defined where the kernel's module does not look."""
     kernel = """
@@ -256,18 +261,21 @@ def test_order_of_the_fields_of_arguments_is_part_of_the_key(toy: Toy) -> None:
         assert toy.run(call)["first"] == 1
 
 
+@pytest.mark.nightly
 def test_copies_of_the_package_share_their_kernels(toy: Toy, tmp_path_factory: pytest.TempPathFactory) -> None:
     toy.run()
     copy = Toy(tmp_path_factory.mktemp("copy"))
     assert copy.run(NUMBA_CACHE_DIR=str(toy.cache))["misses"] == 0
 
 
+@pytest.mark.nightly
 def test_edit_during_the_run_is_not_stored_under_the_old_name(toy: Toy) -> None:
     callee = toy.root / "toy" / "kernels" / "callee.py"
     toy.run(f"open({str(callee)!r}, 'a').write('# edited'); integers()")
     assert len(toy.entries("caller.effort*.nbc")) == 1  # of the two signatures the one before the edit
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("setting", ["NUMBA_BOUNDSCHECK", "NUMBA_CPU_NAME"])
 def test_options_are_part_of_the_key(toy: Toy, setting: str) -> None:
     value = {"NUMBA_BOUNDSCHECK": "1", "NUMBA_CPU_NAME": "generic"}[setting]
@@ -276,6 +284,7 @@ def test_options_are_part_of_the_key(toy: Toy, setting: str) -> None:
     assert toy.run()["misses"] == 0
 
 
+@pytest.mark.nightly
 def test_unwritable_folder_is_one_warning(toy: Toy) -> None:
     (toy.root / "file").write_text("")
     report = toy.run(NUMBA_CACHE_DIR=str(toy.root / "file" / "cache"))  # even root cannot write there
@@ -287,6 +296,7 @@ def test_unwritable_folder_is_one_warning(toy: Toy) -> None:
     assert not list(toy.root.rglob("*.nbi"))
 
 
+@pytest.mark.nightly
 def test_pure_python(toy: Toy) -> None:
     report = toy.run("extra['kind'] = type(effort).__name__", NUMBA_DISABLE_JIT="1")
     assert report["value"] == 30.0
@@ -297,6 +307,7 @@ def test_pure_python(toy: Toy) -> None:
     assert not toy.cache.exists()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("locators", ["", "InTreeCacheLocator"])
 def test_other_users_of_numba_keep_their_settings(toy: Toy, locators: str) -> None:
     report = toy.run(
@@ -310,6 +321,7 @@ def test_other_users_of_numba_keep_their_settings(toy: Toy, locators: str) -> No
     assert not Path(report["plain"]).is_relative_to(report["folder"])
 
 
+@pytest.mark.nightly
 def test_entry_of_another_signature_is_refused(toy: Toy) -> None:
     """Two processes that race can leave an index entry pointing at the code of the other signature."""
     integers = "extra['integers'] = integers()"
@@ -326,6 +338,7 @@ def test_entry_of_another_signature_is_refused(toy: Toy) -> None:
     assert toy.run(integers)["misses"] == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("pattern", ["*.nbi", "*.nbc"])
 def test_damaged_entries_are_replaced(toy: Toy, pattern: str) -> None:
     toy.run()
@@ -336,6 +349,7 @@ def test_damaged_entries_are_replaced(toy: Toy, pattern: str) -> None:
     assert toy.run()["misses"] == 0
 
 
+@pytest.mark.nightly
 def test_processes_side_by_side(toy: Toy) -> None:
     with ThreadPoolExecutor(3) as pool:
         reports = list(pool.map(lambda _: toy.run(), range(3)))
@@ -344,6 +358,7 @@ def test_processes_side_by_side(toy: Toy) -> None:
     assert toy.run()["misses"] == 0
 
 
+@pytest.mark.nightly
 def test_time_of_waiting_counts_as_time_of_compilation(toy: Toy) -> None:
     """Another process holds the lock of a kernel for a while, and then ends without an entry."""
     toy.run()
@@ -360,6 +375,7 @@ def test_time_of_waiting_counts_as_time_of_compilation(toy: Toy) -> None:
     assert report["compile_time"] > report["clock"] + 1.0
 
 
+@pytest.mark.nightly
 def test_folders_out_of_use_are_removed(toy: Toy) -> None:
     parent = toy.cache / "toy" / "kernels"
     aged = {name: parent / name for name in ("a" * 20, "b" * 20, "c" * 20 + ".old-" + "0" * 32, "not-ours")}
@@ -386,6 +402,7 @@ def test_folders_out_of_use_are_removed(toy: Toy) -> None:
     assert (toy.root / "elsewhere").exists()
 
 
+@pytest.mark.nightly
 def test_folder_in_use_is_dated_once_a_day(toy: Toy) -> None:
     toy.run()
     stamp = toy.entries()[0].parent / ".last_used"
@@ -396,6 +413,7 @@ def test_folder_in_use_is_dated_once_a_day(toy: Toy) -> None:
         assert (stamp.stat().st_mtime > then + 60) is redated
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("variable", "value", "expected"),
     [("XDG_CACHE_HOME", "ROOT/xdg", "ROOT/xdg"), ("XDG_CACHE_HOME", "relative", "ROOT/home/.cache")],
@@ -407,6 +425,7 @@ def test_user_cache_folder(toy: Toy, variable: str, value: str, expected: str) -
     assert Path(report["folder"]) == Path(expected.replace("ROOT", root)) / "toy" / "kernels"
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
 @pytest.mark.parametrize("place", [".", "..", "../..", "HASH"])
 def test_folder_that_others_can_write_to_is_refused(toy: Toy, place: str) -> None:
@@ -421,6 +440,7 @@ def test_folder_that_others_can_write_to_is_refused(toy: Toy, place: str) -> Non
     assert toy.run()["misses"] == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32" or os.geteuid() != 0, reason="only root can give folders away")
 def test_folder_of_another_user_is_refused(toy: Toy) -> None:
     kernels = Path(toy.run()["folder"])
@@ -429,6 +449,7 @@ def test_folder_of_another_user_is_refused(toy: Toy) -> None:
     assert "belongs to user 65534" in toy.stderr
 
 
+@pytest.mark.nightly
 def test_folders_are_the_users_own(toy: Toy) -> None:
     before = os.umask(0)
     try:
@@ -439,6 +460,7 @@ def test_folders_are_the_users_own(toy: Toy) -> None:
         assert folder.stat().st_mode & 0o777 == 0o700
 
 
+@pytest.mark.nightly
 def test_kernel_outside_of_the_package_is_not_cached(toy: Toy) -> None:
     (toy.root / "mine.py").write_text(
         "from toy.kernels.callee import scale\nfrom toy.kernels.jit import kernel\n"
@@ -471,6 +493,7 @@ INNER = """
 """
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("module", "text", "complaint"),
     [("laws.near", RELATIVE, "import by full names"), ("laws.inner", INNER, "top level of the module")],
@@ -489,6 +512,7 @@ def test_kernel_that_the_hash_cannot_cover_is_refused(toy: Toy, module: str, tex
     assert name in fault
 
 
+@pytest.mark.nightly
 def test_callback_is_forgotten(toy: Toy) -> None:
     report = toy.run("forget(); forget(); integers()")
     assert report["compiled"] == KERNELS

@@ -32,6 +32,7 @@ def root(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("test", "verdict"), [("test_slope", CAUGHT), ("test_zero", SURVIVED), ("test_wrong", GUARD_FAILS)])
 def test_verdicts(test: str, verdict: str, root: Path) -> None:
     mutant = Mutant("slope", "law.py", "2.0 * x", "3.0 * x", (f"test_law.py::{test}",))

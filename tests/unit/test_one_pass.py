@@ -16,7 +16,8 @@ from fsm.interactions.pose_spatial import tangent_pose_spatial
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves
-from fsm.segments.elements import BushingGroup, CreaseGroup
+from fsm.segments.creases import CreaseGroup
+from fsm.segments.elements import BushingGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern, body_pattern
 

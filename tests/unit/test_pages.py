@@ -12,10 +12,15 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(path for part in ("howto", "extend") for path in (ROOT / "docs" / part).glob("*.md") if path.stem != "index")
+SMALL = ("channel", "pull_the_end")
 _BLOCK = re.compile(r"^```\{executed\} (\w+) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=[path.stem for path in PAGES])
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(path, marks=[pytest.mark.nightly] * (path.stem not in SMALL)) for path in PAGES],
+    ids=[path.stem for path in PAGES],
+)
 def test_the_page_runs(page: Path, tmp_path: Path) -> None:
     (tmp_path / "folding_cases").symlink_to(ROOT / "folding_cases")
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))

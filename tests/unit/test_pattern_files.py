@@ -6,7 +6,6 @@ import json
 import math
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,29 +17,13 @@ from fsm.scene.patterns.planar import planar_pattern
 from fsm.scene.patterns.reading import PatternFault, Reading
 from fsm.scene.patterns.svg_file import read_svg
 from fsm.scene.sheet import Sheet
-
-SQUARE: dict[str, Any] = {
-    "file_spec": 1.2,
-    "frame_unit": "cm",
-    "vertices_coords": [[0, 0], [2, 0], [2, 2], [0, 2]],
-    "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
-    "edges_assignment": ["B", "B", "B", "B", "M"],
-}
-FOLDED: dict[str, Any] = {
-    "frame_classes": ["foldedForm"],
-    "vertices_coords": [[0, 0, 0], [0, 1, 0], [-0.8, 0, 0.6], [0.8, 0, 0.6]],
-    "edges_vertices": [[0, 1], [1, 2], [2, 0], [0, 3], [3, 1]],
-    "edges_assignment": ["V", "B", "B", "B", "B"],
-    "faces_vertices": [[0, 1, 2], [0, 3, 1]],
-}
+from tests.case_texts import FOLDED, fold
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg">'
 FRAME = '<rect x="10" y="20" width="100" height="60" fill="none" stroke="#000000"/>'
 VALLEY = '<line x1="10" y1="50" x2="110" y2="50" stroke="#0000FF" opacity="0.5"/>'
 
 
-def fold(base: dict[str, Any], **changes: Any) -> str:
-    return json.dumps({key: value for key, value in (base | changes).items() if value is not None})
 
 
 def svg(*parts: str) -> str:

@@ -194,6 +194,7 @@ def test_crossing_lines_are_those_of_all_with_all() -> None:
     assert [tuple(pair) for pair in _crossing(start, end)] == wanted
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("thickness", [0.01, 0.1])
 def test_depths_of_crumpled_panels_are_those_of_all_pieces(thickness: float) -> None:
     """Compared with points along both lines, all pairs of them."""

@@ -246,6 +246,7 @@ def test_examples_of_docstrings(module: object, monkeypatch: pytest.MonkeyPatch)
     assert not found.failed
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("page", sorted((ROOT / "docs" / "notebooks").glob("*.md")), ids=lambda page: page.stem)
 def test_notebooks(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """The scripts run, print numbers, and draw the pictures that the pages show."""

@@ -88,6 +88,7 @@ def test_slider_moves_the_shape_and_the_cursors(page: Browser) -> None:
     check_quiet(page)
 
 
+@pytest.mark.nightly
 def test_pointing_at_a_curve_moves_the_shape(page: Browser) -> None:
     changed(page, "slider", "0")
     page.run("document.getElementById('curves').scrollIntoView()")
@@ -101,6 +102,7 @@ def test_pointing_at_a_curve_moves_the_shape(page: Browser) -> None:
     check_quiet(page)
 
 
+@pytest.mark.nightly
 def test_play_views_section_and_start_shape(page: Browser) -> None:
     changed(page, "slider", "0")
     changed(page, "speed", "4")
@@ -124,6 +126,7 @@ def test_play_views_section_and_start_shape(page: Browser) -> None:
     check_quiet(page)
 
 
+@pytest.mark.nightly
 def test_every_colour_differs(page: Browser) -> None:
     names = page.run("Array.from(document.getElementById('colour').options, (option) => option.value)")
     assert {"part", "displacement", "fold angle", "curvature"} <= set(names)
@@ -162,6 +165,7 @@ def test_a_click_plots_a_channel(page: Browser) -> None:
     check_quiet(page)
 
 
+@pytest.mark.nightly
 def test_light_and_dark(page: Browser) -> None:
     style = "getComputedStyle(document.body).color + getComputedStyle(document.body).backgroundColor"
     first = page.run(style)
@@ -197,12 +201,14 @@ SMALL = {
 """Case of every kind with overrides that shorten it."""
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", SMALL)
 def test_a_case_of_every_kind(browser: Browser, tmp_path: Path, name: str) -> None:
     run_case(load_case(CASES / name / "case.toml", SMALL[name]), tmp_path, progress=False)
     check_case(browser, tmp_path, {name: read_solution(tmp_path / "result.h5")})
 
 
+@pytest.mark.nightly
 def test_a_crease_of_a_sheet_without_channels_is_picked(browser: Browser, tmp_path: Path) -> None:
     """The part had no name, so a click selected the facet behind it."""
     overrides = ["sheet.columns=3", "sheet.rows=3", "drive.0.travel=0.1"]
@@ -232,6 +238,7 @@ SHORTER = {
 """Overrides of shipped cases that take minutes."""
 
 
+@pytest.mark.nightly
 def test_a_picture_needs_few_triangles(browser: Browser, tmp_path: Path) -> None:
     """Creases and hidden arrows drew thirty triangles each: 83,000 for a sheet of 1296 panels, four pictures a second."""
     opened(browser, tmp_path, {"sheet": folded(400, 5)})
@@ -242,6 +249,7 @@ def test_a_picture_needs_few_triangles(browser: Browser, tmp_path: Path) -> None
     check_quiet(browser)
 
 
+@pytest.mark.nightly
 def test_a_bent_crease_is_one_object(browser: Browser, tmp_path: Path) -> None:
     """A crease between flexible facets has several pieces of line; a click on any of them selects it."""
     file = Path(__file__).parents[2] / "fsm" / "commands" / "templates" / "flexible.toml"
@@ -263,6 +271,7 @@ def test_a_bent_crease_is_one_object(browser: Browser, tmp_path: Path) -> None:
     check_quiet(browser)
 
 
+@pytest.mark.nightly
 def test_the_cursor_follows_a_load_path(browser: Browser, tmp_path: Path) -> None:
     """The load curve of a path by arc length had no link with the motion, and its unstable part looked stable."""
     run_case(load_case(CASES / "kresling" / "case.toml"), tmp_path, progress=False, figures=False)
@@ -284,6 +293,7 @@ def test_the_cursor_follows_a_load_path(browser: Browser, tmp_path: Path) -> Non
     check_quiet(browser)
 
 
+@pytest.mark.nightly
 def test_lines_of_a_large_sheet_wait_until_the_picture_rests(browser: Browser, tmp_path: Path) -> None:
     opened(browser, tmp_path, {"sheet": folded(400, 5)})
     shown = browser.run("""(() => {
@@ -304,6 +314,7 @@ def test_lines_of_a_large_sheet_wait_until_the_picture_rests(browser: Browser, t
     check_quiet(browser)
 
 
+@pytest.mark.nightly
 def test_views_contain_the_motion_and_use_the_window(browser: Browser, tmp_path: Path) -> None:
     """A view reserved space for a sphere around the motion: a tube filled a third of the window."""
     opened(browser, tmp_path, {"sheet": folded(100, 5)})
@@ -325,6 +336,7 @@ def test_views_contain_the_motion_and_use_the_window(browser: Browser, tmp_path:
     check_quiet(browser)
 
 
+@pytest.mark.nightly
 def test_a_moving_picture_of_many_facets_has_fewer_pixels(browser: Browser, tmp_path: Path) -> None:
     opened(browser, tmp_path, {"sheet": folded(4200, 3)})
     ratios = browser.run("""(() => {
@@ -343,6 +355,7 @@ def test_a_moving_picture_of_many_facets_has_fewer_pixels(browser: Browser, tmp_
     check_quiet(browser)
 
 
+@pytest.mark.nightly
 def test_results_with_missing_numbers_are_not_drawn_as_their_minimum(browser: Browser, tmp_path: Path) -> None:
     """A missing number had a line at the smallest number; the scatter of two stages had the same quantity on all axes."""
     runs = {"a": strip_run(21, peak=1.0), "b": strip_run(21), "c": strip_run(21, peak=3.0)}
@@ -360,7 +373,7 @@ def test_results_with_missing_numbers_are_not_drawn_as_their_minimum(browser: Br
     check_quiet(browser)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", sorted(path.parent.name for path in CASES.glob("*/case.toml")))
 def test_every_shipped_case(browser: Browser, tmp_path: Path, name: str) -> None:
     run_case(load_case(CASES / name / "case.toml", SHORTER.get(name, [])), tmp_path, progress=False)
@@ -385,6 +398,7 @@ def check_case(browser: Browser, folder: Path, runs: dict[str, Solution]) -> Non
     check_quiet(browser)
 
 
+@pytest.mark.nightly
 def test_several_results_and_a_run_without_drive(browser: Browser, tmp_path: Path) -> None:
     runs = {"a": strip_run(21, peak=1.0), "b": strip_run(21), "free": undriven(strip_run(11))}
     opened(browser, tmp_path, runs)

@@ -22,7 +22,7 @@ from fsm.report.shapes import creases_of, parts_of, shown_shapes
 from fsm.report.write import report_page
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.results.writer import ResultWriter
+from fsm.results.writer import write_solution
 from tests.unit.plot_runs import FOLD, strip_run
 
 EVIL = '</script><script>document.title="owned"</script> $x$ ../../up <b>'
@@ -55,10 +55,8 @@ def data_of(page: str) -> dict[str, Any]:
 
 def saved(run: Solution, path: Path) -> Path:
     """Results file with the records of a run."""
-    with ResultWriter(path, run.layout) as writer:
-        for record in records_of(run):
-            writer.append(record)
-        writer.finish(run.stats, run.summary)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_solution(path, run)
     return path
 
 

@@ -26,6 +26,7 @@ def read(address: str) -> bytes:
         return answer.read()
 
 
+@pytest.mark.nightly
 def test_state_and_data_follow_the_records(tmp_path: Path) -> None:
     run = strip()
     records = records_of(run)
@@ -80,6 +81,7 @@ def test_run_with_a_page(tmp_path: Path) -> None:
     assert (tmp_path / "summary.json").is_file()
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: apt-get install chromium)")
 def test_the_page_follows_in_a_browser(tmp_path: Path) -> None:
     pytest.importorskip("websocket", reason="websocket-client is not installed; it drives the browser")

@@ -48,6 +48,7 @@ def case_file(tmp_path):
     return path
 
 
+@pytest.mark.figures
 def test_a_whole_run(case_file, tmp_path):
     """Summary with its additional keys, points of a rigid array in the results, curves and pictures."""
     out = tmp_path / "out"

@@ -36,6 +36,7 @@ def warned(
         warnings=lambda solution, summary: [],
         steps=lambda: [SimpleNamespace(settings=Settings(method, 1e-4, 1.0, step=step))],
         system=SimpleNamespace(nu=9, dof=9),
+        in_python=lambda: (),
     )
     travel = np.zeros((1, len(drives)))
     layout = Layout(drive_names=drives)

@@ -366,6 +366,7 @@ def test_a_run_without_a_drive_has_displacements_of_loads_in_place_of_a_peak(tmp
 # -- processes -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 def test_jobs_that_fail_or_die_take_no_other_with_them():
     jobs = [
         "6 * 7",
@@ -402,6 +403,7 @@ def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
     assert "broken_work.py" in outcome.trace
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_workers_start_with_interrupts_held_back():
     """Until the first job, and during the first job of a process, with which Python starts another process that lets
@@ -429,6 +431,7 @@ def test_the_interrupt_of_a_terminal_does_not_reach_workers_twice():
     assert outcome.value != os.getpgrp()
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
 def test_workers_end_with_a_parent_that_is_killed(tmp_path):
     """They are interrupted, so that they write their checkpoints."""
@@ -462,6 +465,7 @@ def is_running(process: int) -> bool:
     return status != "Z"
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
 def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path):
     """Each worker writes a file in place of its checkpoint; no process remains."""

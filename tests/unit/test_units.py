@@ -10,6 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from fsm.scene.contact import Contact
 from fsm.scene.materials import Material
+from fsm.scene.scene import ForceElement
 from fsm.scene.units import UNITS, AngularStiffness, Count, parse_unit, to_si, unit_in
 
 
@@ -176,3 +177,13 @@ def test_what_was_probably_meant(text: str, unit: str, hint: str) -> None:
 def test_a_blank_before_a_unit_that_begins_with_one_is_no_mistake() -> None:
     assert to_si("5 1/s", "1/s") == 5.0
     assert to_si("30 %", "") == pytest.approx(0.3)
+
+
+def test_flexibility_of_half_segments_has_a_unit() -> None:
+    """A plain number is in the unit system of the file, 1 rad/(N mm) = 1000 rad/(N m)."""
+    words = {"name": "hinge", "inner": "a", "outer": "ground"}
+    plain, text = (
+        ForceElement.model_validate({**words, "crease_flexibility": value}, context={"units": "mm-N-s"}).crease_flexibility
+        for value in (2, "2e3 rad/N/m")
+    )
+    assert plain == text == 2e3

@@ -20,6 +20,7 @@ def test_what_is_asked_for(monkeypatch, capsys):
     assert capsys.readouterr() == ("", "")  # no kernel had to be compiled
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("case", "overrides"),
     [

@@ -32,7 +32,7 @@ def _run(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Solution:
 def numbers(tables: Mapping[str, Any], cause: str, finer: Mapping[str, Any]) -> Iterator[Number]:
     """Errors of one cause that the run of a case states, with the differences from the same case with changed keys.
 
-    Cases that cannot be solved give no number.
+    Cases that cannot be solved give no number. A statement "none: ..." says that all errors are zero.
     """
     try:
         own = _run(tables, {"solve.error_estimates": "all"})
@@ -40,9 +40,10 @@ def numbers(tables: Mapping[str, Any], cause: str, finer: Mapping[str, Any]) -> 
     except (NotConverged, EnergyAbort):
         return
     true = _flat(compared(Comparison("", (), safety=1.0), (own, own.summary), [reference]))
-    stated = _flat(own.summary["errors"][cause])
+    statement = own.summary["errors"][cause]
+    stated, absent = _flat(statement), 0.0 if statement["by"].startswith("none: ") else None
     for name, error in true.items():
-        yield Number(name, stated.get(name), error)
+        yield Number(name, stated.get(name, absent), error)
 
 
 def _flat(errors: Any, name: str = "") -> dict[str, float]:

@@ -1,0 +1,179 @@
+"""Named tables: arrays of a model as one argument of a kernel, with their names as attributes.
+
+A `NamedTuple` declares the fields of a table once: name, and type by `Floats1`, `Floats2`, `Floats3`, `Integers1` or
+`Integers2`. Python keeps the arrays in this tuple; kernels get the address of a table of their addresses and shapes
+(`fsm.kernels.addresses.address_table`), so that a call copies one number in place of all arrays. In a kernel,
+``table.name`` is a view of the array. The caller must keep the arrays alive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+
+import numba
+import numba.extending
+import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.core.imputils import lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.np.arrayobj import make_array, populate_array
+
+from fsm.kernels.addresses import ROW, address_table
+
+__all__ = [
+    "Floats1", "Floats2", "Floats3", "Integers1", "Integers2", "TableExample", "follows", "named_table", "number_of_fields",
+    "table_in",
+]  # fmt: skip
+
+T = TypeVar("T")
+U = TypeVar("U")
+
+Floats1 = Annotated[np.ndarray, np.float64, 1]
+"""Field (n,) of float64."""
+Floats2 = Annotated[np.ndarray, np.float64, 2]
+"""Field (m, n) of float64; (m, 1) if the array of a model in the plane is (m,)."""
+Floats3 = Annotated[np.ndarray, np.float64, 3]
+"""Field (l, m, n) of float64, or (l, 1, 1) as for `Floats2`."""
+Integers1 = Annotated[np.ndarray, np.int64, 1]
+"""Field (n,) of int64."""
+Integers2 = Annotated[np.ndarray, np.int64, 2]
+"""Field (m, n) of int64."""
+
+_WORD = ir.IntType(64)
+
+
+@cache
+def _fields(kind: type) -> dict[str, tuple[int, Any]]:
+    """Row and numba's array type of each field."""
+    found = {}
+    for row, (name, hint) in enumerate(get_type_hints(kind, include_extras=True).items()):
+        _, number, dimensions = get_args(hint)
+        found[name] = row, types.Array(numba.from_dtype(np.dtype(number)), dimensions, "C", aligned=True)
+    return found
+
+
+def number_of_fields(kind: type) -> int:
+    """Number of rows of a named table."""
+    return len(_fields(kind))
+
+
+def named_table(*parts: Any) -> np.ndarray:
+    """Table of the arrays of one or several tuples, which follow each other; arrays get the declared number of dimensions.
+
+    Raises
+    ------
+    ValueError
+        An array has another type than its declaration, more dimensions, or is not contiguous.
+    """
+    arrays = []
+    for part in parts:
+        for (name, (_, kind)), array in zip(_fields(part.__class__).items(), part, strict=True):
+            if numba.from_dtype(array.dtype) != kind.dtype or array.ndim > kind.ndim:
+                raise ValueError(f"field {name} of {type(part).__name__}: array {array.dtype} {array.shape}")
+            arrays.append(array.reshape(array.shape + (1,) * (kind.ndim - array.ndim)))
+    return address_table(arrays)
+
+
+class _Table(types.Type):  # type: ignore[misc, unused-ignore]
+    """Type of a table in kernels: its address."""
+
+    def __init__(self, kind: type) -> None:
+        self.kind = kind
+        super().__init__(name=f"Table({kind.__module__}.{kind.__qualname__})")
+
+
+@numba.extending.register_model(_Table)
+class _Address(numba.extending.models.PrimitiveModel):  # type: ignore[misc, unused-ignore]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _WORD)
+
+
+class TableExample:
+    """Example of a table as an argument of a `Pointer`.
+
+    Parameters
+    ----------
+    kind : NamedTuple class
+    """
+
+    def __init__(self, kind: type) -> None:
+        self._numba_type_ = _Table(kind)
+
+
+if not numba.config.DISABLE_JIT:
+
+    @infer_getattr
+    class _FieldTypes(AttributeTemplate):  # type: ignore[misc, unused-ignore]
+        key = _Table
+
+        def generic_resolve(self, table: Any, name: str) -> Any:
+            row = _fields(table.kind).get(name)
+            return None if row is None else row[1]
+
+    @lower_getattr_generic(_Table)
+    def _field(context: Any, builder: Any, table: Any, address: Any, name: str) -> Any:
+        row, kind = _fields(table.kind)[name]
+
+        def number(column: int) -> Any:
+            place = builder.add(address, ir.Constant(_WORD, 8 * (ROW * row + column)))
+            return builder.load(builder.inttoptr(place, _WORD.as_pointer()))
+
+        shape = [number(1 + axis) for axis in range(kind.ndim)]
+        strides: list[Any] = []
+        size = ir.Constant(_WORD, 8)
+        for length in reversed(shape):
+            strides.insert(0, size)
+            size = builder.mul(size, length)
+        array = make_array(kind)(context, builder)
+        data = builder.inttoptr(number(0), array.data.type)
+        populate_array(array, data=data, shape=shape, strides=strides, itemsize=ir.Constant(_WORD, 8), meminfo=None)
+        return array._getvalue()
+
+
+def table_in(kind: type[T]) -> Callable[[np.ndarray, int], T]:
+    """Function of kernels that returns one of several tables of a kind: ``f(tables, number)`` with `tables` (k, 2) as in
+    `fsm.kernels.addresses.tables_of`.
+    """
+
+    def at(tables: np.ndarray, number: int) -> T:
+        raise NotImplementedError  # without the compiler there are no addresses
+
+    if numba.config.DISABLE_JIT:
+        return at
+
+    @numba.extending.intrinsic
+    def found(context: Any, address: Any) -> Any:
+        return _Table(kind)(types.int64), lambda context, builder, signature, arguments: arguments[0]
+
+    @numba.extending.overload(at, strict=False)
+    def choose(tables: Any, number: Any) -> Any:
+        return lambda tables, number: found(tables[number, 0])
+
+    return at
+
+
+def follows(kind: type[T], before: type[U]) -> Callable[[U], T]:
+    """Function of kernels that returns the table of a kind that follows directly after the fields of another kind."""
+
+    def after(table: U) -> T:
+        raise NotImplementedError
+
+    if numba.config.DISABLE_JIT:
+        return after
+    offset = 8 * ROW * number_of_fields(before)
+
+    @numba.extending.intrinsic
+    def found(context: Any, table: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.add(arguments[0], ir.Constant(_WORD, offset))
+
+        return _Table(kind)(table), generate
+
+    @numba.extending.overload(after, strict=False)
+    def choose(table: Any) -> Any:
+        return lambda table: found(table)
+
+    return after

@@ -1,0 +1,99 @@
+"""Why steps are computed in Python: `fsm check`, the summary and the system of a run say the same."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fsm.analyses.deploy import Deployment
+from fsm.describe import describe
+from fsm.run import run_case
+from fsm.scene.case import Case
+from fsm.scene.load_case import LoadedCase
+from fsm.segments.in_python import cost_in_python
+from fsm.solve.linear import LinearSolver
+from fsm.summary import _COSTLY
+
+TABLE = {"law": "spline", "angle": [0.0, 1.0, 2.0], "moment": [0.0, 5e-3, 8e-3]}
+STRIP: dict[str, Any] = {
+    "strip": {
+        "length": 0.24, "width": 0.04, "thickness": 3e-4, "panels": 4, "fold_angle": "50 deg", "segments_per_panel": 2,
+    },
+    "material": {"young": 3e9, "density": 800, "damping": "1 ms"}, "crease": {"law": "linear", "stiffness": 9e-3},
+    "drive": [{"crease": 2, "direction": [0, 0, 1], "speed": 2e-3, "travel": 0.001}],
+}  # fmt: skip
+CONTACT = {"law": "hertz", "stiffness": 1e6, "thickness_in_gap": False}
+SLIDING = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 1e-3, "v_dynamic": 2e-3}
+
+
+def strip(method: str, **more: Any) -> Case:
+    """Pulled strip."""
+    return Case.model_validate(STRIP | {"solve": {"method": method} | more.pop("solve", {})} | more)
+
+
+CASES: dict[str, tuple[Case, str]] = {
+    "static": (strip("static"), ""),
+    "static with contact": (strip("static", contact=CONTACT), "contact has no compiled form in statics"),
+    "motion with contact": (strip("generalized-alpha", contact=CONTACT), ""),
+    "Radau": (strip("Radau"), 'the method "Radau" has no compiled form'),
+    "two branches": (
+        strip("generalized-alpha", crease=TABLE | {"unloading": [0.0, 2e-3, 5e-3]}),
+        "element 'crease 1' and 2 others: a crease with loading and unloading curves has no compiled form",
+    ),
+    "one branch given twice": (strip("generalized-alpha", crease=TABLE | {"unloading": TABLE["moment"]}), ""),
+    "friction along and across": (
+        strip("generalized-alpha", contact=CONTACT, friction=SLIDING | {"across": 0.5}, solve={"spatial": True}),
+        "friction: friction that depends on the direction has no compiled form",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_report_of_a_case_and_its_system_agree(name: str) -> None:
+    case, reason = CASES[name]
+    analysis = Deployment(case, "", [])
+    assert "; ".join(analysis.in_python()) == reason
+    line = next(line for line in describe(case) if line.startswith("compiled"))
+    assert (line.split(": ", 1)[1] == reason) if reason else line.endswith("steps in one kernel")
+    system, ready = analysis.enter(len(analysis.plan.steps) - 1, None), LinearSolver().ready
+    method = analysis.method()[0]
+    if method != "Radau":
+        arrays = system.static_arrays(ready) if method == "static" else system.arrays(ready)
+        assert (arrays is None) == bool(reason)
+
+
+def test_a_released_strip_has_compiled_steps() -> None:
+    """The half joints beside the driven line act from the second step on."""
+    pull = {"name": "pull", "kind": "static", "drive": STRIP["drive"]}
+    free = {"name": "free", "kind": "dynamic", "release": ["all"], "duration": "1 ms"}
+    case = Case.model_validate({key: STRIP[key] for key in ("strip", "material", "crease")} | {"step": [pull, free]})
+    analysis = Deployment(case, "", [])
+    assert analysis.in_python() == ()
+    system = analysis.enter(1, None)
+    assert system.arrays(LinearSolver().ready) is not None
+    assert [line.removeprefix("compiled").strip() for line in describe(case) if "kernel in step" in line] == [
+        "steps in one kernel in step 'pull'", "steps in one kernel in step 'free'",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["static", "static with contact"])
+def test_the_summary_says_why_steps_are_in_python(name: str, tmp_path: Path) -> None:
+    case, reason = CASES[name]
+    summary = run_case(LoadedCase(case, "", tmp_path / "case.toml"), tmp_path / "out", progress=False, figures=False)
+    assert summary["steps_compiled"] is (not reason)
+    assert summary["steps_in_python_because"] == ([reason] if reason else [])
+    assert not any("in Python" in warning for warning in summary["warnings"])  # a short run
+
+
+def test_the_cost_agrees_with_the_measured_strip() -> None:
+    assert cost_in_python(120) == pytest.approx(301 / 32, rel=0.05)
+    assert cost_in_python(10_000) < _COSTLY
+
+
+def test_the_reasons_are_found_without_the_compiler(tmp_path: Path) -> None:
+    lines = "import sys, fsm.segments.report; assert 'numba' not in sys.modules"
+    subprocess.run([sys.executable, "-c", lines], check=True, cwd=tmp_path)
