@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -16,36 +14,12 @@ from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.ancf.scissor_system import ScissorSystem
-from fsm.kernels.pieces import Pieces, program_at
 from fsm.scene.builders.scissor import Array, array_at
-from fsm.scene.loads import TimeFunction
 from fsm.scene.materials import DAMPING, Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-from fsm.segments.pieces_of import of_function, pieces_of
-from fsm.segments.time_function import breaks
+from fsm.segments.time_function import time_function
 
 __all__ = ["compile_array"]
-
-
-@dataclass(frozen=True)
-class _Factor:
-    """Time function of the scene as a factor on the loads of a mesh."""
-
-    function: TimeFunction
-
-    @cached_property
-    def program(self) -> Pieces:
-        """See `fsm.ancf.time_functions.Piecewise`."""
-        return pieces_of([of_function(self.function)])
-
-    def at(self, t: float) -> tuple[float, float, float]:
-        """Value, slope and curvature."""
-        value, slope, curvature = program_at(self.program, 0, float(t))
-        return value, slope, curvature
-
-    def breaks(self) -> tuple[float, ...]:
-        """Times at which the function is not smooth, s."""
-        return breaks(self.function)
 
 
 def compile_array(
@@ -186,4 +160,4 @@ def _forcing(force: PointForce, array: Array, points: dict[str, int], count: int
     elif force.radial is not None and array.centre is not None:
         away = np.subtract(array.points[force.point], array.centre)
         vector[first : first + 2] = force.radial * away / np.linalg.norm(away)
-    return Forcing(vector, _Factor(force.time))
+    return Forcing(vector, time_function(force.time))

@@ -12,9 +12,9 @@ from fsm.analyses.film import CORNERS, FilmMesh, mean_strain
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Constant
 from fsm.ancf.wrinkle import corner_wrinkles, lifted
 from fsm.errors import NotConverged
+from fsm.kernels.programs import CONSTANT
 from fsm.pretension import tensioned
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, Support
@@ -110,7 +110,7 @@ def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSy
     for end, outward in zip(ends[1:], film.outwards[1:], strict=True):
         forces[end : end + 3] = pull * outward
     mesh = film.mesh.holding(np.concatenate([others, anchor, ends + 2]))
-    loading = Loading((Forcing(forces, Constant()),), gravity=case.gravity)
+    loading = Loading((Forcing(forces, CONSTANT),), gravity=case.gravity)
     return AncfSystem(mesh, loading, _drawn_out(film, (strain, strain)))
 
 

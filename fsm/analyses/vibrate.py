@@ -24,8 +24,8 @@ from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_state import TensionState, tension_state
-from fsm.ancf.time_functions import HalfSine, Rectangle, SampledPulse, TimeFunction
 from fsm.errors import CaseError, Fault, NotConverged
+from fsm.kernels.programs import Program, half_sine, rectangle, sampled
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
 from fsm.results.vibration import frequency_warnings, summarise_vibration
@@ -456,10 +456,10 @@ def _mean_direction(stress: FilmStress) -> np.ndarray:
     return np.asarray(np.linalg.eigh(tensor)[1][..., -1])
 
 
-def _pulse(impact: Impact) -> tuple[float, TimeFunction]:
+def _pulse(impact: Impact) -> tuple[float, Program]:
     """Force (N), and its factor as a function of time."""
     if isinstance(impact, MeasuredPulse):
-        return 1.0, SampledPulse(impact.time, impact.force)
+        return 1.0, sampled(impact.time, impact.force)
     if isinstance(impact, HalfSinePulse):
-        return impact.force, HalfSine(impact.duration)
-    return impact.force, Rectangle(impact.duration)
+        return impact.force, half_sine(impact.duration)
+    return impact.force, rectangle(impact.duration)

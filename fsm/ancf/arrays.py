@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.addresses import floats_1d, integers_1d
 from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
-from fsm.kernels.pieces import Pieces
+from fsm.kernels.pieces import Pieces, pieces_at
 
 __all__ = [
     "CLEARED", "DAMPED", "DAMPING", "DIAGONAL", "FACTORS", "FIXED", "FORCE", "FORCE_AT", "FORCINGS", "FULL_MASS",
@@ -168,21 +168,16 @@ def full_mass_of(t: np.ndarray) -> Rows:
 
 
 @kernel
-def _pieces_of(t: np.ndarray, k: int) -> Pieces:
-    return Pieces(integers_1d(t, k), floats_1d(t, k + 1), integers_1d(t, k + 2), floats_2d(t, k + 3))
-
-
-@kernel
 def forcing_programs(t: np.ndarray) -> Pieces:
     """Programs of the loads of the table."""
-    return _pieces_of(t, _PROGRAMS)
+    return pieces_at(t, _PROGRAMS)
 
 
 @kernel
 def moved_of(t: np.ndarray) -> Moved:
     """Moved coordinates of the table."""
     k = _MOVED
-    return Moved(integers_1d(t, k), integers_1d(t, k + 1), floats_1d(t, k + 2), _pieces_of(t, k + 3))
+    return Moved(integers_1d(t, k), integers_1d(t, k + 1), floats_1d(t, k + 2), pieces_at(t, k + 3))
 
 
 @kernel

@@ -26,13 +26,13 @@ from fsm.ancf.film import MembraneGroup
 from fsm.ancf.folds import FoldGroup
 from fsm.ancf.hinge import HingeGroup
 from fsm.ancf.matrices import set_held
-from fsm.ancf.time_functions import programs_of
 from fsm.ancf.truss import BarGroup
 from fsm.blocks import BlockPattern, Elimination
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import equation_kernels, pattern_arrays
 from fsm.kernels.block_lu import factorise
 from fsm.kernels.pointers import Pointer
+from fsm.kernels.programs import table_of
 from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
 from fsm.system_records import Ready
@@ -59,10 +59,6 @@ _KINDS = {"panels": 1, "creases": 2}
 def parts_in_python(system: AncfSystem) -> tuple[str, ...]:
     """Reasons why the steps of a mesh are computed in Python; empty for compiled steps."""
     reasons = [] if hasattr(KERNELS.force, "compile") else ["the compiler is off (NUMBA_DISABLE_JIT)"]
-    functions = [forcing.time for forcing in system.loading.forcings]
-    functions += [motion.time for motion in system.loading.motions]
-    if programs_of(functions) is None:
-        reasons.append("a function of time has no compiled form")
     names = (group.name for group in system.mesh.groups if type(group) not in _KERNELS or not getattr(group, "plain", True))
     return (*reasons, *(f"{name} have no compiled form" for name in dict.fromkeys(names)))
 
@@ -132,7 +128,8 @@ def coordinates_of(system: AncfSystem, matrices: Matrices) -> tuple[Coordinates,
         np.array([float(np.linalg.norm(motion.displacement)) for motion in loading.motions]),
         np.array([_KINDS.get(group.name, 0) for group in system.mesh.groups], dtype=np.int64), *_held(fixed, pattern),
         np.zeros(n), np.zeros(1), pattern.zeros(), pattern.zeros(),
-        _rows(system.mass(system.start)), _rows(system.full_mass_matrix), _programs(loading.forcings), _moved(system), p,
+        _rows(system.mass(system.start)), _rows(system.full_mass_matrix),
+        table_of([forcing.time for forcing in loading.forcings]), _moved(system), p,
     )  # fmt: skip
     flat = list(_flat(arrays))
     table, flags = address_table(flat), np.zeros(3, dtype=np.int64)
@@ -178,12 +175,6 @@ def _held(fixed: np.ndarray, pattern: BlockPattern) -> tuple[np.ndarray, np.ndar
     return np.flatnonzero(marked == 0.0), np.flatnonzero(marked == 2.0)
 
 
-def _programs(parts: Any) -> Any:
-    found = programs_of([part.time for part in parts])
-    assert found is not None
-    return found
-
-
 def _moved(system: AncfSystem) -> Moved:
     motions = system.loading.motions
     numbers = [np.full(len(motion.coordinates), k) for k, motion in enumerate(motions)]
@@ -191,5 +182,6 @@ def _moved(system: AncfSystem) -> Moved:
     return Moved(
         np.concatenate(none + [motion.coordinates for motion in motions]).astype(np.int64),
         np.concatenate(none + numbers).astype(np.int64),
-        np.concatenate(none + [motion.displacement for motion in motions]).astype(float), _programs(motions),
+        np.concatenate(none + [motion.displacement for motion in motions]).astype(float),
+        table_of([motion.time for motion in motions]),
     )  # fmt: skip

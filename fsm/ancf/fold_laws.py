@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.ancf.fold_kernels import FoldCurves, fold_efforts
-from fsm.ancf.time_functions import Constant, TimeFunction
+from fsm.kernels.programs import CONSTANT, Program
 from fsm.laws.crease import CreaseLaws
 from fsm.laws.crease_sliders import Sliders
 
@@ -77,7 +77,7 @@ class FoldLaws:
     share: np.ndarray
     damping: np.ndarray
     turning: np.ndarray
-    time: TimeFunction = field(default_factory=Constant)
+    time: Program = CONSTANT
     linear_to: float = math.pi
     rise: np.ndarray = field(default_factory=lambda: np.zeros(0))
     sliders: Sliders | None = None

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fsm.ancf.time_functions import TimeFunction
+from fsm.kernels.programs import Program
 
 __all__ = ["Forcing", "Loading", "SupportMotion", "point_force"]
 
@@ -18,7 +18,7 @@ class Forcing:
     """Dead generalised forces: a constant vector (n,) times a function of time."""
 
     vector: np.ndarray
-    time: TimeFunction
+    time: Program
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +30,13 @@ class SupportMotion:
     coordinates : (k,) int array
     displacement : (k,) array
         Displacement, multiplied by the function of time.
-    time : TimeFunction
+    time : Program
         A smooth function; a jump of its slope acts as a shock.
     """
 
     coordinates: np.ndarray
     displacement: np.ndarray
-    time: TimeFunction
+    time: Program
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.ancf.fold_laws import FoldLaws
-from fsm.ancf.time_functions import Constant, Ramp
+from fsm.kernels.programs import CONSTANT, ramp
 from fsm.laws.crease import CreaseLaws, join_curves
 from fsm.laws.crease_sliders import Sliders
 from fsm.scene.patterns.fold_data import FoldData
@@ -29,7 +29,7 @@ def fold_laws_of(data: FoldData) -> FoldLaws:
         side * data.rest, side, np.zeros(len(side)), data.law, table.bounds, table.knots, table.coefficients, table.energies
     )
     sliders, chosen = _sliders(data, curves)
-    end = Constant() if data.end is None else Ramp(data.end)
+    end = CONSTANT if data.end is None else ramp(data.end)
     return FoldLaws(
         data.start, curves, data.share, data.damping, data.turning, end, data.linear_to, data.rise, sliders, chosen
     )

@@ -15,12 +15,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from fsm.kernels.programs import Program
 from fsm.scene.gas import OUTSIDE, Gas, Orifice
-from fsm.scene.time_program import Constant, TimeFunction
-from fsm.segments.time_function import breaks, factor, integral, slope
+from fsm.segments.time_function import time_function
 
 __all__ = ["Gases", "GasState", "Supply", "nozzle"]
 
@@ -42,31 +43,29 @@ class Supply:
 
     gas: Gas
 
-    @property
-    def time(self) -> TimeFunction:
-        """Function of time that multiplies it."""
-        return self.gas.time or Constant()
+    @cached_property
+    def program(self) -> Program:
+        """Pressure that the supply holds (Pa), or mass of gas given since time zero (kg), over time."""
+        gas, time = self.gas, time_function(self.gas.time)
+        if gas.supply_flow is not None:
+            return time.integral().scaled(gas.supply_flow)
+        return time.scaled(gas.supply_pressure or gas.supply_mass or 0.0)
 
     def pressure(self, t: float) -> float | None:
         """Absolute pressure that the supply holds, Pa; None if it gives gas."""
-        size = self.gas.supply_pressure
-        return None if size is None else size * factor(self.time, t)
+        return None if self.gas.supply_pressure is None else self.program.at(t)[0]
 
     def pressure_rate(self, t: float) -> float:
         """Rate of this pressure, Pa/s."""
-        return (self.gas.supply_pressure or 0.0) * slope(self.time, t)
+        return 0.0 if self.gas.supply_pressure is None else self.program.at(t)[1]
 
     def mass(self, t: float) -> float:
         """Mass of gas given since time zero, kg."""
-        if self.gas.supply_flow is not None:
-            return self.gas.supply_flow * integral(self.time, t)
-        return (self.gas.supply_mass or 0.0) * factor(self.time, t)
+        return self.program.at(t)[0] if self.gas.supply_pressure is None else 0.0
 
     def flow(self, t: float) -> float:
         """Mass flow, kg/s."""
-        if self.gas.supply_flow is not None:
-            return self.gas.supply_flow * factor(self.time, t)
-        return (self.gas.supply_mass or 0.0) * slope(self.time, t)
+        return self.program.at(t)[1] if self.gas.supply_pressure is None else 0.0
 
 
 def nozzle(before: float, behind: float, warmth: float, ratio: float) -> tuple[float, float, float, float]:
@@ -188,7 +187,7 @@ class Gases:
 
     def break_times(self) -> list[float]:
         """Times at which a supply is not smooth, s."""
-        return sorted({time for supply in self.supplies for time in breaks(supply.time)})
+        return sorted({time for supply in self.supplies for time in supply.program.breaks()})
 
     # state ------------------------------------------------------------------------------------------------------------
 

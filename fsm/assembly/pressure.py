@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.ancf.pressure import PressedFaces
-from fsm.scene.loads import Constant, Load, TimeFunction
+from fsm.kernels.programs import Program
+from fsm.scene.loads import Load
 from fsm.scene.patterns.places import facets_named
-from fsm.segments.time_function import factor, slope
+from fsm.segments.time_function import time_function
 
 __all__ = ["Pressure"]
 
@@ -21,18 +22,18 @@ class Pressure:
     name: str
     faces: PressedFaces
     pressure: float
-    time: TimeFunction
+    time: Program
 
     @classmethod
     def of(cls, load: Load, faces: PressedFaces) -> Pressure:
         """Pressure of a load on some of the faces of a sheet."""
         assert load.pressure is not None and isinstance(load.at, str)
         facets = facets_named(load.at, int(faces.facet.max()) + 1)
-        return cls(load.called, faces.of(np.array(facets)), load.pressure, load.time or Constant())
+        return cls(load.called, faces.of(np.array(facets)), load.pressure, time_function(load.time))
 
     def size(self, t: float) -> float:
         """Pressure at a time, Pa."""
-        return self.pressure * factor(self.time, t)
+        return self.pressure * self.time.at(t)[0]
 
     def add_force(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
         """Add the forces on the coordinates (n,) of the nodes."""
@@ -41,7 +42,7 @@ class Pressure:
 
     def add_force_rate(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
         """Add the change of the forces with time at fixed nodes."""
-        if rate := self.pressure * slope(self.time, t):
+        if rate := self.pressure * self.time.at(t)[1]:
             self.faces.add_force(nodes, rate, force)
 
     def add_linearised(

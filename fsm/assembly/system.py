@@ -36,7 +36,6 @@ from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.group import Group
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.time_function import breaks, peaks
 from fsm.stepping.model import ArrayModel
 from fsm.system_records import Energy, Linearised, Observation, PreviousState, Ready
 
@@ -347,13 +346,13 @@ class JoinedSystem(JoinedConfiguration):
     def break_times(self) -> list[float]:
         """See `System`; pressures and gas are included."""
         of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
-        of_pressures = (time for pressure in self.pressures for time in breaks(pressure.time))
+        of_pressures = (time for pressure in self.pressures for time in pressure.time.breaks())
         return sorted({*super().break_times(), *of_pressures, *of_gas})
 
     def peak_times(self) -> list[float]:
         """See `System`; pressures and gas are included."""
         of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
-        of_pressures = (time for pressure in self.pressures for time in peaks(pressure.time))
+        of_pressures = (time for pressure in self.pressures for time in pressure.time.peaks())
         return sorted({*super().peak_times(), *of_pressures, *of_gas, *self.elements.peak_times()})
 
     def shortest_step(self) -> float:

@@ -11,12 +11,11 @@ import numpy as np
 
 from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
 from fsm.interactions.hinge_spatial import measure_hinge_spatial
+from fsm.kernels.programs import Program
 from fsm.kernels.scatter import pair_slots
 from fsm.laws.crease import CreaseLaws, MomentCurve, join_curves
-from fsm.scene.time_program import TimeFunction
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.time_function import breaks, factor
 
 __all__ = ["ActuatorGroup"]
 
@@ -46,7 +45,7 @@ class ActuatorGroup(Group):
     bodies: np.ndarray
     axes: tuple[np.ndarray, ...]
     moment: np.ndarray
-    time: TimeFunction
+    time: Program
     names: tuple[str, ...]
 
     @cached_property
@@ -64,7 +63,7 @@ class ActuatorGroup(Group):
 
     def _arguments(self, t: float) -> tuple[Any, ...]:
         """Arguments of the kernels that follow poses and rates, at a time (s); these elements have no dampers."""
-        law = self._unit._replace(coefficients=factor(self.time, t) * self._unit.coefficients)
+        law = self._unit._replace(coefficients=self.time.at(t)[0] * self._unit.coefficients)
         return (self.bodies, *self.axes, law, self._still, 0.0)
 
     @cached_property
@@ -73,11 +72,11 @@ class ActuatorGroup(Group):
 
     def moments(self, t: float) -> np.ndarray:
         """Moments along the twists of the elements at a time (s), (m,), N m."""
-        return factor(self.time, t) * self.moment
+        return self.time.at(t)[0] * self.moment
 
     def break_times(self) -> set[float]:
         """Times at which the function of time is not smooth, s."""
-        return set(breaks(self.time))
+        return set(self.time.breaks())
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
@@ -105,7 +104,7 @@ class ActuatorGroup(Group):
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`; the moments count as input power."""
         _, rate, _ = measure_hinge_spatial(poses, rates, self.bodies, *self.axes)
-        return {}, 0.0, factor(self.time, t) * float(self.moment @ rate)
+        return {}, 0.0, self.time.at(t)[0] * float(self.moment @ rate)
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """See `Group`."""

@@ -16,7 +16,7 @@ from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
-from fsm.kernels.pieces import Pieces
+from fsm.kernels.pieces import Pieces, pieces_at
 from fsm.segments.contact_arrays import ContactKernels, ContactParts
 
 __all__ = [
@@ -200,17 +200,12 @@ def springs_of(t: np.ndarray) -> Springs:
 
 
 @kernel
-def _pieces_of(t: np.ndarray, k: int) -> Pieces:
-    return Pieces(integers_1d(t, k), floats_1d(t, k + 1), integers_1d(t, k + 2), floats_2d(t, k + 3))
-
-
-@kernel
 def loads_of(t: np.ndarray) -> Loads:
     """Loads of the table."""
     k = _LOADS
     return Loads(
         integers_1d(t, k), floats_2d(t, k + 1), floats_2d(t, k + 2), floats_2d(t, k + 3), integers_1d(t, k + 4),
-        integers_1d(t, k + 5), _pieces_of(t, _OF_LOADS),
+        integers_1d(t, k + 5), pieces_at(t, _OF_LOADS),
     )  # fmt: skip
 
 
@@ -219,6 +214,6 @@ def driven_of(t: np.ndarray) -> Driven:
     """Driven bodies of the table."""
     k = _DRIVEN
     return Driven(
-        _pieces_of(t, _OF_DRIVES), integers_1d(t, k), integers_1d(t, k + 1), floats_2d(t, k + 2), integers_2d(t, k + 3),
+        pieces_at(t, _OF_DRIVES), integers_1d(t, k), integers_1d(t, k + 1), floats_2d(t, k + 2), integers_2d(t, k + 3),
         floats_2d(t, k + 4), floats_2d(t, k + 5), floats_1d(t, k + 6),
     )  # fmt: skip

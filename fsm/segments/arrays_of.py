@@ -25,6 +25,7 @@ from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import equation_kernels, pattern_arrays
 from fsm.kernels.pointers import AbsentPointer, Pointer
+from fsm.kernels.programs import table_of
 from fsm.segments.array_kernels import KERNELS
 from fsm.segments.arrays import Arrays, Loads, Segments, SpringKernels, Springs
 from fsm.segments.contact_arrays_of import ContactModel
@@ -33,7 +34,6 @@ from fsm.segments.element_cache import ElementArrays, TwoBodyGroup
 from fsm.segments.elements import BushingGroup
 from fsm.segments.loads import GravityGroup, LoadGroup
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.pieces_of import of_function, of_program, pieces_of
 from fsm.stepping.model import ArrayModel
 from fsm.system_records import Ready
 
@@ -147,9 +147,8 @@ def _springs(group: BushingGroup | None, pattern: BodyPattern, size: int) -> Spr
 def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Loads:
     if group is None:
         vectors = np.zeros((0, 3 if spatial else 2))
-        return Loads(_NONE, vectors, vectors, np.zeros((0, 3 if spatial else 1)), _NONE, _NONE, pieces_of([]))
-    programs = pieces_of([of_function(load.time) for load in group.loads])
-    return Loads(*group.arrays, group.slots(pattern), programs)
+        return Loads(_NONE, vectors, vectors, np.zeros((0, 3 if spatial else 1)), _NONE, _NONE, table_of([]))
+    return Loads(*group.arrays, group.slots(pattern), table_of([load.time for load in group.loads]))
 
 
 def _driven(system: SegmentSystem) -> Driven:
@@ -158,7 +157,7 @@ def _driven(system: SegmentSystem) -> Driven:
     rows = [[turn.motion, turn.body] for turn in turning]
     turns = [[*turn.axis, *turn.centre, *turn.arm, *turn.own] for turn in turning]
     return Driven(
-        pieces_of([of_program(motion.program) or [] for motion in motions]), *system.drives,
+        table_of([motion.program for motion in motions]), *system.drives,
         np.array(rows, dtype=np.int64).reshape(-1, 2), np.array(turns, dtype=float).reshape(-1, 12),
         np.ascontiguousarray(system.bodies.pose[system.driven]), system.scales().of_drives,
     )  # fmt: skip

@@ -34,6 +34,7 @@ from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import GravityGroup, LoadGroup, applied
 from fsm.segments.point_elements import PointGroup
 from fsm.segments.system import SegmentSystem
+from fsm.segments.time_function import time_function
 
 __all__ = ["SceneCompiler", "compile_scene"]
 
@@ -230,7 +231,7 @@ class SceneCompiler:
             chosen = [e for e in moving if e.rest_time == time]
             moment = np.array([e.rotation[1] * e.rest_turn for e in chosen])
             names = tuple(e.name for e in chosen)
-            found.append(ActuatorGroup(self._ends(chosen), self._joint_axes(chosen), moment, time, names))
+            found.append(ActuatorGroup(self._ends(chosen), self._joint_axes(chosen), moment, time_function(time), names))
         return found
 
     def _with_laws(self, elements: list[ForceElement]) -> LawGroup | None:

@@ -9,9 +9,8 @@ import numpy as np
 from fsm.errors import Fault
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
-from fsm.scene.time_program import Constant
 from fsm.segments.plan import Plan
-from fsm.segments.time_function import breaks, factor, integral
+from fsm.segments.time_function import time_function
 from fsm.shown_units import shown
 
 __all__ = ["gas_faults"]
@@ -33,15 +32,14 @@ def gas_faults(case: Case, scene: Scene, plan: Plan | None) -> Iterator[Fault]:
         return
     for number, chamber in enumerate(scene.chambers):
         gas = chamber.gas
-        key, size, supplied = "supply_mass", gas.supply_mass, factor
+        key, size, program = "supply_mass", gas.supply_mass, time_function(gas.time)
         if gas.supply_flow is not None:
-            key, size, supplied = "supply_flow", gas.supply_flow, integral
+            key, size, program = "supply_flow", gas.supply_flow, program.integral()
         if size is None:
             continue
         first = gas.at_start * chamber.volume / (gas.gas_constant * gas.temperature)
-        function = gas.time or Constant()
-        times = np.union1d(np.linspace(0.0, end, _TIMES), [t for t in breaks(function) if 0.0 < t < end])
-        mass = first + size * np.array([supplied(function, t) for t in times.tolist()])
+        times = np.union1d(np.linspace(0.0, end, _TIMES), [t for t in program.breaks() if 0.0 < t < end])
+        mass = first + size * np.array([program.at(t)[0] for t in times.tolist()])
         below = np.flatnonzero(mass < -_NO_GAS * np.abs(mass).max())
         if len(below):
             text = f"the chamber has {shown(first, 'kg')} at the start, and is empty before t = {times[below[0]]:.4g} s"

@@ -9,12 +9,13 @@ import numpy as np
 
 from fsm.interactions.applied import add_applied, add_applied_stiffness, applied_power
 from fsm.kernels.body_poses import pose_difference
+from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
 from fsm.load_names import MOMENT, force_name
-from fsm.scene.loads import PART, Constant, Load, TimeFunction
+from fsm.scene.loads import PART, Load
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.time_function import breaks, factor, peaks, slope
+from fsm.segments.time_function import time_function
 
 __all__ = ["AppliedLoad", "GravityGroup", "LoadGroup", "applied"]
 
@@ -32,7 +33,7 @@ class AppliedLoad:
     force: np.ndarray
     moment: np.ndarray
     follower: bool
-    time: TimeFunction
+    time: Program
     name: str = ""
 
     @property
@@ -48,7 +49,7 @@ class AppliedLoad:
 
     def size(self, t: float) -> float:
         """Force (N), or moment (N m) of a load without force."""
-        return factor(self.time, t) * self.full_size
+        return self.time.at(t)[0] * self.full_size
 
     def place(self, pose: np.ndarray) -> np.ndarray:
         """Place of the point of the load, m; angles of the body for a moment alone: (phi), or a quaternion in space."""
@@ -80,7 +81,7 @@ def applied(load: Load, body: int, spatial: bool) -> AppliedLoad:
     keep = [0, 1, 2] if spatial else [0, 2]
     moment = np.array(load.moment if spatial else (load.moment[1],), dtype=float)
     point, force = np.array(load.point, dtype=float)[keep], np.array(load.force, dtype=float)[keep]
-    return AppliedLoad(body, point, force, moment, load.follower, load.time or Constant(), load.called)
+    return AppliedLoad(body, point, force, moment, load.follower, time_function(load.time), load.called)
 
 
 @dataclass(frozen=True)
@@ -91,11 +92,11 @@ class LoadGroup(Group):
 
     def break_times(self) -> set[float]:
         """Times at which a time function is not smooth, s."""
-        return {time for load in self.loads for time in breaks(load.time)}
+        return {time for load in self.loads for time in load.time.breaks()}
 
     def peak_times(self) -> set[float]:
         """See `Group`."""
-        return {time for load in self.loads for time in peaks(load.time)}
+        return {time for load in self.loads for time in load.time.peaks()}
 
     @cached_property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -106,7 +107,7 @@ class LoadGroup(Group):
         return np.array([load.body for load in loads], dtype=np.int64), point, force, moment, follower
 
     def _factors(self, t: float) -> np.ndarray:
-        return np.array([factor(load.time, t) for load in self.loads])
+        return np.array([load.time.at(t)[0] for load in self.loads])
 
     def slots(self, pattern: BodyPattern) -> np.ndarray:
         """Positions of the diagonal blocks of the bodies of all loads; -1 for bodies without degrees of freedom."""
@@ -136,7 +137,7 @@ class LoadGroup(Group):
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`."""
-        add_applied(poses, *self.arrays, np.array([slope(load.time, t) for load in self.loads]), force_rate)
+        add_applied(poses, *self.arrays, np.array([load.time.at(t)[1] for load in self.loads]), force_rate)
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None

@@ -26,9 +26,9 @@ from fsm.scene.start import start_of
 from fsm.scene.step_items import DrivePart, drive_parts, loads_of
 from fsm.scene.steps import Kind, Step
 from fsm.scene.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
-from fsm.segments.drive import Parts, Program, program_of
+from fsm.segments.drive import Travel, parts, program_of
 from fsm.segments.in_python import COMPILED, InPython, parts_in_python
-from fsm.segments.time_function import factor
+from fsm.segments.time_function import time_function
 
 __all__ = ["ALL", "Plan", "PlannedStep", "plan_of", "plan_warnings"]
 
@@ -98,7 +98,7 @@ class Plan:
     """
 
     steps: tuple[PlannedStep, ...]
-    programs: tuple[Program, ...]
+    programs: tuple[Travel, ...]
     written: bool
 
     def name_for_joints(self, number: int) -> str:
@@ -236,7 +236,7 @@ class _Planner:
         self.faults: list[Fault] = []
         self.drives = drive_parts(case)
         self.targets = max((part.target for part in self.drives), default=-1) + 1
-        self.parts: list[list[tuple[float, float, Program]]] = [[] for _ in range(self.targets)]
+        self.parts: list[list[tuple[float, float, Travel]]] = [[] for _ in range(self.targets)]
         self.massless = {body.name for body in scene.bodies if _weightless(body)}
         self.acting = [self._is_line(k) for k in range(self.targets)]
         self.started = [False] * self.targets
@@ -261,8 +261,8 @@ class _Planner:
             steps.insert(0, _relaxing(steps[0]))
         return Plan(tuple(steps), self._programs(), True)
 
-    def _programs(self) -> tuple[Program, ...]:
-        return tuple(Parts(tuple(parts)) for parts in self.parts)
+    def _programs(self) -> tuple[Travel, ...]:
+        return tuple(parts(one) for one in self.parts)
 
     def _is_line(self, target: int) -> bool:
         """Whether a target is a line of a strip or a place of a sheet, whose body has no mass and rests before its first
@@ -314,7 +314,8 @@ class _Planner:
             return
         ends = (planned.start, planned.end)
         times = np.linspace(*ends, 11)
-        grows = any(len({factor(load.time, float(t)) for t in times}) > 1 for load in planned.loads if load.time is not None)
+        factors = (time_function(load.time) for load in planned.loads)
+        grows = any(len({factor.at(t)[0] for t in times.tolist()}) > 1 for factor in factors)
         if not (grows or self._moves(*ends)):
             text = '"arc-length" needs a load or a drive that changes over the step; add a load or a drive, or use "static"'
             self.faults.append(Fault(f"step.{number}.solve.method", text))
@@ -448,12 +449,12 @@ class _Planner:
         near = [at for program in self._programs() for at in program.breaks() if abs(at - t) <= _ROUNDING * t]
         return near[0] if near else t
 
-    def _program(self, part: DrivePart) -> Program:
+    def _program(self, part: DrivePart) -> Travel:
         try:
             return program_of(part.drive, part.path)
         except CaseError as error:
             self.faults += [fault for fault in error.faults if fault not in self.faults]
-            return Parts(())
+            return parts(())
 
     def _drive(self, begun: list[DrivePart], start: float) -> None:
         seen: set[int] = set()
@@ -493,7 +494,7 @@ class _Planner:
             if acting not in let_go and acting.name not in named:
                 kept.append(acting)
             elif step.kind == "static":
-                now = factor(acting.function, start)
+                now = time_function(acting.function).at(start)[0]
                 kept.append(replace(acting, ends=True, function=_ramp(start, end, now, 0.0)))
         first = step is self.case.step[0]
         for load in new:

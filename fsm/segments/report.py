@@ -22,7 +22,7 @@ from fsm.scene.start import start_of
 from fsm.scene.step_items import loads_of, with_paths_of_steps
 from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
-from fsm.segments.drive import PrescribedMotion, RunUp
+from fsm.segments.drive import PrescribedMotion, run_up_of
 from fsm.segments.gas_checks import gas_faults
 from fsm.segments.in_python import cost_in_python
 from fsm.segments.plan import PlannedStep, plan_of, plan_warnings
@@ -214,12 +214,11 @@ def _motion(drive: Drive, motion: PrescribedMotion) -> str:
     else:
         how = f"moves along ({', '.join(f'{x:.4g}' for x in motion.direction)})"
         size, pace = shown(motion.travel, "m"), shown(drive.fastest, "m/s")
-    if isinstance(motion.program, RunUp):
-        run_up = f"run-up {shown(motion.program.run_up, 'm')}, " if drive.turn is None else ""
+    if drive.time is None:
+        run_up = f"run-up {shown(run_up_of(drive), 'm')}, " if drive.turn is None else ""
         name = "travel" if drive.turn is None else "turn"
         return f"{how} at {pace}: {run_up}{name} {size}"
-    kind = "" if drive.time is None else drive.time.kind
-    return f"{how} as a {kind}: total path {size}, at most {pace}"
+    return f"{how} as a {drive.time.kind}: total path {size}, at most {pace}"
 
 
 def _loads(view: CheckContext) -> Iterator[str]:

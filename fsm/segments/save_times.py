@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.scene.record_count import record_count
 from fsm.scene.solve import Save
-from fsm.segments.drive import Program
+from fsm.segments.drive import Travel
 
 __all__ = ["save_times"]
 
@@ -16,7 +16,7 @@ _INTERVALS = 200
 """Number of intervals between the records of a step whose spacing is not given."""
 
 
-def save_times(save: Save, program: Program | None, end: float, start: float = 0.0) -> list[float]:
+def save_times(save: Save, program: Travel | None, end: float, start: float = 0.0) -> list[float]:
     """Times (s) at which a step saves states; its first and its last time are always included.
 
     Parameters

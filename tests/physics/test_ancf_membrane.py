@@ -13,7 +13,7 @@ from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Loading, SupportMotion
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Ramp
+from fsm.kernels.programs import ramp
 from fsm.pretension import tensioned
 from fsm.solve.modal import modes
 from fsm.solve.run_io import SavedState
@@ -34,7 +34,7 @@ def stretched(n: int, material: FilmMaterial = FILM, air: float = 0.0) -> tuple[
     mesh = builder.build()
     plane = np.concatenate([edge, edge + 1])
     middle = np.where(plane % 9 < 2, 0.5 * SIDE, 0.0)
-    motion = SupportMotion(plane, STRAIN * (mesh.coordinates[plane] - middle), Ramp())
+    motion = SupportMotion(plane, STRAIN * (mesh.coordinates[plane] - middle), ramp())
     return tensioned(AncfSystem(mesh, Loading(motions=(motion,))), plane), grid
 
 

@@ -10,8 +10,8 @@ from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_state import tension_state
-from fsm.ancf.time_functions import Ramp
 from fsm.ancf.wrinkle import strip_wrinkles
+from fsm.kernels.programs import ramp
 from fsm.pretension import settled, tensioned
 from fsm.solve.newton import negative_pivots
 from validation.membrane.strip import FILM, HEIGHT, SHEAR, sheared_strip, wrinkled_strip
@@ -61,7 +61,7 @@ def corner_pulled(tension: float, tension_field: bool) -> AncfSystem:
     pull = np.zeros(len(mesh.coordinates))
     for end, way in zip(ends, ways, strict=True):
         pull[end : end + 3] += tension * way
-    system = AncfSystem(mesh, Loading((Forcing(pull, Ramp()),)))
+    system = AncfSystem(mesh, Loading((Forcing(pull, ramp()),)))
     held = (np.array(ends)[:, None] + np.arange(3)).ravel()
     return tensioned(system, held, steps=4, settle=tension_field)
 

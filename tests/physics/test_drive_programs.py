@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import NotConverged
-from fsm.segments.drive import RunUp
+from fsm.segments.drive import run_up
 from tests.physics.test_steps import BLOCK, run
 
 HEAD = """
@@ -70,8 +70,8 @@ def test_a_failed_step_of_a_turn_states_an_angle(tmp_path: Path, method: str) ->
     assert found is not None, caught.value
     t, turn, travel = map(float, found.groups()[:3])
     end = math.radians(100.0)
-    assert math.radians(turn) == pytest.approx(RunUp(1.0, end, 0.01 * end).at(t)[0], rel=1e-3)
-    assert travel * {"mm": 1e-3, "nm": 1e-9}[found[4]] == pytest.approx(RunUp(0.5, 1.0, 0.01).at(t)[0], rel=1e-3)
+    assert math.radians(turn) == pytest.approx(run_up(1.0, end, 0.01 * end).at(t)[0], rel=1e-3)
+    assert travel * {"mm": 1e-3, "nm": 1e-9}[found[4]] == pytest.approx(run_up(0.5, 1.0, 0.01).at(t)[0], rel=1e-3)
 
 
 def test_a_cycle_of_a_linear_spring_returns_to_zero_energy(tmp_path: Path) -> None:

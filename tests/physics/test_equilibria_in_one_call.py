@@ -8,8 +8,8 @@ import pytest
 from fsm.ancf.build import CableMaterial, MeshBuilder
 from fsm.ancf.loading import Forcing, Loading, SupportMotion, point_force
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Ramp
 from fsm.errors import NotConverged
+from fsm.kernels.programs import ramp
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import equilibrium
 
@@ -26,8 +26,8 @@ def cantilever(held: bool = True, moved: bool = False, load: float = 40.0, weigh
     mesh = builder.build()
     tip = int(line[-1, 0])
     force = point_force(len(mesh.coordinates), int(line[3, 0]), np.array([0.0, load, -load]))
-    motion = SupportMotion(tip + np.arange(2), np.array([-0.2, 0.1]), Ramp())
-    return AncfSystem(mesh, Loading((Forcing(force, Ramp()),), (motion,) if moved else (), (0.0, 0.0, -weight)))
+    motion = SupportMotion(tip + np.arange(2), np.array([-0.2, 0.1]), ramp())
+    return AncfSystem(mesh, Loading((Forcing(force, ramp()),), (motion,) if moved else (), (0.0, 0.0, -weight)))
 
 
 def in_python(system: AncfSystem) -> AncfSystem:

@@ -18,8 +18,7 @@ from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.loading import Forcing, Loading, SupportMotion, point_force
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_field import MOVING
-from fsm.ancf.time_functions import Constant, HalfSine, Rectangle, SampledPulse
-from fsm.ancf.time_functions import Ramp as LinearRamp
+from fsm.kernels.programs import CONSTANT, half_sine, ramp, rectangle, sampled
 from fsm.scene.builders.lattice import build_lattice
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
@@ -133,10 +132,10 @@ def cables(viscosity: float, pulsed: bool, moved: bool, **options: bool) -> Ancf
     assert isinstance(group, CableGroup)
     mesh = replace(mesh, groups=(replace(group, viscosity=viscosity, **options),))
     tip, count = int(line[-1, 0]), len(mesh.coordinates)
-    functions = [HalfSine(4e-3, 1e-3), Rectangle(0.01), SampledPulse((1e-3, 3e-3, 0.02), (0.5, 1.0, -1.0)), Constant(0.2)]
+    functions = [half_sine(4e-3, 1e-3), rectangle(0.01), sampled((1e-3, 3e-3, 0.02), (0.5, 1.0, -1.0)), CONSTANT.scaled(0.2)]
     forces = [point_force(count, tip, 0.1 * np.eye(3)[k % 3]) for k in range(4)]
     forcings = tuple(Forcing(*pair) for pair in zip(forces, functions, strict=True)) if pulsed else ()
-    motion = SupportMotion(tip + np.array([0, 2]), np.array([3e-3, 4e-3]), LinearRamp(0.015, 2e-3))
+    motion = SupportMotion(tip + np.array([0, 2]), np.array([3e-3, 4e-3]), ramp(0.015, 2e-3))
     damping = 1.0 if pulsed else 0.0
     return AncfSystem(mesh, Loading(forcings, (motion,) if moved else (), (0.0, 1.0, -9.81), damping))
 
@@ -151,8 +150,8 @@ def films(viscosity: float, tension_field: bool) -> AncfSystem:
     builder.hold(grid.edge("left"))
     mesh = builder.build()
     count, moved = len(mesh.coordinates), grid.edge("right") + 2
-    forcing = Forcing(point_force(count, int(grid.position[1, 1]), np.array([0.0, 0.1, 0.2])), HalfSine(4e-3, 1e-3))
-    motion = SupportMotion(moved, np.full(len(moved), 1e-3), LinearRamp(0.015, 2e-3))
+    forcing = Forcing(point_force(count, int(grid.position[1, 1]), np.array([0.0, 0.1, 0.2])), half_sine(4e-3, 1e-3))
+    motion = SupportMotion(moved, np.full(len(moved), 1e-3), ramp(0.015, 2e-3))
     system = AncfSystem(mesh, Loading((forcing,), (motion,), (0.0, 0.0, -9.81), 1.0))
     for group in mesh.groups:
         if isinstance(group, MembraneGroup):

@@ -14,7 +14,8 @@ from fsm.results.store import read_solution
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
 from fsm.scene.time_program import Cycle, Ramp
-from fsm.segments.drive import Parts, RunUp, Timed
+from fsm.segments.drive import Travel, parts, run_up
+from fsm.segments.time_function import time_function
 
 MASS, STIFFNESS = 2.0, 300.0
 BLOCK = f"""
@@ -155,14 +156,17 @@ def test_a_late_motion_is_judged_after_a_tenth_of_its_step(tmp_path: Path) -> No
 
 
 def test_the_distance_of_a_short_program_late_in_a_run_is_exact() -> None:
-    cycle = Timed(Cycle(kind="cycle", period=0.01, cycles=5, form="alternating"), 0.002)
-    ramp = Timed(Ramp(kind="ramp", end=0.05), 0.03)
-    parts = Parts(((0.0, 1.0, RunUp(0.01, 0.02, 0.0002)), (5000.0, 1.0, cycle), (9000.0, -1.0, ramp)))
-    assert parts.travel == pytest.approx(0.02 + 5 * 4 * 0.002 + 0.03, rel=1e-9)
-    assert parts.gone(5000.025) == pytest.approx(0.02 + 10 * 0.002, rel=1e-9)
-    assert parts.speed == pytest.approx(0.002 * 2.0 * math.pi / 0.01, rel=1e-6)
-    assert parts.time_of(parts.gone(5000.0) + 0.002) == pytest.approx(5000.0025, abs=1e-9)
-    turns = np.array([t for t in parts.reversals() if 5000.0 < t < 5000.05])
+    def timed(function: Cycle | Ramp, amount: float) -> Travel:
+        return Travel(time_function(function).scaled(amount).pieces)
+
+    cycle = timed(Cycle(kind="cycle", period=0.01, cycles=5, form="alternating"), 0.002)
+    ramp = timed(Ramp(kind="ramp", end=0.05), 0.03)
+    whole = parts([(0.0, 1.0, run_up(0.01, 0.02, 0.0002)), (5000.0, 1.0, cycle), (9000.0, -1.0, ramp)])
+    assert whole.travel == pytest.approx(0.02 + 5 * 4 * 0.002 + 0.03, rel=1e-9)
+    assert whole.gone(5000.025) == pytest.approx(0.02 + 10 * 0.002, rel=1e-9)
+    assert whole.speed == pytest.approx(0.002 * 2.0 * math.pi / 0.01, rel=1e-6)
+    assert whole.time_of(whole.gone(5000.0) + 0.002) == pytest.approx(5000.0025, abs=1e-9)
+    turns = np.array([t for t in whole.reversals() if 5000.0 < t < 5000.05])
     np.testing.assert_allclose(turns, 5000.0025 + 0.005 * np.arange(10), atol=1e-9)
-    many = Timed(Cycle(kind="cycle", period=0.001, cycles=4000, form="alternating"), 0.002)
+    many = timed(Cycle(kind="cycle", period=0.001, cycles=4000, form="alternating"), 0.002)
     assert many.travel == pytest.approx(4000 * 4 * 0.002, rel=1e-9)

@@ -13,7 +13,7 @@ from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.loading import Loading, SupportMotion
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_field import REMAINDER, SLACK, TAUT, WRINKLED
-from fsm.ancf.time_functions import HalfSine, Ramp, Rectangle, SampledPulse
+from fsm.kernels.programs import Program, half_sine, ramp, rectangle, sampled
 
 FILM = FilmMaterial(2.5e9, 0.34, 1420.0, 2e-4)
 PATCH = FilmMaterial(7e10, 0.3, 2700.0, 1e-3)
@@ -172,7 +172,7 @@ def test_prescribed_motion_moves_what_it_names_and_tells_its_force() -> None:
     made, grid = builder()
     made.hold(grid.edge("left"))
     right = grid.position[-1]
-    motion = SupportMotion(right, np.full(len(right), 1e-4), Ramp(2.0))
+    motion = SupportMotion(right, np.full(len(right), 1e-4), ramp(2.0))
     system = AncfSystem(made.build(), Loading(motions=(motion,)))
     q, _ = system.initial()
     here, rates = system.place(1.0, q, np.zeros(system.nu))
@@ -235,11 +235,11 @@ def test_states_of_a_tension_field() -> None:
 @pytest.mark.parametrize(
     ("pulse", "area"),
     [
-        (HalfSine(0.01), 0.02 / np.pi), (Rectangle(0.004), 0.004),
-        (SampledPulse((0.0, 0.001, 0.005), (0.0, 1.0, 0.0)), 0.0025),
+        (half_sine(0.01), 0.02 / np.pi), (rectangle(0.004), 0.004),
+        (sampled((0.0, 0.001, 0.005), (0.0, 1.0, 0.0)), 0.0025),
     ],
 )
-def test_pulses(pulse: HalfSine | Rectangle | SampledPulse, area: float) -> None:
+def test_pulses(pulse: Program, area: float) -> None:
     times = np.linspace(-0.002, 0.02, 22001)
     values = np.array([pulse.at(float(t))[0] for t in times])
     assert np.trapezoid(values, times) == pytest.approx(area, rel=1e-3)

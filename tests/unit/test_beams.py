@@ -13,7 +13,7 @@ from fsm.ancf.beam_shape import beam_rows, beam_shape
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Ramp
+from fsm.kernels.programs import ramp
 from fsm.solve.newton import equilibrium
 
 STEEL = BarMaterial(2e11, 0.3, 7850.0, 0.02, 0.01, damping=1e-3)
@@ -157,7 +157,7 @@ def test_a_bent_bar_carries_its_moment_around_the_bend(element):
     )  # fmt: skip
     load = np.zeros(values.size)
     load[bar.positions[-1] + 1] = -force
-    system = AncfSystem(whole, Loading((Forcing(load, Ramp()),)))
+    system = AncfSystem(whole, Loading((Forcing(load, ramp()),)))
     q = equilibrium(system, system.initial()[0], np.array([0.0, 1.0]))
     strains = group.strained(q).strain
     axial = strains[..., 0] if element == "section" else 0.5 * (strains[:, 0::2, 0] + strains[:, 1::2, 0])

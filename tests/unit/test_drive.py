@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.load_case import load_case
-from fsm.segments.drive import RunUp
+from fsm.segments.drive import Travel, run_up
 
 
-def motion(speed: float = 0.002, travel: float = 0.15, run_up: float = 0.003) -> RunUp:
-    return RunUp(speed, travel, run_up)
+def motion(speed: float = 0.002, travel: float = 0.15, over: float = 0.003) -> Travel:
+    return run_up(speed, travel, over)
 
 
 def test_rates_are_derivatives() -> None:
     m, h = motion(), 1e-4
     for t in np.linspace(0.01, m.end_time - 0.01, 300):
-        if abs(t - m.run_up_time) < 2 * h:
+        if abs(t - m.breaks()[1]) < 2 * h:
             continue
         ahead, behind = m.at(t + h), m.at(t - h)
         _, speed, acceleration = m.at(t)
@@ -32,24 +32,26 @@ def test_rates_are_derivatives() -> None:
 def test_run_up_is_smooth() -> None:
     """Travel, speed and acceleration meet at the start and at the end of the run-up."""
     m = motion()
+    start = m.breaks()[1]
+    assert start == 3.0
     assert m.at(0.0) == (0.0, 0.0, 0.0)
     assert m.at(-1.0) == (0.0, 0.0, 0.0)
-    np.testing.assert_allclose(m.at(m.run_up_time * (1 - 1e-10)), m.at(m.run_up_time), atol=1e-11)
-    assert m.at(m.run_up_time)[0] == pytest.approx(m.run_up, rel=1e-14)
-    assert m.at(m.run_up_time)[1] == m.speed
+    np.testing.assert_allclose(m.at(start * (1 - 1e-10)), m.at(start), atol=1e-11)
+    assert m.at(start)[0] == pytest.approx(0.003, rel=1e-14)
+    assert m.at(start)[1] == m.speed == 0.002
 
 
 def test_ends_at_the_travel_and_stays() -> None:
     m = motion()
-    assert m.at(m.end_time)[0] == pytest.approx(m.travel, rel=1e-14)
-    assert m.at(m.end_time + 5.0) == (m.travel, 0.0, 0.0)
+    assert m.at(m.end_time)[0] == pytest.approx(0.15, rel=1e-14)
+    assert m.at(m.end_time + 5.0) == (0.15, 0.0, 0.0)
 
 
 @given(
-    share=st.floats(0, 1), run_up=st.floats(0, 1), speed=st.floats(1e-4, 1.0), travel=st.floats(1e-4, 1.0)
+    share=st.floats(0, 1), over=st.floats(0, 1), speed=st.floats(1e-4, 1.0), travel=st.floats(1e-4, 1.0)
 )
-def test_time_of_inverts_travel(share: float, run_up: float, speed: float, travel: float) -> None:
-    m = motion(speed, travel, run_up * travel)
+def test_time_of_inverts_travel(share: float, over: float, speed: float, travel: float) -> None:
+    m = motion(speed, travel, over * travel)
     wanted = share * travel
     t = m.time_of(wanted)
     assert 0.0 <= t <= m.end_time * (1 + 1e-12)
@@ -62,7 +64,7 @@ def test_time_of_more_than_the_travel_is_the_end() -> None:
 
 
 def test_without_run_up_the_speed_is_there_at_once() -> None:
-    m = motion(run_up=0.0)
+    m = motion(over=0.0)
     assert m.at(0.0) == (0.0, m.speed, 0.0)
     assert m.end_time == pytest.approx(m.travel / m.speed)
 

@@ -12,11 +12,11 @@ from fsm.ancf.build import MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Loading, SupportMotion
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Ramp
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import fill_in
 from fsm.kernels.fronts import Supernodes, count_negative_pivots, factorise_fronts, solve_by_fronts, solve_columns
+from fsm.kernels.programs import ramp
 from fsm.segments.pattern import body_pattern
 from fsm.solve import linear
 from fsm.solve.linear import LinearSolver
@@ -93,7 +93,7 @@ def pulled(cells: int) -> AncfSystem:
     builder.hold(edge, (2,))
     mesh = builder.build()
     plane = np.concatenate([edge, edge + 1])
-    motion = SupportMotion(plane, 1e-3 * (mesh.coordinates[plane] - np.where(plane % 9 < 2, 0.15, 0.0)), Ramp())
+    motion = SupportMotion(plane, 1e-3 * (mesh.coordinates[plane] - np.where(plane % 9 < 2, 0.15, 0.0)), ramp())
     return AncfSystem(mesh, Loading(motions=(motion,)))
 
 

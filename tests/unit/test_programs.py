@@ -1,4 +1,4 @@
-"""Programs of drives and loads over time: derivatives, tables from files, and one clear line for each mistake."""
+"""Programs of drives and loads over time: tables from files, and one clear line for each mistake."""
 
 from __future__ import annotations
 
@@ -9,52 +9,8 @@ import pytest
 
 from fsm.errors import CaseError
 from fsm.scene.load_case import load_case
-from fsm.scene.loads import Cycle, Ramp, Table, TimeFunction
-from fsm.scene.time_program import steepest
-from fsm.segments.drive import Parts, RunUp, Timed
 from fsm.segments.report import describe
-from fsm.segments.time_function import curvature, factor, slope
 from tests.scene_text import bodies, spring
-
-TABLE = Table(kind="table", time=(1.0, 2.0, 4.0, 5.0), value=(0.0, 1.0, -1.0, 0.5), interpolation="smooth")
-FUNCTIONS = (
-    Ramp(kind="ramp", start=1.0, end=3.0),
-    Ramp(kind="ramp", start=1.0, end=3.0, shape="linear"),
-    Ramp(kind="ramp", start=1.0, end=3.0, shape="unbounded"),
-    TABLE,
-    TABLE.model_copy(update={"interpolation": "linear"}),
-    Cycle(kind="cycle", period=2.0, start=0.5, cycles=2.5),
-    Cycle(kind="cycle", period=2.0, form="alternating"),
-)
-
-
-@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f"{f.kind} {getattr(f, 'interpolation', '')}")
-def test_slope_and_curvature_are_derivatives(function: TimeFunction) -> None:
-    h = 1e-5
-    for t in np.arange(0.0137, 6.0, 0.05):
-        assert slope(function, t) == pytest.approx((factor(function, t + h) - factor(function, t - h)) / (2 * h), abs=1e-7)
-        assert curvature(function, t) == pytest.approx((slope(function, t + h) - slope(function, t - h)) / (2 * h), abs=1e-4)
-        assert abs(slope(function, t)) <= steepest(function) * (1 + 1e-12)
-
-
-def test_a_smooth_table_meets_its_rows_without_overshoot_and_rests_at_its_ends() -> None:
-    assert [factor(TABLE, t) for t in (1.0, 2.0, 4.0, 5.0, 9.0)] == pytest.approx([0.0, 1.0, -1.0, 0.5, 0.5])
-    values = [factor(TABLE, t) for t in np.linspace(0.0, 6.0, 500)]
-    assert max(values) <= 1.0 and min(values) >= -1.0
-    assert slope(TABLE, 1.0) == slope(TABLE, 5.0) == 0.0
-
-
-def test_parts_go_on_from_where_the_one_before_came_to() -> None:
-    there, back = RunUp(2.0, 0.5, 0.1), RunUp(1.0, 0.3, 0.05)
-    both = Parts(((1.0, 1.0, there), (3.0, -1.0, back)))
-    assert both.at(0.5)[0] == 0.0
-    assert both.at(2.9) == (0.5, 0.0, 0.0)
-    assert both.at(3.0 + back.end_time)[0] == pytest.approx(0.2)
-    assert both.at(3.2)[1] < 0.0
-    assert both.travel == pytest.approx(0.8)
-    assert both.time_of(0.5 + 0.15) == pytest.approx(3.0 + back.time_of(0.15), rel=1e-5)
-    assert Timed(Cycle(kind="cycle", period=1.0, cycles=2), 0.1).travel == pytest.approx(0.4)
-
 
 ARM = bodies(arm=1.0, hand=1.0) + spring("spring", "arm", "hand", 100.0)
 

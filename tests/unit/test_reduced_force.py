@@ -12,7 +12,7 @@ from fsm.ancf.build import MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading, SupportMotion
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import HalfSine, Ramp
+from fsm.kernels.programs import half_sine, ramp
 from fsm.pretension import tensioned
 from fsm.solve.modal import modes
 
@@ -27,11 +27,11 @@ def struck(force: float) -> AncfSystem:
     mesh = builder.build()
     plane = np.concatenate([edge, edge + 1])
     middle = np.where(plane % 9 < 2, 0.15, 0.0)
-    motion = SupportMotion(plane, 1e-3 * (mesh.coordinates[plane] - middle), Ramp())
+    motion = SupportMotion(plane, 1e-3 * (mesh.coordinates[plane] - middle), ramp())
     film = tensioned(AncfSystem(mesh, Loading(motions=(motion,))), plane)
     load = np.zeros(film.nq)
     load[int(grid.nearest(0.15, 0.15)) + 2] = force
-    return AncfSystem(film.mesh, Loading((Forcing(load, HalfSine(1e-3)),)), film.start)
+    return AncfSystem(film.mesh, Loading((Forcing(load, half_sine(1e-3)),)), film.start)
 
 
 def test_modes_within_the_film_do_not_add_to_the_error() -> None:

@@ -81,7 +81,7 @@ def test_steps_from_anywhere_end_the_same(spatial, damping, monkeypatch):
     of_kernel = kept(monkeypatch)
     system, other = system_of(spatial, damping), system_of(spatial, damping, in_one_call=False)
     rng, (q, _) = np.random.default_rng(3), system.initial()
-    span, run_up = system.scales().span, system.motions[0].program.run_up_time
+    span, run_up = system.scales().span, system.motions[0].program.breaks()[1]
     endings, iterations, reached = set(), set(), False
     for _ in range(400):
         t = run_up * rng.uniform(0.0, 2.0)

@@ -15,7 +15,7 @@ from fsm.ancf.group import MassPart
 from fsm.ancf.loading import Forcing, Loading, SupportMotion, point_force
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Ramp
+from fsm.kernels.programs import ramp
 from fsm.solve.modal import modes
 from fsm.solve.newton import equilibrium
 from fsm.solve.run_io import SavedState
@@ -50,7 +50,7 @@ def cable_cantilever(elements: int, engineering: bool = True, load: float = 3.0,
     """Tip displacement (along, down), m, under F = load E I/L^2."""
     mesh, tip = clamped_beam(elements, engineering, width)
     force = point_force(len(mesh.coordinates), tip, np.array([0, 0, -load * YOUNG * width**4 / 12 / LENGTH**2]))
-    system = AncfSystem(mesh, Loading((Forcing(force, Ramp()),)))
+    system = AncfSystem(mesh, Loading((Forcing(force, ramp()),)))
     q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, 9))
     return np.asarray(q[[tip, tip + 2]] - mesh.coordinates[[tip, tip + 2]])
 
@@ -128,7 +128,7 @@ def string_ratio(ratio: float, elements: int = 8) -> float:
     thin = [group for group in mesh.groups if isinstance(group, CableGroup)]
     mesh = replace(mesh, groups=tuple(replace(group, bending=1e-6 * group.bending) for group in thin))  # a string
     end = right[-1:, 0]
-    pulled = AncfSystem(mesh, Loading(motions=(SupportMotion(end, np.array([strain * length]), Ramp()),)))
+    pulled = AncfSystem(mesh, Loading(motions=(SupportMotion(end, np.array([strain * length]), ramp()),)))
     q = pulled.place(1.0, equilibrium(pulled, pulled.initial()[0], np.array([0.0, 1.0])), None)[0]
     held = pulled.held(q, end)
     first = modes(held, 0.0, held.start, 2).frequencies[0]
@@ -174,7 +174,7 @@ def deep_cantilever(
     )  # fmt: skip
     load = np.zeros(values.size)
     load[bar.positions[-1] + 1] = -force
-    system = AncfSystem(whole, Loading((Forcing(load, Ramp()),)))
+    system = AncfSystem(whole, Loading((Forcing(load, ramp()),)))
     q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, steps + 1))
     return np.asarray(q[bar.positions[-1] + np.arange(2)] - [length, 0.0])
 

@@ -11,7 +11,7 @@ from fsm.ancf.build import FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Loading, SupportMotion
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Ramp
+from fsm.kernels.programs import ramp
 from fsm.pretension import tensioned
 from fsm.solve.modal import modes
 
@@ -31,7 +31,7 @@ def pulled_film(n: int) -> tuple[AncfSystem, np.ndarray, FilmGrid]:
     mesh = builder.build()
     plane = np.concatenate([edge, edge + 1])
     middle = np.where(plane % 9 < 2, 0.5 * SIDE, 0.0)
-    motion = SupportMotion(plane, STRAIN * (mesh.coordinates[plane] - middle), Ramp())
+    motion = SupportMotion(plane, STRAIN * (mesh.coordinates[plane] - middle), ramp())
     return AncfSystem(mesh, Loading(motions=(motion,))), plane, grid
 
 

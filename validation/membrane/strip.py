@@ -17,8 +17,8 @@ from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.loading import Loading, SupportMotion
 from fsm.ancf.shape import cable_shape
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Ramp
 from fsm.ancf.wrinkle import lifted, strip_wrinkles
+from fsm.kernels.programs import ramp
 from fsm.pretension import settled
 from fsm.solve.relax import relaxed
 
@@ -72,7 +72,7 @@ def sheared_strip(length: float, cell: float, tension_field: bool) -> tuple[Ancf
     start[:, 1] += PULL * part
     start[:, 6] += SHEAR / HEIGHT
     start[:, 7] += PULL / HEIGHT
-    system = AncfSystem(mesh, Loading(motions=(SupportMotion(moved, way, Ramp()),)), mesh.coordinates)
+    system = AncfSystem(mesh, Loading(motions=(SupportMotion(moved, way, ramp()),)), mesh.coordinates)
     free = ~system.fixed
     system.start[free] = start.ravel()[free]
     return system, grid

@@ -124,9 +124,9 @@ STRIPS = (
     Mutant(
         "drive at half its speed in the run-up",
         "fsm/segments/drive.py",
-        "self.speed * x * x * (3.0 - 2.0 * x)",
-        "0.5 * self.speed * x * x * (3.0 - 2.0 * x)",
-        unit_test("drive", "test_rates_are_derivatives"),
+        "(0.0, 0.0, 0.0, speed / start**2, -0.5 * speed / start**3)",
+        "(0.0, 0.0, 0.0, 0.5 * speed / start**2, -0.25 * speed / start**3)",
+        unit_test("drive", "test_run_up_is_smooth"),
     ),
     Mutant(
         "drive reaction lost by a factor of two",
@@ -138,8 +138,8 @@ STRIPS = (
     Mutant(
         "ramp of a load not smooth",
         "fsm/segments/time_function.py",
-        "else x * x * (3.0 - 2.0 * x)",
-        "else x",
+        "else (0.0, 0.0, 3.0 / length**2, -2.0 / length**3)",
+        "else (0.0, 1.0 / length)",
         unit_test("time_function", "test_ramp_is_zero_then_smooth_then_one"),
     ),
 )

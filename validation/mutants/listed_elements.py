@@ -121,9 +121,9 @@ FILMS = (
     ),
     Mutant(
         "area of a half-sine pulse",
-        "fsm/ancf/time_functions.py",
-        "0.0, 0.0, 0.0, 0.0, 0.0, 1.0, math.pi / self.duration",
-        "0.0, 0.0, 0.0, 0.0, 0.0, 0.9, math.pi / self.duration",
+        "fsm/kernels/programs.py",
+        "(1.0, math.pi / duration, 0.0)",
+        "(0.9, math.pi / duration, 0.0)",
         unit_test("ancf_elements", "test_pulses"),
     ),
 )

@@ -14,7 +14,7 @@ from fsm.analyses.reduced import reduced_model
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.ancf.loading import Forcing
 from fsm.ancf.reduced import ReducedModel
-from fsm.ancf.time_functions import HalfSine
+from fsm.kernels.programs import half_sine
 from fsm.scene.load_case import load_case
 from validation.papers.film import BIN, FOLDER
 
@@ -44,7 +44,7 @@ def frequencies(air: float, patch: float) -> tuple[list[float], list[float]]:
 def amplitudes(of: VibrationAnalysis, model: ReducedModel, pulse: float) -> np.ndarray:
     """Largest normal displacement of centre and patch after a pulse (s) in the middle."""
     point, start = of.film.point(0.0, 0.0), of.film.mesh.coordinates
-    forcing = Forcing(point.load(len(start), 0.2 * point.axes(start)[2]), HalfSine(pulse))
+    forcing = Forcing(point.load(len(start), 0.2 * point.axes(start)[2]), half_sine(pulse))
     response = model.respond(pulse + 0.15, min(2e-4, pulse / 50.0), (forcing,))
     moved = np.array([of.probes(model.coordinates(a))[:2, 2] for a in response.amplitude[::2]])
     return np.abs(moved).max(axis=0)

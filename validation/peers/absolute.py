@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.ancf.loading import Forcing, Loading, point_force
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.time_functions import Ramp
+from fsm.kernels.programs import ramp
 from fsm.solve.modal import modes
 from fsm.solve.newton import equilibrium
 from fsm.solve.run_io import SavedState
@@ -95,7 +95,7 @@ def cantilever() -> PeerCase:
     def fsm(elements: int, steps: int, tolerance: float) -> Callable[[], tuple[float, float]]:
         mesh, tip = clamped_beam(elements)
         force = point_force(len(mesh.coordinates), tip, np.array([0.0, 0.0, -3.0 * YOUNG * INERTIA / LENGTH**2]))
-        system = AncfSystem(mesh, Loading((Forcing(force, Ramp()),)))
+        system = AncfSystem(mesh, Loading((Forcing(force, ramp()),)))
 
         def solve() -> tuple[float, float]:
             start = system.initial()[0]
