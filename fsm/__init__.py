@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     from fsm.scene.obstacle import Obstacle
     from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
     from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-    from fsm.scene.sheet import BarsOfSheet, Sheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
+    from fsm.scene.sheet import Sheet
+    from fsm.scene.sheet_parts import BarsOfSheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
     from fsm.scene.solve import Save, Solve
     from fsm.scene.steps import Step
     from fsm.scene.table import TableCase, load_table
@@ -77,7 +78,8 @@ _MODULES = {
     "fsm.scene.obstacle": ("Obstacle",),
     "fsm.scene.scene": ("Body", "ContactPair", "ForceElement", "Plate", "PlateGroup", "Scene", "Surface"),
     "fsm.scene.scissor": ("BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"),
-    "fsm.scene.sheet": ("BarsOfSheet", "Sheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"),
+    "fsm.scene.sheet": ("Sheet",),
+    "fsm.scene.sheet_parts": ("BarsOfSheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"),
     "fsm.scene.solve": ("Save", "Solve"),
     "fsm.scene.steps": ("Step",),
     "fsm.scene.table": ("TableCase", "load_table"),

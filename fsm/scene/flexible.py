@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.scene.model import Model, Name
-from fsm.scene.sheet import Box
+from fsm.scene.sheet_parts import Box
 from fsm.scene.units import Count, Density, Length, Number, Stress, Time
 
 __all__ = ["Edge", "SceneBeam", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam", "unstressed_length"]

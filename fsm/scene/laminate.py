@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.scene.sheet import SheetPly
+from fsm.scene.sheet_parts import SheetPly
 
 __all__ = ["Laminate", "laminate_of"]
 

@@ -15,7 +15,8 @@ from fsm.scene.patterns.mesh_places import mesh_place, mirrored_place
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import facets_named
-from fsm.scene.sheet import Box, Sheet
+from fsm.scene.sheet import Sheet
+from fsm.scene.sheet_parts import Box
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown, shown_points, shown_range, shown_size
 

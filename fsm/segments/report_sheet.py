@@ -17,7 +17,7 @@ from fsm.scene.patterns.foldability import foldability
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.patterns.places import place_of
-from fsm.scene.sheet import BarsOfSheet, Box
+from fsm.scene.sheet_parts import BarsOfSheet, Box
 from fsm.scene.step_items import loads_of
 from fsm.scene.truss import AXIAL_LAWS
 from fsm.segments.report_facets import cut_lines, facet_lines, facet_support_lines

@@ -28,7 +28,7 @@ from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import Place, place_of
 from fsm.scene.point_element import BodyPoint, PointElement
 from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
-from fsm.scene.sheet import Box
+from fsm.scene.sheet_parts import Box
 
 __all__ = ["frame_of_mesh", "points_on_facets", "with_sheet_frames"]
 

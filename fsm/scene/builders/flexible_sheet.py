@@ -31,7 +31,8 @@ from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place, mirrored_place
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.touching import TouchingSheet
 from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.scene.sheet import Box, Sheet, SheetSupport
+from fsm.scene.sheet import Sheet
+from fsm.scene.sheet_parts import Box, SheetSupport
 from fsm.scene.step_items import releases, steps_from
 from fsm.scene.time_program import Ramp
 

@@ -23,7 +23,8 @@ from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.touching import TouchingSheet
 from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.scene.sheet import BarsOfSheet, Sheet
+from fsm.scene.sheet import Sheet
+from fsm.scene.sheet_parts import BarsOfSheet
 from fsm.scene.truss import SceneTruss
 
 __all__ = ["SHEET", "bar_areas", "build_bars"]

@@ -12,7 +12,8 @@ from fsm.scene.case import Case
 from fsm.scene.materials import UNREAD, LinearCrease, SplineCrease
 from fsm.scene.patterns.of_sheet import bend_stiffness_per_length, folding_letters
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
-from fsm.scene.sheet import Sheet, SheetCrease
+from fsm.scene.sheet import Sheet
+from fsm.scene.sheet_parts import SheetCrease
 
 __all__ = ["SheetJoint", "rest_angle", "sheet_joints"]
 
