@@ -172,7 +172,8 @@ class SegmentSystem(SegmentForces):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
-        if self.in_python.motion or self.large_contacts() or not self.nu:
+        further_forces = type(self) is not SegmentSystem and type(self)._arrays_of is SegmentSystem._arrays_of
+        if further_forces or self.in_python.motion or self.large_contacts() or not self.nu:
             return None
         contacts = self._contact_model
         if self._array_model is None:
@@ -207,7 +208,8 @@ class SegmentSystem(SegmentForces):
     def static_arrays(self, ready: Ready) -> StaticSegments | None:
         """See `ArrayStaticSystem`."""
         if self._statics is None:
-            if self.in_python.of("static") or not self.nu:
+            further_forces = type(self) is not SegmentSystem
+            if further_forces or self.in_python.of("static") or not self.nu:
                 return None
             from fsm.segments.static_arrays import StaticSegments  # imports the kernels of all steps
 

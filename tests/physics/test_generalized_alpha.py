@@ -367,7 +367,7 @@ def towed(steps: int) -> np.ndarray:
     stop = system.end_time()
     assert stop is not None
     solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-9, fixed_step=0.1 / steps)
-    assert set(system.motions[0].program.breaks()) <= set(run(solver, stop + 0.1))
+    assert set(system.motions[0].program.breaks()) - {0.0} <= set(run(solver, stop + 0.1))
     return solver.u
 
 
