@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -65,6 +66,7 @@ class PathRecorder:
         self._extent = system.scales().extent
         self._saved = -np.inf
         self._before: PreviousState | None = None
+        self._pivots: int | None = None
         # the recorder treats times that differ by less than this as equal
         self._nothing = 1e-12 * max(save_times, default=0.0)
         if after is not None:
@@ -167,13 +169,17 @@ class PathRecorder:
         return second**2 / (6.0 * (first + second)) * bend
 
     def quasi_static(
-        self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, step_energy: StepEnergy, unstable: bool = False
-    ) -> None:
-        """Record a quasi-static step; the caller must call `finish_step` next. `unstable`: only dampers hold the state."""
+        self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, step_energy: StepEnergy, unstable: bool = False,
+        pivots: int | None = None,
+    ) -> None:  # fmt: skip
+        """Record a quasi-static step; the caller must call `finish_step` next.
+
+        `unstable`: only dampers hold the state. `pivots`: number of negative pivots of the stiffness at rest, if known.
+        """
         self.energy_balance.add(*step_energy)
         earlier = self.last.drive
         self.system.commit(t, q, u, (self.time, self.q))
-        self._take(t, q, u, observed, dynamic=unstable, before=(self.time, self.q))
+        self._take(t, q, u, observed, dynamic=unstable, before=(self.time, self.q), pivots=pivots)
         self._earlier = earlier
 
     def imbalance(self, observed: Observation, step_energy: StepEnergy) -> float:
@@ -263,9 +269,11 @@ class PathRecorder:
         dynamic: bool = False,
         jumped: bool = False,
         before: PreviousState | None = None,
+        pivots: int | None = None,
     ) -> None:
         """Set the present state; `stored` is its energy if inertia is included, None in statics."""
         self.time, self.q, self.u, self.last, self._earlier, self._before = t, q, u, observed, None, before
+        self._pivots = pivots if len(observed.drive.travel) else None  # records of a path without drives have no count
         if stored is None:
             self.largest_reaction = max(self.largest_reaction, observed.reaction)  # in statics only
             self.energy_balance.balance(observed.energy.stored_at_rest, 0.0)
@@ -295,6 +303,5 @@ class PathRecorder:
             self._saved = self.time
             energy_balance = self.energy_balance
             numbers = energy_balance.dissipated, energy_balance.work, energy_balance.error, energy_balance.pair_energy
-            self.request.on_save(
-                SavedState(self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before, final=final)
-            )
+            saved = SavedState(self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before, final=final)
+            self.request.on_save(replace(saved, negative_pivots=self._pivots))

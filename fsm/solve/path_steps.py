@@ -113,6 +113,7 @@ class PathSteps:
         self.far = min(_FAR * self.aim, LARGEST_CORRECTION)
         self.failed = np.zeros(system.nu)
         self.rejection = ""
+        self.pivots: int | None = None  # negative pivots of the stiffness at rest in the last step
         self.reason: Reason | None = None
         self.coarse = _NONE_COARSE
         self.lost: Mark | None = None
@@ -192,7 +193,7 @@ class PathSteps:
             self._fail(Outcome.TORN)
         self._adapt(duration, correction if extrapolated else None, found.iterations)
         lost = self.lost or mark(recorder)
-        recorder.quasi_static(t, found.q, found.u, observed, step_energy, unstable)
+        recorder.quasi_static(t, found.q, found.u, observed, step_energy, unstable, self.pivots)
         if self.lost is not None and not unstable:
             self._note("damped snap", self.lost)
         self.lost = lost if unstable else None
@@ -276,7 +277,8 @@ class PathSteps:
         Coulomb friction would hold contacts that stick. Regularised friction lets them creep, which is slow on the path.
         """
         system, solver = self.system, self.newton.solver
-        if not system.rate_dependent or not negative_pivots(system, t, q, solver):
+        self.pivots = negative_pivots(system, t, q, solver) if system.rate_dependent else None
+        if not self.pivots:
             return False
         held = system.sticking_damping(t, q) is not None
         return not held or bool(negative_pivots(system, t, q, solver, SHORT * self.first_step))
