@@ -18,7 +18,8 @@ from fsm.scene.step_items import with_paths_of_steps
 from fsm.segments.compile import compile_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.gas_checks import gas_faults
-from fsm.segments.plan import Plan, plan_of, plan_warnings
+from fsm.segments.plan import Plan, plan_of
+from fsm.segments.plan_warnings import plan_warnings
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
 from fsm.shown_units import shown

@@ -79,7 +79,7 @@ class TwoBodyGroup(Group):
         Raises
         ------
         NotImplementedError
-            The kind has no compiled form; `fsm.segments.in_python` says so before.
+            No kernel computes this kind. `fsm.segments.in_python` finds this first, so a run never comes here.
         """
         raise NotImplementedError(f"{type(self).__name__} has no compiled form")
 

@@ -6,8 +6,7 @@ gives a step "hold" at rest. The motion is the step "deploy". A run consists of 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,14 +29,12 @@ from fsm.segments.drive import Travel, parts, program_of
 from fsm.segments.in_python import COMPILED, InPython, parts_in_python
 from fsm.segments.time_function import time_function
 
-__all__ = ["ALL", "Plan", "PlannedStep", "plan_of", "plan_warnings"]
+__all__ = ["ALL", "Plan", "PlannedStep", "plan_of"]
 
 ALL = "all"
 """Name of all bodies, drives and loads in `hold` and `release`."""
 HOLD = 0.01
 """Rest time of the drives after a pull, relative to the duration of the pull; damper forces decay in this time."""
-_SHORT = 1e-6
-"""Fraction of a travel that may be missing when the travel counts as complete."""
 _ROUNDING = 1e-12
 """Relative difference of times below which they are equal."""
 _STATIC_DURATION = 1.0
@@ -168,42 +165,6 @@ def _short(case: Case, scene: Scene) -> Plan:
     if start_of(case, scene)[0] == "equilibrium":
         steps.insert(0, _relaxing(motion))
     return Plan(tuple(steps), programs, False)
-
-
-def plan_warnings(case: Case, scene: Scene, plan: Plan | None) -> list[str]:
-    """Warnings on loads without effect and on drives that `solve.end_time` stops; `plan`: of a case with `[[step]]`."""
-    return [*_loads_on_held(case, scene, plan), *_stopped_drives(case, scene)]
-
-
-def _loads_on_held(case: Case, scene: Scene, plan: Plan | None) -> Iterator[str]:
-    """Warning for each load on a body that is held whenever the load acts."""
-    if plan is None:
-        held = frozenset(body.name for body in scene.bodies if body.held) - {frame.name for frame in scene.frames}
-        acting = [(load, held) for _, load in loads_of(case)]
-    else:
-        acting = [(load, step.held) for step in plan.steps for load in step.loads]
-    moving = {load.called for load, held in acting if load.body not in held}
-    for name, body in {load.called: load.body for load, _ in acting if load.called not in moving}.items():
-        hint = "; strip.held lists the held panels" if case.strip is not None else ""
-        yield f"load {name!r} has no effect: body {body!r} is held and does not move{hint}"
-
-
-def _stopped_drives(case: Case, scene: Scene) -> list[str]:
-    """Warning for each drive that `solve.end_time` stops before the end of its travel."""
-    end, lines = case.solve.end_time, list[str]()
-    if end is None or case.step:
-        return lines
-    for number, drive in enumerate(scene.drives):
-        program = program_of(drive, f"drive.{number}")
-        if program.gone(end) >= program.travel * (1.0 - _SHORT):
-            continue
-        scale, unit = (1e3, "mm") if drive.turn is None else (180.0 / math.pi, "deg")
-        gone, travel = scale * program.gone(end), scale * program.travel
-        lines.append(
-            f"drive {drive.called!r} stops at {gone:.4g} of {travel:.4g} {unit}: solve.end_time = {end:.6g} s is less than "
-            f"the duration of the drive with its run-up, {program.end_time:.6g} s; remove solve.end_time, or give this time"
-        )
-    return lines
 
 
 def _relaxing(step: PlannedStep) -> PlannedStep:

@@ -25,7 +25,8 @@ from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.drive import PrescribedMotion, run_up_of
 from fsm.segments.gas_checks import gas_faults
 from fsm.segments.in_python import cost_in_python
-from fsm.segments.plan import PlannedStep, plan_of, plan_warnings
+from fsm.segments.plan import PlannedStep, plan_of
+from fsm.segments.plan_warnings import plan_warnings
 from fsm.segments.report_contact import (
     approximations_of_contact,
     approximations_of_friction,
