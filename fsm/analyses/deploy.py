@@ -29,7 +29,6 @@ from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
 from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
-from fsm.sheet_motion import folded_parts
 from fsm.shown_units import shown
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
@@ -369,6 +368,8 @@ class Deployment(Analysis):
 
     def _folded(self, solution: Solution) -> dict[str, Any]:
         """Fractions of the rest angles that creases have reached with `sheet.fold_to`."""
+        from fsm.sheet_motion import folded_parts  # imports all parts of patterns
+
         assert self.case.sheet is not None
         if not self.case.sheet.fold_to or self.scene.facets is None:
             return folded_parts(solution) if self.case.sheet.fold_to else {}
