@@ -30,7 +30,7 @@ from fsm.segments.array_kernels import KERNELS
 from fsm.segments.arrays import Arrays, Loads, Segments, SpringKernels, Springs
 from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.element_cache import ElementArrays, TwoBodyGroup
+from fsm.segments.element_group import ElementArrays, ElementGroup, ElementKernels
 from fsm.segments.elements import BushingGroup
 from fsm.segments.loads import GravityGroup, LoadGroup
 from fsm.segments.pattern import BodyPattern
@@ -79,13 +79,9 @@ def segments_of(
             springs = _springs(group, pattern, system.size)
         elif isinstance(group, LoadGroup):
             loads = _loads(group, pattern, spatial)
-        elif not isinstance(group, TwoBodyGroup) and (statics or not isinstance(group, ContactGroup)):
+        elif not isinstance(group, ElementGroup) and (statics or not isinstance(group, ContactGroup)):
             raise TypeError(f"{type(group).__name__} has no arrays")
-    elements = [
-        group.compiled(pattern)
-        for group in system.groups
-        if isinstance(group, TwoBodyGroup) and not isinstance(group, BushingGroup)
-    ]
+    elements = [group.compiled(pattern) for group in system.groups if isinstance(group, ElementGroup)]
     of_pattern, (q, _) = pattern_arrays(pattern, known), system.initial()
     poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
     stiffness, damping, matrix = pattern.zeros(), pattern.zeros(), pattern.zeros()
@@ -93,7 +89,7 @@ def segments_of(
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
-        q.copy(), np.zeros(2), pattern.dof, np.zeros(2), of_pattern, springs, loads, _driven(system),
+        q.copy(), np.zeros(2), pattern.dof, np.zeros(3), of_pattern, springs, loads, _driven(system),
     )  # fmt: skip
     rest = arrays
     if not statics:
@@ -107,7 +103,7 @@ def segments_of(
     before, sums = (*own, springs.last, 0.0), (force, stiffness, damping)
     model = Segments(
         table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
-        *_addresses(elements, table, in_time),
+        *_addresses(elements, in_time),
         SpringKernels(
             Pointer(of_springs.force, poses, rates, *before, force),
             Pointer(of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
@@ -124,14 +120,14 @@ def _pointer(used: bool, kernel: Any, result: Any, *arguments: Any) -> Any:
     return Pointer(kernel, *arguments) if used else AbsentPointer(result, *arguments)
 
 
-def _addresses(elements: list[ElementArrays], table: np.ndarray, in_time: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 5) of the kernels of all groups of elements, and their tables (m, n, 4); statics needs two kernels."""
-    kernels = np.zeros((len(elements), 5), dtype=np.int64)
+def _addresses(elements: list[ElementArrays], in_time: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Addresses (m, 6) of the kernels of all groups of elements, and their tables (m, n, 4); statics needs two kernels."""
+    kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):
         own[: len(one.arrays)] = address_table(one.arrays)
-        used = one.kernels if in_time else one.kernels[:2]
-        row[: len(used)] = [Pointer(each, table, own, 0.0).address for each in used]
+        used = len(row) if in_time else 2
+        row[:used] = one.kernels.addresses(used)
     return kernels, tables
 
 

@@ -13,7 +13,7 @@ from fsm.segments.array_statics import STATICS
 from fsm.segments.arrays import FACTORS
 from fsm.segments.arrays_of import segments_of
 from fsm.segments.contact_arrays_of import ContactModel
-from fsm.segments.element_cache import TwoBodyGroup
+from fsm.segments.element_group import ElementGroup
 from fsm.segments.elements import BushingGroup
 from fsm.segments.pattern import BodyPattern
 from fsm.stepping.quasi_static import StaticModel
@@ -40,7 +40,7 @@ class StaticSegments:
         self._system, self._pattern, self._arrays = system, pattern, arrays
         self._ready = ready
         own = iter(elements)
-        joints = [group for group in system.groups if isinstance(group, TwoBodyGroup)]
+        joints = [group for group in system.groups if isinstance(group, BushingGroup | ElementGroup)]
         places = [arrays.springs.last if isinstance(group, BushingGroup) else next(own).last for group in joints]
         self._damped = [(group, last) for group, last in zip(joints, places, strict=True) if group.rate_dependent]
         self._elements = elements  # the model has their addresses
