@@ -41,7 +41,8 @@ CASES: dict[str, tuple[Case, str]] = {
     "motion with contact": (strip("generalized-alpha", contact=CONTACT), ""),
     "Radau": (strip("Radau"), 'the method "Radau" has no compiled form'),
     "two branches": (
-        strip("generalized-alpha", crease=TABLE | {"unloading": [0.0, 2e-3, 5e-3]}), "",
+        strip("generalized-alpha", crease=TABLE | {"unloading": [0.0, 2e-3, 5e-3]}),
+        "",
     ),
     "two branches in statics": (strip("static", crease=TABLE | {"unloading": [0.0, 2e-3, 5e-3]}), ""),
     "friction along and across": (
