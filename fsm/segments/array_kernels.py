@@ -171,7 +171,7 @@ def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
     accept_elements(model, t)
     if model.groups.shape[0] == 0:
         return np.inf
-    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t)
+    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t, False)
     longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
     return float(longest)
 

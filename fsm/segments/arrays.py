@@ -21,8 +21,8 @@ from fsm.segments.contact_arrays import ContactKernels, ContactParts
 __all__ = [
     "ACCEPT_BY", "BEFORE", "DAMPING", "DOF", "FACTORS", "FORCE", "FORCE_BY", "FORCE_SCALE", "FREE", "INERTIA", "INTERVAL",
     "KEEP_BY", "KEPT_DAMPING", "KEPT_STIFFNESS", "LAST_Q", "LOST_BY", "MASS", "MATRIX", "PAIR_ENERGY", "PATTERN", "POSES",
-    "RATES", "STIFFNESS", "STORED", "STORED_BY", "TANGENT_BY", "TURNED", "WEIGHT", "Arrays", "Loads", "Segments", "SpringKernels", "Springs",
-    "driven_of", "flat_arrays", "loads_of", "pattern_of", "springs_of",
+    "RATES", "STIFFNESS", "STORED", "STORED_BY", "TANGENT_BY", "TURNED", "WEIGHT", "Arrays", "Loads", "Segments",
+    "SpringKernels", "Springs", "driven_of", "flat_arrays", "loads_of", "pattern_of", "springs_of",
 ]  # fmt: skip
 
 
@@ -90,11 +90,12 @@ class Arrays(NamedTuple):
     kept_stiffness, kept_damping : block data, see `fsm.stepping.model.keep_tangent`
     last_q : (nq,) array
         Configuration of the last state in statics.
-    interval : (2,) array, s
-        Time in statics, and time since the last state; the second value is zero if no force depends on rates.
+    interval : (3,) array, s
+        Time in statics, and time since the last state, first as zero if no force depends on rates.
     dof : (n_bodies,) int array, see `BodyPattern`
-    stored : (3,) array, J and W
-        Energies of elements in panels and in creases, and power that elements put into the system.
+    stored : (4,) array, J and W
+        Energies of elements in panels and in creases, power that elements put into the system, and power that their
+        memory dissipates.
     pattern, springs, loads, driven : arrays of each
     """
 

@@ -42,8 +42,9 @@ class ElementKernels(NamedTuple):
 
     `force` and `tangent` add to the arrays of the model. `keep` writes the deformations at the present poses to row `LAST`.
     `stored` adds the energies in panels and in creases (J) to the first numbers of the row `STORED`. `lost` returns the
-    dissipated power (W), and adds the power that an element puts into the system to the third number of this row. `accept`
-    changes the memory of the group at an accepted state.
+    dissipated power (W). To the third number of this row it adds the power that an element puts into the system, and to the
+    fourth the part of the dissipated power whose forces also act at rest. `accept` changes the memory of the group at an
+    accepted state.
     """
 
     force: Any
@@ -53,10 +54,10 @@ class ElementKernels(NamedTuple):
     lost: Any = nothing
     accept: Any = nothing
 
-    def addresses(self, used: int) -> list[int]:
-        """Addresses of the first kernels."""
+    def addresses(self) -> list[int]:
+        """Addresses of all kernels."""
         example = np.zeros((1, ROW), dtype=np.int64)
-        return [address_of(each, example, example, 0.0, 0.0) for each in self[:used]]
+        return [address_of(each, example, example, 0.0, 0.0) for each in self]
 
 
 class ElementArrays(NamedTuple):
@@ -106,7 +107,7 @@ class _Alone:
     """A group alone as a model, for calls from Python."""
 
     def __init__(self, group: ElementGroup) -> None:
-        self.stored, self.last = np.zeros(3), np.zeros(group.last_shape)
+        self.stored, self.last = np.zeros(4), np.zeros(group.last_shape)
         self.table = np.zeros((PATTERN + 2, ROW), dtype=np.int64)
         self.table[STORED] = address_table([self.stored])[0]
         self._arrays = [group.bodies, np.zeros((0, 4), dtype=np.int64), self.last, *group.arrays]
@@ -235,7 +236,7 @@ class ElementGroup(Group):
         alone.stored[:] = 0.0
         alone.call("stored", t, per_second, poses, rates, rates)
         lost = alone.call("lost", t, per_second, poses, rates, rates)
-        panels, creases, put_in = alone.stored.tolist()
+        panels, creases, put_in, _ = alone.stored.tolist()
         stored = {"panels": panels, "creases": creases}
         return {name: stored[name] for name in self.categories}, lost, put_in
 

@@ -126,17 +126,23 @@ def _spatial_stored(table: np.ndarray, own: np.ndarray, t: float, per_second: fl
 
 
 @kernel
-def _planar_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+def _power(table: np.ndarray, own: np.ndarray, t: float, angle: np.ndarray, rate: np.ndarray, per_second: float) -> float:
     """Dissipated power, W. Over a step it is the exact mean."""
+    power = float(_energy(own, t, angle, rate, per_second)[1].sum())
+    floats_1d(table, STORED)[3] += power
+    return power
+
+
+@kernel
+def _planar_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     angle, rate, _ = planar_angles(table, own)
-    return float(_energy(own, t, angle, rate, per_second)[1].sum())
+    return _power(table, own, t, angle, rate, per_second)
 
 
 @kernel
 def _spatial_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Dissipated power, W. Over a step it is the exact mean."""
     angle, rate, _ = spatial_angles(table, own)
-    return float(_energy(own, t, angle, rate, per_second)[1].sum())
+    return _power(table, own, t, angle, rate, per_second)
 
 
 @kernel
