@@ -20,6 +20,7 @@ from fsm.segments.arrays import (
     FORCE,
     FREE,
     INTERVAL,
+    KEEP_BY,
     LAST_Q,
     LOST_BY,
     MATRIX,
@@ -44,6 +45,7 @@ from fsm.stepping.path_end import (
     LOADS,
     NEGATIVE,
     NEGATIVE_AT_REST,
+    SLIDING_JOINTS,
     UNKNOWN,
     PathCalls,
 )
@@ -63,7 +65,7 @@ def _end_of_step(
     if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups, model.contact_parts):
         record[CROSSED] = 1.0
     sum_forces(model, t, per_second)
-    _add_joints(model, per_second, record)
+    _add_joints(model, t, per_second, record)
     _add_loads(table, t, record)
     if model.groups.shape[0] > 0:
         record[CONTACT], lost = model.by_contacts.sums(
@@ -76,20 +78,23 @@ def _end_of_step(
 
 
 @kernel
-def _add_joints(model: Segments, per_second: float, record: np.ndarray) -> None:
+def _add_joints(model: Segments, t: float, per_second: float, record: np.ndarray) -> None:
     """Add the energies and the damper power of springs and elements."""
     table = model.table
     poses, rates, s = floats_2d(table, POSES), floats_2d(table, RATES), springs_of(table)
     springs, lost = model.by_springs.stored(
         poses, rates, s.bodies, s.constants, s.last, per_second, s.category, s.in_panels.shape[0]
     )
-    of_elements = floats_1d(table, STORED)
+    of_elements, duration = floats_1d(table, STORED), floats_1d(table, INTERVAL)[2]
     of_elements[:] = 0.0
+    of_step = 1.0 / duration if duration > 0.0 else 0.0
     for k in range(model.elements.shape[0]):
         own = model.element_tables[k]
-        call_at(model.elements[k, STORED_BY], table, own, per_second)
-        lost += call_at(model.elements[k, LOST_BY], table, own, per_second)
+        call_at(model.elements[k, STORED_BY], table, own, t, of_step)
+        lost += call_at(model.elements[k, LOST_BY], table, own, t, of_step)
     record[DISSIPATED] += lost
+    record[LOADS] += of_elements[2]
+    record[SLIDING_JOINTS] = of_elements[3]
     record[JOINTS], record[JOINTS + 1] = of_elements[0], of_elements[1]
     for i in range(springs.shape[0]):
         record[JOINTS] += s.in_panels[i] * springs[i]
@@ -198,7 +203,8 @@ def _accept(model: Segments, q: np.ndarray) -> None:
         model.by_contacts.accept(table, model.groups, model.contact_parts, t, per_second > 0.0)
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, ACCEPT_BY], table, model.element_tables[k], per_second)
+        call_at(model.elements[k, KEEP_BY], table, model.element_tables[k], t, per_second)
+        call_at(model.elements[k, ACCEPT_BY], table, model.element_tables[k], t, per_second)
 
 
 @kernel

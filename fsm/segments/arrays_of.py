@@ -30,7 +30,7 @@ from fsm.segments.array_kernels import KERNELS
 from fsm.segments.arrays import Arrays, Loads, Segments, SpringKernels, Springs
 from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.element_cache import ElementArrays, TwoBodyGroup
+from fsm.segments.element_group import ElementArrays, ElementGroup, ElementKernels
 from fsm.segments.elements import BushingGroup
 from fsm.segments.loads import GravityGroup, LoadGroup
 from fsm.segments.pattern import BodyPattern
@@ -74,7 +74,7 @@ def segments_of(
     before, sums = (*own, springs.last, 0.0), (arrays.force, arrays.stiffness, arrays.damping)
     model = Segments(
         table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
-        *_addresses(elements, table),
+        *_addresses(elements),
         SpringKernels(
             Pointer(of_springs.force, poses, rates, *before, arrays.force),
             Pointer(of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
@@ -118,13 +118,9 @@ def _arrays(
             springs = _springs(group, pattern, system.size)
         elif isinstance(group, LoadGroup):
             loads = _loads(group, pattern, spatial)
-        elif not isinstance(group, TwoBodyGroup | ContactGroup):
+        elif not isinstance(group, ElementGroup | ContactGroup):
             raise TypeError(f"{type(group).__name__} has no arrays")
-    elements = [
-        group.compiled(pattern)
-        for group in system.groups
-        if isinstance(group, TwoBodyGroup) and not isinstance(group, BushingGroup)
-    ]
+    elements = [group.compiled(pattern) for group in system.groups if isinstance(group, ElementGroup)]
     of_pattern, (q, _) = pattern_arrays(pattern, known), system.initial()
     poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
     stiffness, damping, matrix = pattern.zeros(), pattern.zeros(), pattern.zeros()
@@ -132,7 +128,7 @@ def _arrays(
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
-        q.copy(), np.zeros(2), pattern.dof, np.zeros(2), of_pattern, springs, loads, _driven(system),
+        q.copy(), np.zeros(3), pattern.dof, np.zeros(4), of_pattern, springs, loads, _driven(system),
     )  # fmt: skip
     rest = arrays._replace(
         rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
@@ -141,13 +137,13 @@ def _arrays(
     return arrays, rest, elements
 
 
-def _addresses(elements: list[ElementArrays], table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 5) of the kernels of all groups of elements, and their tables (m, n, 4)."""
-    kernels = np.zeros((len(elements), 5), dtype=np.int64)
+def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
+    """Addresses (m, 6) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):
         own[: len(one.arrays)] = address_table(one.arrays)
-        row[:] = [Pointer(each, table, own, 0.0).address for each in one.kernels]
+        row[:] = one.kernels.addresses()
     return kernels, tables
 
 

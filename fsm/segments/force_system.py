@@ -24,9 +24,9 @@ from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_set import ContactSet
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
+from fsm.segments.element_group import ElementGroup
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, GroupSteps, PreviousPoses
-from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.in_python import of_bodies
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.system_records import Linearised, PreviousState
@@ -64,7 +64,7 @@ class SegmentForces(Configuration):
         self._ordered = bodies.free
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
-        self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
+        self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
         frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
         self.bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers do not depend on the last state

@@ -286,7 +286,7 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         end = len(memory)
         for group in reversed(self._sliding):
-            begin = max(0, end - group.remembered)
+            begin = max(0, end - len(group.memory_of))
             group.restore(memory[begin:end])
             end = begin
         self.contacts.restore(memory[:end])
@@ -382,7 +382,7 @@ class SegmentSystem(SegmentForces):
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
-            sliding += lost if group in self._sliding else 0.0
+            sliding += lost if any(group is one for one in self._sliding) else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
         if self.bristles:  # bristles also resist at zero speed
             sliding += float(pair_power[0].sum())

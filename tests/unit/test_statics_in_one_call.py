@@ -142,9 +142,9 @@ def test_a_singular_matrix_is_left_to_the_solver_that_says_so():
     assert EquilibriumStep(system).solve(0.0, q, (0.0, q)).ending is Ending.SINGULAR
 
 
-def test_systems_with_hysteresis_have_no_static_arrays():
-    solver, loops = LinearSolver(), ["crease.unloading=[-0.001, 0.008, 0.014, 0.018]"]
-    for overrides, tried in (([], True), (FREE, True), ([*FREE, *SPLINE, *loops], False), ([*FREE, *SPLINE], True)):
+def test_systems_with_hysteresis_or_contact_have_static_arrays():
+    solver = LinearSolver()
+    for overrides, tried in (([], True), (FREE, True), ([*FREE, *SPLINE, LOOPS], True), ([*FREE, *SPLINE], True)):
         _, system = compile_case(load_case(CASE, ["expect=none", *overrides]).case)
         assert (system.static_arrays(solver.ready) is not None) == tried
 
@@ -157,19 +157,21 @@ SPLINE = [
     "crease.law=spline", "crease.stiffness=none", "crease.angle=[0.0, 1.0, 2.0, 3.0]",
     "crease.moment=[0.0, 0.01, 0.015, 0.018]", "crease.rest_angle=3.0",
 ]  # fmt: skip
+LOOPS = "crease.unloading=[-0.001, 0.008, 0.014, 0.018]"
 
 
 def other_systems():
-    """Curved creases, weights and a load over time, and ligaments; with and without dampers."""
+    """Curved creases, weights and a load over time, ligaments, hysteresis; with and without dampers."""
     for spatial in (False, True):
         for damping in (0.0, 0.5):
             own = [*FREE, *SPLINE, LOAD, "gravity=[0, 0, -9.81]", f"solve.spatial={str(spatial).lower()}"]
             yield load_case(CASE, [*own, f"material.damping={damping}"])
     yield load_case(SQUARES, ["expect=none"])
     yield load_case(SQUARES, ["expect=none", "lattice.damping=1e-4"])
+    yield load_case(CASE, [*FREE, *SPLINE, LOOPS])
 
 
-@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize("number", range(7))
 def test_all_other_elements_take_the_same_iterations(number, monkeypatch):
     loaded = list(other_systems())[number]
     system, other = compile_case(loaded.case)[1], in_python(compile_case(loaded.case)[1])
