@@ -53,8 +53,8 @@ class SegmentForces(Configuration):
         pair_names: tuple[str, ...],
     ) -> None:
         super().__init__(bodies, motions)
-        self.groups = groups
-        self.contacts = ContactSet(contacts)
+        self._statics: StaticSegments | None = None
+        self._groups, self._contacts = groups, ContactSet(contacts)
         self.pair_names = pair_names
         self.fixed_pattern, self.of_vectors = not contacts, False
         self.rate_dependent = any(group.rate_dependent for group in groups)
@@ -66,23 +66,36 @@ class SegmentForces(Configuration):
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
         frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
-        self._bristles = any(friction.law.bristle for friction in frictions)
+        self.bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers do not depend on the last state
-        self._looks_back = self.rate_dependent or self.groups != self._springs
+        self._looks_back = self.rate_dependent or groups != self._springs
         self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
         self._array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
         self._contact_model: ContactModel | None = None
-        self._statics: StaticSegments | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
         self._driven_key: tuple[int, ...] = ()
         self.steps_of: list[tuple[Group, GroupSteps]] = []
         self.latched: dict[str, np.ndarray] = {}
-        self.in_python = of_bodies(bool(contacts))
+        self.in_python = of_bodies()
         self.spread = float(np.ptp(bodies.pose[:, : 3 if self.spatial else 2], axis=0).max())
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """Interactions, with the present memory of contacts."""
+        if self._statics is not None:
+            self._statics.to_groups()
+        return self._groups
+
+    @property
+    def contacts(self) -> ContactSet:
+        """Contact groups among the interactions, with their present memory."""
+        if self._statics is not None:
+            self._statics.to_groups()
+        return self._contacts
 
     def scales(self) -> Scales:
         """See `System`."""
@@ -149,6 +162,9 @@ class SegmentForces(Configuration):
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
+        at_rest = None if u is not None or self._statics is None else self._statics.forces_at_rest(t, q)
+        if at_rest is not None:
+            return at_rest[0]
         forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
         return self._generalised(t, q, u, before, forces)
 
