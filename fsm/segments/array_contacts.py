@@ -401,4 +401,6 @@ def _losses(
     return power
 
 
-CONTACTS = ContactKernels(_force, _tangent, _part_of_step, _accept, _longest_step, _stored, _losses, _advance, _passed, _state_of_pairs)
+CONTACTS = ContactKernels(
+    _force, _tangent, _part_of_step, _accept, _longest_step, _stored, _losses, _advance, _passed, _state_of_pairs
+)

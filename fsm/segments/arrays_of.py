@@ -62,7 +62,7 @@ def arrays_of(
 def segments_of(
     system: SegmentSystem, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel,
     statics: bool = False,
-) -> tuple[Segments, tuple[Arrays, ...], list[ElementArrays]]:
+) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
     """Model of all bodies for time steps or for statics, its arrays, and those of groups of elements; see `arrays_of`.
 
     `known` is the symbolic factorisation of the pattern, and `factors` contains the data of the factors.

@@ -78,7 +78,8 @@ class StaticSegments:
         self._first_pattern = pattern
         self._stored_by = [list(group.energy(0.0, system.bodies.pose, system.at_rest)[0]) for group in system.groups]
         self._set_arrays(pattern, arrays, elements)
-        self.ahead, self._loaded, self._accepted = False, (-1,), np.zeros(0)
+        self.ahead, self._accepted = False, np.zeros(0)
+        self._loaded: tuple[int, ...] | None = None
         self._end: _End | None = None
 
     def _set_arrays(self, pattern: BodyPattern, arrays: tuple[Arrays, Arrays], elements: list[ElementArrays]) -> None:
@@ -120,7 +121,7 @@ class StaticSegments:
     def clear(self) -> None:
         """Forget the past of the broad phase and of the pattern, so that further steps depend on the memory alone."""
         self.to_groups()
-        self._loaded, self._accepted, self._end = (-1,), np.zeros(0), None
+        self._loaded, self._accepted, self._end = None, np.zeros(0), None
         if self._pattern is not self._first_pattern:
             self._change_pattern(self._first_pattern)
 

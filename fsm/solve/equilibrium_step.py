@@ -171,8 +171,9 @@ class EquilibriumStep:
     ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None, int | None] | None:
         """Solve the equations in one call of a kernel.
 
-        The result has the efforts, the last matrix, and the number of its negative pivots if it is known. The result is None if the system has no arrays, or if the kernel
-        could not solve the equations; the methods in Python may then solve them.
+        The result has the efforts, the last matrix, and the number of its negative pivots if it is known. The result is
+        None if the system has no arrays, or if the kernel could not solve the equations; the methods in Python may then
+        solve them.
         """
         arrays = None if self._with_arrays is None else self._with_arrays.static_arrays(self.solver.ready)
         if arrays is None or efforts is None:

@@ -17,6 +17,37 @@ CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SOFT = ["expect=none", "strip.segments_per_panel=4", "contact.stiffness=3e6 N/m^1.5"]
 COULOMB = ["friction={mu_static=0.3, mu_dynamic=0.2, v_static=1e-4, v_dynamic=2e-4}"]
 BRISTLES = ['friction={law="lugre", mu_static=0.3, mu_dynamic=0.25, v_stribeck=1e-3, presliding="20 um"}']
+FLOOR = """
+[strip]
+length = "440 mm"
+width = "36 mm"
+thickness = "0.35 mm"
+panels = 4
+fold_angle = "64 deg"
+segments_per_panel = 4
+held = [1]
+[material]
+young = "3.6 GPa"
+density = "1280 kg/m^3"
+damping = "4 ms"
+[crease]
+law = "linear"
+stiffness = "11 N mm/rad"
+[contact]
+[friction]
+law = "tanh"
+mu_dynamic = 0.2
+v_static = "1 mm/s"
+[[obstacle]]
+name = "floor"
+shape = "plane"
+position = [0, 0, "-1 mm"]
+[[drive]]
+crease = 3
+direction = [1, 0, 0]
+speed = "1.5 mm/s"
+travel = "16 mm"
+"""
 CASES = {
     "plane": [],
     "plane, no damping": ["material.damping=0"],
@@ -29,15 +60,18 @@ CASES = {
     "damped contact": ['contact.law="flores"', "contact.restitution=0.5"],
 }
 
+Followed = tuple[Any, list[SavedState], list[Any]]
+"""System, saved states, and ends of all steps."""
 
-def follow_case(overrides: list[str], compiled: bool) -> tuple[Any, list[SavedState], list[Any]]:
+
+def follow_case(overrides: list[str], compiled: bool, path: Path = CASE, travel: float = 0.02) -> Followed:
     """System, saved states and ends of all steps of the beginning of a path."""
-    _, system = compile_case(load_case(CASE, [*SOFT, *overrides]).case)
+    _, system = compile_case(load_case(path, overrides).case)
     if not compiled:
         system.__dict__["static_arrays"] = lambda ready: None
     motion, saved, ends = system.motions[0], list[SavedState](), list[Any]()
-    settings = PathSettings(motion.time_of(0.02), motion.time_of(1e-3), rtol=1e-4)
-    follow(system, settings, np.linspace(0.0, motion.time_of(0.02), 11).tolist(), saved.append, ends.append)
+    settings = PathSettings(motion.time_of(travel), motion.time_of(1e-3), rtol=1e-4)
+    follow(system, settings, np.linspace(0.0, motion.time_of(travel), 11).tolist(), saved.append, ends.append)
     return system, saved, ends
 
 
@@ -57,18 +91,31 @@ def numbers(state: SavedState) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_kernel_takes_the_steps_of_the_groups_in_python(name: str) -> None:
-    system, saved, ends = follow_case(CASES[name], compiled=True)
+    overrides = [*SOFT, *CASES[name]]
+    compare(follow_case(overrides, compiled=True), follow_case(overrides, compiled=False))
+
+
+@pytest.mark.parametrize("overrides", [[], ["solve.spatial=true"], ["friction=none"]])
+def test_a_tip_on_a_floor_takes_the_same_steps(overrides: list[str], tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(FLOOR)
+    compare(*(follow_case(overrides, compiled, path, travel=8e-3) for compiled in (True, False)))
+
+
+def compare(one: Followed, other: Followed) -> None:
+    """Both paths have the same steps, observations and memory."""
+    system, saved, ends = one
+    python, wanted, steps = other
     assert system._statics is not None
-    other, wanted, steps = follow_case(CASES[name], compiled=False)
-    assert other._statics is None
+    assert python._statics is None
     assert len(ends) == len(steps) > 10
-    assert max(state.observation.pairs.force.max() for state in wanted) > 0.0  # the panels have touched
+    assert max(state.observation.pairs.force.max() for state in wanted) > 0.0  # faces have touched
     size = system.scales().increment
     for mine, theirs in zip(ends, steps, strict=True):
         assert mine.time == pytest.approx(theirs.time, rel=1e-7)
         assert np.abs(system.difference(mine.q, theirs.q) / size).max() < 1e-6
-    for one, another in zip(saved, wanted, strict=True):
-        assert list(one.observation.energy.potential) == list(another.observation.energy.potential)
+    for own, another in zip(saved, wanted, strict=True):
+        assert list(own.observation.energy.potential) == list(another.observation.energy.potential)
         for key, value in numbers(another).items():
-            assert np.allclose(numbers(one)[key], value, rtol=1e-6, atol=1e-8 * np.abs(value).max(initial=0.0)), key
-    assert system.memory() == pytest.approx(other.memory(), rel=1e-5, abs=1e-9)
+            assert np.allclose(numbers(own)[key], value, rtol=1e-6, atol=1e-6 * np.abs(value).max(initial=0.0)), key
+    assert system.memory() == pytest.approx(python.memory(), rel=1e-5, abs=1e-9)
