@@ -29,6 +29,7 @@ from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.rest_scales import scales_at_rest
 from fsm.scales import OF_DRIVES, AtRest, Scales
 from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
@@ -129,7 +130,7 @@ class AncfSystem(System):
         extent, driven = max(spread, length), OF_DRIVES * self.loading.fastest
         speed = max(float(np.abs(self.rate[is_position]).max(initial=0.0)), driven)
         free, turns = ~self.fixed, [False] * len(self.loading.motions)
-        at_rest = AtRest(0.0, 0.0) if driven else AtRest.of(self, free, is_position, extent)
+        at_rest = AtRest(0.0, 0.0) if driven else scales_at_rest(self, free, is_position, extent)
         speed = speed or at_rest.speed
         return Scales.of(length, extent, driven, speed, is_position, is_position, free, math.inf, turns, at_rest.work)
 

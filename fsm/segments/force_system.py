@@ -18,6 +18,7 @@ from fsm.kernels.newton_euler import (
     add_gyroscopic,
     gyroscopic_damping,
 )
+from fsm.rest_scales import scales_at_rest
 from fsm.scales import OF_DRIVES, AtRest, Scales
 from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contact_depths import ContactDepths
@@ -103,7 +104,7 @@ class SegmentForces(Configuration):
         """Sizes as in `Scales.of`, with the drives and contacts."""
         drives = OF_DRIVES * max((motion.pace(extent) for motion in self.motions), default=0.0)
         fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
-        at_rest = AtRest(0.0, 0.0) if drives else AtRest.of(self, free, in_u, max(extent, length))
+        at_rest = AtRest(0.0, 0.0) if drives else scales_at_rest(self, free, in_u, max(extent, length))
         speed, turns = max(drives, fastest) or at_rest.speed, [motion.axis is not None for motion in self.motions]
         resolution = self.contacts.resolution
         return Scales.of(length, extent, drives, speed, in_q, in_u, free, resolution, turns, at_rest.work)
