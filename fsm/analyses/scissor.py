@@ -24,9 +24,8 @@ from fsm.scene.record_count import record_count
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.run_io import SavedState, Statistics
-from fsm.solve.settings import RHO_INF, Settings
+from fsm.solve.settings import RHO_INF, PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings
 
 __all__ = ["ScissorArray"]
 
