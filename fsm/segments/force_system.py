@@ -35,10 +35,6 @@ from fsm.system_records import Linearised, PreviousState
 if TYPE_CHECKING:
     from scipy import sparse
 
-    from fsm.segments.contact_arrays_of import ContactModel
-    from fsm.segments.static_arrays import StaticSegments
-    from fsm.stepping.model import ArrayModel
-
 __all__ = ["SegmentForces"]
 
 
@@ -73,9 +69,6 @@ class SegmentForces(Configuration):
         self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
-        self._array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
-        self._contact_model: ContactModel | None = None
-        self._statics: StaticSegments | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None

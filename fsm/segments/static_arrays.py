@@ -20,7 +20,7 @@ from fsm.stepping.quasi_static import StaticModel
 from fsm.system_records import PreviousState, Ready
 
 if TYPE_CHECKING:
-    from fsm.segments.system import SegmentSystem
+    from fsm.segments.force_system import SegmentForces
 
 __all__ = ["StaticSegments"]
 
@@ -33,7 +33,7 @@ class StaticSegments:
     model : StaticModel
     """
 
-    def __init__(self, system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> None:
+    def __init__(self, system: SegmentForces, pattern: BodyPattern, ready: Ready) -> None:
         contacts = ContactModel((), pattern, system.bodies.rate.shape, system.spatial, 0)
         segments, (arrays, _), elements = segments_of(system, pattern, *ready(pattern), contacts, True)
         self.model = StaticModel.of(STATICS, segments, system.initial()[0])

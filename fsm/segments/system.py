@@ -48,6 +48,10 @@ class SegmentSystem(SegmentForces):
     pair_names : names of the contact pairs
     """
 
+    _array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
+    _contact_model: ContactModel | None = None
+    _statics: StaticSegments | None = None
+
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
         pressures: tuple[Load, ...] = (),
