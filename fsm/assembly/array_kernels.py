@@ -147,7 +147,7 @@ def _accept(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> float:
     accept_present(model.nodes, t)
     if bodies.groups.shape[0] == 0:
         return np.inf
-    bodies.by_contacts.accept(bodies.table, bodies.groups, bodies.contact_parts, t)
+    bodies.by_contacts.accept(bodies.table, bodies.groups, bodies.contact_parts, t, False)
     longest = bodies.by_contacts.longest_step(bodies.table, bodies.groups, bodies.contact_parts, t)
     return float(longest)
 

@@ -175,7 +175,7 @@ def _stable_at_rest(model: Segments, t: float) -> bool:
         table, table, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
         model.by_contacts, model.contact_parts, model.equations,
     )  # fmt: skip
-    sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0])
+    sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
     matrix, stiffness, factors = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, FACTORS)
     p = pattern_of(table)
     for k in range(matrix.shape[0]):

@@ -168,7 +168,7 @@ def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
     if model.groups.shape[0] == 0:
         return np.inf
     place(model.table, t, q, u)
-    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t)
+    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t, False)
     longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
     return float(longest)
 
