@@ -21,7 +21,7 @@ from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.element_cache import ElementArrays, TwoBodyGroup
 from fsm.segments.elements import BushingGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.solve.accuracy import ACCURATE, trial_vector
+from fsm.stepping.accuracy import ACCURATE, trial_vector
 from fsm.stepping.path_end import (
     CONTACT,
     CONTACT_SUMS,
