@@ -27,6 +27,7 @@ from fsm.segments.contact_arrays import (
     FRICTION,
     LACKS,
     LOSSY,
+    MOST,
     REFERRED,
     STARTED,
     STATES,
@@ -77,7 +78,7 @@ class _GroupArrays(ABC):
         self.group, self.keys = group, keys
         self.common: ContactArrays = _contiguous(
             ContactArrays(
-                state, np.array([geometry.margin, 0.0, 0.0]), group.normal.params,
+                state, np.array([geometry.margin, 0.0, 0.0, 0.0]), group.normal.params,
                 np.zeros(0) if friction is None else friction.params, np.zeros(6), rules.mobility, rules.loose, *slots,
                 np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, geometry.slips)), none, none.copy(),
                 poses, np.zeros(bodies), poses.copy(), *moving, *pattern.index,
@@ -138,11 +139,15 @@ class _GroupArrays(ABC):
         arrays.numbers[COMMITTED_AT], state[STARTED] = memory[0], 1
         self.load_own(rest[poses + size :])
 
+    def count(self) -> None:
+        """Add the number of evaluated states to that of the group."""
+        self.group.evaluations += int(self.common.state[EVALUATIONS])
+        self.common.state[EVALUATIONS] = 0
+
     def store(self) -> None:
         """Copy the memory of the arrays to the group."""
         arrays, state, group = self.common, self.common.state, self.group
-        group.evaluations += int(state[EVALUATIONS])
-        state[EVALUATIONS] = 0
+        self.count()
         if not state[STARTED]:
             return
         rows = np.flatnonzero(arrays.onset > 0.0)
@@ -303,6 +308,18 @@ class ContactModel:
         for arrays in self.arrays:
             arrays.load(resolve)
 
+    def count(self) -> None:
+        """Add the numbers of evaluated states to those of the groups."""
+        for arrays in self.arrays:
+            arrays.count()
+
+    def press(self, most: float) -> None:
+        """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
+        for arrays in self.arrays:
+            common = arrays.common
+            common.numbers[MOST] = most
+            common.pressed[:] = common.pressed_before[:] = common.depth
+
     def store(self) -> np.ndarray:
         """Copy the memory of the arrays to the groups, and return and reset `pair_energy`."""
         for arrays in self.arrays:
@@ -321,7 +338,7 @@ def _found(
         np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros((count, bodies), dtype=np.int64),
         np.zeros((count, 1 + slips)), np.zeros((count, 1 + slips, bodies * size)), np.zeros(count), np.zeros(ways),
         *(np.zeros(count) for _ in range(6)), np.zeros(ways), np.zeros(square), np.zeros(ways), np.zeros(ways),
-        np.zeros(square), poses, rates,
+        np.zeros(square), np.zeros(count), np.zeros(count), np.zeros(count), poses, rates,
     )  # fmt: skip
 
 
@@ -338,10 +355,10 @@ def _pointers(
     one, two, three = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))
     whole = np.zeros(0, dtype=np.int64)
     arguments = GeometryKernels(
-        (g, two), (g, two, 0.0), (g, two, two, 0), (g, two, 0), (g, two, two, 0, three, three), (g, two),
+        (g, two), (g, two, 0.0), (g, two, two, 0), (g, whole), (g, two, 0), (g, two, two, 0, three, three), (g, two),
         (g, two, whole, True),
     )  # fmt: skip
-    results = GeometryKernels(0, 0, None, (whole, one, two, three), None, True, None)
+    results = GeometryKernels(0, 0, None, None, (whole, one, two, three), None, True, None)
     absent = GeometryKernels(*(AbsentPointer(result, *rest) for result, rest in zip(results, arguments, strict=True)))
     kinds = []
     for kind, found in (
@@ -367,8 +384,11 @@ def _pointers(
     shapes, surfaces = kinds
     parts = ContactParts(shapes, surfaces, laws)
     state = np.zeros((0, 4), dtype=np.int64), addresses, parts, 0.0
-    rest = ContactKernels(state, state, (*state, 0.0), state, state, (*state, 0.0, one), (*state, two))
-    without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0)
+    rest = ContactKernels(
+        (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
+        (addresses, two, 0.0), state[:3], (*state, True, two),
+    )
+    without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0))
     return parts, ContactKernels(*(
         Pointer(kernel, *own) if groups else AbsentPointer(result, *own)
         for kernel, own, result in zip(CONTACTS, rest, without, strict=True)

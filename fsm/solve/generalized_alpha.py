@@ -9,15 +9,13 @@ import numpy as np
 
 from fsm.solve.array_steps import StepMethod
 from fsm.solve.restart_points import State
+from fsm.solve.settings import RHO_INF
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
 from fsm.system import System
 
-__all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
-
-RHO_INF = 0.6
-"""Default spectral radius at infinite frequency."""
+__all__ = ["Coefficients", "GeneralizedAlpha"]
 
 _NEWTON, _LOOSEST = 1e-2, 1e-3
 """Tolerance of Newton's method relative to the tolerance of a step, and the largest relative tolerance for it."""
