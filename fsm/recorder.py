@@ -47,9 +47,8 @@ from fsm.solve.arc_length import ArcSettings
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run import just_after
 from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings
 from fsm.summary import state_errors, summary_of
 
 if TYPE_CHECKING:

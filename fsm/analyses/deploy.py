@@ -34,8 +34,7 @@ from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.run_io import Statistics
-from fsm.solve.settings import Settings
-from fsm.solve.static import PathSettings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.system import System
 
 __all__ = ["Deployment"]
