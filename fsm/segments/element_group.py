@@ -246,7 +246,8 @@ class ElementGroup(Group):
 
     @cached_property
     def _pairs(self) -> np.ndarray:
-        return np.concatenate([self.bodies[:, pair] for pair in combinations(range(self.bodies.shape[1]), 2)])
+        found = np.concatenate([self.bodies[:, pair] for pair in combinations(range(self.bodies.shape[1]), 2)])
+        return np.ascontiguousarray(found[found[:, 0] != found[:, 1]])
 
     # memory -----------------------------------------------------------------------------------------------------------
 
