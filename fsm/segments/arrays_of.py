@@ -38,7 +38,7 @@ from fsm.stepping.model import ArrayModel
 from fsm.system_records import Ready
 
 if TYPE_CHECKING:
-    from fsm.segments.system import SegmentSystem
+    from fsm.segments.force_system import SegmentForces
 
 __all__ = ["arrays_of", "change_pattern", "segments_of"]
 
@@ -50,7 +50,7 @@ _SPATIAL_SPRINGS = SpringKernels(
 )
 _NONE, _NO_PAIRS, _NO_NUMBERS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0)
 def arrays_of(
-    system: SegmentSystem, pattern: BodyPattern, ready: Ready, contacts: ContactModel
+    system: SegmentForces, pattern: BodyPattern, ready: Ready, contacts: ContactModel
 ) -> tuple[ArrayModel, tuple[object, ...]]:
     """Compiled model of a system that has no part in Python, and its arrays; the caller must keep the arrays as long as the
     model.
@@ -60,7 +60,7 @@ def arrays_of(
 
 
 def segments_of(
-    system: SegmentSystem, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel,
+    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel,
     statics: bool = False,
 ) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
     """Model of all bodies for time steps or for statics, its arrays, and those of groups of elements; see `arrays_of`.
@@ -91,7 +91,7 @@ def segments_of(
 
 
 def change_pattern(
-    model: Segments, system: SegmentSystem, pattern: BodyPattern, known: Elimination, factors: np.ndarray,
+    model: Segments, system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray,
     contacts: ContactModel,
 ) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:  # fmt: skip
     """Give a model of statics the arrays of another pattern; arguments and results as in `segments_of`."""
@@ -103,7 +103,7 @@ def change_pattern(
 
 
 def _arrays(
-    system: SegmentSystem, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel
+    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel
 ) -> tuple[Arrays, Arrays, list[ElementArrays]]:  # fmt: skip
     """Arrays of all bodies, those for tangents at zero rates, and those of groups of elements."""
     bodies, spatial = system.bodies, system.spatial
@@ -163,7 +163,7 @@ def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Load
     return Loads(*group.arrays, group.slots(pattern), table_of([load.time for load in group.loads]))
 
 
-def _driven(system: SegmentSystem) -> Driven:
+def _driven(system: SegmentForces) -> Driven:
     motions = system.motions
     turning = () if system.turns is None else system.turns.bodies
     rows = [[turn.motion, turn.body] for turn in turning]

@@ -21,7 +21,7 @@ from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.element_group import ElementArrays, ElementGroup
 from fsm.segments.elements import BushingGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.solve.accuracy import ACCURATE, trial_vector
+from fsm.stepping.accuracy import ACCURATE, trial_vector
 from fsm.stepping.path_end import (
     CONTACT,
     CONTACT_SUMS,
@@ -42,7 +42,7 @@ from fsm.stepping.quasi_static import StaticModel
 from fsm.system_records import Energy, Observation, PairState, PreviousState, Ready
 
 if TYPE_CHECKING:
-    from fsm.segments.system import SegmentSystem
+    from fsm.segments.force_system import SegmentForces
 
 __all__ = ["StaticSegments"]
 
@@ -69,7 +69,7 @@ class StaticSegments:
         Whether the memory of the arrays is newer than that of the groups.
     """
 
-    def __init__(self, system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> None:
+    def __init__(self, system: SegmentForces, pattern: BodyPattern, ready: Ready) -> None:
         self._system, self._ready = system, ready
         shape, pairs = system.bodies.rate.shape, len(system.pair_names)
         self._contacts = ContactModel(system.contacts, pattern, shape, system.spatial, pairs)

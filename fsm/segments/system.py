@@ -12,7 +12,6 @@ from fsm.blocks import BlockMatrix
 from fsm.kernels.body_poses import shift_body
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
-    drive_reactions,
     largest_force,
     motion_energy,
     support_reactions,
@@ -27,7 +26,7 @@ from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.stepping.model import ArrayModel
-from fsm.system_records import DriveState, Energy, Observation, PreviousState, Ready, StepRejection
+from fsm.system_records import Energy, Observation, PreviousState, Ready, StepRejection
 
 if TYPE_CHECKING:
     from fsm.segments.contact_arrays_of import ContactModel
@@ -47,6 +46,10 @@ class SegmentSystem(SegmentForces):
     contacts : the contact groups among them
     pair_names : names of the contact pairs
     """
+
+    _array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
+    _contact_model: ContactModel | None = None
+    _statics: StaticSegments | None = None
 
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
@@ -362,14 +365,6 @@ class SegmentSystem(SegmentForces):
                 n = len(motion.direction)
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
-
-    def drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
-        """Travels and forces of all drives from the reactions (n_bodies, 3 or 6) of all bodies."""
-        force = np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))
-        if self.turns is not None:
-            for k, body, twist in self.turns.twists(self._travels(t)):
-                force[k] += float(twist @ reactions[body])
-        return DriveState(self._travels(t).copy(), force)
 
     def _energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: PreviousPoses | None = None

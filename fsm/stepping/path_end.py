@@ -16,7 +16,7 @@ __all__ = [
 
 CROSSED, NEGATIVE, NEGATIVE_AT_REST, DISSIPATED, LOADS, SLIDING_JOINTS, CONTACT, GRAVITY, JOINTS = range(9)
 """Indices of the record of `end_of_step`. CROSSED is 1 if sides of a contact have passed through each other. NEGATIVE is the
-number of negative pivots of the symmetric part of the last matrix of the step, NEGATIVE_AT_REST that of the stiffness at
+number of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at
 rest; both may be UNKNOWN. DISSIPATED and LOADS are the powers of dampers and of loads (W), SLIDING_JOINTS is the part of
 DISSIPATED that the memory of elements causes. CONTACT and GRAVITY are energies (J). JOINTS begins the energies of panels and
 of creases (J)."""
