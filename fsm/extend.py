@@ -64,7 +64,8 @@ from fsm.segments.point_elements import PointKind
 __all__ = [
     "ANGLES", "AXES", "DISSIPATED", "EFFORTS", "ENERGIES", "FIRST_PARAMETER", "SPEEDS", "STIFFNESSES", "VISCOSITIES",
     "Acceleration", "Angle", "AngularDamping", "AngularSpeed", "AngularStiffness", "Area", "Body", "CaseError",
-    "Count", "Coupling", "Damping", "Density", "Dim", "ElementLaw", "Fault", "Force", "ForceElement", "FrictionLaw", "Inertia",
+    "Count", "Coupling", "Damping", "Density", "Dim", "ElementLaw", "Fault", "Force", "ForceElement", "FrictionLaw",
+    "Inertia",
     "Length", "Mass", "Model", "Moment", "NormalLaw", "Number", "Offer", "PointKind", "Scene", "Section", "Speed",
     "State", "Stiffness", "Stress", "Temperature", "Time", "add_builder", "add_contact_law", "add_coupling",
     "add_element_law", "add_friction_law", "add_point_element", "floats_1d", "floats_2d", "floats_3d", "kernel",
