@@ -206,7 +206,7 @@ DATA = (
         "fsm/scene/crease_family.py",
         "math.log1p(time / self.tau)",
         "math.log1p(time)",
-        ("gallery closed_forms/relaxation",),
+        unit_test("calibrate_crease", "test_relaxation_is_kept_with_the_curves"),
     ),
     Mutant(
         "peak of a curve at the wrong place",
