@@ -44,13 +44,11 @@ from fsm.scene.scene import Scene
 from fsm.scene.toml_text import case_text
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import ArcSettings
-from fsm.solve.arc_run import ArcRun
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run import just_after
 from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings
 from fsm.summary import state_errors, summary_of
 
 if TYPE_CHECKING:
@@ -242,6 +240,8 @@ class RecordedSolve:
             for t in [*self.records_due]:
                 self._save(writer, replace(saved, time=t))
         elif isinstance(step.settings, ArcSettings):
+            from fsm.solve.arc_run import ArcRun
+
             assert self.energy_balance is not None and isinstance(system, SegmentSystem)
             path = ArcRun(system, step.settings, self.energy_balance, self.points)
             q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
@@ -479,15 +479,8 @@ def _due(times: deque[float], now: float) -> bool:
 
 def _counters(statistics: Statistics) -> dict[str, Any]:
     """Counters of a solve for the results file."""
-    return {
-        "method": statistics.method,
-        "outcome": statistics.outcome.name.lower(),
-        "steps": statistics.steps,
-        "force_evaluations": statistics.force_evaluations,
-        "jacobian_evaluations": statistics.jacobian_evaluations,
-        "factorisations": statistics.factorisations,
-        "newton_iterations": statistics.newton_iterations,
-        "smallest_step_s": statistics.smallest_step if math.isfinite(statistics.smallest_step) else 0.0,
-        "rejected_steps": statistics.rejected,
-        "solve_time_s": statistics.wall_time,
-    }
+    found = counted(statistics)
+    smallest = found.pop("smallest_step")
+    renamed = {"rejected_steps": found.pop("rejected"), "solve_time_s": found.pop("wall_time")}
+    renamed["smallest_step_s"] = smallest if math.isfinite(smallest) else 0.0
+    return {"method": statistics.method, "outcome": statistics.outcome.name.lower()} | found | renamed

@@ -366,7 +366,7 @@ class StaticArrays(Protocol):
         """Efforts at the end, the matrix of the last factorisation, whether it is symmetric, and whether its last solution
         needed no refinement.
 
-        With `found`, q is an equilibrium; the last result is then the number of negative pivots of the symmetric part of the
-        matrix, or None if it is not certain.
+        With `found`, q is an equilibrium; the last result is then the number of negative pivots of the matrix, or None if it
+        is not certain.
         """
         ...

@@ -89,7 +89,7 @@ def sum_forces(model: Segments, t: float, per_second: float) -> None:
     springs = springs_of(table)
     model.by_springs.force(poses, rates, springs.bodies, springs.constants, springs.last, per_second, total)
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, FORCE_BY], table, model.element_tables[k], per_second)
+        call_at(model.elements[k, FORCE_BY], table, model.element_tables[k], t, per_second)
     if model.groups.shape[0] > 0:
         model.by_contacts.force(table, model.groups, model.contact_parts, t, per_second > 0.0)
     if poses.shape[1] == 7:
@@ -155,7 +155,7 @@ def sum_tangents(
         damping,
     )  # fmt: skip
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, TANGENT_BY], table, model.element_tables[k], per_second)
+        call_at(model.elements[k, TANGENT_BY], table, model.element_tables[k], t, per_second)
 
 
 @kernel

@@ -11,6 +11,7 @@ from fsm.kernels.block_lu import count_negative, multiply_blocks
 from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import largest_force
 from fsm.kernels.pointers import call_at
+from fsm.kernels.small_blocks import negative_eigenvalues
 from fsm.segments.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.segments.array_statics import per_second_of, place_mean
 from fsm.segments.arrays import (
@@ -19,6 +20,7 @@ from fsm.segments.arrays import (
     FORCE,
     FREE,
     INTERVAL,
+    KEEP_BY,
     LAST_Q,
     LOST_BY,
     MATRIX,
@@ -43,6 +45,7 @@ from fsm.stepping.path_end import (
     LOADS,
     NEGATIVE,
     NEGATIVE_AT_REST,
+    SLIDING_JOINTS,
     UNKNOWN,
     PathCalls,
 )
@@ -62,7 +65,7 @@ def _end_of_step(
     if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups, model.contact_parts):
         record[CROSSED] = 1.0
     sum_forces(model, t, per_second)
-    _add_joints(model, per_second, record)
+    _add_joints(model, t, per_second, record)
     _add_loads(table, t, record)
     if model.groups.shape[0] > 0:
         record[CONTACT], lost = model.by_contacts.sums(
@@ -75,20 +78,23 @@ def _end_of_step(
 
 
 @kernel
-def _add_joints(model: Segments, per_second: float, record: np.ndarray) -> None:
+def _add_joints(model: Segments, t: float, per_second: float, record: np.ndarray) -> None:
     """Add the energies and the damper power of springs and elements."""
     table = model.table
     poses, rates, s = floats_2d(table, POSES), floats_2d(table, RATES), springs_of(table)
     springs, lost = model.by_springs.stored(
         poses, rates, s.bodies, s.constants, s.last, per_second, s.category, s.in_panels.shape[0]
     )
-    of_elements = floats_1d(table, STORED)
+    of_elements, duration = floats_1d(table, STORED), floats_1d(table, INTERVAL)[2]
     of_elements[:] = 0.0
+    of_step = 1.0 / duration if duration > 0.0 else 0.0
     for k in range(model.elements.shape[0]):
         own = model.element_tables[k]
-        call_at(model.elements[k, STORED_BY], table, own, per_second)
-        lost += call_at(model.elements[k, LOST_BY], table, own, per_second)
+        call_at(model.elements[k, STORED_BY], table, own, t, of_step)
+        lost += call_at(model.elements[k, LOST_BY], table, own, t, of_step)
     record[DISSIPATED] += lost
+    record[LOADS] += of_elements[2]
+    record[SLIDING_JOINTS] = of_elements[3]
     record[JOINTS], record[JOINTS + 1] = of_elements[0], of_elements[1]
     for i in range(springs.shape[0]):
         record[JOINTS] += s.in_panels[i] * springs[i]
@@ -114,15 +120,34 @@ def _add_loads(table: np.ndarray, t: float, record: np.ndarray) -> None:
 
 @kernel
 def _negative_of_last(model: Segments, trial: np.ndarray, accurate: float) -> float:
-    """Number of negative pivots of the symmetric part of the last matrix, or `UNKNOWN`."""
+    """Number of negative pivots of the last matrix, or `UNKNOWN`.
+
+    An unsymmetric matrix has no negative real pivot if the symmetric parts of all pivot blocks are definite, and these are
+    definite if the symmetric part of the matrix is.
+    """
     table, p, flags = model.table, pattern_of(model.table), model.flags
-    if flags[SYMMETRIC] == 0:
-        return _negative_of(model, floats_3d(table, MATRIX), trial, accurate)
     factors = floats_3d(table, FACTORS)
+    if flags[SYMMETRIC] == 0:
+        return 0.0 if flags[TRUSTED] == 1 and _definite_pivots(p.filled_diagonal, factors) else UNKNOWN
     found = count_negative(p.filled_diagonal, factors)
     if found == 0 and flags[TRUSTED] == 1:
         return 0.0
     return float(found) if _signs_hold(model, p, floats_3d(table, MATRIX), factors, trial, accurate) else UNKNOWN
+
+
+@kernel
+def _definite_pivots(diagonal: np.ndarray, factors: np.ndarray) -> bool:
+    """Whether the symmetric parts of all pivot blocks are positive definite, like those of their inverses in `factors`."""
+    size = factors.shape[1]
+    work, part = np.empty((size, size)), np.empty((size, size))
+    for i in range(diagonal.shape[0]):
+        block = factors[diagonal[i]]
+        for a in range(size):
+            for b in range(size):
+                part[a, b] = 0.5 * (block[a, b] + block[b, a])
+        if negative_eigenvalues(part, work) > 0:
+            return False
+    return True
 
 
 @kernel
@@ -134,13 +159,7 @@ def _negative_at_rest(model: Segments, trial: np.ndarray, accurate: float) -> fl
         model.by_contacts, model.contact_parts, model.equations,
     )  # fmt: skip
     sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
-    return _negative_of(model, floats_3d(table, STIFFNESS), trial, accurate)
-
-
-@kernel
-def _negative_of(model: Segments, blocks: np.ndarray, trial: np.ndarray, accurate: float) -> float:
-    """Number of negative pivots of the symmetric part of a matrix, or `UNKNOWN`."""
-    table, p = model.at_rest, pattern_of(model.table)
+    p, blocks = pattern_of(table), floats_3d(table, STIFFNESS)
     matrix, factors = floats_3d(table, MATRIX), floats_3d(table, FACTORS)
     for k in range(matrix.shape[0]):
         mirrored = p.transposed[k]
@@ -184,7 +203,8 @@ def _accept(model: Segments, q: np.ndarray) -> None:
         model.by_contacts.accept(table, model.groups, model.contact_parts, t, per_second > 0.0)
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, ACCEPT_BY], table, model.element_tables[k], per_second)
+        call_at(model.elements[k, KEEP_BY], table, model.element_tables[k], t, per_second)
+        call_at(model.elements[k, ACCEPT_BY], table, model.element_tables[k], t, per_second)
 
 
 @kernel

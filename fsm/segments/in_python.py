@@ -93,10 +93,6 @@ def _named(reason: str, found: list[tuple[str, str]]) -> str:
 def _of_element(element: ForceElement) -> Iterator[str]:
     if element.law is not None:
         yield f"the law {element.law!r} of an extension has no compiled form"
-    if element.rest_turn and element.rest_time is not None:
-        yield "a rest angle that moves has no compiled form"
-    if element.crease is not None and _has_branches(element.crease):
-        yield "a crease with loading and unloading curves has no compiled form"
 
 
 def _has_branches(crease: Crease) -> bool:

@@ -18,10 +18,10 @@ from fsm.segments.array_statics import STATICS
 from fsm.segments.arrays import FACTORS, Arrays
 from fsm.segments.arrays_of import change_pattern, segments_of
 from fsm.segments.contact_arrays_of import ContactModel
-from fsm.segments.element_cache import ElementArrays, TwoBodyGroup
+from fsm.segments.element_group import ElementArrays, ElementGroup
 from fsm.segments.elements import BushingGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.solve.accuracy import ACCURATE, trial_vector
+from fsm.stepping.accuracy import ACCURATE, trial_vector
 from fsm.stepping.path_end import (
     CONTACT,
     CONTACT_SUMS,
@@ -32,6 +32,7 @@ from fsm.stepping.path_end import (
     LOADS,
     NEGATIVE,
     NEGATIVE_AT_REST,
+    SLIDING_JOINTS,
     PathModel,
     accept_state,
     contact_force,
@@ -41,7 +42,7 @@ from fsm.stepping.quasi_static import StaticModel
 from fsm.system_records import Energy, Observation, PairState, PreviousState, Ready
 
 if TYPE_CHECKING:
-    from fsm.segments.system import SegmentSystem
+    from fsm.segments.force_system import SegmentForces
 
 __all__ = ["StaticSegments"]
 
@@ -68,7 +69,7 @@ class StaticSegments:
         Whether the memory of the arrays is newer than that of the groups.
     """
 
-    def __init__(self, system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> None:
+    def __init__(self, system: SegmentForces, pattern: BodyPattern, ready: Ready) -> None:
         self._system, self._ready = system, ready
         shape, pairs = system.bodies.rate.shape, len(system.pair_names)
         self._contacts = ContactModel(system.contacts, pattern, shape, system.spatial, pairs)
@@ -86,7 +87,7 @@ class StaticSegments:
         """Use these arrays, whose addresses the model has."""
         self._pattern, (self._arrays, self._resting), self._elements = pattern, arrays, elements
         own = iter(elements)
-        joints = [group for group in self._system.groups if isinstance(group, TwoBodyGroup)]
+        joints = [group for group in self._system.groups if isinstance(group, BushingGroup | ElementGroup)]
         places = [arrays[0].springs.last if isinstance(group, BushingGroup) else next(own).last for group in joints]
         self._damped = [(group, last) for group, last in zip(joints, places, strict=True) if group.rate_dependent]
         self._accepted = np.zeros(0)
@@ -136,7 +137,8 @@ class StaticSegments:
         """See `fsm.system.StaticArrays`."""
         system, self._end = self._system, None
         if self.lacks:
-            own = [group.pairs(system.bodies.pose)[0] for group in system.groups if isinstance(group, TwoBodyGroup)]
+            joints = [group for group in system.groups if isinstance(group, BushingGroup | ElementGroup)]
+            own = [group.pairs(system.bodies.pose)[0] for group in joints]
             self._change_pattern(body_pattern(self._pattern.dof, [*own, *self._contacts.pairs()], system.size))
         since = before if system.rate_dependent and t > before[0] else None
         poses, rates = system.place(t, q, None if since is None else np.zeros(system.nu), since)
@@ -145,7 +147,8 @@ class StaticSegments:
             self._arrays = self._arrays._replace(factors=factors)
             self.model.arrays.table[FACTORS] = address_table([factors])[0]
         arrays = self._arrays
-        arrays.poses[:], arrays.rates[:], arrays.interval[:] = poses, rates, (t, 0.0 if since is None else t - since[0])
+        arrays.poses[:], arrays.rates[:] = poses, rates
+        arrays.interval[:] = t, 0.0 if since is None else t - since[0], t - before[0]
         arrays.springs.efforts.ravel()[:] = efforts
         if not self.current:
             self._contacts.load(False)
@@ -223,7 +226,7 @@ class StaticSegments:
         if system.turns is not None:
             driven += system.turns.kinetic(system.bodies.inertia, self._arrays.rates)
         loads = float(record[LOADS])
-        sliding = float(pair_power[0].sum()) if system.bristles else 0.0
+        sliding = float(record[SLIDING_JOINTS]) + (float(pair_power[0].sum()) if system.bristles else 0.0)
         energy = Energy(
             kinetic, potential, float(record[DISSIPATED]), loads + driving, pair_power, sliding, driven, loads
         )

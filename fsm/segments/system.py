@@ -12,7 +12,6 @@ from fsm.blocks import BlockMatrix
 from fsm.kernels.body_poses import shift_body
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
-    drive_reactions,
     largest_force,
     motion_energy,
     support_reactions,
@@ -27,7 +26,7 @@ from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.stepping.model import ArrayModel
-from fsm.system_records import DriveState, Energy, Observation, PreviousState, Ready, StepRejection
+from fsm.system_records import Energy, Observation, PreviousState, Ready, StepRejection
 
 if TYPE_CHECKING:
     from fsm.segments.contact_arrays_of import ContactModel
@@ -47,6 +46,10 @@ class SegmentSystem(SegmentForces):
     contacts : the contact groups among them
     pair_names : names of the contact pairs
     """
+
+    _array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
+    _contact_model: ContactModel | None = None
+    _statics: StaticSegments | None = None
 
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
@@ -286,7 +289,7 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         end = len(memory)
         for group in reversed(self._sliding):
-            begin = max(0, end - group.remembered)
+            begin = max(0, end - len(group.memory_of))
             group.restore(memory[begin:end])
             end = begin
         self.contacts.restore(memory[:end])
@@ -363,14 +366,6 @@ class SegmentSystem(SegmentForces):
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
 
-    def drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
-        """Travels and forces of all drives from the reactions (n_bodies, 3 or 6) of all bodies."""
-        force = np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))
-        if self.turns is not None:
-            for k, body, twist in self.turns.twists(self._travels(t)):
-                force[k] += float(twist @ reactions[body])
-        return DriveState(self._travels(t).copy(), force)
-
     def _energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: PreviousPoses | None = None
     ) -> Energy:
@@ -382,7 +377,7 @@ class SegmentSystem(SegmentForces):
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
-            sliding += lost if group in self._sliding else 0.0
+            sliding += lost if any(group is one for one in self._sliding) else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
         if self.bristles:  # bristles also resist at zero speed
             sliding += float(pair_power[0].sum())

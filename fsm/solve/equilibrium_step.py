@@ -225,8 +225,6 @@ class EquilibriumStep:
             if unsymmetric:
                 self.solver.factorise(matrix.symmetric())
             negative = self.solver.negative_pivots()
-        elif unsymmetric:
-            self.solver.factorisations += 1  # by the kernel
         if negative and unsymmetric:
             self.solver.factorise(matrix)
             negative = self.solver.negative_real_pivots()

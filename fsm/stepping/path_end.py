@@ -11,14 +11,15 @@ from fsm.kernels.pointers import Pointer, typed_by
 
 __all__ = [
     "CONTACT", "CONTACT_SUMS", "CROSSED", "DISSIPATED", "GRAVITY", "JOINTS", "LOADS", "NEGATIVE", "NEGATIVE_AT_REST",
-    "UNKNOWN", "PathCalls", "PathModel", "accept_state", "contact_force", "end_of_step",
+    "SLIDING_JOINTS", "UNKNOWN", "PathCalls", "PathModel", "accept_state", "contact_force", "end_of_step",
 ]  # fmt: skip
 
-CROSSED, NEGATIVE, NEGATIVE_AT_REST, DISSIPATED, LOADS, CONTACT, GRAVITY, JOINTS = range(8)
+CROSSED, NEGATIVE, NEGATIVE_AT_REST, DISSIPATED, LOADS, SLIDING_JOINTS, CONTACT, GRAVITY, JOINTS = range(9)
 """Indices of the record of `end_of_step`. CROSSED is 1 if sides of a contact have passed through each other. NEGATIVE is the
-number of negative pivots of the symmetric part of the last matrix of the step, NEGATIVE_AT_REST that of the stiffness at
-rest; both may be UNKNOWN. DISSIPATED and LOADS are the powers of dampers and of loads (W). CONTACT and GRAVITY are energies
-(J). JOINTS begins the energies of panels and of creases (J)."""
+number of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at
+rest; both may be UNKNOWN. DISSIPATED and LOADS are the powers of dampers and of loads (W), SLIDING_JOINTS is the part of
+DISSIPATED that the memory of elements causes. CONTACT and GRAVITY are energies (J). JOINTS begins the energies of panels and
+of creases (J)."""
 CONTACT_SUMS = JOINTS + 2
 """Index of the first of seven values of each contact pair: the rows of `fsm.interactions.pair_sums`, and the gap (m)."""
 UNKNOWN = -1.0

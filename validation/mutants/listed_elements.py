@@ -279,9 +279,9 @@ JOINED = (
     ),
     Mutant(
         "contact stiffness of films that of the larger face",
-        "fsm/segments/flexible_contacts.py",
-        "self._whole[members].min(axis=1, initial=np.inf)",
-        "self._whole[members].max(axis=1, initial=0.0)",
+        "fsm/segments/side_contacts.py",
+        "(area / part).min(axis=1, initial=np.inf)",
+        "(area / part).max(axis=1, initial=0.0)",
         unit_test("film_contact", "test_the_stiffness_is_that_of_the_smaller_face_for_any_mesh"),
     ),
     Mutant(
