@@ -249,8 +249,9 @@ CHANNELS = (
     Mutant(
         "wrenches of creases with the sliders of the start",
         "fsm/channels/elements.py",
-        "alone.restore(group.memory())",
-        "alone.restore(np.zeros(0))",
+        "reshape(count, 2))\n\n\ndef _arms",
+        'reshape(count, 2), **({"sliders": group.sliders._replace(memory=group.sliders.first.copy())} '
+        'if hasattr(group, "sliders") else {}))\n\n\ndef _arms',
         physics_test("channels", "test_a_crease_with_hysteresis_knows_its_memory_at_each_record"),
     ),
     Mutant(
