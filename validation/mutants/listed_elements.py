@@ -206,7 +206,7 @@ DATA = (
         "fsm/scene/crease_family.py",
         "math.log1p(time / self.tau)",
         "math.log1p(time)",
-        ("gallery closed_forms/relaxation",),
+        unit_test("calibrate_crease", "test_relaxation_is_kept_with_the_curves"),
     ),
     Mutant(
         "peak of a curve at the wrong place",
@@ -249,8 +249,9 @@ CHANNELS = (
     Mutant(
         "wrenches of creases with the sliders of the start",
         "fsm/channels/elements.py",
-        "alone.restore(group.memory())",
-        "alone.restore(np.zeros(0))",
+        "reshape(count, 2))\n\n\ndef _arms",
+        'reshape(count, 2), **({"sliders": group.sliders._replace(memory=group.sliders.first.copy())} '
+        'if hasattr(group, "sliders") else {}))\n\n\ndef _arms',
         physics_test("channels", "test_a_crease_with_hysteresis_knows_its_memory_at_each_record"),
     ),
     Mutant(
