@@ -113,10 +113,10 @@ FILMS = (
         unit_test("tension_field_law", "test_slopes_in_all_states"),
     ),
     Mutant(
-        "tension field ends where the film still bears both ways",
-        "fsm/ancf/film.py",
-        "across = (1.0 + nu) * middle - (1.0 - nu) * radius",
-        "across = middle - radius",
+        "a film bears both ways where it has wrinkles",
+        "fsm/ancf/tension_field.py",
+        "if e2 + poisson * e1 > 0.0:",
+        "if e2 + e1 > 0.0:",
         unit_test("ancf_elements", "test_states_of_a_tension_field"),
     ),
     Mutant(
