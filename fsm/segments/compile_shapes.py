@@ -22,7 +22,8 @@ from fsm.segments.obstacle_contacts import ObstacleContacts
 from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.plate_shapes import corner_neighbours, plate_shapes
 from fsm.segments.shape_tables import Shape
-from fsm.segments.sheet_contacts import SheetContacts, SheetSurface
+from fsm.segments.sheet_contacts import SheetContacts
+from fsm.segments.sheet_tables import SheetSurface
 from fsm.segments.solid_contacts import SolidContacts
 
 __all__ = ["compile_shapes"]

@@ -56,8 +56,6 @@ GROUND = 0
 """Index of the ground."""
 _RENEWAL = 0.4
 """Displacement, relative to the margin, after which the broad phase is renewed."""
-_MOST_SHAPES = 500
-"""Number of shapes up to which all pairs are listed at once."""
 _MOST_SLOTS = 50000
 """Number of slots up to which all pairs are listed at once."""
 _ON_CREASE = 1e-6
@@ -131,7 +129,7 @@ class ShapeContacts:
     @property
     def many(self) -> bool:
         """Whether the tables of all listed pairs are too large, so that the broad phase has to select pairs in each step."""
-        return len(self.kit.shapes.body) > _MOST_SHAPES or self.kit.slots_of(self._all_units.shapes) > _MOST_SLOTS
+        return self.listed.at_most() > _MOST_SLOTS or self.kit.slots_of(self._all_units.shapes) > _MOST_SLOTS
 
     @cached_property
     def _all_units(self) -> Units:
