@@ -39,21 +39,21 @@ demo: $(RUN)
 # kernels are compiled before the tests, in processes of their own: a worker that compiles grows to gigabytes
 test: $(DEV)
 	$(BIN)/fsm warmup
-	$(BIN)/python -m pytest -m "not nightly" -n $(WORKERS)
+	$(BIN)/python -m pytest -m "not nightly" -n $(WORKERS) --dist worksteal
 
 test-nightly: $(DEV)
 	$(BIN)/fsm warmup
-	$(BIN)/python -m pytest -m nightly -n $(WORKERS)
+	$(BIN)/python -m pytest -m nightly -n $(WORKERS) --dist worksteal
 	$(MAKE) --no-print-directory test-machines ONE="--one tests/physics"
 
 ONE ?=
 test-machines: $(DEV)
-	$(BIN)/python -m tests.machines -m "not nightly" -n $(WORKERS) $(ONE)
+	$(BIN)/python -m tests.machines -m "not nightly" -n $(WORKERS) --dist worksteal $(ONE)
 
 # compiled, for all that is no kernel; then the kernels, line by line, from tests that Python gets through (tests/pure_python.py)
 coverage: $(COV)
 	rm -rf out/coverage
-	$(BIN)/python -m coverage run -m pytest -m "not nightly" -n $(WORKERS)
+	$(BIN)/python -m coverage run -m pytest -m "not nightly" -n $(WORKERS) --dist worksteal
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -p tests.pure_python -m "not nightly" -n $(WORKERS) --dist worksteal
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage html --quiet

@@ -151,7 +151,8 @@ def run(
     quiet: bool,
 ) -> None:
     """Solve a case and write its results and plots."""
-    from fsm.scene.load_case import load_case
+    with imports_outside_gc():
+        from fsm.scene.load_case import load_case
 
     settings = [*overrides, *_solve_overrides(spatial, method)]
     loaded = load_case(case, settings)

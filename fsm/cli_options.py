@@ -48,7 +48,7 @@ def drawing_options(command: Command) -> Command:
 
     @wraps(command)
     def drawn(*arguments: Any, style: str, file_format: str, **options: Any) -> Any:
-        with drawing(style, f".{file_format}"):
+        with drawing(style, f".{file_format}", two=True):
             return command(*arguments, **options)
 
     formats = [suffix.removeprefix(".") for suffix in FORMATS]

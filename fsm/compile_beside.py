@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fsm.kernels import jit
+from fsm.threads import processors
 
 __all__ = ["compiled_beside"]
 
@@ -37,7 +38,7 @@ def compiled_beside(arguments: Sequence[str]) -> Iterator[None]:
         if compiled == _FEW:
             helper.append(_started(arguments))
 
-    several = _processors() > 1 and jit.cache_folder() is not None
+    several = processors() > 1 and jit.cache_folder() is not None
     unsubscribe = jit.on_compile(count) if several else lambda: None
     try:
         yield
@@ -58,8 +59,3 @@ def _started(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
         command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, start_new_session=True,
         env=os.environ | {"PYTHONPATH": folders.strip(os.pathsep)},
     )  # fmt: skip
-
-
-def _processors() -> int:
-    """Number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -23,7 +23,7 @@ from fsm.segments.plan_warnings import plan_warnings
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
 from fsm.shown_units import shown
-from fsm.solve.static import PathSettings
+from fsm.solve.settings import PathSettings
 
 __all__ = ["compile_case", "compile_planned", "compile_whole", "path_settings"]
 

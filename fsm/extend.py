@@ -1,6 +1,7 @@
 """Additions of users: contact laws, friction laws, laws and kinds of force elements, builders and output channels.
 
-A case names the Python file that registers the extensions, ``extensions = ["my_law.py"]``. See docs/extend.
+A case names the Python file that registers the extensions, ``extensions = ["my_law.py"]``. See docs/extend. This module has
+all that such a file imports from the package, also the units of its keys, the parts of a scene, and the errors.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from pydantic import BaseModel
 
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import motion_of_bodies
+from fsm.errors import CaseError, Fault
 from fsm.kernels.jit import kernel
 from fsm.laws.friction import FRICTION_LAWS as OWN_FRICTION_LAWS
 from fsm.laws.friction import FrictionLaw
@@ -20,14 +22,38 @@ from fsm.registry import BUILDERS, CONTACT_LAWS, ELEMENT_LAWS, FRICTION_LAWS, PO
 from fsm.results.channel import AXES, Dim
 from fsm.scene.case import Case
 from fsm.scene.model import Model as Section
-from fsm.scene.scene import Scene
+from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.scene.units import (
+    Acceleration,
+    Angle,
+    AngularDamping,
+    AngularSpeed,
+    AngularStiffness,
+    Area,
+    Count,
+    Damping,
+    Density,
+    Force,
+    Inertia,
+    Length,
+    Mass,
+    Moment,
+    Number,
+    Speed,
+    Stiffness,
+    Stress,
+    Temperature,
+    Time,
+)
 from fsm.segments.law_elements import ElementLaw
 from fsm.segments.point_elements import PointKind
 
 __all__ = [
-    "AXES", "Dim", "ElementLaw", "FrictionLaw", "Model", "NormalLaw", "Offer", "PointKind", "Section", "State",
-    "add_builder", "add_contact_law", "add_element_law", "add_friction_law", "add_point_element", "kernel",
-    "motion_of_bodies", "offers",
+    "AXES", "Acceleration", "Angle", "AngularDamping", "AngularSpeed", "AngularStiffness", "Area", "Body", "CaseError",
+    "Count", "Damping", "Density", "Dim", "ElementLaw", "Fault", "Force", "ForceElement", "FrictionLaw", "Inertia",
+    "Length", "Mass", "Model", "Moment", "NormalLaw", "Number", "Offer", "PointKind", "Scene", "Section", "Speed",
+    "State", "Stiffness", "Stress", "Temperature", "Time", "add_builder", "add_contact_law", "add_element_law",
+    "add_friction_law", "add_point_element", "kernel", "motion_of_bodies", "offers",
 ]  # fmt: skip
 
 Built = TypeVar("Built", bound=BaseModel)

@@ -18,7 +18,7 @@ import numpy as np
 
 __all__ = [
     "READ_ERRORS", "SIGNATURE", "attribute", "check_contents", "close_discarding", "fixed_text", "has_checksums",
-    "is_finite", "names_in", "numbers_in", "plain", "text_in", "written_from_memory",
+    "is_finite", "names_in", "numbers_in", "plain", "text_in", "write_attribute", "written_from_memory",
 ]  # fmt: skip
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -90,6 +90,16 @@ def check_contents(file: Any) -> None:
                 waiting.append(item)
             elif isinstance(item, h5py.Dataset) and (item.is_virtual or item.id.get_create_plist().get_external_count()):
                 raise OSError(f"{path} stores its numbers in another file")
+
+
+def write_attribute(item: Any, name: str, value: Any) -> None:
+    """Add an attribute to an object of the lower level of h5py; a string gets a variable length."""
+    from h5py import h5a, h5s, h5t, string_dtype
+
+    values = np.array(value, dtype=string_dtype() if isinstance(value, str) else None)
+    space = h5s.create_simple(values.shape) if values.ndim else h5s.create(h5s.SCALAR)
+    made = h5a.create(item, name.encode(), h5t.py_create(values.dtype, logical=True), space)
+    made.write(values, mtype=h5t.py_create(values.dtype))
 
 
 def attribute(item: Any, name: str) -> Any:

@@ -13,6 +13,8 @@ __all__ = ["TIP", "unwatched_crossings", "lattice_overlap"]
 TIP = 0.05
 """Part of a panel's length, next to each end, where a crossing does not count."""
 
+_LINES = 20_000
+"""Number of lines that are examined at a time."""
 _TURNED = 1e-6
 """Angle, rad, up to which the sides of a panel are along y."""
 _DEEP = 0.01
@@ -92,18 +94,19 @@ def unwatched_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int
     panel = solution.layout.panel
     found: dict[tuple[int, int], float] = {}
     at = solution.travel[:, 0] if solution.travel.shape[1] else solution.time
-    for number in range(_in_plane(solution.shape)):
-        start = solution.shape[number, :, 0][:, [0, 2]]
-        end = solution.shape[number, :, 1][:, [0, 2]]
-        for i, j in _crossing(start, end):
+    records, block = _in_plane(solution.shape), max(1, _LINES // len(panel))
+    for begin in range(0, records, block):
+        shape = solution.shape[begin : min(begin + block, records)]
+        starts, ends = shape[:, :, 0][..., [0, 2]], shape[:, :, 1][..., [0, 2]]
+        for number, i, j in _crossing(starts, ends, panel).tolist():
             pair = (int(min(panel[i], panel[j])), int(max(panel[i], panel[j])))
             if pair[0] == pair[1] or pair[0] <= 0 or pair in watched or pair in found:
                 continue
-            across = solution.shape[number, [i, j]][:, [0, 3], 1]
+            across = shape[number, [i, j]][:, [0, 3], 1]
             if across.min(axis=1).max() >= across.max(axis=1).min():
                 continue
-            if not _at_a_tip(start, end, panel, i, j):
-                found[pair] = float(at[number])
+            if not _at_a_tip(starts[number], ends[number], panel, i, j):
+                found[pair] = float(at[begin + number])
     return [(a, b, travel) for (a, b), travel in sorted(found.items())]
 
 
@@ -126,17 +129,33 @@ def _contact_pairs(scene: Scene) -> set[tuple[int, int]]:
     }
 
 
-def _crossing(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Pairs (m, 2) of lines that cross between the ends of both."""
+def _crossing(start: np.ndarray, end: np.ndarray, panel: np.ndarray) -> np.ndarray:
+    """Record and both lines of pairs (m, 3) of lines of different panels that cross between the ends of both.
+
+    Parameters
+    ----------
+    start, end : (records, lines, 2) arrays, m
+    panel : (lines,) array
+    """
+    lines = start.shape[1]
+    tiny = 1e-9 * np.max(np.sum((end - start) ** 2, axis=2), axis=1)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    width = float(np.max(high) - np.min(low))
+    aside = np.zeros((len(start), 1, 2))
+    aside[:, 0, 0] = 2.0 * width * np.arange(len(start))  # records lie side by side, so one search covers all of them
+    margin = 1e-9 * width
+    i, j = near_boxes((low + aside - margin).reshape(-1, 2), (high + aside + margin).reshape(-1, 2))
+    apart = panel[i % lines] != panel[j % lines]
+    i, j = i[apart], j[apart]
+    record = i // lines
+    start, end = start.reshape(-1, 2), end.reshape(-1, 2)
     along = end - start
-    tiny = 1e-9 * float(np.max(np.sum(along**2, axis=1)))
-    i, j = near_boxes(np.minimum(start, end), np.maximum(start, end))
     across = np.full(len(i), True)
     for line, other in ((i, j), (j, i)):
         side_start = _side(along[line], start[other] - start[line])
         side_end = _side(along[line], end[other] - start[line])
-        across &= (side_start * side_end < 0.0) & (np.abs(side_start) > tiny) & (np.abs(side_end) > tiny)
-    return np.column_stack([i[across], j[across]])
+        across &= (side_start * side_end < 0.0) & (np.minimum(np.abs(side_start), np.abs(side_end)) > tiny[record])
+    return np.column_stack([record, i - record * lines, j - record * lines])[across]
 
 
 def _at_a_tip(start: np.ndarray, end: np.ndarray, panel: np.ndarray, i: int, j: int) -> bool:

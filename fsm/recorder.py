@@ -44,13 +44,11 @@ from fsm.scene.scene import Scene
 from fsm.scene.toml_text import case_text
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import ArcSettings
-from fsm.solve.arc_run import ArcRun
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run import just_after
 from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings
 from fsm.summary import state_errors, summary_of
 
 if TYPE_CHECKING:
@@ -242,6 +240,8 @@ class RecordedSolve:
             for t in [*self.records_due]:
                 self._save(writer, replace(saved, time=t))
         elif isinstance(step.settings, ArcSettings):
+            from fsm.solve.arc_run import ArcRun
+
             assert self.energy_balance is not None and isinstance(system, SegmentSystem)
             path = ArcRun(system, step.settings, self.energy_balance, self.points)
             q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))

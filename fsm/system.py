@@ -243,6 +243,10 @@ class System(Protocol):
         """Name of the body with the largest entry of a (nu,) vector, for messages."""
         ...
 
+    def negative_at_rest(self, t: float, q: np.ndarray) -> int | None:
+        """Number of negative pivots of the symmetric part of the stiffness at rest; None if it is not yet known."""
+        return None
+
     def contact_force(self, t: float, q: np.ndarray) -> float:
         """Largest contact force on a body at rest, N; 0 for most systems."""
         return 0.0
@@ -344,12 +348,25 @@ class StaticArrays(Protocol):
 
     model: Any
 
-    def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray) -> None:
-        """Set the time, the last state, and the efforts to begin with; q is any configuration."""
+    @property
+    def lacks(self) -> bool:
+        """Whether the last step met bodies whose block the pattern of the matrix lacks; `begin` adds the block."""
         ...
 
-    def end(self) -> tuple[np.ndarray, BlockMatrix, bool, bool]:
+    def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray, most: float) -> None:
+        """Set the time, the last state, and the efforts to begin with; q is the first configuration.
+
+        `most` (N) as in `MixedSystem.depths`.
+        """
+        ...
+
+    def end(
+        self, t: float, q: np.ndarray, before: PreviousState, found: bool
+    ) -> tuple[np.ndarray, BlockMatrix, bool, bool, int | None]:
         """Efforts at the end, the matrix of the last factorisation, whether it is symmetric, and whether its last solution
         needed no refinement.
+
+        With `found`, q is an equilibrium; the last result is then the number of negative pivots of the matrix, or None if it
+        is not certain.
         """
         ...

@@ -1,4 +1,4 @@
-"""One thread for linear algebra, both in the command line and in the workers of a table.
+"""Number of processors, and one thread for linear algebra, both in the command line and in the workers of a table.
 
 The number of threads changes the order of sums, and so the last bits of a result. The matrices are small, so a second
 thread saves no time. The linear algebra libraries read their number of threads from environment variables
@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["one_thread"]
+__all__ = ["one_thread", "processors"]
 
 _VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -26,3 +26,8 @@ def one_thread() -> Iterator[None]:
     finally:
         for name, value in before.items():
             os.environ.pop(name) if value is None else os.environ.update({name: value})
+
+
+def processors() -> int:
+    """Number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

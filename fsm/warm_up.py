@@ -37,9 +37,9 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve.equilibrium_step import EquilibriumStep
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.static import follow
 
 __all__ = ["KINDS", "compile_ahead", "compile_linear_solver"]
 

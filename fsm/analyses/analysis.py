@@ -14,8 +14,7 @@ from fsm.results.solution import Layout, Solution
 from fsm.segments.in_python import InPython
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
-from fsm.solve.settings import Settings
-from fsm.solve.static import PathSettings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.system import System
 
 __all__ = ["MODAL", "Analysis", "OneStep", "Solver", "StatedErrors", "Watch"]

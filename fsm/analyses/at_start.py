@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.artificial_damping import come_to_rest
 from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.solve.relax import relaxed
 from fsm.system import System
 
 __all__ = ["equilibrium_at_start"]
@@ -57,12 +55,16 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
         pass
     try:
         _reset(system, q, t, memory)
+        from fsm.solve.artificial_damping import come_to_rest
+
         return _downhill(system, come_to_rest(system, t, q), t, memory)
     except NotConverged as error:
         raise NotConverged(f"{where}: {error}; {advice}") from None
 
 
 def _downhill(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> np.ndarray:
+    from fsm.solve.relax import relaxed
+
     _reset(system, q, t, memory)
     return relaxed(system, t, q, max_iterations=_ITERATIONS, watched=True).q
 

@@ -29,14 +29,12 @@ from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
 from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
-from fsm.sheet_motion import folded_parts
 from fsm.shown_units import shown
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.run_io import Statistics
-from fsm.solve.settings import Settings
-from fsm.solve.static import PathSettings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.system import System
 
 __all__ = ["Deployment"]
@@ -286,21 +284,25 @@ class Deployment(Analysis):
             return {"by": "none: rigid bodies and bars have no mesh"}
         if refused:
             return {"by": refused}
-        coarser = other_meshes(self.case)
-        if coarser and self._smaller(coarser[0]):
-            if len(coarser) > 1 and (self._dynamic or not self._smaller(coarser[1], coarser[0])):
-                coarser = coarser[:1]
+        coarser = self._coarser_meshes()
+        if coarser:
             size = "2 and 4 times" if len(coarser) > 1 else "twice"
             return Comparison(f"comparison with cells of {size} the size", coarser, cells=True)
         return Comparison("comparison with cells of half the size", (finer_mesh(self.case),), cells=True)
 
-    def _smaller(self, coarser: Case, than: Case | None = None) -> bool:
-        """Whether a coarser mesh has far fewer unknowns."""
-        try:
-            own = self.system if than is None else compile_case(than)[1]
-            return compile_case(coarser)[1].nu < _FEWER * own.nu
-        except FsmError:  # a mesh that is too coarse for the case
-            return False
+    def _coarser_meshes(self) -> tuple[Case, ...]:
+        """Coarser meshes, each with far fewer unknowns than the one before; at most one in a dynamic case."""
+        found: tuple[Case, ...] = ()
+        unknowns = self.system.nu
+        for coarser in other_meshes(self.case)[: 1 if self._dynamic else None]:
+            try:
+                fewer = compile_case(coarser)[1].nu
+            except FsmError:  # the mesh is too coarse for the case
+                break
+            if fewer >= _FEWER * unknowns:
+                break
+            found, unknowns = (*found, coarser), fewer
+        return found
 
     def _of_steps(self, solution: Solution, statistics: Statistics, refused: str) -> Statement | Comparison:
         """Error due to steps in time, or due to increments."""
@@ -365,6 +367,8 @@ class Deployment(Analysis):
 
     def _folded(self, solution: Solution) -> dict[str, Any]:
         """Fractions of the rest angles that creases have reached with `sheet.fold_to`."""
+        from fsm.sheet_motion import folded_parts  # imports all parts of patterns
+
         assert self.case.sheet is not None
         if not self.case.sheet.fold_to or self.scene.facets is None:
             return folded_parts(solution) if self.case.sheet.fold_to else {}

@@ -18,7 +18,6 @@ from fsm.scene.case import Case
 from fsm.scene.scene import Scene
 from fsm.segments.plan import Plan
 from fsm.segments.system import SegmentSystem
-from fsm.sheet_motion import fold_warning
 from fsm.shown_units import shown
 
 __all__ = ["DEEP", "deploy_warnings", "unstable_end"]
@@ -61,7 +60,10 @@ def deploy_warnings(
         )
     found += _crossed(unwatched_crossings(solution, scene), solution)
     found += _stretched(solution, case, system, same_throughout) + _torn(summary, case, system)
-    found += fold_warning(solution, summary.get("folded", {}))
+    if case.sheet is not None:
+        from fsm.sheet_motion import fold_warning  # imports all parts of patterns
+
+        found += fold_warning(solution, summary.get("folded", {}))
     meeting = lattice_overlap(solution, scene)
     if meeting:
         found.append(meeting)

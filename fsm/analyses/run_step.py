@@ -9,8 +9,7 @@ import numpy as np
 
 from fsm.scene.steps import Kind
 from fsm.solve.arc_length import ArcSettings
-from fsm.solve.settings import Settings
-from fsm.solve.static import PathSettings
+from fsm.solve.settings import PathSettings, Settings
 
 __all__ = ["RunStep", "States", "StepResult"]
 

@@ -23,11 +23,9 @@ from fsm.scene.check_scissor import default_holds
 from fsm.scene.record_count import record_count
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.generalized_alpha import RHO_INF
 from fsm.solve.run_io import SavedState, Statistics
-from fsm.solve.settings import Settings
+from fsm.solve.settings import RHO_INF, PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings
 
 __all__ = ["ScissorArray"]
 

@@ -35,8 +35,7 @@ from fsm.scene.record_count import record_count
 from fsm.segments.save_times import save_times
 from fsm.solve.modal import Modes
 from fsm.solve.run_io import Statistics
-from fsm.solve.settings import Settings
-from fsm.solve.static import PathSettings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK
 
 __all__ = ["VibrationAnalysis"]

@@ -38,7 +38,7 @@ from fsm.stepping.model import ArrayModel
 from fsm.system_records import Ready
 
 if TYPE_CHECKING:
-    from fsm.ancf.system import AncfSystem
+    from fsm.ancf.moving_mesh import MovingMesh
 
 __all__ = ["Compiled", "Matrices", "coordinates_of", "parts_in_python"]
 
@@ -56,7 +56,7 @@ _KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.
 _KINDS = {"panels": 1, "creases": 2}
 
 
-def parts_in_python(system: AncfSystem) -> tuple[str, ...]:
+def parts_in_python(system: MovingMesh) -> tuple[str, ...]:
     """Reasons why the steps of a mesh are computed in Python; empty for compiled steps."""
     reasons = [] if hasattr(KERNELS.force, "compile") else ["the compiler is off (NUMBA_DISABLE_JIT)"]
     names = (group.name for group in system.mesh.groups if type(group) not in _KERNELS or not getattr(group, "plain", True))
@@ -66,7 +66,7 @@ def parts_in_python(system: AncfSystem) -> tuple[str, ...]:
 class Compiled:
     """Compiled models of a system without parts in Python: in motion, and at rest. Both models share all arrays."""
 
-    def __init__(self, system: AncfSystem, ready: Ready) -> None:
+    def __init__(self, system: MovingMesh, ready: Ready) -> None:
         self._arrays, self._held = coordinates_of(system, Matrices.of(system, ready))
         self._state = system.initial()
 
@@ -104,14 +104,14 @@ class Matrices(NamedTuple):
     slots: list[np.ndarray]
 
     @classmethod
-    def of(cls, system: AncfSystem, ready: Ready) -> Matrices:
+    def of(cls, system: MovingMesh, ready: Ready) -> Matrices:
         """Matrices of a mesh alone."""
         pattern = system.pattern
         fixed, mass = system.fixed.reshape(-1, pattern.size), system.inertia(system.start, pattern)
         return cls(pattern, *ready(pattern), fixed, mass, system.full_mass, system.slots)
 
 
-def coordinates_of(system: AncfSystem, matrices: Matrices) -> tuple[Coordinates, list[np.ndarray]]:
+def coordinates_of(system: MovingMesh, matrices: Matrices) -> tuple[Coordinates, list[np.ndarray]]:
     """Model of the coordinates of a system, and all arrays whose addresses the model contains."""
     pattern, known, factors, fixed, mass, full_mass, all_slots = matrices
     loading, n = system.loading, system.nu
@@ -175,7 +175,7 @@ def _held(fixed: np.ndarray, pattern: BlockPattern) -> tuple[np.ndarray, np.ndar
     return np.flatnonzero(marked == 0.0), np.flatnonzero(marked == 2.0)
 
 
-def _moved(system: AncfSystem) -> Moved:
+def _moved(system: MovingMesh) -> Moved:
     motions = system.loading.motions
     numbers = [np.full(len(motion.coordinates), k) for k, motion in enumerate(motions)]
     none: list[Any] = [np.zeros(0)]

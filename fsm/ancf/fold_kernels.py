@@ -17,8 +17,7 @@ import numpy as np
 
 from fsm.ancf.fold_angle import fold_angle, fold_gradient, fold_hessian
 from fsm.kernels.jit import kernel
-from fsm.kernels.spline import evaluate_curve
-from fsm.laws.crease import CreaseLaws
+from fsm.laws.crease import CreaseLaws, elastic_effort
 
 __all__ = [
     "TOUCHING", "TOUCH_RISE", "FoldArrays", "FoldCurves", "add_force", "add_moments", "add_tangent", "add_tangents",
@@ -78,11 +77,9 @@ class FoldArrays(NamedTuple):
 @kernel
 def _effort(law: FoldCurves, i: int, angle: float) -> tuple[float, float, float]:
     """Energy, moment and slope of a fold at its angle; NaN where facets have met."""
-    curves, share, limit = law.curves, law.share[i], law.linear_to[0]
-    first, last = curves.bounds[curves.curve[i]], curves.bounds[curves.curve[i] + 1]
-    opening = curves.rest[i] - curves.side[i] * angle
-    energy, moment, slope = evaluate_curve(opening, first, last, curves.knots, curves.coefficients, curves.energies)
-    energy, moment, slope = share * energy, -share * curves.side[i] * moment, share * slope
+    share, limit = law.share[i], law.linear_to[0]
+    energy, moment, slope = elastic_effort(law.curves, i, angle)
+    energy, moment, slope = share * energy, share * moment, share * slope
     over = abs(angle) - limit
     if limit >= math.pi or over <= 0.0:
         return energy, moment, slope

@@ -31,7 +31,7 @@ import numpy as np
 from fsm.ancf.fold_kernels import FoldCurves, fold_efforts
 from fsm.kernels.programs import CONSTANT, Program
 from fsm.laws.crease import CreaseLaws
-from fsm.laws.crease_sliders import Sliders
+from fsm.laws.crease_sliders import Sliders, accept_sliders, slider_energy, slider_moments
 
 __all__ = ["FoldEnergy", "FoldLaws"]
 
@@ -107,7 +107,7 @@ class FoldLaws:
         _, moment, slope = fold_efforts(self.without_memory, angle)
         if self.sliders is not None:
             mine, side = self.chosen, self.curves.side[self.chosen]
-            slip, steepness = self.sliders.moments(self._opening(angle))
+            slip, steepness = slider_moments(self.sliders, self._opening(angle))
             moment[mine] -= side * self.share[mine] * slip
             slope[mine] += self.share[mine] * steepness
         return moment - self.time.at(t)[0] * self.turning + self.damping * rate, slope
@@ -116,16 +116,17 @@ class FoldLaws:
         self, t: float, angle: np.ndarray, rate: np.ndarray, duration: float | None = None, other: np.ndarray | None = None
     ) -> FoldEnergy:
         """Energy and powers; `duration` and the angles `other` at the other end of a step have the same meaning as in
-        `Sliders.energy`.
+        `slider_energy`.
         """
         stored = float(fold_efforts(self.without_memory, angle)[0].sum())
         power, sliding = float(self.damping @ rate**2), 0.0
         if self.sliders is not None:
             mine = self.chosen
-            opened = angle if other is None else other
-            kept, lost = self.sliders.energy(
-                t, self._opening(angle), -self.curves.side[mine] * rate[mine], duration, lambda: self._opening(opened)
-            )
+            opened = self._opening(angle if other is None else other)
+            kept, lost = slider_energy(
+                self.sliders, t, self._opening(angle), -self.curves.side[mine] * rate[mine],
+                0.0 if duration is None else 1.0 / duration, opened,
+            )  # fmt: skip
             stored += float(self.share[mine] @ kept)
             sliding = float(self.share[mine] @ lost)
         return FoldEnergy(stored, power + sliding, sliding, self.time.at(t)[0] * float(self.turning @ rate))
@@ -136,23 +137,23 @@ class FoldLaws:
         """Store the angles of an accepted state."""
         self.near[:] = angle
         if self.sliders is not None:
-            self.sliders.commit(t, self._opening(angle))
+            accept_sliders(self.sliders, t, self._opening(angle))
 
     @property
     def remembered(self) -> int:
         """Length of `memory`."""
-        return len(self.start) + (0 if self.sliders is None else self.sliders.remembered)
+        return len(self.start) + (0 if self.sliders is None else len(self.sliders.memory))
 
     def memory(self) -> np.ndarray:
         """Memory as one flat array."""
-        return np.concatenate([self.near, [] if self.sliders is None else self.sliders.memory()])
+        return np.concatenate([self.near, [] if self.sliders is None else self.sliders.memory])
 
     def restore(self, memory: np.ndarray) -> None:
         """Restore the memory; an empty array resets it."""
         count = len(self.start)
         self.near[:] = memory[:count] if len(memory) else self.start
         if self.sliders is not None:
-            self.sliders.restore(memory[count:])
+            self.sliders.memory[:] = memory[count:] if len(memory) else self.sliders.first
 
     # inside -----------------------------------------------------------------------------------------------------------
 

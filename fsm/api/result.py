@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from fsm.api.case import Case
+    import fsm
     from fsm.api.picture import Picture
 
 __all__ = ["Curve", "Result", "open_result"]
@@ -143,7 +143,7 @@ class Result:
         return read_summary(self.path / SUMMARY)
 
     @property
-    def case(self) -> Case:
+    def case(self) -> fsm.Case:
         """Case that was solved.
 
         Raises
@@ -151,7 +151,7 @@ class Result:
         CaseError
             The case has extensions, and the result was opened without ``allow_extensions=True``; nothing was executed.
         """
-        from fsm.api.case import Case
+        import fsm
         from fsm.scene.toml_file import parse_toml
 
         source = self._solution or next(iter(self.stages.values())).solution
@@ -164,7 +164,7 @@ class Result:
                 "fsm.open(..., allow_extensions=True)"
             )
             raise CaseError([Fault("extensions", text)], name)
-        return Case.from_tables(tables, Path(name))
+        return fsm.Case.from_tables(tables, Path(name))
 
     @property
     def time(self) -> np.ndarray:

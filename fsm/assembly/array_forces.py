@@ -145,7 +145,7 @@ def _condense(model: Joined) -> None:
 def renewed_force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """See `fsm.stepping.model`."""
     place(model, t, q, u)
-    sum_body_tangents(model.bodies, t, 0.0, springs_of(model.bodies.table).last[:0], q[:0])
+    sum_body_tangents(model.bodies, t, 0.0, springs_of(model.bodies.table).last[:0], q[:0], False)
     keep_loaded(model.bodies.groups)
     floats_3d(model.nodes.table, DAMPING)[:] = 0.0
     sum_node_tangents(model.nodes, t, 1.0)

@@ -18,7 +18,7 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks, retract_poses
 from fsm.kernels.jit import kernel
-from fsm.segments.array_energies import present_energies, present_powers
+from fsm.segments.array_energies import accept_elements, present_energies, present_powers
 from fsm.segments.arrays import MASS as BODY_MASS
 from fsm.segments.arrays import POSES
 from fsm.segments.contact_arrays import have_opened, lack_pairs
@@ -145,9 +145,10 @@ def _accept(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> float:
         for k in range(4):
             near[i, k] = poses[f.bodies[i], 3 + k]
     accept_present(model.nodes, t)
+    accept_elements(bodies, t)
     if bodies.groups.shape[0] == 0:
         return np.inf
-    bodies.by_contacts.accept(bodies.table, bodies.groups, bodies.contact_parts, t)
+    bodies.by_contacts.accept(bodies.table, bodies.groups, bodies.contact_parts, t, False)
     longest = bodies.by_contacts.longest_step(bodies.table, bodies.groups, bodies.contact_parts, t)
     return float(longest)
 

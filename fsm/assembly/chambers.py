@@ -7,7 +7,7 @@ with closed facets is their flux (`fsm.scene.patterns.chamber`), and its gradien
 separate slopes, so their cubic edges differ; the chamber then has straight edges between the nodes.
 
 A lid over a ring of nodes v_i consists of the triangles of its edges and of its tip c = sum w_i v_i
-(`fsm.scene.patterns.chamber.Lid`). With e_i = v_i - c, an edge has the force s_i = e_i x e_(i+1)/6 of a unit pressure on
+(`fsm.scene.chambers.Lid`). With e_i = v_i - c, an edge has the force s_i = e_i x e_(i+1)/6 of a unit pressure on
 both of its nodes and on the tip, which shares it among the nodes in the parts w_i. The changes of s_i with e_i and e_(i+1)
 join nodes beside each other; those with c join all nodes of the ring, so this part of the tangent is also of low rank.
 """
@@ -23,8 +23,8 @@ from fsm.ancf.folds import FoldGroup
 from fsm.ancf.pressure import PressedFaces
 from fsm.assembly.gas import Gases, GasState
 from fsm.blocks import BlockPattern, LowRank
+from fsm.scene.chambers import Chamber, Lid
 from fsm.scene.gas import Gas, Orifice
-from fsm.scene.patterns.chamber import Chamber, Lid
 
 __all__ = ["Chambers", "OrificeArea", "Surface", "cross_matrices"]
 

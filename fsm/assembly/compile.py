@@ -22,6 +22,7 @@ from fsm.assembly.frames import FramePoint, Frames
 from fsm.assembly.panel_gas import PanelGas, PanelGasSystem
 from fsm.assembly.system import JoinedSystem
 from fsm.errors import CaseError, Fault
+from fsm.scene.chambers import PanelSurface
 from fsm.scene.contact_points import contact_points, points_inside
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
@@ -29,7 +30,6 @@ from fsm.scene.gas import Orifice
 from fsm.scene.patterns.facet_mesh import MeshPoint, facet_vectors
 from fsm.scene.patterns.flexible_facets import SHEET, FlexibleFacets
 from fsm.scene.patterns.fold_data import FoldData
-from fsm.scene.patterns.panel_surface import PanelSurface
 from fsm.scene.patterns.touching import SheetPoint
 from fsm.scene.scene import Scene
 from fsm.scene.truss import SceneTruss

@@ -7,7 +7,7 @@ import numpy as np
 from fsm.ancf.fold_laws import FoldLaws
 from fsm.kernels.programs import CONSTANT, ramp
 from fsm.laws.crease import CreaseLaws, join_curves
-from fsm.laws.crease_sliders import Sliders
+from fsm.laws.crease_sliders import Sliders, new_sliders
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.segments.crease_curves import curve_of, hysteresis_of
 from fsm.segments.element_angles import side_of
@@ -46,4 +46,4 @@ def _sliders(data: FoldData, curves: CreaseLaws) -> tuple[Sliders | None, np.nda
     laws = [hysteresis for hysteresis in found if hysteresis is not None]
     opening = curves.rest[chosen] - curves.side[chosen] * data.start[chosen]
     stiffness = np.array([law.stiffness for law in laws])[which]
-    return Sliders(opening, stiffness, which.astype(np.int64), join_curves([law.strength for law in laws])), chosen
+    return new_sliders(opening, stiffness, which.astype(np.int64), join_curves([law.strength for law in laws])), chosen

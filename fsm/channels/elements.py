@@ -150,7 +150,8 @@ def _crease_moments(state: State) -> tuple[Values, Values]:
             for name, row in zip(group.names, group.efforts(value, moving)[0], strict=True):
                 sums[name] = sums.get(name, 0.0) + row[_twist(row)]
     for group in _groups(state, HysteresisGroup):
-        for name, value in zip(group.names, group.moments(poses, rates), strict=True):
+        angle = group.measure(poses, rates, group.bodies, *group.geometry)[0]
+        for name, value in zip(group.names, group.moments(angle), strict=True):
             elastic[name] = elastic[name] + value
             damped[name] = damped[name] + value
     for group in _groups(state, ActuatorGroup):  # a rest angle that moves
@@ -183,8 +184,6 @@ def _forces(state: State) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]
     for group in _groups(state, BushingGroup | LawGroup | CreaseGroup | HysteresisGroup | LigamentGroup | ActuatorGroup):
         rows = group.bodies[:, :2].ravel()
         alone = _alone(group)
-        if isinstance(group, HysteresisGroup):
-            alone.restore(group.memory())
         wrenches = np.zeros((len(rows), rates.shape[1]))
         since = None if past is None else PreviousPoses(past.poses[rows], past.duration)
         alone.add_force(state.time, poses[rows], rates[rows], wrenches, since)

@@ -7,11 +7,9 @@ from collections.abc import Callable, Iterator
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.results.solution import ENERGIES
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.creases import CreaseGroup
+from fsm.segments.element_group import ElementGroup
 from fsm.segments.elements import BushingGroup
-from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.law_elements import LawGroup
-from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import GravityGroup
 
 
@@ -34,10 +32,10 @@ def _kinds(model: Model) -> list[str]:
     found = {"gravity"} if any(model.case.gravity) else set()
     system = model.system
     for group in getattr(system, "groups", ()):
-        if isinstance(group, BushingGroup | CreaseGroup | HysteresisGroup):
+        if isinstance(group, ElementGroup):
+            found |= set(group.categories)
+        elif isinstance(group, BushingGroup):
             found |= {"panels", "creases"}
-        elif isinstance(group, LigamentGroup):
-            found.add("creases")
         elif isinstance(group, LawGroup):
             found.add("panels")
         elif isinstance(group, ContactGroup):

@@ -1,7 +1,6 @@
 """Creases in the plane: hinge angle, tabulated moment and assembly in one loop over the elements.
 
-`fsm.interactions.hinge_planar` defines the angle. The law of `fsm.laws.crease`, e = -s M(o) + c psi', is evaluated
-inline.
+`fsm.interactions.hinge_planar` defines the angle. The law of `fsm.laws.crease` gives the effort.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_turn_planar
-from fsm.laws.crease import CreaseLaws, moment_and_slope
+from fsm.laws.crease import CreaseLaws, crease_effort
 
 __all__ = ["force_crease_planar", "linearise_crease_planar"]
 
@@ -45,8 +44,7 @@ def force_crease_planar(
         a, b = bodies[i, 0], bodies[i, 1]
         angle = poses[a, 2] - poses[b, 2] + angle_offset[i]
         rate = rates[a, 2] - rates[b, 2] if per_second == 0.0 else (angle - before[i]) * per_second
-        moment, _ = moment_and_slope(law, i, angle)
-        effort = -law.side[i] * moment + law.damping[i] * rate
+        effort, _ = crease_effort(law, i, angle, rate)
         force[a, 2] -= effort
         force[b, 2] += effort
 
@@ -78,8 +76,7 @@ def linearise_crease_planar(
         a, b = bodies[i, 0], bodies[i, 1]
         angle = poses[a, 2] - poses[b, 2] + angle_offset[i]
         rate = rates[a, 2] - rates[b, 2] if per_second == 0.0 else (angle - before[i]) * per_second
-        moment, slope = moment_and_slope(law, i, angle)
-        effort = -law.side[i] * moment + law.damping[i] * rate
+        effort, slope = crease_effort(law, i, angle, rate)
         force[a, 2] -= effort
         force[b, 2] += effort
         add_turn_planar(stiffness_flat, slots[i], slope)

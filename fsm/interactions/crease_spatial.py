@@ -1,7 +1,7 @@
 """Creases in space: twist angle, tabulated moment and assembly in one loop over the elements.
 
-`fsm.interactions.hinge_spatial` defines the angle. The law of `fsm.laws.crease`, e = -s M(o) + c psi', is evaluated
-inline. In the joint axes of the outer body and with the notation of `fsm.interactions.bushing_spatial`,
+`fsm.interactions.hinge_spatial` defines the angle. The law of `fsm.laws.crease` gives the effort. In the joint axes of the
+outer body and with the notation of `fsm.interactions.bushing_spatial`,
 
     K_aa = -K_ab = g (k g + c N)^T + e S + e [g]/2,    K_bb = -K_ba = g (k g + c N)^T + e S - e [g]/2,    D_aa = c g g^T.
 """
@@ -26,7 +26,7 @@ from fsm.kernels.tensor import (
     transposed_times_vector,
     with_product,
 )
-from fsm.laws.crease import CreaseLaws, moment_and_slope
+from fsm.laws.crease import CreaseLaws, crease_effort
 
 __all__ = ["force_crease_spatial", "linearise_crease_spatial"]
 
@@ -87,8 +87,7 @@ def force_crease_spatial(
             rate = g[0] * w[0] + g[1] * w[1] + g[2] * w[2]
         else:
             rate = (angle - before[i]) * per_second
-        moment, _ = moment_and_slope(law, i, angle)
-        effort = -law.side[i] * moment + law.damping[i] * rate
+        effort, _ = crease_effort(law, i, angle, rate)
         moment_a = transposed_times_vector(from_a, g)
         moment_b = transposed_times_vector(from_b, g)
         for j in range(3):
@@ -136,8 +135,7 @@ def linearise_crease_spatial(
         else:
             wa = wb = w = (0.0, 0.0, 0.0)
             rate = (angle - before[i]) * per_second
-        moment, slope = moment_and_slope(law, i, angle)
-        effort = -law.side[i] * moment + law.damping[i] * rate
+        effort, slope = crease_effort(law, i, angle, rate)
         moment_a = transposed_times_vector(from_a, g)
         moment_b = transposed_times_vector(from_b, g)
         for j in range(3):

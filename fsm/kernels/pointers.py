@@ -16,7 +16,7 @@ from numba.core.typing.typeof import typeof_impl
 from numba.experimental.function_type import FunctionModel
 from numba.np.arrayobj import make_array
 
-__all__ = ["AbsentPointer", "Pointer", "borrowed", "call_at", "typed_by"]
+__all__ = ["AbsentPointer", "Pointer", "address_of", "borrowed", "call_at", "typed_by"]
 
 T = TypeVar("T")
 
@@ -111,22 +111,35 @@ def typed_by(kind: type) -> None:
 
 
 if numba.config.DISABLE_JIT:
+    _functions: dict[int, Any] = {}
 
-    def call_at(address: int, first: Any, second: Any, number: float) -> float:
-        """Placeholder that is never called: without the compiler there are no addresses, and `has_arrays` of `fsm.ancf`
-        is false.
-        """
-        raise NotImplementedError
+    def address_of(function: Any, *arguments: Any) -> int:
+        """Address of a kernel; without the compiler a number by which `call_at` finds it."""
+        _functions[id(function)] = function
+        return id(function)
+
+    def call_at(address: int, first: Any, second: Any, *numbers: float) -> float:
+        """Call the kernel at an address, see below."""
+        return float(_functions[address](first, second, *numbers))
 
     def borrowed(value: T) -> T:
         """Placeholder for numba; the overload below implements it."""
         return value
 
 else:
+    _pointers: dict[Any, Pointer] = {}
+
+    def address_of(function: Any, *arguments: Any) -> int:
+        """Address of a kernel, whose machine code is kept; `arguments` are examples of its arguments, always of the same
+        types.
+        """
+        if function not in _pointers:
+            _pointers[function] = Pointer(function, *arguments)
+        return _pointers[function].address
 
     @numba.extending.intrinsic
-    def call_at(context: Any, address: Any, first: Any, second: Any, number: Any) -> Any:
-        """Call the kernel at an address, with two tables of `fsm.kernels.addresses` and a number; the kernel returns a
+    def call_at(context: Any, address: Any, first: Any, second: Any, *numbers: Any) -> Any:
+        """Call the kernel at an address, with two tables of `fsm.kernels.addresses` and numbers; the kernel returns a
         number.
 
         Kernels of elements have this form, so that a model holds the addresses of any combination of them in one array.
@@ -135,11 +148,13 @@ else:
         real = numba.types.float64
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
+            address, *tables, packed = arguments
+            passed = [*tables, *cgutils.unpack_tuple(builder, packed, len(numbers))]
+            kinds = [context.get_value_type(kind) for kind in [*signature.args[1:3], *signature.args[3]]]
             form = ir.FunctionType(context.get_value_type(signature.return_type), kinds)
-            return builder.call(builder.inttoptr(arguments[0], form.as_pointer()), arguments[1:])
+            return builder.call(builder.inttoptr(address, form.as_pointer()), passed)
 
-        return real(numba.types.int64, table, table, real), generate
+        return real(numba.types.int64, table, table, numba.types.UniTuple(real, len(numbers))), generate
 
     @numba.extending.intrinsic
     def borrowed(context: Any, value: Any) -> Any:

@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interpolation import PiecewiseCubic, hermite_cubic, interpolate
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 
 __all__ = [
-    "CreaseLaws", "CurveTable", "MomentCurve", "add_flexibility", "crease_energy", "crease_moment", "curve_from_cubic",
-    "curve_from_data", "join_curves", "moment_and_slope",
+    "CreaseLaws", "CurveTable", "MomentCurve", "add_flexibility", "crease_effort", "crease_laws_of", "crease_moment",
+    "curve_from_cubic", "curve_from_data", "elastic_effort", "join_curves",
 ]  # fmt: skip
 
 
@@ -149,18 +150,34 @@ class CreaseLaws(NamedTuple):
     energies: np.ndarray
 
 
+@kernel
+def crease_laws_of(t: np.ndarray, k: int) -> CreaseLaws:
+    """Laws in a table of `fsm.kernels.addresses`, from row k on."""
+    return CreaseLaws(
+        floats_1d(t, k), floats_1d(t, k + 1), floats_1d(t, k + 2), integers_1d(t, k + 3), integers_1d(t, k + 4),
+        floats_1d(t, k + 5), floats_2d(t, k + 6), floats_1d(t, k + 7),
+    )  # fmt: skip
+
+
 @kernel(inline=True)
-def moment_and_slope(law: CreaseLaws, i: int, angle: float) -> tuple[float, float]:
-    """Moment M(o) of crease i at a hinge angle, N m, and its slope, N m/rad."""
+def elastic_effort(law: CreaseLaws, i: int, angle: float) -> tuple[float, float, float]:
+    """Energy U of crease i at a hinge angle (J), dU/dpsi (N m) and d2U/dpsi2 (N m/rad), without dampers."""
     first, last = law.bounds[law.curve[i]], law.bounds[law.curve[i] + 1]
     opening = law.rest[i] - law.side[i] * angle
-    _, moment, slope = evaluate_curve(opening, first, last, law.knots, law.coefficients, law.energies)
-    return moment, slope
+    energy, moment, slope = evaluate_curve(opening, first, last, law.knots, law.coefficients, law.energies)
+    return energy, -law.side[i] * moment, slope
+
+
+@kernel(inline=True)
+def crease_effort(law: CreaseLaws, i: int, angle: float, rate: float) -> tuple[float, float]:
+    """Moment dU/dpsi + c psi' of crease i (N m), and d2U/dpsi2 (N m/rad)."""
+    _, effort, slope = elastic_effort(law, i, angle)
+    return effort + law.damping[i] * rate, slope
 
 
 @kernel
 def crease_moment(angle: np.ndarray, rate: np.ndarray, law: CreaseLaws) -> tuple[np.ndarray, np.ndarray]:
-    """Moment dU/dpsi + c psi' of every crease and its stiffness d2U/dpsi2.
+    """Moment and stiffness of every crease (`crease_effort`).
 
     Parameters
     ----------
@@ -172,20 +189,7 @@ def crease_moment(angle: np.ndarray, rate: np.ndarray, law: CreaseLaws) -> tuple
     -------
     effort, stiffness : (m, 1) arrays, N m and N m/rad
     """
-    effort = np.empty((angle.shape[0], 1))
-    stiffness = np.empty((angle.shape[0], 1))
+    effort, stiffness = np.empty((angle.shape[0], 1)), np.empty((angle.shape[0], 1))
     for i in range(angle.shape[0]):
-        moment, stiffness[i, 0] = moment_and_slope(law, i, angle[i])
-        effort[i, 0] = -law.side[i] * moment + law.damping[i] * rate[i]
+        effort[i, 0], stiffness[i, 0] = crease_effort(law, i, angle[i], rate[i])
     return effort, stiffness
-
-
-@kernel
-def crease_energy(angle: np.ndarray, law: CreaseLaws) -> np.ndarray:
-    """Potential energy of every crease, (m,), J; arguments as in `crease_moment`."""
-    energy = np.empty(angle.shape[0])
-    for i in range(angle.shape[0]):
-        opening = law.rest[i] - law.side[i] * angle[i]
-        first, last = law.bounds[law.curve[i]], law.bounds[law.curve[i] + 1]
-        energy[i] = evaluate_curve(opening, first, last, law.knots, law.coefficients, law.energies)[0]
-    return energy

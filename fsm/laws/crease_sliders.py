@@ -1,115 +1,124 @@
-"""Friction sliders of creases with their memory: the law of `fsm.laws.crease_hysteresis` along a path of accepted states."""
+"""Friction sliders of creases with their memory: the law of `fsm.laws.crease_hysteresis` along a path of accepted states.
+
+The memory of (m,) sliders is one array (1 + 3 m,) that is changed in place: the time of the last accepted state (s, NaN
+before the first), openings and sliders there (rad), and the energies dissipated in the last step (J), which may be asked for
+after the step.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.jit import kernel
 from fsm.laws.crease import CurveTable
 from fsm.laws.crease_hysteresis import slip_energy, slip_moment, slip_power
 
-__all__ = ["Sliders"]
+__all__ = ["Sliders", "accept_sliders", "new_sliders", "slider_energy", "slider_moments", "sliders_of"]
 
 _SAME = 1e-9
 """Tolerance of equal times, relative to a step."""
 
 
-@dataclass
-class _State:
-    """Memory of the sliders from the last accepted state.
+class Sliders(NamedTuple):
+    """Sliders of (m,) creases.
 
-    `time` (s), openings and sliders there (rad), and the energy dissipated in the last step (J), which may be requested
-    after the step. `time` is NaN before the first accepted state.
+    Attributes
+    ----------
+    stiffness : (m,) array, N m/rad
+    curve : (m,) int array
+        Strength of each slider in the table of curves.
+    bounds, knots, coefficients, energies : arrays of the `CurveTable` of strengths
+    memory : (1 + 3 m,) array, changed in place
+    first : (1 + 3 m,) array
+        Memory at the start.
     """
 
-    time: float
-    opening: np.ndarray
-    slider: np.ndarray
-    lost: np.ndarray
+    stiffness: np.ndarray
+    curve: np.ndarray
+    bounds: np.ndarray
+    knots: np.ndarray
+    coefficients: np.ndarray
+    energies: np.ndarray
+    memory: np.ndarray
+    first: np.ndarray
 
 
-class Sliders:
-    """Sliders of (m,) creases. All sliders start on the loading curve.
+def new_sliders(start: np.ndarray, stiffness: np.ndarray, curve: np.ndarray, table: CurveTable) -> Sliders:
+    """Sliders that start on the loading curve at the openings `start` (m,), rad; other arguments as in `Sliders`."""
+    law = stiffness, curve, table.bounds, table.knots, table.coefficients, table.energies
+    # a slider that is stretched beyond its strength lies on the loading curve
+    _, _, slider = slip_moment(start, np.full(len(start), -np.inf), *law)
+    first = np.concatenate([[np.nan], start, slider, np.zeros(len(start))])
+    return Sliders(*law, first.copy(), first)
+
+
+@kernel
+def sliders_of(t: np.ndarray, k: int) -> Sliders:
+    """Sliders in a table of `fsm.kernels.addresses`, from row k on."""
+    return Sliders(
+        floats_1d(t, k), integers_1d(t, k + 1), integers_1d(t, k + 2), floats_1d(t, k + 3), floats_2d(t, k + 4),
+        floats_1d(t, k + 5), floats_1d(t, k + 6), floats_1d(t, k + 7),
+    )  # fmt: skip
+
+
+@kernel(inline=True)
+def _part(s: Sliders, number: int) -> np.ndarray:
+    """Openings (0), sliders (1) or dissipated energies (2) in the memory."""
+    count = s.stiffness.shape[0]
+    return s.memory[1 + number * count : 1 + (number + 1) * count]
+
+
+@kernel
+def slider_moments(s: Sliders, opening: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Moments (m,) against the opening, N m, and their slopes, N m/rad."""
+    moment, slope, _ = slip_moment(
+        opening, _part(s, 1), s.stiffness, s.curve, s.bounds, s.knots, s.coefficients, s.energies
+    )
+    return moment, slope
+
+
+@kernel
+def slider_energy(
+    s: Sliders, t: float, opening: np.ndarray, rate: np.ndarray, per_second: float, other: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Stored energy (J) and dissipated power (W), (m,) arrays.
 
     Parameters
     ----------
-    start : (m,) array, rad
-        Openings at the start.
-    stiffness : (m,) array, N m/rad
-    curve : (m,) int array
-        Strength of each slider in `table`.
-    table : CurveTable
+    s : Sliders
+    t : s
+    opening, rate : (m,) arrays, rad and rad/s
+    per_second : 1/s
+        Inverse of the time since the other end of a step, negative at its begin: the power is the exact mean of the step. If
+        zero, the power is that of these rates.
+    other : (m,) array, rad
+        Openings at the other end of the step.
     """
+    law = s.stiffness, s.curve, s.bounds, s.knots, s.coefficients, s.energies
+    begin, slider, time = _part(s, 0), _part(s, 1), s.memory[0]
+    stored, lost = slip_energy(begin, opening, slider, *law)
+    if per_second == 0.0:
+        return stored, slip_power(opening, rate, slider, *law)
+    # a step may be evaluated before or after its acceptance
+    end = t if per_second > 0.0 else t - 1.0 / per_second
+    if abs(time - end) * abs(per_second) <= _SAME:
+        lost = _part(s, 2)
+    elif per_second < 0.0:
+        lost = slip_energy(begin, other, slider, *law)[1]
+    return stored, lost * abs(per_second)
 
-    def __init__(self, start: np.ndarray, stiffness: np.ndarray, curve: np.ndarray, table: CurveTable) -> None:
-        self._start = start
-        self._law = stiffness, curve, table.bounds, table.knots, table.coefficients, table.energies
-        self._accepted: _State | None = None
 
-    @property
-    def _state(self) -> _State:
-        """Last accepted state; initially the start of the loading curve."""
-        if self._accepted is None:
-            # this slider is stretched beyond its strength, so it lies on the loading curve
-            far = np.full(len(self._start), -np.inf)
-            _, _, slider = slip_moment(self._start, far, *self._law)
-            self._accepted = _State(np.nan, self._start.copy(), slider, np.zeros(len(slider)))
-        return self._accepted
-
-    def moments(self, opening: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Moments (m,) against the opening, N m, and their slopes, N m/rad."""
-        moment, slope, _ = slip_moment(opening, self._state.slider, *self._law)
-        return moment, slope
-
-    def energy(
-        self, t: float, opening: np.ndarray, rate: np.ndarray, duration: float | None, other: Callable[[], np.ndarray]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Stored energy (J) and dissipated power (W), (m,) arrays.
-
-        Parameters
-        ----------
-        t : s
-        opening, rate : (m,) arrays, rad and rad/s
-        duration : s
-            Time since the other end of a step, negative at its begin: the power is the exact mean of the step. None: the
-            power of these rates.
-        other : openings at the other end of the step
-        """
-        state = self._state
-        stored, lost = slip_energy(state.opening, opening, state.slider, *self._law)
-        if duration is None:
-            return stored, slip_power(opening, rate, state.slider, *self._law)
-        # a step may be evaluated before or after its acceptance
-        end = t if duration > 0.0 else t - duration
-        if abs(state.time - end) <= _SAME * abs(duration):
-            lost = state.lost
-        elif duration < 0.0:
-            _, lost = slip_energy(state.opening, other(), state.slider, *self._law)
-        return stored, lost / abs(duration)
-
-    def commit(self, t: float, opening: np.ndarray) -> None:
-        """Store the positions of the sliders after an accepted step."""
-        state = self._state
-        _, lost = slip_energy(state.opening, opening, state.slider, *self._law)
-        _, _, slider = slip_moment(opening, state.slider, *self._law)
-        self._accepted = _State(t, opening, slider, lost)
-
-    @property
-    def remembered(self) -> int:
-        """Length of `memory`."""
-        return 1 + 3 * len(self._start)
-
-    def memory(self) -> np.ndarray:
-        """Memory as one flat array."""
-        state = self._state
-        return np.concatenate([[state.time], state.opening, state.slider, state.lost])
-
-    def restore(self, memory: np.ndarray) -> None:
-        """Restore the memory; an empty array clears it."""
-        self._accepted = None
-        if len(memory):
-            count = len(self._start)
-            time, opening, slider, lost = np.split(memory.copy(), np.cumsum([1, count, count]))
-            self._accepted = _State(float(time[0]), opening, slider, lost)
+@kernel
+def accept_sliders(s: Sliders, t: float, opening: np.ndarray) -> None:
+    """Store the positions of the sliders in an accepted state."""
+    law = s.stiffness, s.curve, s.bounds, s.knots, s.coefficients, s.energies
+    slider = _part(s, 1)
+    _, lost = slip_energy(_part(s, 0), opening, slider, *law)
+    _, _, moved = slip_moment(opening, slider, *law)
+    s.memory[0] = t
+    _part(s, 0)[:] = opening
+    slider[:] = moved
+    _part(s, 2)[:] = lost

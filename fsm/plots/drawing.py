@@ -1,4 +1,4 @@
-"""Selection of the style and of the file format of all figures.
+"""Selection of the style and of the file format of all figures, and of the number of processes that draw them.
 
 The style "paper" has the sizes and letters of a printed page. The style "slide" has larger letters and thicker lines in the
 same sizes.
@@ -10,27 +10,37 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-__all__ = ["FORMATS", "STYLES", "drawing", "file_format", "line_width", "points", "selected"]
+__all__ = ["FORMATS", "STYLES", "drawing", "file_format", "in_two_processes", "line_width", "points", "selected"]
 
 FORMATS = (".png", ".svg", ".pdf")
 STYLES = {"paper": (1.0, 1.0), "slide": (1.4, 1.6)}
 """Factors of the sizes of letters and of the widths of lines, by the name of the style."""
 _SELECTED: ContextVar[tuple[str, str]] = ContextVar("_SELECTED", default=("paper", ".png"))
+_TWO: ContextVar[bool] = ContextVar("_TWO", default=False)
 
 
 @contextmanager
-def drawing(style: str = "paper", suffix: str = ".png") -> Iterator[None]:
-    """Draw all figures within the block in a style, and in the format of a suffix; see `STYLES` and `FORMATS`."""
-    token = _SELECTED.set((style, suffix))
+def drawing(style: str = "paper", suffix: str = ".png", two: bool = False) -> Iterator[None]:
+    """Draw all figures within the block in a style, and in the format of a suffix; see `STYLES` and `FORMATS`.
+
+    With `two`, the figures of a result may be drawn in two processes, see `fsm.plots.beside`.
+    """
+    token, before = _SELECTED.set((style, suffix)), _TWO.set(two)
     try:
         yield
     finally:
         _SELECTED.reset(token)
+        _TWO.reset(before)
 
 
 def selected() -> tuple[str, str]:
     """Style and suffix, the arguments of `drawing`."""
     return _SELECTED.get()
+
+
+def in_two_processes() -> bool:
+    """Whether the figures of a result may be drawn in two processes."""
+    return _TWO.get()
 
 
 def file_format() -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
 from fsm.errors import CaseError
+from fsm.plots.beside import draw_all
 from fsm.plots.contact_map import plot_contact_map
-from fsm.plots.drawing import FORMATS, file_format
+from fsm.plots.drawing import FORMATS, file_format, in_two_processes
 from fsm.plots.energy import plot_energy
 from fsm.plots.force import plot_force
 from fsm.plots.motion import plot_motion
@@ -87,8 +89,8 @@ def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
         for suffix in FORMATS:
             if _named(name, suffix) not in figures and (absent or alone):
                 (folder / _named(name, suffix)).unlink(missing_ok=True)
-    for name, plot in figures.items():
-        plot(solution, folder / name)
+    slowest_first = sorted(figures.items(), key=lambda item: not item[0].startswith("motion"))
+    draw_all([partial(plot, solution, folder / name) for name, plot in slowest_first], in_two_processes())
     return [folder / name for name in figures]
 
 

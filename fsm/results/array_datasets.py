@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.hdf5_checked import names_in, numbers_in
 from fsm.results.array import ArrayMotion, PointMotion
-from fsm.results.datasets import add_scale, set_description
+from fsm.results.datasets import add_data, add_scale
 
 __all__ = ["read_array", "write_array"]
 
@@ -20,16 +20,16 @@ def write_array(file: Any, motion: ArrayMotion) -> None:
     add_scale(file, "point", list(motion.point_names), "point of the array")
     add_scale(file, "bar", list(motion.bar_names), "bar")
     add_scale(file, "plane_axis", ["x", "y"], "axis of the array's plane; y is z in the shape")
-    _write(file, "points/start", motion.start, "m", "where the point starts", ("point", "plane_axis"))
+    add_data(file, "points/start", motion.start, "m", "where the point starts", ("point", "plane_axis"))
     for prefix, points in (("", motion.points), ("rigid_", motion.rigid)):
         if points is not None:
             for name, units in _MOTIONS.items():
                 what = f"{name} of the point{', bars being rigid' if prefix else ''}"
-                _write(file, f"points/{prefix}{name}", getattr(points, name), units, what, ("time", "point", "plane_axis"))
+                add_data(file, f"points/{prefix}{name}", getattr(points, name), units, what, ("time", "point", "plane_axis"))
     if motion.stress.shape[1]:
-        _write(file, "bars/stress", motion.stress, "Pa", "largest normal stress in the bar", ("time", "bar"))
+        add_data(file, "bars/stress", motion.stress, "Pa", "largest normal stress in the bar", ("time", "bar"))
         if motion.stress_error is not None:
-            _write(file, "bars/stress_error", [motion.stress_error], "1", "relative error of the largest stress", ())
+            add_data(file, "bars/stress_error", [motion.stress_error], "1", "relative error of the largest stress", ())
 
 
 def read_array(file: Any, count: int) -> ArrayMotion | None:
@@ -52,9 +52,3 @@ def _motion(file: Any, prefix: str, count: int, points: int) -> PointMotion:
     shape = (count, points, 2)
     return PointMotion(**{name: numbers_in(file, f"points/{prefix}{name}", shape) for name in _MOTIONS})
 
-
-def _write(file: Any, path: str, values: Any, units: str, text: str, dims: tuple[str, ...]) -> None:
-    data = file.create_dataset(path, data=values)
-    set_description(data, units, text)
-    for axis, dim in enumerate(dims):
-        data.dims[axis].attach_scale(file[dim])

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.hdf5_checked import attribute, fixed_text
+from fsm.hdf5_checked import attribute, fixed_text, write_attribute
 
 __all__ = ["read_attributes", "stored_attributes", "write_attributes"]
 
@@ -24,11 +24,11 @@ def write_attributes(group: Any, values: dict[str, Any]) -> None:
     """
     for name, value in values.items():
         if isinstance(value, str):
-            group.attrs[name] = fixed_text(value)
+            write_attribute(group.id, name, fixed_text(value))
         elif isinstance(value, bool | int | float | np.generic):
-            group.attrs[name] = value
+            write_attribute(group.id, name, value)
         else:
-            group.attrs[name + SUFFIX] = fixed_text(json.dumps(value, default=_plain))
+            write_attribute(group.id, name + SUFFIX, fixed_text(json.dumps(value, default=_plain)))
 
 
 def stored_attributes(values: dict[str, Any]) -> dict[str, Any]:

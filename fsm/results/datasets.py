@@ -7,14 +7,15 @@ from typing import Any
 
 import h5py
 import numpy as np
+from h5py import h5d, h5ds, h5p, h5s, h5t
 
-from fsm.hdf5_checked import names_in, numbers_in
+from fsm.hdf5_checked import names_in, numbers_in, write_attribute
 from fsm.results.attributes import write_attributes
 from fsm.results.curve import ForceCurve
 from fsm.results.film import STATES, Film, ProbeSamples
 
 __all__ = [
-    "SAMPLE_TIME", "add_scale", "append_samples", "read_curve", "read_film", "read_parts", "read_samples", "set_description",
+    "SAMPLE_TIME", "add_data", "add_scale", "append_samples", "read_curve", "read_film", "read_parts", "read_samples",
     "units_of_drives", "write_curve", "write_film", "write_parts",
 ]  # fmt: skip
 
@@ -23,33 +24,76 @@ SAMPLE_TIME, _CURVE_TIME = "probes/probe_time", "curve/curve_time"
 """Times of probes and curve; xarray would confuse a scale `time` in a group with the times of the records."""
 
 
-def add_scale(file: Any, name: str, values: Any, text: str, unit: str = "1") -> None:
-    """Add a dimension scale with names (a list) or numbers (an array) as its values.
+def add_data(
+    file: Any,
+    path: str,
+    values: Any,
+    units: str,
+    text: str,
+    dims: Sequence[str] = (),
+    chunk: int = 0,
+    fill: float | None = None,
+) -> None:
+    """Add a dataset with unit and long name.
+
+    Calls of the lower level of h5py take a third of the time: a file has a hundred datasets with three hundred attributes.
+
+    Parameters
+    ----------
+    file : h5py.File or group
+    path : path of the dataset; groups that are missing are created
+    values : array, or texts
+    units, text : unit and long name
+    dims : paths of the scales of its axes
+    chunk : int
+        Rows of a chunk of a dataset that can grow, with checksums; 0 for a dataset of fixed size.
+    fill : float, optional
+        Value of rows that are not written yet; such a dataset has no checksums.
+    """
+    values = np.asarray(values)
+    kind = h5t.py_create(values.dtype, logical=True)
+    links, layout = h5p.create(h5p.LINK_CREATE), h5p.create(h5p.DATASET_CREATE)
+    links.set_create_intermediate_group(True)
+    links.set_char_encoding(h5t.CSET_UTF8)
+    layout.set_obj_track_times(False)  # the same numbers give the same file
+    space = h5s.create_simple(values.shape) if values.ndim else h5s.create(h5s.SCALAR)
+    if chunk:
+        space = h5s.create_simple(values.shape, (h5s.UNLIMITED, *values.shape[1:]))
+        layout.set_chunk((chunk, *values.shape[1:]))
+        if fill is None:
+            layout.set_fletcher32()
+        else:
+            layout.set_fill_value(np.array(fill))
+    data = h5d.create(file.id, path.encode(), kind, space, layout, links)
+    if values.size:
+        data.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values), mtype=h5t.py_create(values.dtype))
+    write_attribute(data, "units", units)
+    write_attribute(data, "long_name", text)
+    for axis, dim in enumerate(dims):
+        h5ds.attach_scale(data, h5d.open(file.id, dim.encode()), axis)
+
+
+def add_scale(
+    file: Any, name: str, values: Any, text: str, unit: str = "1", chunk: int = 0, fill: float | None = None
+) -> None:
+    """Add a dimension scale with names (a list) or numbers (an array) as its values; see `add_data`.
 
     Names are stored twice: as texts of variable length for other programs, and as an attribute that `fsm` checks and reads.
     """
     if isinstance(values, list):
-        scale = file.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
-        write_attributes(scale, {"names": values})
+        add_data(file, name, np.array(values, dtype=h5py.string_dtype()), unit, text)
+        write_attributes(file[name], {"names": values})
     else:
-        scale = file.create_dataset(name, data=values if values.dtype == float else values.astype(np.int64))
-    set_description(scale, unit, text)
-    scale.make_scale(name.rpartition("/")[2])
-
-
-def set_description(dataset: Any, units: str, text: str) -> None:
-    """Set unit and long name of a dataset."""
-    dataset.attrs["units"] = units
-    dataset.attrs["long_name"] = text
+        add_data(file, name, values if values.dtype == float else values.astype(np.int64), unit, text, (), chunk, fill)
+    h5ds.set_scale(h5d.open(file.id, name.encode()), name.rpartition("/")[2].encode())
 
 
 def write_parts(file: Any, quad_names: Sequence[str]) -> None:
     """Write the names of all parts that are drawn, and the part of every quad."""
     numbers = {name: k for k, name in enumerate(dict.fromkeys(quad_names))}
     add_scale(file, "part", list(numbers), "body, film, cable, beam or bar")
-    of_quad = file.create_dataset("quad_part", data=np.array([numbers[name] for name in quad_names], dtype=np.int64))
-    set_description(of_quad, "1", "part of a plate: index in /part")
-    of_quad.dims[0].attach_scale(file["quad"])
+    of_quad = np.array([numbers[name] for name in quad_names], dtype=np.int64)
+    add_data(file, "quad_part", of_quad, "1", "part of a plate: index in /part", ("quad",))
 
 
 def read_parts(file: Any) -> tuple[str, ...]:
@@ -76,18 +120,12 @@ def write_film(file: Any, film: Film) -> None:
         ("film/direction", film.direction, ("quad", "axis"), "1", "direction of the larger principal stress"),
         ("film/state", film.state, ("quad",), "1", f"of the tensioned film: {states}"),
     ):
-        data = file.create_dataset(path, data=values)
-        set_description(data, units, text)
-        for axis, dim in enumerate(dims):
-            data.dims[axis].attach_scale(file[dim])
-    times = file.create_dataset(SAMPLE_TIME, (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
-    set_description(times, "s", "time of the sample")
-    times.make_scale("probe_time")
-    tail = film.probe_rest.shape
-    moved = file.create_dataset("probes/displacement", (0, *tail), np.float64, maxshape=(None, *tail), chunks=(256, *tail))
-    set_description(moved, "m", "displacement of the probe from rest: along the film, across it, normal to it")
-    for axis, scale in enumerate((times, file["probe"], file["axis"])):
-        moved.dims[axis].attach_scale(scale)
+        add_data(file, path, values, units, text, dims)
+    add_scale(file, SAMPLE_TIME, np.zeros(0), "time of the sample", "s", 256, np.nan)
+    add_data(
+        file, "probes/displacement", np.zeros((0, *film.probe_rest.shape)), "m",
+        "displacement of the probe from rest: along the film, across it, normal to it", (SAMPLE_TIME, "probe", "axis"), 256,
+    )  # fmt: skip
 
 
 def read_film(file: Any) -> Film | None:
@@ -138,23 +176,20 @@ _CURVE = {
 }
 
 
-def units_of_drives(file: Any, units: str) -> str:
-    """Units of the travels (`units` "m") or forces ("N") of the drives of a file, some of which may turn bodies."""
-    turning = {name.endswith("(turn)") for name in names_in(file, "drive_name")}
+def units_of_drives(names: Sequence[str], units: str) -> str:
+    """Units of the travels (`units` "m") or forces ("N") of drives by their names; some drives turn bodies."""
+    turning = {name.endswith("(turn)") for name in names}
     of = {False: units, True: {"m": "rad", "N": "N m"}[units]}
     return ", ".join(of[turns] for turns in sorted(turning)) or units
 
 
-def write_curve(file: Any, curve: ForceCurve) -> None:
+def write_curve(file: Any, curve: ForceCurve, drive_names: Sequence[str]) -> None:
     """Write the force curve, which has more points than the records."""
-    times = file.create_dataset(_CURVE_TIME, data=curve.time)
-    set_description(times, "s", "time of the point of the curve")
-    times.make_scale("curve_time")
+    add_scale(file, _CURVE_TIME, curve.time, "time of the point of the curve", "s")
     for name, (dims, units, text) in _CURVE.items():
-        data = file.create_dataset(f"curve/{name}", data=getattr(curve, name))
-        set_description(data, units_of_drives(file, units) if "drive_name" in dims else units, text)
-        for axis, dim in enumerate(dims):
-            data.dims[axis].attach_scale(times if dim == "curve_time" else file[dim])
+        units = units_of_drives(drive_names, units) if "drive_name" in dims else units
+        paths = [_CURVE_TIME if dim == "curve_time" else dim for dim in dims]
+        add_data(file, f"curve/{name}", getattr(curve, name), units, text, paths)
 
 
 def read_curve(file: Any) -> ForceCurve | None:

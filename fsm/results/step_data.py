@@ -13,7 +13,7 @@ import numpy as np
 from fsm.atomic_write import atomic_write
 from fsm.hdf5_checked import names_in, numbers_in
 from fsm.load_names import load_units
-from fsm.results.datasets import add_scale, set_description
+from fsm.results.datasets import add_data, add_scale
 from fsm.short_repr import ShortRepr
 
 __all__ = [
@@ -66,10 +66,7 @@ def write_step_modes(file: Any, modes: StepModes) -> None:
         values = getattr(modes, name)
         if 0 in values.shape:
             continue
-        data = file.create_dataset(f"step_modes/{name}", data=values)
-        set_description(data, units, text)
-        for axis, dim in enumerate(("step_modes/mode", *dims)):
-            data.dims[axis].attach_scale(file[dim])
+        add_data(file, f"step_modes/{name}", values, units, text, ("step_modes/mode", *dims))
 
 
 def read_step_modes(file: Any) -> StepModes | None:
@@ -156,10 +153,7 @@ def write_load_path(file: Any, path: LoadPath) -> None:
         values = np.asarray(getattr(path, name), dtype=float)
         if 0 in values.shape:
             continue
-        data = file.create_dataset(f"load_path/{name}", data=values)
-        set_description(data, units, text)
-        for axis, dim in enumerate(("load_path/point", *dims)):
-            data.dims[axis].attach_scale(file[dim])
+        add_data(file, f"load_path/{name}", values, units, text, ("load_path/point", *dims))
 
 
 def read_load_path(file: Any) -> LoadPath | None:

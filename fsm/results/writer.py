@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import threading
 import time
@@ -22,9 +23,9 @@ from fsm.results.attributes import write_attributes
 from fsm.results.channel import Dim
 from fsm.results.datasets import (
     SAMPLE_TIME,
+    add_data,
     add_scale,
     append_samples,
-    set_description,
     units_of_drives,
     write_curve,
     write_film,
@@ -297,7 +298,7 @@ def write_solution(path: str | Path, solution: Solution) -> None:
         if solution.array is not None:
             write_array(file, solution.array)
         if solution.curve is not None:
-            write_curve(file, solution.curve)
+            write_curve(file, solution.curve, solution.layout.drive_names)
         if solution.modes is not None:
             write_step_modes(file, solution.modes)
         if solution.load_path is not None:
@@ -314,16 +315,26 @@ def _write_records(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
     """Write the layout and the first rows into an empty file."""
     variables = VARIABLES | channel_variables(layout.channels)
     _write_layout(file, layout)
-    _create_variables(file, variables, rows)
-    _append_rows(file, variables, rows, 0)
+    add_scale(file, "time", rows["time"], "time", "s", 256, np.nan)
+    add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
+    add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
+    for name, variable in variables.items():
+        values = np.asarray(rows[name], dtype=np.int64 if name in INTEGERS else np.float64)
+        sizes = tuple(len(file[dim]) for dim in variable.dims)
+        if values.shape[1:] != sizes:
+            raise ValueError(f"{name} has the shape {values.shape[1:]} per record; the layout requires {sizes}")
+        if 0 in sizes:
+            continue
+        chunk = max(1, min(256, CHUNK_BYTES // (8 * math.prod(sizes))))
+        units = units_of_drives(layout.drive_names, variable.units) if "drive_name" in variable.dims else variable.units
+        add_data(file, variable.path, values, units, variable.text, ("time", *variable.dims), chunk)
 
 
 def _write_layout(file: Any, layout: Layout) -> None:
     """Write the data that are constant in time, names and scales first."""
     texts = {"format": FORMAT, "dimension": layout.dimension, "thickness_units": "m"}
     write_attributes(file, {**texts, "version": VERSION, "thickness": layout.thickness})
-    case = file.create_dataset("case", data=fixed_text(layout.case_text))
-    set_description(case, "1", "the case file")
+    add_data(file, "case", fixed_text(layout.case_text), "1", "the case file")
     for group in ("provenance", "summary", "stats"):
         file.create_group(group)
     write_attributes(file["provenance"], dict(layout.provenance))
@@ -335,9 +346,8 @@ def _write_layout(file: Any, layout: Layout) -> None:
     add_scale(file, "corner", np.arange(4), "corner of a plate: (start, -y), (end, -y), (end, +y), (start, +y)")
     add_scale(file, "axis", ["x", "y", "z"], "inertial axis")
     add_scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
-    panel = file.create_dataset("panel", data=np.asarray(layout.panel, dtype=np.int64))
-    set_description(panel, "1", "panel of a plate, from 1; 0 for none; of a scene -1 for films, -2 for cables, -3 for beams")
-    panel.dims[0].attach_scale(file["quad"])
+    text = "panel of a plate, from 1; 0 for none; of a scene -1 for films, -2 for cables, -3 for beams"
+    add_data(file, "panel", np.asarray(layout.panel, dtype=np.int64), "1", text, ("quad",))
     if layout.quad_names:
         write_parts(file, layout.quad_names)
     if layout.film is not None:
@@ -353,29 +363,6 @@ def _write_layout(file: Any, layout: Layout) -> None:
 def _scale_values(dim: Dim) -> Any:
     """Values of a dimension scale: names as a list, coordinates as an array."""
     return list(dim.labels) if any(isinstance(label, str) for label in dim.labels) else np.array(dim.labels, dtype=float)
-
-def _create_variables(file: Any, variables: dict[str, Variable], rows: dict[str, Any]) -> None:
-    """Create empty datasets that grow along time, with their scales attached."""
-    times = file.create_dataset("time", (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
-    set_description(times, "s", "time")
-    times.make_scale("time")
-    add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
-    add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
-    for name, variable in variables.items():
-        tail = rows[name].shape[1:]
-        sizes = tuple(len(file[dim]) for dim in variable.dims)
-        if tail != sizes:
-            raise ValueError(f"{name} has the shape {tail} per record; the layout requires {sizes}")
-        if 0 in tail:
-            continue
-        row_bytes = 8 * int(np.prod(tail, dtype=int))
-        chunk = (max(1, min(256, CHUNK_BYTES // row_bytes)), *tail)
-        kind = np.int64 if name in INTEGERS else np.float64
-        data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk, fletcher32=True)
-        units = units_of_drives(file, variable.units) if "drive_name" in variable.dims else variable.units
-        set_description(data, units, variable.text)
-        for axis, dim in enumerate(("time", *variable.dims)):
-            data.dims[axis].attach_scale(file[dim])
 
 
 def _append_rows(file: Any, variables: dict[str, Variable], rows: dict[str, Any], start: int) -> None:

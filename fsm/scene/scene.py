@@ -41,11 +41,10 @@ from fsm.scene.units import (
 )
 
 if TYPE_CHECKING:
+    from fsm.scene.chambers import Chamber, PanelSurface
     from fsm.scene.gas import Orifice
-    from fsm.scene.patterns.chamber import Chamber
     from fsm.scene.patterns.flexible_facets import FlexibleFacets
     from fsm.scene.patterns.fold_data import FoldData
-    from fsm.scene.patterns.panel_surface import PanelSurface
     from fsm.scene.patterns.touching import TouchingSheet
 
 __all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "PlateGroup", "Plate", "Scene", "Surface"]

@@ -20,7 +20,9 @@ from fsm.segments.contact_arrays import (
     FOUND,
     FRICTION,
     KIND,
+    MARGIN,
     MEASURED,
+    MOST,
     SHAPES,
     SHEETS,
     STARTED,
@@ -28,11 +30,12 @@ from fsm.segments.contact_arrays import (
     ContactParts,
     GeometryKernels,
     LawKernels,
+    exponent_of,
 )
 from fsm.stepping.vectors import copy_into
 
 __all__ = [
-    "Weighed", "add_forces", "column_of", "elastic_force", "evaluate", "find_slots", "geometry_of",
+    "Weighed", "add_forces", "column_of", "elastic_force", "evaluate", "find_pressed", "find_slots", "geometry_of",
     "increments", "measure_slots", "renew_search", "values_at",
 ]  # fmt: skip
 
@@ -117,6 +120,31 @@ def find_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, b
 
 
 @kernel
+def find_pressed(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray) -> int:
+    """Find the touching contacts, and those that an iteration of statics has opened slightly but that still have a depth.
+
+    Returns their number.
+    """
+    pressed, slot, gap = g.pressed, g.slot, g.gap
+    count, kept, among = find_slots(g, geometry, poses, 0.0), 0, 0
+    for k in range(pressed.shape[0]):
+        kept += 1 if pressed[k] > 0.0 else 0
+    for i in range(count):
+        among += 1 if pressed[slot[i]] > 0.0 else 0
+    if among == kept:
+        return count
+    near, active = find_slots(g, geometry, poses, g.numbers[MARGIN]), 0
+    rows = np.empty(near, dtype=np.int64)
+    for i in range(near):
+        if gap[i] < 0.0 or pressed[slot[i]] > 0.0:
+            slot[active], gap[active], rows[active] = slot[i], gap[i], i
+            active += 1
+    geometry.select(g, rows[:active])
+    g.state[FOUND] = -1
+    return active
+
+
+@kernel
 def measure_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     """Compute rates and gradients of the contacts that were found. A repeated call with the same state uses the stored
     result.
@@ -194,13 +222,36 @@ def _set_arguments(g: ContactArrays, count: int) -> None:
 
 
 @kernel
+def _set_depths(g: ContactArrays, laws: LawKernels, tapered: np.ndarray, count: int) -> None:
+    """Write the depths at which statics linearises the normal law, m.
+
+    A contact without a depth begins at its penetration, or where its force is `MOST`. Tapered contacts are linearised at
+    their penetration.
+    """
+    at, slot, gap, pressed, most, new = g.at, g.slot, g.gap, g.pressed, g.numbers[MOST], 0
+    for i in range(count):
+        new += 0 if pressed[slot[i]] > 0.0 else 1
+    if new > 0 and most > 0.0:
+        force, _ = laws.normal(at[:count], g.closing[:count], g.onset_of[:count], g.share_of[:count], g.normal)
+        for i in range(count):
+            if not pressed[slot[i]] > 0.0 and force[i] > most:
+                at[i] *= (most / force[i]) ** (1.0 / exponent_of(g))
+    for i in range(count):
+        if pressed[slot[i]] > 0.0:
+            at[i] = pressed[slot[i]]
+    for k in range(tapered.shape[0]):
+        at[tapered[k]] = -gap[tapered[k]]
+
+
+@kernel
 def evaluate(
     g: ContactArrays, geometry: GeometryKernels, laws: LawKernels, t: float, poses: np.ndarray, rates: np.ndarray,
-    mean_rates: bool, count: int,
+    mean_rates: bool, count: int, at_depths: bool,
 ) -> tuple[Weighed, bool]:  # fmt: skip
     """Compute the forces of the contacts that have been found; also return whether bristles have a stiffness.
 
     With `mean_rates`, the rates are means over the step, and the deflection of the bristles follows from the same means.
+    With `at_depths`, the normal law is linearised at the depths of statics.
     """
     g.state[EVALUATIONS] += 1
     measure_slots(g, geometry, poses, rates, count)
@@ -209,11 +260,14 @@ def evaluate(
     share, params = g.share_of[:count], g.normal
     for k in range(rows.shape[0]):
         share[rows[k]] *= part[k]
-    closing, onset = g.closing[:count], g.onset_of[:count]
-    normal, slopes = laws.normal(g.at[:count], closing, onset, share, params)
-    own, by_depth, by_closing = g.normal_force, g.by_depth, g.by_closing
+    closing, onset, at, gap = g.closing[:count], g.onset_of[:count], g.at, g.gap
+    if at_depths:
+        _set_depths(g, laws, rows, count)
+    normal, slopes = laws.normal(at[:count], closing, onset, share, params)
+    own, by_depth, by_closing, acting = g.normal_force, g.by_depth, g.by_closing, g.acting
     for i in range(count):
         own[i], by_depth[i], by_closing[i] = normal[i], slopes[i, 0], slopes[i, 1]
+        acting[i] = normal[i] + slopes[i, 0] * (-gap[i] - at[i]) if at_depths else normal[i]
     bristles = _set_friction(g, laws, t, poses, mean_rates, count)
     return Weighed(rows, gradient, hessian), bristles
 
@@ -222,15 +276,18 @@ def evaluate(
 def add_forces(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, total: np.ndarray) -> None:
     """Add the forces of contacts to the forces of all bodies."""
     bodies, gradient, size = g.bodies, g.gradient, total.shape[1]
-    normal, efforts = g.normal_force, g.effort
+    normal, acting, efforts, by_normal = g.normal_force, g.acting, g.effort, g.by_normal
     slips = efforts.shape[1] if g.state[FRICTION] == 1 else 0
     for i in range(count):
         for b in range(bodies.shape[1]):
             for c in range(size):
                 along = b * size + c
-                change = -normal[i] * gradient[i, 0, along]
+                change = -acting[i] * gradient[i, 0, along]
                 for k in range(slips):
-                    change += efforts[i, k] * gradient[i, 1 + k, along]
+                    effort = efforts[i, k]
+                    if acting[i] != normal[i]:
+                        effort += by_normal[i, k] * (acting[i] - normal[i])
+                    change += effort * gradient[i, 1 + k, along]
                 total[bodies[i, b], c] -= change
     rows = weighed.rows
     if rows.shape[0] == 0:

@@ -8,10 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.bristle import add_way_stiffness, carried
+from fsm.interactions.contact_depths import advance_depths
 from fsm.interactions.end_taper import add_taper_tangent
 from fsm.interactions.impacts import CORNER_WEIGHT, fraction_before, longest_step, shared_weight, young_impacts
 from fsm.interactions.pair_sums import FORCE as FORCES
-from fsm.interactions.pair_sums import SLIDING, sums_of_pairs
+from fsm.interactions.pair_sums import SLIDING, smallest_gaps, sums_of_pairs
 from fsm.kernels.addresses import floats_2d, floats_3d
 from fsm.kernels.jit import kernel
 from fsm.segments.array_contact_state import (
@@ -20,6 +21,7 @@ from fsm.segments.array_contact_state import (
     column_of,
     elastic_force,
     evaluate,
+    find_pressed,
     find_slots,
     geometry_of,
     increments,
@@ -29,11 +31,14 @@ from fsm.segments.array_contact_state import (
 )
 from fsm.segments.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
 from fsm.segments.contact_arrays import (
+    ACTIVE,
     COMMITTED_AT,
     FRICTION,
+    KIND,
     LOSSY,
     MARGIN,
     STARTED,
+    SURFACES,
     ContactArrays,
     ContactKernels,
     ContactParts,
@@ -60,32 +65,35 @@ def _mark(g: ContactArrays, count: int) -> None:
 
 
 @kernel
-def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> None:
-    """Add the forces of all contacts."""
+def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
+    """Add the forces of all contacts; `mean_rates` as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         geometry = geometry_of(g, parts)
         count = find_slots(g, geometry, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
+            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
             add_forces(g, parts.laws, weighed, count, total)
         _mark(g, count)
 
 
 @kernel
-def _tangent(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> None:
-    """Add the forces of all contacts, and their stiffness K and damping D."""
+def _tangent(
+    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, at_depths: bool
+) -> None:
+    """Add the forces of all contacts, and their stiffness K and damping D; arguments as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         geometry = geometry_of(g, parts)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_pressed(g, geometry, poses) if at_depths else find_slots(g, geometry, poses, 0.0)
+        g.state[ACTIVE] = count
         if count == 0:
             _mark(g, count)
             continue
-        weighed, bristles = evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
+        weighed, bristles = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, at_depths)
         _mark(g, count)
         add_forces(g, parts.laws, weighed, count, total)
         geometry.tangent(g, poses, rates, count, stiffness, damping)
@@ -115,6 +123,27 @@ def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, cou
     )  # fmt: skip
 
 
+@kernel
+def _advance(groups: np.ndarray, change: np.ndarray, per_second: float) -> None:
+    """Advance the depths of the last tangent of statics by a change (n_bodies, 3 or 6) of the poses, to first order.
+
+    Contacts with a tensile force are released. `per_second` (1/s) is the inverse of the time since the last state.
+    """
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        count, slot, pressed = g.state[ACTIVE], g.slot, g.pressed
+        copy_into(pressed, g.pressed_before)
+        pressed[:] = 0.0
+        if count == 0:
+            continue
+        depth = advance_depths(
+            g.bodies[:count], g.gradient[:count], change, per_second, g.at[:count], g.normal_force[:count],
+            g.acting[:count], g.by_depth[:count], g.by_closing[:count],
+        )  # fmt: skip
+        for i in range(count):
+            pressed[slot[i]] = depth[i]
+
+
 # steps ------------------------------------------------------------------------------------------------------------------
 
 
@@ -125,15 +154,24 @@ def _unit_energy(g: ContactArrays, laws: LawKernels, share: np.ndarray) -> np.nd
 
 
 @kernel
-def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float) -> float:
-    """Return 1 to accept a step, or the factor by which a rejected step is shortened; see `ContactSet.rejection`."""
-    poses, rates, part = floats_2d(table, POSES), floats_2d(table, RATES), 1.0
+def _passed(table: np.ndarray, groups: np.ndarray, parts: ContactParts) -> bool:
+    """Whether sides have passed through each other since the last accepted state."""
+    poses = floats_2d(table, POSES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         geometry = geometry_of(g, parts)
         renew_search(g, geometry, poses)
         if geometry.passed(g, poses):
-            return 0.5
+            return True
+    return False
+
+
+@kernel
+def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float) -> float:
+    """Return 1 to accept a step, or the factor by which a rejected step is shortened; see `ContactSet.rejection`."""
+    poses, rates, part = floats_2d(table, POSES), floats_2d(table, RATES), 1.0
+    if _passed(table, groups, parts):
+        return 0.5
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         if g.state[STARTED] == 0 or not resolves(g):
@@ -142,7 +180,7 @@ def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t:
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
         unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
         before = fraction_before(
             rules_of(g), g.bodies[:count], g.gradient[:count], g.gap[:count],
@@ -177,8 +215,8 @@ def _longest_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t:
 
 
 @kernel
-def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> None:
-    """Update the memory of all contacts; see `ContactGroup.commit`."""
+def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
+    """Update the memory of all contacts; see `ContactGroup.commit`; `mean_rates` as for `evaluate`."""
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
@@ -186,7 +224,7 @@ def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float
         count = find_slots(g, geometry, poses, 0.0)
         young = state[:0]
         if count > 0:
-            evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
+            evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
             young = _remember(g, parts.laws, count, t, poses)
         else:
             _forget(g)
@@ -270,7 +308,7 @@ def _stored(
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
         energy = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
         for i in range(energy.shape[0]):
             stored += energy[i]
@@ -292,13 +330,50 @@ def _stored(
                 if count == 0:
                     continue
                 when = t if end == 1 else t - step
-                evaluate(g, geometry, parts.laws, when, at, mean, True, count)
+                evaluate(g, geometry, parts.laws, when, at, mean, True, count, False)
                 sums = _sums(g, parts.laws, count, pairs)
                 for p in range(pairs):
                     for row in range(2):
                         power += 0.5 * sums[SLIDING + row, p]
                         pair_energy[row, p] += 0.5 * step * sums[SLIDING + row, p]
     copy_into(poses, before)
+    return stored, power
+
+
+@kernel
+def _state_of_pairs(
+    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, out: np.ndarray
+) -> tuple[float, float]:
+    """Energy (J) and dissipated power (W) of all contacts; see `ContactGroup.observe`.
+
+    Writes the sums over the contacts of every pair, and in the last row its gap (m), to `out` (7, n_pairs).
+    """
+    poses, rates, stored, power = floats_2d(table, POSES), floats_2d(table, RATES), 0.0, 0.0
+    pairs, last = out.shape[1], out.shape[0] - 1
+    out[:] = 0.0
+    out[last] = np.inf
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        geometry, gap = geometry_of(g, parts), np.full(pairs, g.numbers[MARGIN])
+        count = find_slots(g, geometry, poses, 0.0)
+        if count > 0:
+            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
+            energy, depth = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal), -g.gap[:count]
+            for i in range(count):
+                stored += energy[i]
+                if g.state[KIND] == SURFACES and weighed.rows.shape[0] > 0:  # the depth of points at ends fades out
+                    depth[i] *= min(g.share_of[i] / g.share[g.slot[i]], 1.0)
+            sums = _sums(g, parts.laws, count, pairs)
+            for p in range(pairs):
+                for row in range(last):
+                    out[row, p] += sums[row, p]
+                for row in range(2):
+                    power += sums[SLIDING + row, p]
+            smallest_gaps(g.pair, g.slot[:count], -depth, gap)
+        near = find_slots(g, geometry, poses, g.numbers[MARGIN])
+        smallest_gaps(g.pair, g.slot[:near], np.maximum(g.gap[:near], 0.0), gap)
+        for p in range(pairs):
+            out[last, p] = min(out[last, p], gap[p])
     return stored, power
 
 
@@ -318,7 +393,7 @@ def _losses(
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count)
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
         sums = _sums(g, parts.laws, count, of_pairs.shape[1])
         for p in range(of_pairs.shape[1]):
             for row in range(2):
@@ -327,4 +402,6 @@ def _losses(
     return power
 
 
-CONTACTS = ContactKernels(_force, _tangent, _part_of_step, _accept, _longest_step, _stored, _losses)
+CONTACTS = ContactKernels(
+    _force, _tangent, _part_of_step, _accept, _longest_step, _stored, _losses, _advance, _passed, _state_of_pairs
+)

@@ -19,6 +19,7 @@ from fsm.segments.arrays import (
     FORCE_SCALE,
     FREE,
     INERTIA,
+    KEEP_BY,
     LAST_Q,
     LOST_BY,
     MATRIX,
@@ -38,7 +39,7 @@ from fsm.segments.arrays import (
 from fsm.stepping.model import CREASES, DRIVES, INERTIAL, KINETIC, PANELS, STEADY
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["energies", "input_powers", "powers", "present_energies", "present_powers"]
+__all__ = ["accept_elements", "energies", "input_powers", "powers", "present_energies", "present_powers"]
 
 
 @kernel
@@ -69,9 +70,9 @@ def present_energies(
     of_elements[:] = 0.0
     for k in range(model.elements.shape[0]):
         own = model.element_tables[k]
-        call_at(model.elements[k, STORED_BY], table, own, per_second)
-        lost += call_at(model.elements[k, LOST_BY], table, own, per_second)
-        call_at(model.elements[k, ACCEPT_BY], table, own, per_second)
+        call_at(model.elements[k, STORED_BY], table, own, t, per_second)
+        lost += call_at(model.elements[k, LOST_BY], table, own, t, per_second)
+        call_at(model.elements[k, KEEP_BY], table, own, t, per_second)
     panels, creases = of_elements[0], of_elements[1]
     for i in range(springs.shape[0]):
         panels += s.in_panels[i] * springs[i]
@@ -83,6 +84,7 @@ def present_energies(
         contacts, by_contacts = model.by_contacts.stored(table, model.groups, model.contact_parts, t, step, pair_force)
         lost += by_contacts
     power, kinetic_driven = input_powers(model, t, record)
+    power += of_elements[2]
     record[KINETIC], record[PANELS], record[CREASES] = kinetic, panels, creases
     stored = panels + creases + height + contacts
     return kinetic, stored, by_springs + lost, power, kinetic_driven
@@ -107,8 +109,10 @@ def present_powers(
     _, lost = model.by_springs.stored(
         poses, rates, s.bodies, s.constants, s.last, 0.0, s.category, s.in_panels.shape[0]
     )
+    of_elements = floats_1d(table, STORED)
+    of_elements[:] = 0.0
     for k in range(model.elements.shape[0]):
-        lost += call_at(model.elements[k, LOST_BY], table, model.element_tables[k], 0.0)
+        lost += call_at(model.elements[k, LOST_BY], table, model.element_tables[k], t, 0.0)
     if model.groups.shape[0] > 0:
         lost += model.by_contacts.losses(table, model.groups, model.contact_parts, t, of_pairs)
     count = drive_force.shape[0]
@@ -116,7 +120,14 @@ def present_powers(
     put_in, _ = input_powers(model, t, record)
     for k in range(count):
         drive_force[k] += record[DRIVES + count + k]
-    return put_in, lost
+    return put_in + of_elements[2], lost
+
+
+@kernel
+def accept_elements(model: Segments, t: float) -> None:
+    """Let elements with memory accept the present poses."""
+    for k in range(model.elements.shape[0]):
+        call_at(model.elements[k, ACCEPT_BY], model.table, model.element_tables[k], t, 0.0)
 
 
 @kernel
@@ -175,7 +186,7 @@ def _stable_at_rest(model: Segments, t: float) -> bool:
         table, table, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
         model.by_contacts, model.contact_parts, model.equations,
     )  # fmt: skip
-    sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0])
+    sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
     matrix, stiffness, factors = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, FACTORS)
     p = pattern_of(table)
     for k in range(matrix.shape[0]):

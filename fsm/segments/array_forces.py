@@ -89,9 +89,9 @@ def sum_forces(model: Segments, t: float, per_second: float) -> None:
     springs = springs_of(table)
     model.by_springs.force(poses, rates, springs.bodies, springs.constants, springs.last, per_second, total)
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, FORCE_BY], table, model.element_tables[k], per_second)
+        call_at(model.elements[k, FORCE_BY], table, model.element_tables[k], t, per_second)
     if model.groups.shape[0] > 0:
-        model.by_contacts.force(table, model.groups, model.contact_parts, t)
+        model.by_contacts.force(table, model.groups, model.contact_parts, t, per_second > 0.0)
     if poses.shape[1] == 7:
         add_gyroscopic(rates, floats_2d(table, INERTIA), total)
 
@@ -123,7 +123,9 @@ def _set_simple_tangents(table: np.ndarray, t: float) -> None:
 
 
 @kernel
-def sum_tangents(model: Segments, t: float, per_second: float, efforts: np.ndarray, since: np.ndarray) -> None:
+def sum_tangents(
+    model: Segments, t: float, per_second: float, efforts: np.ndarray, since: np.ndarray, at_depths: bool
+) -> None:
     """Write the forces on all bodies at the present poses, K and D.
 
     Parameters
@@ -134,6 +136,7 @@ def sum_tangents(model: Segments, t: float, per_second: float, efforts: np.ndarr
     since : (nu,) array, or (0,)
         Increments from the last state, if rates are these increments divided by the elapsed time. The rates of bodies then
         change with further increments; their derivative multiplies D.
+    at_depths : whether contacts are linearised at the depths of statics
     """
     table = model.table
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
@@ -143,7 +146,7 @@ def sum_tangents(model: Segments, t: float, per_second: float, efforts: np.ndarr
     if poses.shape[1] == 7:
         add_gyroscopic(rates, floats_2d(table, INERTIA), total)
     if model.groups.shape[0] > 0:
-        model.by_contacts.tangent(table, model.groups, model.contact_parts, t)
+        model.by_contacts.tangent(table, model.groups, model.contact_parts, t, per_second > 0.0, at_depths)
     if poses.shape[1] == 7 and since.shape[0] > 0:
         multiply_block_diagonal(damping, increment_blocks(since), pattern_of(table).columns)
     springs = springs_of(table)
@@ -152,13 +155,13 @@ def sum_tangents(model: Segments, t: float, per_second: float, efforts: np.ndarr
         damping,
     )  # fmt: skip
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, TANGENT_BY], table, model.element_tables[k], per_second)
+        call_at(model.elements[k, TANGENT_BY], table, model.element_tables[k], t, per_second)
 
 
 @kernel
 def renewed_force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """See `fsm.stepping.model`."""
     place(model.table, t, q, u)
-    sum_tangents(model, t, 0.0, springs_of(model.table).last[:0], q[:0])
+    sum_tangents(model, t, 0.0, springs_of(model.table).last[:0], q[:0], False)
     keep_loaded(model.groups)
     return gather_free(integers_1d(model.table, FREE), floats_2d(model.table, FORCE))

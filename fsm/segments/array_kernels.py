@@ -10,7 +10,7 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
-from fsm.segments.array_energies import energies, powers
+from fsm.segments.array_energies import accept_elements, energies, powers
 from fsm.segments.array_forces import force, place, renewed_force, retract
 from fsm.segments.arrays import (
     DAMPING,
@@ -165,10 +165,13 @@ def _longest_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> fl
 
 @kernel
 def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
-    if model.groups.shape[0] == 0:
+    if model.groups.shape[0] == 0 and model.elements.shape[0] == 0:
         return np.inf
     place(model.table, t, q, u)
-    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t)
+    accept_elements(model, t)
+    if model.groups.shape[0] == 0:
+        return np.inf
+    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t, False)
     longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
     return float(longest)
 

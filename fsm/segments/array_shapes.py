@@ -224,6 +224,11 @@ def _measure_spatial(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, cou
 
 
 @kernel
+def _keep_rows(g: ContactArrays, rows: np.ndarray) -> None:
+    """Nothing: shapes have only the slots and gaps that all geometries have."""
+
+
+@kernel
 def _tangent_planar(
     g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
@@ -252,8 +257,8 @@ def _tangent_spatial(
 
 
 PLANAR_SHAPES = GeometryKernels(
-    _renew_planar, _find_planar, _measure_planar, tapered, _tangent_planar, passed_planar, settle
+    _renew_planar, _find_planar, _measure_planar, _keep_rows, tapered, _tangent_planar, passed_planar, settle
 )
 SPATIAL_SHAPES = GeometryKernels(
-    _renew_spatial, _find_spatial, _measure_spatial, tapered, _tangent_spatial, passed_spatial, settle
+    _renew_spatial, _find_spatial, _measure_spatial, _keep_rows, tapered, _tangent_spatial, passed_spatial, settle
 )

@@ -136,6 +136,30 @@ def _recall(g: ContactArrays) -> None:
 
 
 @kernel
+def _depths(g: ContactArrays) -> tuple[np.ndarray, np.ndarray]:
+    """Keys (m,) of the slots that have a depth in Newton's method of statics, and both depths (m, 2)."""
+    own, pressed, before, count = sheets_of(g), g.pressed, g.pressed_before, 0
+    keys, depths = np.empty(own.counts[SLOTS], dtype=np.int64), np.empty((own.counts[SLOTS], 2))
+    for s in range(keys.shape[0]):
+        if pressed[s] > 0.0 or before[s] > 0.0:
+            keys[count], depths[count, 0], depths[count, 1] = own.key[s], pressed[s], before[s]
+            count += 1
+    return keys[:count], depths[:count]
+
+
+@kernel
+def _press_again(g: ContactArrays, keys: np.ndarray, depths: np.ndarray) -> None:
+    """Write the depths of slots with these keys."""
+    own, pressed, before = sheets_of(g), g.pressed, g.pressed_before
+    pressed[:] = 0.0
+    before[:] = 0.0
+    for k in range(keys.shape[0]):
+        s = position_of(own.key, own.counts[SLOTS], keys[k])
+        if s >= 0:
+            pressed[s], before[s] = depths[k, 0], depths[k, 1]
+
+
+@kernel
 def _with_force(g: ContactArrays) -> np.ndarray:
     """Keys of the slots that had a force in the last tangent; -1 for a slot that no longer exists."""
     key, linearised, count = sheets_of(g).key, g.linearised, 0
@@ -220,8 +244,10 @@ def _renew(g: ContactArrays, poses: np.ndarray) -> int:
         return 0
     copy_into(poses, g.reference)
     with_force = _with_force(g)
+    pressed, depths = _depths(g)
     _write_slots(g, near)
     _recall(g)
+    _press_again(g, pressed, depths)
     _mark_again(g, with_force)
     if g.dof.shape[0] > 0:
         _check_pattern(g, places)
@@ -283,6 +309,20 @@ def _find(g: ContactArrays, poses: np.ndarray, below: float) -> int:
 def _measure(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     own = sheets_of(g)
     write_features(rates, own.body, _found(own), count, g.bodies, g.rate, g.gradient)
+
+
+@kernel
+def _keep_rows(g: ContactArrays, rows: np.ndarray) -> None:
+    found = _found(sheets_of(g))
+    for i in range(rows.shape[0]):
+        k = rows[i]
+        found.free[i], found.distance[i] = found.free[k], found.distance[k]
+        for m in range(4):
+            found.nodes[i, m], found.coefficients[i, m] = found.nodes[k, m], found.coefficients[k, m]
+            for a in range(2):
+                found.directions[i, a, m] = found.directions[k, a, m]
+        for e in range(3):
+            found.normal[i, e] = found.normal[k, e]
 
 
 @kernel
@@ -406,4 +446,4 @@ def _listed(own: SheetArrays) -> Near:
     )  # fmt: skip
 
 
-SHEETS = GeometryKernels(_renew, _find, _measure, _tapered, _tangent, _passed, _settle)
+SHEETS = GeometryKernels(_renew, _find, _measure, _keep_rows, _tapered, _tangent, _passed, _settle)

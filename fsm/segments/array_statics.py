@@ -24,21 +24,22 @@ from fsm.segments.arrays import (
     pattern_of,
     springs_of,
 )
+from fsm.segments.contact_arrays import restore_depths
 from fsm.stepping.quasi_static import StaticCalls
 from fsm.stepping.vectors import copy_into, subtracted
 
-__all__ = ["STATICS"]
+__all__ = ["STATICS", "per_second_of", "place_mean"]
 
 
 @kernel
-def _per_second(table: np.ndarray) -> float:
+def per_second_of(table: np.ndarray) -> float:
     """Inverse of the time since the last state, 1/s; zero at rest."""
     duration = floats_1d(table, INTERVAL)[1]
     return 1.0 / duration if duration > 0.0 else 0.0
 
 
 @kernel
-def _place(table: np.ndarray, q: np.ndarray) -> np.ndarray:
+def place_mean(table: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Write poses and mean rates of the free bodies; returns the increments since the last state, empty at rest."""
     free, poses, duration = integers_1d(table, FREE), floats_2d(table, POSES), floats_1d(table, INTERVAL)[1]
     no = q.shape[0] < 0  # this is a variable, because a constant would cause a new compilation of the kernel
@@ -57,24 +58,24 @@ def _place(table: np.ndarray, q: np.ndarray) -> np.ndarray:
 @kernel
 def _force(model: Segments, q: np.ndarray) -> np.ndarray:
     table = model.table
-    _place(table, q)
-    sum_forces(model, floats_1d(table, INTERVAL)[0], _per_second(table))
+    place_mean(table, q)
+    sum_forces(model, floats_1d(table, INTERVAL)[0], per_second_of(table))
     return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
 
 
 @kernel
 def _linearised_force(model: Segments, q: np.ndarray, mixed: bool) -> np.ndarray:
     table = model.table
-    since, efforts = _place(table, q), springs_of(table).efforts
+    since, efforts = place_mean(table, q), springs_of(table).efforts
     own = efforts if mixed else efforts[:0]
-    sum_tangents(model, floats_1d(table, INTERVAL)[0], _per_second(table), own, since)
+    sum_tangents(model, floats_1d(table, INTERVAL)[0], per_second_of(table), own, since, mixed)
     return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
 
 
 @kernel
 def _factorise(model: Segments) -> bool:
     table = model.table
-    matrix, per_second = floats_3d(table, MATRIX), _per_second(table)
+    matrix, per_second = floats_3d(table, MATRIX), per_second_of(table)
     copy_into(floats_3d(table, STIFFNESS), matrix)
     if per_second > 0.0:
         flat, damping = matrix.reshape(-1), floats_3d(table, DAMPING).reshape(-1)
@@ -110,13 +111,17 @@ def _solve(model: Segments, right: np.ndarray) -> np.ndarray:
 @kernel
 def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
     table = model.table
+    if cut:
+        restore_depths(model.groups)
     free, poses, change = integers_1d(table, FREE), floats_2d(table, POSES), np.zeros(floats_2d(table, RATES).shape)
     no = q.shape[0] < 0
     scatter_free(free, q, not no and poses.shape[1] == 7, poses)
     scatter_free(free, dx, no, change)
     springs = springs_of(table)
-    later = model.by_springs.advance(poses, change, springs.bodies, springs.constants, springs.last, _per_second(table))
+    later = model.by_springs.advance(poses, change, springs.bodies, springs.constants, springs.last, per_second_of(table))
     copy_into(later, springs.efforts)
+    if model.groups.shape[0] > 0 and not cut:
+        model.by_contacts.advance(model.groups, change, per_second_of(table))
 
 
 STATICS = StaticCalls(_force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance)

@@ -187,6 +187,16 @@ def _measure_spatial(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, cou
 
 
 @kernel
+def _keep_rows(g: ContactArrays, rows: np.ndarray) -> None:
+    own = surfaces_of(g)
+    piece, side, at = own.found_piece, own.found_side, own.found_at
+    for i in range(rows.shape[0]):
+        piece[i], side[i] = piece[rows[i]], side[rows[i]]
+        for c in range(at.shape[1]):
+            at[i, c] = at[rows[i], c]
+
+
+@kernel
 def _tapered_planar(
     g: ContactArrays, poses: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -417,10 +427,10 @@ def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> bool:
 
 
 PLANAR_SURFACES = GeometryKernels(
-    _renew_planar, _find_planar, _measure_planar, _tapered_planar, _tangent_planar, _passed_planar,
+    _renew_planar, _find_planar, _measure_planar, _keep_rows, _tapered_planar, _tangent_planar, _passed_planar,
     _settle_planar,
 )
 SPATIAL_SURFACES = GeometryKernels(
-    _renew_spatial, _find_spatial, _measure_spatial, _tapered_spatial, _tangent_spatial, _passed_spatial,
+    _renew_spatial, _find_spatial, _measure_spatial, _keep_rows, _tapered_spatial, _tangent_spatial, _passed_spatial,
     _settle_spatial,
 )

@@ -1,8 +1,7 @@
 """Segments as a compiled model (`ArrayModel`), for compiled time steps and quasi-static steps (see `fsm.stepping`).
 
-The model covers free, held and driven bodies with springs, dampers, creases, ligaments, loads, gravity and contacts.
-Hysteresis, laws added by users, and friction that depends on the direction have no arrays yet; such systems take the same
-steps in Python.
+The model covers free, held and driven bodies with springs, elements of all kinds, loads, gravity and contacts. Laws of users
+in Python and friction that depends on the direction have no arrays; such systems take the same steps in Python.
 """
 
 from __future__ import annotations
@@ -21,9 +20,9 @@ from fsm.segments.contact_arrays import ContactKernels, ContactParts
 
 __all__ = [
     "ACCEPT_BY", "BEFORE", "DAMPING", "DOF", "FACTORS", "FORCE", "FORCE_BY", "FORCE_SCALE", "FREE", "INERTIA", "INTERVAL",
-    "KEPT_DAMPING", "KEPT_STIFFNESS", "LAST_Q", "LOST_BY", "MASS", "MATRIX", "PAIR_ENERGY", "POSES", "RATES", "STIFFNESS",
-    "STORED", "STORED_BY", "TANGENT_BY", "TURNED", "WEIGHT", "Arrays", "Loads", "Segments", "SpringKernels", "Springs",
-    "driven_of", "flat_arrays", "loads_of", "pattern_of", "springs_of",
+    "KEEP_BY", "KEPT_DAMPING", "KEPT_STIFFNESS", "LAST_Q", "LOST_BY", "MASS", "MATRIX", "PAIR_ENERGY", "PATTERN", "POSES",
+    "RATES", "STIFFNESS", "STORED", "STORED_BY", "TANGENT_BY", "TURNED", "WEIGHT", "Arrays", "Loads", "Segments",
+    "SpringKernels", "Springs", "driven_of", "flat_arrays", "loads_of", "pattern_of", "springs_of",
 ]  # fmt: skip
 
 
@@ -91,11 +90,12 @@ class Arrays(NamedTuple):
     kept_stiffness, kept_damping : block data, see `fsm.stepping.model.keep_tangent`
     last_q : (nq,) array
         Configuration of the last state in statics.
-    interval : (2,) array, s
-        Time in statics, and time since the last state; the second value is zero if no force depends on rates.
+    interval : (3,) array, s
+        Time in statics, and time since the last state, first as zero if no force depends on rates.
     dof : (n_bodies,) int array, see `BodyPattern`
-    stored : (2,) array, J
-        Energies of elements in panels and in creases.
+    stored : (4,) array, J and W
+        Energies of elements in panels and in creases, power that elements put into the system, and power that their
+        memory dissipates.
     pattern, springs, loads, driven : arrays of each
     """
 
@@ -150,8 +150,8 @@ class Segments(NamedTuple):
     flags : (3,) int array, see `fsm.kernels.block_equations`
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.segments.contact_arrays`.
-    elements : (m, 5) int array
-        Addresses of the kernels of each group of elements (`fsm.segments.element_cache.ElementKernels`).
+    elements : (m, 6) int array
+        Addresses of the kernels of each group of elements (`fsm.segments.element_group.ElementKernels`).
     element_tables : (m, n, 4) int array
         Tables of the groups of elements.
     by_springs, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
@@ -171,11 +171,11 @@ class Segments(NamedTuple):
 
 
 FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED = range(12)
-FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, _PATTERN = range(12, 22)
+FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, PATTERN = range(12, 22)
 """Rows of `Segments.table`."""
-FORCE_BY, TANGENT_BY, STORED_BY, LOST_BY, ACCEPT_BY = range(5)
+FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY = range(6)
 """Columns of `Segments.elements`."""
-_SPRINGS = _PATTERN + len(Pattern._fields)
+_SPRINGS = PATTERN + len(Pattern._fields)
 _LOADS = _SPRINGS + len(Springs._fields)
 _PROGRAMS = len(Pieces._fields)
 _OF_LOADS = _LOADS + len(Loads._fields) - 1
@@ -186,7 +186,7 @@ _DRIVEN = _OF_DRIVES + _PROGRAMS
 @kernel
 def pattern_of(t: np.ndarray) -> Pattern:
     """Pattern of the table."""
-    return pattern_at(t, _PATTERN)
+    return pattern_at(t, PATTERN)
 
 
 @kernel

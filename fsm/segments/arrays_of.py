@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from fsm.segments.array_kernels import KERNELS
 from fsm.segments.arrays import Arrays, Loads, Segments, SpringKernels, Springs
 from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.element_cache import ElementArrays, TwoBodyGroup
+from fsm.segments.element_group import ElementArrays, ElementGroup, ElementKernels
 from fsm.segments.elements import BushingGroup
 from fsm.segments.loads import GravityGroup, LoadGroup
 from fsm.segments.pattern import BodyPattern
@@ -38,9 +38,9 @@ from fsm.stepping.model import ArrayModel
 from fsm.system_records import Ready
 
 if TYPE_CHECKING:
-    from fsm.segments.system import SegmentSystem
+    from fsm.segments.force_system import SegmentForces
 
-__all__ = ["arrays_of", "segments_of"]
+__all__ = ["arrays_of", "change_pattern", "segments_of"]
 
 _PLANAR_SPRINGS = SpringKernels(
     force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar
@@ -50,7 +50,7 @@ _SPATIAL_SPRINGS = SpringKernels(
 )
 _NONE, _NO_PAIRS, _NO_NUMBERS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0)
 def arrays_of(
-    system: SegmentSystem, pattern: BodyPattern, ready: Ready, contacts: ContactModel
+    system: SegmentForces, pattern: BodyPattern, ready: Ready, contacts: ContactModel
 ) -> tuple[ArrayModel, tuple[object, ...]]:
     """Compiled model of a system that has no part in Python, and its arrays; the caller must keep the arrays as long as the
     model.
@@ -60,13 +60,52 @@ def arrays_of(
 
 
 def segments_of(
-    system: SegmentSystem, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel,
+    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel,
     statics: bool = False,
-) -> tuple[Segments, tuple[Arrays, ...], list[ElementArrays]]:
+) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
     """Model of all bodies for time steps or for statics, its arrays, and those of groups of elements; see `arrays_of`.
 
     `known` is the symbolic factorisation of the pattern, and `factors` contains the data of the factors.
     """
+    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts)
+    table, springs = address_table(arrays.flat), arrays.springs
+    of_springs = _SPATIAL_SPRINGS if system.spatial else _PLANAR_SPRINGS
+    own, (poses, rates) = (springs.bodies, springs.constants), (arrays.poses, arrays.rates)
+    before, sums = (*own, springs.last, 0.0), (arrays.force, arrays.stiffness, arrays.damping)
+    model = Segments(
+        table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
+        *_addresses(elements),
+        SpringKernels(
+            Pointer(of_springs.force, poses, rates, *before, arrays.force),
+            Pointer(of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
+            Pointer(of_springs.stored, poses, rates, *before, springs.category, 1),
+            Pointer(of_springs.deformations, poses, rates, *own),
+            Pointer(of_springs.advance, poses, rates, *before)
+            if statics
+            else AbsentPointer(springs.last, poses, rates, *before),
+        ),
+        contacts.kernels, contacts.parts,
+        equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
+    )  # fmt: skip
+    return model, (arrays, rest), elements
+
+
+def change_pattern(
+    model: Segments, system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray,
+    contacts: ContactModel,
+) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:  # fmt: skip
+    """Give a model of statics the arrays of another pattern; arguments and results as in `segments_of`."""
+    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts)
+    model.table[:], model.at_rest[:] = address_table(arrays.flat), address_table(rest.flat)
+    for own, one in zip(model.element_tables, elements, strict=True):
+        own[: len(one.arrays)] = address_table(one.arrays)
+    return (arrays, rest), elements
+
+
+def _arrays(
+    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel
+) -> tuple[Arrays, Arrays, list[ElementArrays]]:  # fmt: skip
+    """Arrays of all bodies, those for tangents at zero rates, and those of groups of elements."""
     bodies, spatial = system.bodies, system.spatial
     weight = np.zeros((len(bodies.pose), 3 if spatial else 2))
     springs, loads = _springs(None, pattern, system.size), _loads(None, pattern, spatial)
@@ -79,13 +118,9 @@ def segments_of(
             springs = _springs(group, pattern, system.size)
         elif isinstance(group, LoadGroup):
             loads = _loads(group, pattern, spatial)
-        elif not isinstance(group, TwoBodyGroup) and (statics or not isinstance(group, ContactGroup)):
+        elif not isinstance(group, ElementGroup | ContactGroup):
             raise TypeError(f"{type(group).__name__} has no arrays")
-    elements = [
-        group.compiled(pattern)
-        for group in system.groups
-        if isinstance(group, TwoBodyGroup) and not isinstance(group, BushingGroup)
-    ]
+    elements = [group.compiled(pattern) for group in system.groups if isinstance(group, ElementGroup)]
     of_pattern, (q, _) = pattern_arrays(pattern, known), system.initial()
     poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
     stiffness, damping, matrix = pattern.zeros(), pattern.zeros(), pattern.zeros()
@@ -93,45 +128,22 @@ def segments_of(
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
-        q.copy(), np.zeros(2), pattern.dof, np.zeros(2), of_pattern, springs, loads, _driven(system),
+        q.copy(), np.zeros(3), pattern.dof, np.zeros(4), of_pattern, springs, loads, _driven(system),
     )  # fmt: skip
-    rest = arrays
-    if not statics:
-        rest = arrays._replace(
-            rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
-            matrix=pattern.zeros(), factors=np.zeros(factors.shape),
-        )  # fmt: skip
-    table, in_time = address_table(arrays.flat), not statics
-    of_springs = _SPATIAL_SPRINGS if spatial else _PLANAR_SPRINGS
-    own = springs.bodies, springs.constants
-    before, sums = (*own, springs.last, 0.0), (force, stiffness, damping)
-    model = Segments(
-        table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
-        *_addresses(elements, table, in_time),
-        SpringKernels(
-            Pointer(of_springs.force, poses, rates, *before, force),
-            Pointer(of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
-            _pointer(in_time, of_springs.stored, (_NO_NUMBERS, 0.0), poses, rates, *before, springs.category, 1),
-            _pointer(in_time, of_springs.deformations, springs.last, poses, rates, *own),
-            _pointer(statics, of_springs.advance, springs.last, poses, rates, *before),
-        ),
-        contacts.kernels, contacts.parts, equation_kernels(of_pattern, matrix, factors, np.zeros(system.nu)),
+    rest = arrays._replace(
+        rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
+        matrix=pattern.zeros(), factors=np.zeros(factors.shape),
     )  # fmt: skip
-    return model, (arrays, rest), elements
+    return arrays, rest, elements
 
 
-def _pointer(used: bool, kernel: Any, result: Any, *arguments: Any) -> Any:
-    return Pointer(kernel, *arguments) if used else AbsentPointer(result, *arguments)
-
-
-def _addresses(elements: list[ElementArrays], table: np.ndarray, in_time: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 5) of the kernels of all groups of elements, and their tables (m, n, 4); statics needs two kernels."""
-    kernels = np.zeros((len(elements), 5), dtype=np.int64)
+def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
+    """Addresses (m, 6) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):
         own[: len(one.arrays)] = address_table(one.arrays)
-        used = one.kernels if in_time else one.kernels[:2]
-        row[: len(used)] = [Pointer(each, table, own, 0.0).address for each in used]
+        row[:] = one.kernels.addresses()
     return kernels, tables
 
 
@@ -151,7 +163,7 @@ def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Load
     return Loads(*group.arrays, group.slots(pattern), table_of([load.time for load in group.loads]))
 
 
-def _driven(system: SegmentSystem) -> Driven:
+def _driven(system: SegmentForces) -> Driven:
     motions = system.motions
     turning = () if system.turns is None else system.turns.bodies
     rows = [[turn.motion, turn.body] for turn in turning]

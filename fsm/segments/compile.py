@@ -11,7 +11,8 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.kernels.rotation import multiply
-from fsm.laws.crease import MomentCurve, join_curves
+from fsm.laws.crease import CreaseLaws, MomentCurve, join_curves
+from fsm.laws.crease_sliders import new_sliders
 from fsm.registry import ELEMENT_LAWS, POINT_KINDS
 from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
@@ -328,19 +329,18 @@ class SceneCompiler:
         chosen = [i for i, key in enumerate(keys) if key in numbers]
         which = [numbers[keys[i]] for i in chosen]
         start = creases.rest - creases.side * np.array(initial_twists(elements, self.scene.bodies))
+        rest, side, _, curve, *table = creases.law
         return HysteresisGroup(
             creases.bodies[chosen],
             tuple(array[chosen] for array in creases.geometry),
-            creases.rest[chosen],
-            creases.side[chosen],
-            start[chosen],
-            np.array([known[number][1].stiffness for number in which]),
-            np.array(which, dtype=np.int64),
-            join_curves([curve.strength for _, curve in known]),
-            creases,
-            np.array(chosen),
+            CreaseLaws(rest[chosen], side[chosen], np.zeros(len(chosen)), curve[chosen], *table),
+            creases.flexibility[chosen],
+            new_sliders(
+                start[chosen], np.array([known[number][1].stiffness for number in which]), np.array(which, dtype=np.int64),
+                join_curves([curve.strength for _, curve in known]),
+            ),
             tuple(elements[i].name for i in chosen),
-        )
+        )  # fmt: skip
 
     def _ends(self, elements: list[ForceElement]) -> np.ndarray:
         return np.array([[self.index[e.inner], self.index[e.outer]] for e in elements], dtype=np.int64)

@@ -19,11 +19,11 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers1, Integers2, table_in
 
 __all__ = [
-    "BELOW", "BRISTLE", "CHANGES", "COMMITTED_AT", "EVALUATIONS", "FOUND", "FRICTION", "KIND", "LACKS", "LOSSY", "MARGIN",
-    "MEASURED", "OF_SLOTS", "OWN_STATE", "REFERRED", "RENEWAL", "RESTITUTION", "SHAPES", "SHEETS", "STARTED", "STATES",
-    "SURFACES", "ContactArrays",
-    "ContactKernels", "ContactParts", "GeometryKernels", "LawKernels", "contacts_at", "floor_of", "forces_of",
-    "have_opened", "index_of", "keep_loaded", "lack_pairs", "must_renew", "resolves", "rules_of",
+    "ACTIVE", "BELOW", "BRISTLE", "CHANGES", "COMMITTED_AT", "EVALUATIONS", "FOUND", "FRICTION", "KIND", "LACKS", "LOSSY",
+    "MARGIN", "MEASURED", "MOST", "OF_SLOTS", "OWN_STATE", "REFERRED", "RENEWAL", "RESTITUTION", "SHAPES", "SHEETS",
+    "STARTED", "STATES", "SURFACES", "ContactArrays", "ContactKernels", "ContactParts", "GeometryKernels", "LawKernels",
+    "contacts_at", "exponent_of", "floor_of", "forces_of", "have_opened", "index_of", "keep_loaded", "lack_pairs",
+    "must_renew", "resolves", "restore_depths", "rules_of",
 ]  # fmt: skip
 
 
@@ -38,6 +38,8 @@ class GeometryKernels(NamedTuple):
         Find the contacts with a gap below `below`. Write the slot and the gap (m) of each contact, and return their number.
     measure : ``measure(g, poses, rates, count)``
         Write bodies, rates and gradients of `count` contacts.
+    select : ``select(g, rows)``
+        Keep only these rows (ascending) of the arrays that `find` has written for this geometry alone.
     tapered : ``tapered(g, poses, count) -> rows, part, gradient, hessian``
         Contacts whose weights change with the poses; see `fsm.segments.contact_geometry.Tapered`.
     tangent : ``tangent(g, poses, rates, count, stiffness, damping)``
@@ -51,6 +53,7 @@ class GeometryKernels(NamedTuple):
     renew: Any
     find: Any
     measure: Any
+    select: Any
     tapered: Any
     tangent: Any
     passed: Any
@@ -76,7 +79,7 @@ class ContactParts(NamedTuple):
 
 
 class ContactKernels(NamedTuple):
-    """Kernels of all contacts of a model; see `fsm.segments.array_contacts`."""
+    """Kernels of all contacts of a model; see `fsm.segments.array_contacts`. Only statics uses those from `advance` on."""
 
     force: Any
     tangent: Any
@@ -85,6 +88,9 @@ class ContactKernels(NamedTuple):
     longest_step: Any
     stored: Any
     losses: Any
+    advance: Any
+    passed: Any
+    sums: Any
 
 
 class ContactArrays(NamedTuple):
@@ -93,8 +99,9 @@ class ContactArrays(NamedTuple):
     Attributes
     ----------
     state : int array, see `STATES`
-    numbers : (3,) array
-        Margin (m), time of the last accepted state (s), and bound of the gaps of the last search (m).
+    numbers : (4,) array
+        Margin (m), time of the last accepted state (s), bound of the gaps of the last search (m), and in statics the
+        largest normal force of a contact without a depth of linearisation (N).
     normal, friction : parameters of the laws
     resolving : (6,) array
         Restitution (0 or 1), speed of impacts (m/s), exponent, steps in an impact, speed floor (m/s) and whether steps have
@@ -116,6 +123,10 @@ class ContactArrays(NamedTuple):
         Closing speed and slip velocity (m/s); share, with the change of weights; onset and depth (m) of these contacts.
     normal_force, by_depth, by_closing, effort, by_slip, by_normal, deflected, by_distance : forces
         Forces as in `ContactForces`. `deflected` is the new deflection of bristles (m), `by_distance` their stiffness (N/m).
+    acting : normal forces of the law linearised at `at`, N; those of `normal_force` except in Newton's method of statics
+    pressed, pressed_before : (n_slots,) arrays, m
+        Depths at which Newton's method of statics linearises the law, and those before its last increment; zero for none.
+        See `fsm.interactions.contact_depths`.
     found_poses, found_rates : poses of the last search, and rates of the last evaluation
     """
 
@@ -161,6 +172,9 @@ class ContactArrays(NamedTuple):
     by_normal: Floats2
     deflected: Floats2
     by_distance: Floats3
+    acting: Floats1
+    pressed: Floats1
+    pressed_before: Floats1
     found_poses: Floats2
     found_rates: Floats2
 
@@ -168,14 +182,13 @@ class ContactArrays(NamedTuple):
 contacts_at = table_in(ContactArrays)
 """Table of one of several groups, in kernels; see `fsm.kernels.tables.table_in`."""
 CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, KIND, LOSSY = range(9)
-FOUND, MEASURED, OWN_STATE = range(9, 12)
-STATES = 15
+FOUND, MEASURED, ACTIVE, OWN_STATE = range(9, 13)
+STATES = 16
 """Indices of `ContactArrays.state`, and their number. 1 means: new weights are not yet used (CHANGES); there is an accepted
 state (STARTED), and a renewal (REFERRED); the pattern lacks a pair of bodies, or the table a row (LACKS); there is
 friction, with bristles; forces depend on rates (LOSSY). EVALUATIONS counts states. FOUND is the number of contacts of the
-last search, -1 if they do not hold any longer; MEASURED: they have been measured. KIND is one of the numbers below. A
-geometry has its own numbers from
-OWN_STATE on."""
+last search, -1 if they do not hold any longer; MEASURED: they have been measured. ACTIVE is the number of contacts of the
+last tangent at depths of statics. KIND is one of the numbers below. A geometry has its own numbers from OWN_STATE on."""
 SHAPES, SURFACES, SHEETS = range(3)
 """Kinds of geometries."""
 OF_SLOTS = tuple(
@@ -186,7 +199,7 @@ OF_SLOTS = tuple(
     )
 )  # fmt: skip
 """Arrays with a row for each slot."""
-MARGIN, COMMITTED_AT, BELOW = range(3)
+MARGIN, COMMITTED_AT, BELOW, MOST = range(4)
 """Indices of `ContactArrays.numbers`."""
 RENEWAL = 0.4
 """Displacement relative to the margin after which the broad phase is updated."""
@@ -219,6 +232,12 @@ def floor_of(g: ContactArrays) -> float:
 
 
 @kernel
+def exponent_of(g: ContactArrays) -> float:
+    """Exponent of the normal law."""
+    return g.resolving[_EXPONENT]
+
+
+@kernel
 def resolves(g: ContactArrays) -> bool:
     """Whether steps have to resolve impacts."""
     return g.resolving[_RESOLVES] > 0.0
@@ -248,6 +267,16 @@ def keep_loaded(groups: np.ndarray) -> None:
         loaded, linearised = g.loaded, g.linearised
         for i in range(loaded.shape[0]):
             linearised[i] = loaded[i]
+
+
+@kernel
+def restore_depths(groups: np.ndarray) -> None:
+    """Restore the depths of statics before their last increment."""
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        before, pressed = g.pressed_before, g.pressed
+        for i in range(pressed.shape[0]):
+            pressed[i] = before[i]
 
 
 @kernel

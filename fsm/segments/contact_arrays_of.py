@@ -11,7 +11,7 @@ import numpy as np
 from fsm.interactions.contact_body_pairs import coupled_bodies
 from fsm.kernels.addresses import tables_of
 from fsm.kernels.pointers import AbsentPointer, Pointer
-from fsm.kernels.tables import TableExample, named_table
+from fsm.kernels.tables import Table, TableExample, named_table
 from fsm.laws.friction import FrictionLaw
 from fsm.segments.array_contacts import CONTACTS
 from fsm.segments.array_shape_tables import ShapeArrays
@@ -30,6 +30,7 @@ from fsm.segments.contact_arrays import (
     KIND,
     LACKS,
     LOSSY,
+    MOST,
     REFERRED,
     SHEETS,
     STARTED,
@@ -83,7 +84,7 @@ class _GroupArrays(ABC):
         self.group, self.keys = group, keys
         self.common: ContactArrays = _contiguous(
             ContactArrays(
-                state, np.array([geometry.margin, 0.0, 0.0]), group.normal.params,
+                state, np.array([geometry.margin, 0.0, 0.0, 0.0]), group.normal.params,
                 np.zeros(0) if friction is None else friction.params, np.zeros(6), rules.mobility, rules.loose, *slots,
                 np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, geometry.slips)), none, none.copy(),
                 poses, np.zeros(bodies), poses.copy(), *moving, *pattern.index,
@@ -157,11 +158,19 @@ class _GroupArrays(ABC):
             self.keys[rows], arrays.onset[rows], arrays.began[rows], arrays.depth[rows], arrays.deflection[rows]
         ).ordered()
 
+    def press(self) -> None:
+        """Take the depths of the last accepted state as depths of statics."""
+        self.common.pressed[:] = self.common.pressed_before[:] = self.common.depth
+
+    def count(self) -> None:
+        """Add the number of evaluated states to that of the group."""
+        self.group.evaluations += int(self.common.state[EVALUATIONS])
+        self.common.state[EVALUATIONS] = 0
+
     def store(self) -> None:
         """Copy the memory of the arrays to the group."""
         arrays, state, group = self.common, self.common.state, self.group
-        group.evaluations += int(state[EVALUATIONS])
-        state[EVALUATIONS] = 0
+        self.count()
         if not state[STARTED]:
             return
         group.restore(
@@ -281,11 +290,13 @@ class _SheetGroup(_GroupArrays):
         super().__init__(group, none, (none, none, np.zeros(0, dtype=np.int64)), moving, pattern, bodies, width)
         self.common.state[KIND] = SHEETS
         self.coupled = np.zeros((0, 2), dtype=np.int64)
-        self.own: SheetArrays = self._set_table(geometry.mesh._replace(counts=geometry.mesh.counts.copy()))
+        self.own: SheetArrays = geometry.mesh._replace(counts=geometry.mesh.counts.copy())
+        self.own_table = Table(self.common, self.own)
+        self.table = self.own_table.rows
 
     def _set(self, common: ContactArrays, own: SheetArrays) -> None:
         self.common, self.own = common, own
-        self.table[:] = named_table(common, own)
+        self.own_table.replace(common, own)
 
     def index(self, pattern: BodyPattern) -> None:
         """Replace the pattern, and make room for all slots; the next update of the broad phase finds the pairs again."""
@@ -293,6 +304,15 @@ class _SheetGroup(_GroupArrays):
         if is_full(self.own):
             self._set(*roomier(self.common, self.own))
         self.common.state[REFERRED], self.common.state[FOUND] = 0, -1
+
+    def press(self) -> None:
+        """See `_GroupArrays`; first the slots are those of the last accepted state."""
+        self.common.state[REFERRED] = 0
+        SHEET_KERNELS.renew(self.own_table, self.common.committed)
+        if is_full(self.own):
+            self._set(*roomier(self.common, self.own))
+            SHEET_KERNELS.renew(self.own_table, self.common.committed)
+        super().press()
 
     def pairs(self) -> np.ndarray:
         """See `_GroupArrays`: the pairs of the present slots, and those of the last pattern."""
@@ -374,6 +394,17 @@ class ContactModel:
         for arrays in self.arrays:
             arrays.load(resolve)
 
+    def count(self) -> None:
+        """Add the numbers of evaluated states to those of the groups."""
+        for arrays in self.arrays:
+            arrays.count()
+
+    def press(self, most: float) -> None:
+        """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
+        for arrays in self.arrays:
+            arrays.press()
+            arrays.common.numbers[MOST] = most
+
     def store(self) -> np.ndarray:
         """Copy the memory of the arrays to the groups, and return and reset `pair_energy`."""
         for arrays in self.arrays:
@@ -392,7 +423,7 @@ def _found(
         np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros((count, bodies), dtype=np.int64),
         np.zeros((count, 1 + slips)), np.zeros((count, 1 + slips, bodies * size)), np.zeros(count), np.zeros(ways),
         *(np.zeros(count) for _ in range(6)), np.zeros(ways), np.zeros(square), np.zeros(ways), np.zeros(ways),
-        np.zeros(square), poses, rates,
+        np.zeros(square), np.zeros(count), np.zeros(count), np.zeros(count), poses, rates,
     )  # fmt: skip
 
 
@@ -409,10 +440,10 @@ def _pointers(
     one, two, three = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))
     whole = np.zeros(0, dtype=np.int64)
     arguments = GeometryKernels(
-        (g, two), (g, two, 0.0), (g, two, two, 0), (g, two, 0), (g, two, two, 0, three, three), (g, two),
+        (g, two), (g, two, 0.0), (g, two, two, 0), (g, whole), (g, two, 0), (g, two, two, 0, three, three), (g, two),
         (g, two, whole, True),
     )  # fmt: skip
-    results = GeometryKernels(0, 0, None, (whole, one, two, three), None, True, None)
+    results = GeometryKernels(0, 0, None, None, (whole, one, two, three), None, True, None)
     absent = GeometryKernels(*(AbsentPointer(result, *rest) for result, rest in zip(results, arguments, strict=True)))
     kinds = []
     for kind, found in (
@@ -436,10 +467,14 @@ def _pointers(
             laws = laws._replace(bristle=Pointer(law.effort, *of_laws.bristle))
         elif law is not None:
             laws = laws._replace(friction=Pointer(law.effort, *of_laws.friction))
-    parts = ContactParts(*kinds, laws)
+    shapes, surfaces, sheets = kinds
+    parts = ContactParts(shapes, surfaces, sheets, laws)
     state = np.zeros((0, 4), dtype=np.int64), addresses, parts, 0.0
-    rest = ContactKernels(state, state, (*state, 0.0), state, state, (*state, 0.0, one), (*state, two))
-    without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0)
+    rest = ContactKernels(
+        (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
+        (addresses, two, 0.0), state[:3], (*state, True, two),
+    )
+    without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0))
     return parts, ContactKernels(*(
         Pointer(kernel, *own) if groups else AbsentPointer(result, *own)
         for kernel, own, result in zip(CONTACTS, rest, without, strict=True)

@@ -51,8 +51,8 @@ class ContactGroup(Group):
 
     Attributes
     ----------
-    evaluations : int
-        Evaluated states.
+    evaluations, changes : int
+        Numbers of evaluated states, and of changes of the memory.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class ContactGroup(Group):
         self.geometry, self.normal, self.friction = geometry, normal, friction
         self.n_pairs = n_pairs
         self.impacts = Impacts(geometry, normal, mobility, loose)
-        self.evaluations = 0
+        self.evaluations = self.changes = 0
         self._renewals_before = 0
         self._contact_memory = ContactMemory.nothing(geometry.slips)
         self._time = 0.0
@@ -371,6 +371,7 @@ class ContactGroup(Group):
             onset = np.maximum(before.onset, closing)
             memory = ContactMemory(found.memory.key, onset, began, found.depth, deflection).ordered()
         self._contact_memory = memory
+        self.changes += 1
         self._time, self._poses, self._rates = t, poses, rates
         young = np.zeros(0, dtype=np.int64)
         if found is not None:
@@ -388,6 +389,7 @@ class ContactGroup(Group):
 
     def restore(self, memory: np.ndarray) -> None:
         """Restore the memory; an empty array clears it."""
+        self.changes += 1
         self._evaluated = None
         self._searches.clear()
         if not len(memory):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -65,8 +66,9 @@ def hysteresis_of(crease: Crease, flexibility: float = 0.0) -> Hysteresis | None
     return Hysteresis(strength, hysteresis_stiffness(strength, reversal + flexibility * rise))
 
 
+@lru_cache(maxsize=64)
 def _branches(crease: Crease, flexibility: float) -> list[MomentCurve]:
-    """Loading curve and, if measured, unloading curve."""
+    """Loading curve and, if measured, unloading curve; creases of one kind, and cases of a table, share them."""
     if isinstance(crease, LinearCrease):
         k = crease.stiffness
         curves = [curve_from_data(np.array([0.0, 1.0]), np.array([0.0, k]), "pchip")]

@@ -1,190 +1,132 @@
-"""Hinges whose moment is a tabulated curve: the group, its table, and its kernels for compiled steps."""
+"""Hinges whose moment is a tabulated curve: the group, its table, and its kernels."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from fsm.interactions.crease_planar import force_crease_planar, linearise_crease_planar
 from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
-from fsm.interactions.hinge_planar import measure_hinge_planar
-from fsm.interactions.hinge_spatial import measure_hinge_spatial
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
-from fsm.laws.crease import CreaseLaws, CurveTable, crease_energy, crease_moment
+from fsm.laws.crease import CreaseLaws, CurveTable, crease_laws_of, elastic_effort
 from fsm.segments.arrays import DAMPING, FORCE, POSES, RATES, STIFFNESS, STORED
-from fsm.segments.element_cache import ElementArrays, ElementKernels, TwoBodyGroup
-from fsm.segments.group import PreviousPoses
-from fsm.segments.pattern import BodyPattern
+from fsm.segments.element_group import LAST, ElementKernels, bodies_of, slots_of
+from fsm.segments.hinges import (
+    AFTER_HINGE,
+    AXES_INNER,
+    AXES_OUTER,
+    OFFSET,
+    HingeGroup,
+    keep_planar,
+    keep_spatial,
+    planar_angles,
+    spatial_angles,
+)
 
 __all__ = ["CreaseGroup"]
 
-Kernel = Callable[..., Any]
-
-
-class _Creases(NamedTuple):
-    """Table of a group.
-
-    Attributes
-    ----------
-    bodies : (m, 2) int array
-    offset : (m,) array, rad
-    law : CreaseLaws
-    flexibility : (m,) array, rad/(N m)
-    slots : (m, 4) int array
-    last : (m,) array, rad
-        Angles at the end of the last step.
-    """
-
-    bodies: np.ndarray
-    offset: np.ndarray
-    law: CreaseLaws
-    flexibility: np.ndarray
-    slots: np.ndarray
-    last: np.ndarray
+_LAWS = AFTER_HINGE
+_FLEXIBILITY = _LAWS + len(CreaseLaws._fields)
 
 
 @kernel
-def _creases_of(t: np.ndarray, axes: int) -> _Creases:
-    """Creases of a table with a number of arrays of axes after the bodies."""
-    k = 1 + axes
-    law = CreaseLaws(
-        floats_1d(t, k + 1), floats_1d(t, k + 2), floats_1d(t, k + 3), integers_1d(t, k + 4), integers_1d(t, k + 5),
-        floats_1d(t, k + 6), floats_2d(t, k + 7), floats_1d(t, k + 8),
-    )  # fmt: skip
-    return _Creases(
-        integers_2d(t, 0), floats_1d(t, k), law, floats_1d(t, k + 9), integers_2d(t, k + 10), floats_1d(t, k + 11)
-    )
-
-
-@kernel
-def _planar_force(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    c = _creases_of(own, 0)
+def _planar_force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     force_crease_planar(
-        floats_2d(table, POSES), floats_2d(table, RATES), c.bodies, c.offset, c.law, c.last, per_second,
-        floats_2d(table, FORCE),
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, OFFSET), crease_laws_of(own, _LAWS),
+        floats_1d(own, LAST), per_second, floats_2d(table, FORCE),
     )  # fmt: skip
     return 0.0
 
 
 @kernel
-def _planar_tangent(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    c = _creases_of(own, 0)
+def _planar_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     linearise_crease_planar(
-        floats_2d(table, POSES), floats_2d(table, RATES), c.bodies, c.offset, c.law, c.last, per_second, c.slots,
-        floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, OFFSET), crease_laws_of(own, _LAWS),
+        floats_1d(own, LAST), per_second, slots_of(own), floats_2d(table, FORCE), floats_3d(table, STIFFNESS),
+        floats_3d(table, DAMPING),
     )  # fmt: skip
     return 0.0
 
 
 @kernel
-def _spatial_force(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    c, inner, outer = _creases_of(own, 2), floats_2d(own, 1), floats_2d(own, 2)
+def _spatial_force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     force_crease_spatial(
-        floats_2d(table, POSES), floats_2d(table, RATES), c.bodies, inner, outer, c.offset, c.law, c.last, per_second,
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, AXES_INNER),
+        floats_2d(own, AXES_OUTER), floats_1d(own, OFFSET), crease_laws_of(own, _LAWS), floats_1d(own, LAST), per_second,
         floats_2d(table, FORCE),
     )  # fmt: skip
     return 0.0
 
 
 @kernel
-def _spatial_tangent(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    c, inner, outer = _creases_of(own, 2), floats_2d(own, 1), floats_2d(own, 2)
+def _spatial_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     linearise_crease_spatial(
-        floats_2d(table, POSES), floats_2d(table, RATES), c.bodies, inner, outer, c.offset, c.law, c.last, per_second,
-        c.slots, floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, AXES_INNER),
+        floats_2d(own, AXES_OUTER), floats_1d(own, OFFSET), crease_laws_of(own, _LAWS), floats_1d(own, LAST), per_second,
+        slots_of(own), floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
     )  # fmt: skip
     return 0.0
 
 
 @kernel
-def _planar_angles(table: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    c = _creases_of(own, 0)
-    angle, rate, _ = measure_hinge_planar(floats_2d(table, POSES), floats_2d(table, RATES), c.bodies, c.offset)
-    return angle, rate
-
-
-@kernel
-def _spatial_angles(table: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    c, inner, outer = _creases_of(own, 2), floats_2d(own, 1), floats_2d(own, 2)
-    poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
-    angle, rate, _ = measure_hinge_spatial(poses, rates, c.bodies, inner, outer, c.offset)
-    return angle, rate
-
-
-@kernel
-def _add_stored(c: _Creases, angle: np.ndarray, stored: np.ndarray) -> None:
-    """Add the energies in panels and in creases to `stored` (2,)."""
-    energy = crease_energy(angle, c.law)
-    moment, _ = crease_moment(angle, np.zeros(angle.shape[0]), c.law)
+def _add_stored(own: np.ndarray, angle: np.ndarray, stored: np.ndarray) -> float:
+    """Add the energies in panels (half segments in series with the creases) and in creases to `stored`."""
+    law, flexibility = crease_laws_of(own, _LAWS), floats_1d(own, _FLEXIBILITY)
     half_cells = total = 0.0
     for i in range(angle.shape[0]):
-        total += energy[i]
-        half_cells += 0.5 * c.flexibility[i] * moment[i, 0] ** 2
+        energy, moment, _ = elastic_effort(law, i, angle[i])
+        total += energy
+        half_cells += 0.5 * flexibility[i] * moment**2
     stored[0] += half_cells
     stored[1] += total - half_cells
+    return 0.0
 
 
 @kernel
-def _power(c: _Creases, angle: np.ndarray, rate: np.ndarray, per_second: float) -> float:
-    power = 0.0
+def _power(own: np.ndarray, angle: np.ndarray, rate: np.ndarray, per_second: float) -> float:
+    law, last, power = crease_laws_of(own, _LAWS), floats_1d(own, LAST), 0.0
     for i in range(angle.shape[0]):
-        speed = rate[i] if per_second == 0.0 else (angle[i] - c.last[i]) * per_second
-        power += c.law.damping[i] * speed**2
+        speed = rate[i] if per_second == 0.0 else (angle[i] - last[i]) * per_second
+        power += law.damping[i] * speed**2
     return power
 
 
 @kernel
-def _planar_stored(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    _add_stored(_creases_of(own, 0), _planar_angles(table, own)[0], floats_1d(table, STORED))
-    return 0.0
+def _planar_stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    return _add_stored(own, planar_angles(table, own)[0], floats_1d(table, STORED))
 
 
 @kernel
-def _spatial_stored(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    _add_stored(_creases_of(own, 2), _spatial_angles(table, own)[0], floats_1d(table, STORED))
-    return 0.0
+def _spatial_stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    return _add_stored(own, spatial_angles(table, own)[0], floats_1d(table, STORED))
 
 
 @kernel
-def _planar_lost(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    angle, rate = _planar_angles(table, own)
-    return _power(_creases_of(own, 0), angle, rate, per_second)
+def _planar_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    angle, rate, _ = planar_angles(table, own)
+    return _power(own, angle, rate, per_second)
 
 
 @kernel
-def _spatial_lost(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    angle, rate = _spatial_angles(table, own)
-    return _power(_creases_of(own, 2), angle, rate, per_second)
+def _spatial_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    angle, rate, _ = spatial_angles(table, own)
+    return _power(own, angle, rate, per_second)
 
 
-@kernel
-def _planar_accept(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    _creases_of(own, 0).last[:] = _planar_angles(table, own)[0]
-    return 0.0
-
-
-@kernel
-def _spatial_accept(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    _creases_of(own, 2).last[:] = _spatial_angles(table, own)[0]
-    return 0.0
-
-
-_PLANAR = ElementKernels(_planar_force, _planar_tangent, _planar_stored, _planar_lost, _planar_accept)
-_SPATIAL = ElementKernels(_spatial_force, _spatial_tangent, _spatial_stored, _spatial_lost, _spatial_accept)
+_PLANAR = ElementKernels(_planar_force, _planar_tangent, keep_planar, _planar_stored, _planar_lost)
+_SPATIAL = ElementKernels(_spatial_force, _spatial_tangent, keep_spatial, _spatial_stored, _spatial_lost)
 
 
 @dataclass(frozen=True)
-class CreaseGroup(TwoBodyGroup):
+class CreaseGroup(HingeGroup):
     """Hinges whose moment is a tabulated curve.
 
     Attributes
     ----------
-    bodies, geometry : see `TwoBodyGroup`
+    bodies, geometry : see `HingeGroup`
     rest, side : (m,) arrays
         Rest angle (rad) and side (+1 or -1) of each crease; the opening is o = rest - side psi.
     damping : (m,) array, N m s/rad
@@ -211,11 +153,6 @@ class CreaseGroup(TwoBodyGroup):
         """See `Group`."""
         return bool(np.any(self.damping))
 
-    @property
-    def measure(self) -> Kernel:
-        """See `TwoBodyGroup`."""
-        return measure_hinge_planar if len(self.geometry) == 1 else measure_hinge_spatial
-
     @cached_property
     def law(self) -> CreaseLaws:
         """Laws of all creases, for the kernels."""
@@ -223,55 +160,12 @@ class CreaseGroup(TwoBodyGroup):
         own = self.rest, self.side, self.damping, self.curve
         return CreaseLaws(*own, table.bounds, table.knots, table.coefficients, table.energies)
 
-    @cached_property
-    def _arguments(self) -> tuple[Any, ...]:
-        """Arguments of both kernels after poses and rates."""
-        return self.bodies, *self.geometry, self.law
+    @property
+    def kernels(self) -> ElementKernels:
+        """See `ElementGroup`."""
+        return _SPATIAL if self.spatial else _PLANAR
 
-    def compiled(self, pattern: BodyPattern) -> ElementArrays:
-        """See `TwoBodyGroup`; planar creases have no axes."""
-        last = np.zeros(len(self.bodies))
-        arrays = [self.bodies, *self.geometry, *self.law, self.flexibility, self._slots(pattern), last]
-        return ElementArrays(_PLANAR if len(self.geometry) == 1 else _SPATIAL, arrays, last)
-
-    def moments(self, angle: np.ndarray) -> np.ndarray:
-        """Elastic moments (m,) at hinge angles (m,), positive against the opening, N m."""
-        effort, _ = crease_moment(angle, np.zeros(len(angle)), self.law)
-        return np.asarray(-self.side * effort[:, 0])
-
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
-        """See `Group`."""
-        add: Kernel = force_crease_planar if force.shape[1] == 3 else force_crease_spatial
-        add(poses, rates, *self._arguments, *self._before(rates, past), force)
-
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-    ) -> None:
-        """See `Group`."""
-        add: Kernel = linearise_crease_planar if force.shape[1] == 3 else linearise_crease_spatial
-        add(
-            poses, rates, *self._arguments, *self._before(rates, past), self._slots(pattern),
-            force, stiffness, damping,
-        )  # fmt: skip
-
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
-        """See `Group`."""
-        angle, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
-        before, per_second = self._before(rates, past)
-        if per_second:
-            rate = (angle - before) * per_second
-        energy = crease_energy(angle, self.law)
-        panels = 0.5 * float(self.flexibility @ self.moments(angle) ** 2)
-        return {"panels": panels, "creases": float(energy.sum()) - panels}, float(self.damping @ rate**2), 0.0
+    @property
+    def arrays(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        return [*self.hinge_arrays, *self.law, self.flexibility]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,34 +13,7 @@ from fsm.kernels.scatter import pair_slots
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["ElementArrays", "ElementKernels", "TwoBodyGroup"]
-
-
-class ElementKernels(NamedTuple):
-    """Kernels of a kind of elements for compiled steps, called by their addresses, in the order of the columns of
-    `fsm.segments.arrays.Segments.elements`.
-
-    Each has the arguments (table of the model, table of the group, inverse of the time since the last state in 1/s) and
-    returns a number. If the inverse is zero, dampers use the rates of the bodies. `force` and `tangent` add to the arrays
-    of the model. `stored` adds the energies in panels and in creases (J) to its row `STORED`. `lost` returns the power of
-    dampers (W). `accept` records the deformations at the end of a step.
-    """
-
-    force: Any
-    tangent: Any
-    stored: Any
-    lost: Any
-    accept: Any
-
-
-class ElementArrays(NamedTuple):
-    """A group for compiled steps: kernels, arrays of its table in order, and the deformations at the last state among
-    them.
-    """
-
-    kernels: ElementKernels
-    arrays: list[np.ndarray]
-    last: np.ndarray
+__all__ = ["TwoBodyGroup"]
 
 
 class ElementCache:
@@ -72,16 +45,6 @@ class TwoBodyGroup(Group):
     @abstractmethod
     def measure(self) -> Callable[..., Any]:
         """Kernel (poses, rates, bodies, *geometry) -> (deformations, ...)."""
-
-    def compiled(self, pattern: BodyPattern) -> ElementArrays:
-        """Kernels and arrays for compiled steps.
-
-        Raises
-        ------
-        NotImplementedError
-            No kernel computes this kind. `fsm.segments.in_python` finds this first, so a run never comes here.
-        """
-        raise NotImplementedError(f"{type(self).__name__} has no compiled form")
 
     @cached_property
     def _cache(self) -> ElementCache:

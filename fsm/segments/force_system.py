@@ -7,7 +7,7 @@ bodies have no degrees of freedom; the forces on them are summed like all others
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -16,33 +16,43 @@ from fsm.kernels.block_sum import multiply_block_diagonal
 from fsm.kernels.body_poses import gather_free
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
+    drive_reactions,
     gyroscopic_damping,
 )
+from fsm.rest_scales import scales_at_rest
 from fsm.scales import OF_DRIVES, AtRest, Scales
 from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_set import ContactSet
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
+from fsm.segments.element_group import ElementGroup
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, GroupSteps, PreviousPoses
-from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.in_python import of_bodies
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.system_records import Linearised, PreviousState
+from fsm.system_records import DriveState, Linearised, PreviousState
 
 if TYPE_CHECKING:
     from scipy import sparse
 
-    from fsm.segments.contact_arrays_of import ContactModel
-    from fsm.segments.static_arrays import StaticSegments
-    from fsm.stepping.model import ArrayModel
+__all__ = ["EndAtRest", "SegmentForces"]
 
-__all__ = ["SegmentForces"]
+
+class EndAtRest(Protocol):
+    """What compiled statics know of the end of a step (`fsm.segments.static_arrays.StaticSegments`)."""
+
+    def to_groups(self) -> None:
+        """Give the groups the memory of the arrays, if it is newer."""
+
+    def forces_at_rest(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Force h (nu,) and the reactions of all drives at rest at the end of a step, if known."""
 
 
 class SegmentForces(Configuration):
     """Forces, stiffness, damping and mass of finite segments; see `SegmentSystem`."""
+
+    _statics: EndAtRest | None = None
 
     def __init__(
         self,
@@ -53,8 +63,7 @@ class SegmentForces(Configuration):
         pair_names: tuple[str, ...],
     ) -> None:
         super().__init__(bodies, motions)
-        self.groups = groups
-        self.contacts = ContactSet(contacts)
+        self._groups, self._contacts = groups, ContactSet(contacts)
         self.pair_names = pair_names
         self.fixed_pattern, self.of_vectors = not contacts, False
         self.rate_dependent = any(group.rate_dependent for group in groups)
@@ -64,25 +73,36 @@ class SegmentForces(Configuration):
         self._ordered = bodies.free
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
-        self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
+        self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
         frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
-        self._bristles = any(friction.law.bristle for friction in frictions)
+        self.bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers do not depend on the last state
-        self._looks_back = self.rate_dependent or self.groups != self._springs
+        self._looks_back = self.rate_dependent or groups != self._springs
         self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
-        self._array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
-        self._contact_model: ContactModel | None = None
-        self._statics: StaticSegments | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
         self._driven_key: tuple[int, ...] = ()
         self.steps_of: list[tuple[Group, GroupSteps]] = []
         self.latched: dict[str, np.ndarray] = {}
-        self.in_python = of_bodies(bool(contacts))
+        self.in_python = of_bodies()
         self.spread = float(np.ptp(bodies.pose[:, : 3 if self.spatial else 2], axis=0).max())
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """Interactions, with the present memory of contacts."""
+        if self._statics is not None:
+            self._statics.to_groups()
+        return self._groups
+
+    @property
+    def contacts(self) -> ContactSet:
+        """Contact groups among the interactions, with their present memory."""
+        if self._statics is not None:
+            self._statics.to_groups()
+        return self._contacts
 
     def scales(self) -> Scales:
         """See `System`."""
@@ -103,7 +123,7 @@ class SegmentForces(Configuration):
         """Sizes as in `Scales.of`, with the drives and contacts."""
         drives = OF_DRIVES * max((motion.pace(extent) for motion in self.motions), default=0.0)
         fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
-        at_rest = AtRest(0.0, 0.0) if drives else AtRest.of(self, free, in_u, max(extent, length))
+        at_rest = AtRest(0.0, 0.0) if drives else scales_at_rest(self, free, in_u, max(extent, length))
         speed, turns = max(drives, fastest) or at_rest.speed, [motion.axis is not None for motion in self.motions]
         resolution = self.contacts.resolution
         return Scales.of(length, extent, drives, speed, in_q, in_u, free, resolution, turns, at_rest.work)
@@ -149,6 +169,9 @@ class SegmentForces(Configuration):
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
+        at_rest = None if u is not None or self._statics is None else self._statics.forces_at_rest(t, q)
+        if at_rest is not None:
+            return at_rest[0]
         forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
         return self._generalised(t, q, u, before, forces)
 
@@ -332,6 +355,14 @@ class SegmentForces(Configuration):
     def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
         """Derivative of increments since the last state with respect to further rotations; None for the identity."""
         return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
+
+    def drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
+        """Travels and forces of all drives from the reactions (n_bodies, 3 or 6) of all bodies."""
+        force = np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))
+        if self.turns is not None:
+            for k, body, twist in self.turns.twists(self._travels(t)):
+                force[k] += float(twist @ reactions[body])
+        return DriveState(self._travels(t).copy(), force)
 
     def past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
         """Poses of the last state (cached), or None if no force depends on them."""

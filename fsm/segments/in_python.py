@@ -67,16 +67,15 @@ def parts_in_python(
     motion += [f"load {load.called!r}: a pressure has no compiled form" for load in pressures]
     motion += [f"gas {chamber.gas.name!r} has no compiled form" for chamber in scene.chambers]
     motion += _of_sheet(scene)
-    alone = of_bodies(touching)
+    alone = of_bodies()
     nodes = ("films, cables, beams, bars and flexible facets have no compiled form in statics",) if scene.flexible else ()
-    return InPython((*motion, *alone.motion), (*alone.statics, *nodes))
+    return InPython((*motion, *alone.motion), nodes)
 
 
-def of_bodies(touching: bool) -> InPython:
-    """Reasons for bodies with elements that have a compiled form, and with or without contact."""
+def of_bodies() -> InPython:
+    """Reasons for bodies with elements that have a compiled form."""
     off = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
-    motion = ("the compiler is off (NUMBA_DISABLE_JIT)",) if off else ()
-    return InPython(motion, ("contact has no compiled form in statics",) if touching else ())
+    return InPython(("the compiler is off (NUMBA_DISABLE_JIT)",) if off else ())
 
 
 def cost_in_python(unknowns: int) -> float:
@@ -93,10 +92,6 @@ def _named(reason: str, found: list[tuple[str, str]]) -> str:
 def _of_element(element: ForceElement) -> Iterator[str]:
     if element.law is not None:
         yield f"the law {element.law!r} of an extension has no compiled form"
-    if element.rest_turn and element.rest_time is not None:
-        yield "a rest angle that moves has no compiled form"
-    if element.crease is not None and _has_branches(element.crease):
-        yield "a crease with loading and unloading curves has no compiled form"
 
 
 def _has_branches(crease: Crease) -> bool:

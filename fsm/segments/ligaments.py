@@ -1,11 +1,11 @@
-"""Ligaments, hinges of finite length in lattices: the group, its table, and its kernels for compiled steps."""
+"""Ligaments, hinges of finite length in lattices: the group, its table, and its kernels."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -16,86 +16,79 @@ from fsm.interactions.ligament_planar import (
     measure_ligament_planar,
     stored_ligament_planar,
 )
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.segments.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
-from fsm.segments.element_cache import ElementArrays, ElementKernels, TwoBodyGroup
-from fsm.segments.group import PreviousPoses
-from fsm.segments.pattern import BodyPattern
+from fsm.segments.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
 __all__ = ["LigamentGroup"]
 
 
-class _Ligaments(NamedTuple):
-    """Table of a group.
-
-    Attributes
-    ----------
-    bodies : (m, 2) int array
-    constants : (m, 13) array of `ligament_constants_planar`
-    last : (m, 3) array, m and rad
-        Deformations at the end of the last step.
-    """
-
-    bodies: np.ndarray
-    constants: np.ndarray
-    last: np.ndarray
+_CONSTANTS = OWN
 
 
 @kernel
-def _ligaments_of(t: np.ndarray) -> _Ligaments:
-    return _Ligaments(integers_2d(t, 0), floats_2d(t, 1), floats_2d(t, 2))
-
-
-@kernel
-def _force(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    g, poses, rates = _ligaments_of(own), floats_2d(table, POSES), floats_2d(table, RATES)
-    force_ligament_planar(poses, rates, g.bodies, g.constants, g.last, per_second, floats_2d(table, FORCE))
-    return 0.0
-
-
-@kernel
-def _tangent(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    g, pattern = _ligaments_of(own), pattern_of(table)
-    linearise_ligament_planar(
-        floats_2d(table, POSES), floats_2d(table, RATES), g.bodies, g.constants, g.last, per_second,
-        integers_1d(table, DOF), pattern.rows, pattern.columns, floats_2d(table, FORCE), floats_3d(table, STIFFNESS),
-        floats_3d(table, DAMPING),
+def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    force_ligament_planar(
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, _CONSTANTS), floats_2d(own, LAST),
+        per_second, floats_2d(table, FORCE),
     )  # fmt: skip
     return 0.0
 
 
 @kernel
-def _stored(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    g, poses, rates = _ligaments_of(own), floats_2d(table, POSES), floats_2d(table, RATES)
-    floats_1d(table, STORED)[1] += stored_ligament_planar(poses, rates, g.bodies, g.constants, g.last, per_second)[0]
+def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    pattern = pattern_of(table)
+    linearise_ligament_planar(
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, _CONSTANTS), floats_2d(own, LAST),
+        per_second, integers_1d(table, DOF), pattern.rows, pattern.columns, floats_2d(table, FORCE),
+        floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
+    )  # fmt: skip
     return 0.0
 
 
 @kernel
-def _lost(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    g, poses, rates = _ligaments_of(own), floats_2d(table, POSES), floats_2d(table, RATES)
-    return stored_ligament_planar(poses, rates, g.bodies, g.constants, g.last, per_second)[1]
+def _energy(table: np.ndarray, own: np.ndarray, per_second: float) -> tuple[float, float]:
+    """Stored energy (J) and dissipated power (W)."""
+    return stored_ligament_planar(
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, _CONSTANTS), floats_2d(own, LAST),
+        per_second,
+    )  # fmt: skip
 
 
 @kernel
-def _accept(table: np.ndarray, own: np.ndarray, per_second: float) -> float:
-    g, poses, rates = _ligaments_of(own), floats_2d(table, POSES), floats_2d(table, RATES)
-    g.last[:] = measure_ligament_planar(poses, rates, g.bodies, g.constants)[0]
+def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Add the energy of hinges, which counts as energy of creases."""
+    floats_1d(table, STORED)[1] += _energy(table, own, per_second)[0]
     return 0.0
 
 
-_KERNELS = ElementKernels(_force, _tangent, _stored, _lost, _accept)
+@kernel
+def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    return _energy(table, own, per_second)[1]
+
+
+@kernel
+def _keep(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    floats_2d(own, LAST)[:] = measure_ligament_planar(
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, _CONSTANTS)
+    )[0]
+    return 0.0
+
+
+_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost)
 
 
 @dataclass(frozen=True)
-class LigamentGroup(TwoBodyGroup):
+class LigamentGroup(ElementGroup):
     """Linear ligaments in the plane.
 
     Attributes
     ----------
-    bodies, geometry, rest : see `TwoBodyGroup`
-        `geometry` holds one array, the (m, 13) constants of `ligament_constants_planar`.
+    bodies : (m, 2) int array
+    geometry : tuple
+        One array, the (m, 13) constants of `ligament_constants_planar`.
+    rest : (m, 3) array, m and rad
     names : names of the elements
     """
 
@@ -103,6 +96,7 @@ class LigamentGroup(TwoBodyGroup):
     geometry: tuple[np.ndarray, ...]
     rest: np.ndarray
     names: tuple[str, ...] = ()
+    categories = ("creases",)
 
     @classmethod
     def at_rest(
@@ -124,10 +118,20 @@ class LigamentGroup(TwoBodyGroup):
         """Constants (m, 13) of the kernels."""
         return self.geometry[0]
 
-    def compiled(self, pattern: BodyPattern) -> ElementArrays:
-        """See `TwoBodyGroup`."""
-        last = np.zeros(self.rest.shape)
-        return ElementArrays(_KERNELS, [self.bodies, self.constants, last], last)
+    @property
+    def kernels(self) -> ElementKernels:
+        """See `ElementGroup`."""
+        return _KERNELS
+
+    @property
+    def arrays(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        return [self.constants]
+
+    @property
+    def last_shape(self) -> tuple[int, ...]:
+        """See `ElementGroup`."""
+        return self.rest.shape
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -136,35 +140,5 @@ class LigamentGroup(TwoBodyGroup):
 
     @property
     def measure(self) -> Callable[..., Any]:
-        """See `TwoBodyGroup`."""
+        """Kernel (poses, rates, bodies, *geometry) -> (deformations, rates, gradients)."""
         return measure_ligament_planar
-
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
-        """See `Group`."""
-        force_ligament_planar(poses, rates, self.bodies, self.constants, *self._before(rates, past), force)
-
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-    ) -> None:
-        """See `Group`."""
-        linearise_ligament_planar(
-            poses, rates, self.bodies, self.constants, *self._before(rates, past), *pattern.index, force, stiffness, damping
-        )
-
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
-        """See `Group`; the energy of hinges counts as energy of creases."""
-        before = self._before(rates, past)
-        energy, power = stored_ligament_planar(poses, rates, self.bodies, self.constants, *before)
-        return {"creases": energy}, power, 0.0

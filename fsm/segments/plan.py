@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.builders.sheet_loads import placed_loads
 from fsm.scene.case import Case
 from fsm.scene.check_steps import step_names
 from fsm.scene.known_names import nearest_name
@@ -265,9 +264,18 @@ class _Planner:
         still = not self._has_free() and not self._moves(start, end)
         return PlannedStep(
             name, step.kind, start, end, method, reason, solve, step.save or self.case.save, tuple(self.acting),
-            placed_loads(self.case, (acting.as_load() for acting in self.loads)), frozenset(self.held), still=still,
+            self._placed_loads(), frozenset(self.held), still=still,
             contact=step.contact, modes=step.modes, described=tuple(said),
         )  # fmt: skip
+
+    def _placed_loads(self) -> tuple[Load, ...]:
+        """Loads that act, on bodies."""
+        loads = tuple(acting.as_load() for acting in self.loads)
+        if self.case.sheet is None:
+            return loads
+        from fsm.scene.builders.sheet_loads import placed_loads  # imports all parts of patterns
+
+        return placed_loads(self.case, loads)
 
     def _unchanging(self, planned: PlannedStep, number: int) -> None:
         """Report a fault if no load or drive changes in a step by arc length."""

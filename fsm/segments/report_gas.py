@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsm.report_text import count
+from fsm.scene.chambers import Chamber
 from fsm.scene.gas import Gas
-from fsm.scene.patterns.chamber import Chamber
 from fsm.scene.patterns.flexible_facets import FlexibleFacets
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown

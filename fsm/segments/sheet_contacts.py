@@ -70,7 +70,7 @@ class SheetContacts:
         self.mesh = arrays_of_mesh(surface, self.slips)
         state, body, bodies = np.zeros(STATES, dtype=np.int64), self.mesh.body, len(reference)
         self._common = empty_arrays(ContactArrays)._replace(
-            state=state, numbers=np.array([self.margin, 0.0, 0.0]), committed=np.zeros((bodies, 7)),
+            state=state, numbers=np.array([self.margin, 0.0, 0.0, 0.0]), committed=np.zeros((bodies, 7)),
             reference=np.zeros((bodies, 7)), moving=body, radii=np.zeros(len(body)), deflection=np.zeros((0, 3)),
             bodies=np.zeros((0, 4), dtype=np.int64), rate=np.zeros((0, 4)), gradient=np.zeros((0, 4, SIZE)),
             effort=np.zeros((0, 3)), by_slip=np.zeros((0, 3, 3)), by_normal=np.zeros((0, 3)),
@@ -161,7 +161,8 @@ class SheetContacts:
         """See `ContactGeometry`."""
         count, common = self._write(touching), self._common
         SHEETS.measure(self._table, poses, rates, count)
-        measured = ContactKinematics(*(values[:count].copy() for values in (common.bodies, common.rate, common.gradient)))
+        bodies, rate, gradient = (values[:count].copy() for values in (common.bodies, common.rate, common.gradient))
+        measured = ContactKinematics(bodies, rate, gradient)
         rows, part, gradient, hessian = SHEETS.tapered(self._table, poses, count)
         return measured._replace(tapered=Tapered(rows, part, gradient, hessian, False)) if len(rows) else measured
 

@@ -12,7 +12,6 @@ from fsm.blocks import BlockMatrix
 from fsm.kernels.body_poses import shift_body
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
-    drive_reactions,
     largest_force,
     motion_energy,
     support_reactions,
@@ -27,7 +26,7 @@ from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.stepping.model import ArrayModel
-from fsm.system_records import DriveState, Energy, Observation, PreviousState, Ready, StepRejection
+from fsm.system_records import Energy, Observation, PreviousState, Ready, StepRejection
 
 if TYPE_CHECKING:
     from fsm.segments.contact_arrays_of import ContactModel
@@ -47,6 +46,10 @@ class SegmentSystem(SegmentForces):
     contacts : the contact groups among them
     pair_names : names of the contact pairs
     """
+
+    _array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
+    _contact_model: ContactModel | None = None
+    _statics: StaticSegments | None = None
 
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
@@ -136,6 +139,10 @@ class SegmentSystem(SegmentForces):
         If `contacts` is true, only contacts count; if false, all forces except contacts. Other arguments as in
         `System.force`.
         """
+        if u is None and contacts is None and self._statics is not None:
+            at_rest = self._statics.forces_at_rest(t, q)
+            if at_rest is not None:
+                return at_rest
         poses, rates = self.place(t, q, u, before)
         past = self.past(t, before)
         forces = np.zeros(rates.shape)
@@ -145,7 +152,7 @@ class SegmentSystem(SegmentForces):
         if self.spatial and u is not None and not contacts:
             add_gyroscopic(rates, self.bodies.inertia, forces)
         reactions = np.asarray(support_reactions(forces, self._ordered))
-        return self._generalised(t, q, u, before, forces, not contacts), self._drive_state(t, reactions).force
+        return self._generalised(t, q, u, before, forces, not contacts), self.drive_state(t, reactions).force
 
     def drive_tangent(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
@@ -209,7 +216,7 @@ class SegmentSystem(SegmentForces):
         """See `ArrayStaticSystem`."""
         if self._statics is None:
             further_forces = type(self) is not SegmentSystem
-            if further_forces or self.in_python.of("static") or not self.nu:
+            if further_forces or self.in_python.of("static") or self.large_contacts() or not self.nu:
                 return None
             from fsm.segments.static_arrays import StaticSegments  # imports the kernels of all steps
 
@@ -223,7 +230,7 @@ class SegmentSystem(SegmentForces):
 
     def to_arrays(self, resolve: bool) -> None:
         """See `System`: memory of contacts."""
-        if self._contact_model is not None:
+        if self._contact_model is not None and self.contacts:
             self._contact_model.load(resolve)
 
     def from_arrays(self) -> np.ndarray:
@@ -247,6 +254,10 @@ class SegmentSystem(SegmentForces):
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
+        if self._statics is not None and u is not None and before is not None:
+            observed = self._statics.observed(t, q, before)
+            if observed is not None:
+                return observed
         poses, rates = self.place(t, q, u, before)
         past = self.past(t, before)
         reactions = self._reactions(t, poses, rates, past)
@@ -254,12 +265,14 @@ class SegmentSystem(SegmentForces):
         if u is not None and before is None:
             self._accelerate(t, reactions)
         pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
-        return Observation(self._drive_state(t, reactions), energy, largest_force(reactions), pairs)
+        return Observation(self.drive_state(t, reactions), energy, largest_force(reactions), pairs)
 
     # protocol: internal variables -------------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`."""
+        if self._statics is not None and before is not None and self._statics.accept(t, q, before):
+            return
         if not self.contacts and not self._sliding:
             return
         poses, rates = self.place(t, q, u, before)
@@ -276,7 +289,7 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         end = len(memory)
         for group in reversed(self._sliding):
-            begin = max(0, end - group.remembered)
+            begin = max(0, end - len(group.memory_of))
             group.restore(memory[begin:end])
             end = begin
         self.contacts.restore(memory[:end])
@@ -292,6 +305,8 @@ class SegmentSystem(SegmentForces):
             self._driven_pattern, self._driven_key = None, ()
         if self._contact_model is not None and self._contact_model.grown:
             self._array_model = self._contact_model = None
+        if self._statics is not None:
+            self._statics.clear()
         self.contacts.clear_caches(counters)
 
     def contacts_opened(self) -> bool:
@@ -300,9 +315,13 @@ class SegmentSystem(SegmentForces):
 
     def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """See `System`."""
-        if not self.contacts:
+        if not self._contacts or (self._statics is not None and u is None and self._statics.crossed(t, q) is False):
             return None
         return self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
+
+    def negative_at_rest(self, t: float, q: np.ndarray) -> int | None:
+        """See `System`."""
+        return None if self._statics is None else self._statics.negative_at_rest(t, q)
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: limit from impacts."""
@@ -312,8 +331,10 @@ class SegmentSystem(SegmentForces):
 
     def contact_force(self, t: float, q: np.ndarray) -> float:
         """See `System`."""
-        if not self.contacts:
+        if not self._contacts:
             return 0.0
+        if self._statics is not None and self._statics.current:
+            return self._statics.contact_force(t, q)
         poses, rates = self.place(t, q, None)
         forces = np.zeros(rates.shape)
         for contacts in self.contacts:
@@ -345,13 +366,6 @@ class SegmentSystem(SegmentForces):
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
 
-    def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
-        force = np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))
-        if self.turns is not None:
-            for k, body, twist in self.turns.twists(self._travels(t)):
-                force[k] += float(twist @ reactions[body])
-        return DriveState(self._travels(t).copy(), force)
-
     def _energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: PreviousPoses | None = None
     ) -> Energy:
@@ -363,9 +377,9 @@ class SegmentSystem(SegmentForces):
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
-            sliding += lost if group in self._sliding else 0.0
+            sliding += lost if any(group is one for one in self._sliding) else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
-        if self._bristles:  # bristles also resist at zero speed
+        if self.bristles:  # bristles also resist at zero speed
             sliding += float(pair_power[0].sum())
         kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
         if self.turns is not None:

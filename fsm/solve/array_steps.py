@@ -11,12 +11,13 @@ from typing import Any, ClassVar, cast
 import numpy as np
 
 from fsm.solve.restart_points import State
-from fsm.solve.status import StepFailed
+from fsm.solve.status import Outcome, StepFailed
 from fsm.solve.system_model import SystemModel
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.model import DRIVES, ArrayModel
-from fsm.stepping.outcomes import OBJECTED, STEPPED, UNABLE
+from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEPPED, UNABLE
 from fsm.system import ArraySystem, System
+from fsm.system_records import Observation
 
 __all__ = ["StepMethod"]
 
@@ -27,6 +28,11 @@ def _has_arrays(kind: type) -> bool:
     return issubclass(kind, ArraySystem)
 
 
+def _count(number: int) -> Any:
+    """Property of a `StepMethod` that reads a number of `motion.counts`."""
+    return property(lambda method: int(method.motion.counts[number]))
+
+
 class StepMethod(ABC):
     """Method of time integration, step by step or many steps at a time.
 
@@ -35,73 +41,41 @@ class StepMethod(ABC):
     system : System
     model : SystemModel
     motion, rules : state and rules of the method
+    t, q, u : present state
     controlled : bool
         Whether the error is controlled.
+    steps, rejected, failed, iterations, factorisations : int
+        Steps taken; steps repeated because of their error; steps repeated because their equations were not solved, or a
+        fixed step did not conserve the energy; iterations of Newton's method; factorisations of matrices.
+    force_evaluations, linearisations : int
+        Evaluations of the force without and with tangents; the mean-force method has tangents at both points of a step.
     pair_energy : (2, n_pairs) array, J
         Energy that friction and damping of contact pairs dissipated in the last `march`.
     """
 
     motion: Any
     rules: Any
+    one_step: ClassVar[Any]
     in_python: ClassVar[Any]
     in_kernel: ClassVar[Any]
-    """Functions with the arguments of `fsm.stepping.march.march`, for any model and for compiled models."""
+    """Functions with the arguments of `fsm.stepping.generalized_alpha.take_step`, of `fsm.stepping.march.march`, and of the
+    latter for compiled models only."""
+    kept: ClassVar[tuple[str, ...]]
+    """Fields of `motion` that a restart needs, besides q and u."""
 
-    def __init__(self, system: System, model: SystemModel, controlled: bool) -> None:
-        self.system, self.model, self.controlled = system, model, controlled
+    steps, rejected, failed = _count(stepping.STEPS), _count(stepping.REJECTED), _count(stepping.FAILED)
+    iterations, factorisations = _count(stepping.ITERATIONS), _count(stepping.FACTORISATIONS)
+    force_evaluations, linearisations = _count(stepping.FORCES), _count(stepping.LINEARISATIONS)
+
+    def __init__(self, system: System, t: float, q: np.ndarray, motion: Any, controlled: bool) -> None:
+        self.system, self.model, self.controlled, self.motion = system, SystemModel(system, q), controlled, motion
+        motion.sizes[stepping.TIME], motion.counts[stepping.DIVISION] = t, 1
         self.pair_energy = np.zeros((2, 0))
 
     @property
     def t(self) -> float:
         """Present time, s."""
         return float(self.motion.sizes[stepping.TIME])
-
-    @property
-    def steps(self) -> int:
-        """Steps done."""
-        return self._count(stepping.STEPS)
-
-    @property
-    def rejected(self) -> int:
-        """Steps repeated because of their error."""
-        return self._count(stepping.REJECTED)
-
-    @property
-    def failed(self) -> int:
-        """Steps repeated because their equations were not solved, or a fixed step did not conserve the energy."""
-        return self._count(stepping.FAILED)
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of Newton's method."""
-        return self._count(stepping.ITERATIONS)
-
-    @property
-    def force_evaluations(self) -> int:
-        """Evaluations of the force without tangents."""
-        return self._count(stepping.FORCES)
-
-    @property
-    def linearisations(self) -> int:
-        """Evaluations of the force with tangents; the mean-force method evaluates them at both points of a step."""
-        return self._count(stepping.LINEARISATIONS)
-
-    @property
-    @abstractmethod
-    def factorisations(self) -> int:
-        """Factorisations of matrices."""
-
-    @abstractmethod
-    def step(self, until: float) -> None:
-        """Take one step that ends at `until` or before."""
-
-    @abstractmethod
-    def state(self) -> State:
-        """State of the method for a restart, besides time, q and u."""
-
-    @abstractmethod
-    def resume(self, state: State) -> None:
-        """Continue from a restart point (see `state`)."""
 
     @property
     def q(self) -> np.ndarray:
@@ -113,19 +87,46 @@ class StepMethod(ABC):
         """Present velocity, (nu,)."""
         return np.asarray(self.motion.u)
 
+    @property
+    @abstractmethod
+    def _pace(self) -> np.ndarray:
+        """Rates (nu,) relative to their scales; the body of the largest one is named if a step fails."""
+
     @abstractmethod
     def _without_factors(self) -> None:
         """Discard tangent and factors, so that the next step computes them again."""
 
-    @abstractmethod
-    def _failure(self, outcome: int) -> StepFailed:
-        """Error of a step that failed."""
+    def state(self) -> State:
+        """State of the method for a restart, besides time, q and u."""
+        return {name: getattr(self.motion, name).copy() for name in self.kept}
 
-    def _count(self, number: int) -> int:
-        return int(self.motion.counts[number])
+    def resume(self, state: State) -> None:
+        """Continue from a restart point (see `state`), with a tangent at the present state."""
+        t = self.t
+        for name in self.kept:
+            getattr(self.motion, name)[:] = state[name]
+        self.motion.sizes[stepping.TIME] = t
+        self._without_factors()
+
+    def observe(self) -> Observation:
+        """Quantities of the present state."""
+        return self.model.observe(self.t, self.q, self.u)
+
+    def step(self, until: float) -> None:
+        """Take one step that ends at `until` or before.
+
+        Raises
+        ------
+        StepFailed
+            Newton's method does not converge, or the error is too large, even with the smallest step.
+        """
+        self._begin()
+        with np.errstate(all="ignore"):  # iterates may overflow before the step is rejected
+            outcome = self.one_step(self.model, self.motion, self.rules, until)
+        self._check(outcome)
 
     def march(self, balance: np.ndarray, until: float, most: int, every: bool = False) -> np.ndarray:
-        """Take at most `most` steps up to `until` in one kernel; see `fsm.stepping.march`.
+        """Take at most `most` steps up to `until` in one kernel, or one step in Python; see `fsm.stepping.march`.
 
         Returns records (m, k) of all steps if `every`, else of the last step only.
 
@@ -134,31 +135,44 @@ class StepMethod(ABC):
         StepFailed
             As `step`.
         """
-        if self._arrays is None:
-            raise ValueError("this system has no arrays")
-        self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
-        records, begun, system = self.records(most if every else 1), self.steps, self.system
-        system.to_arrays(self.controlled)
-        outcome = self._march(balance, until, most, records)
-        while outcome == UNABLE and system.lacks_arrays():
-            self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready)
-            self._without_factors()
-            left = most - (self.steps - begun)
-            own = records[self.steps - begun :] if every else records
-            outcome = self._march(balance, until, left, own)
-        self.pair_energy = system.from_arrays()
+        self._begin()
+        records, begun, system, outcome = self.records(most if every else 1), self.steps, self.system, UNABLE
+        self.model.pair_energy = np.zeros((2, 1))
+        if self._arrays is not None:
+            system.to_arrays(self.controlled)
+            outcome = self._march(balance, until, most, records)
+            while outcome == UNABLE and system.lacks_arrays():
+                self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready)
+                self._without_factors()
+                left = most - (self.steps - begun)
+                own = records[self.steps - begun :] if every else records
+                outcome = self._march(balance, until, left, own)
+            self.model.pair_energy = system.from_arrays()
+            if outcome != STEPPED:
+                self._arrays.arrays.flags[-1] = 0
+                self._without_factors()
         if outcome in (UNABLE, OBJECTED):
-            # take one step in Python, where SciPy solves the linear equations and the reason of a rejection is
-            # available
-            self._arrays.arrays.flags[-1] = 0
-            self._without_factors()
-            own, self.model.pair_energy = records[self.steps - begun :] if every else records, self.pair_energy
-            outcome = self.in_python(self.model, self.motion, self.rules, balance, until, 1, own)
-            self.pair_energy = self.model.pair_energy
-            self._without_factors()
-        if outcome != STEPPED:
-            raise self._failure(outcome)
+            # in Python, SciPy solves the linear equations, and the reason of a rejection is available
+            own = records[self.steps - begun :] if every else records
+            with np.errstate(all="ignore"):
+                outcome = self.in_python(self.model, self.motion, self.rules, balance, until, 1, own)
+            if self._arrays is not None:
+                self._without_factors()
+        self._check(outcome)
+        self.pair_energy = self.model.pair_energy
         return records[: self.steps - begun]
+
+    def _begin(self) -> None:
+        """Copy q and u, since callers may store the arrays of the previous state."""
+        self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
+
+    def _check(self, outcome: int) -> None:
+        """Raise the error of a step that failed."""
+        if outcome != STEPPED:
+            reason = self.model.reason if outcome == OBJECTED else ""
+            ending = Outcome.NO_SOLUTION if outcome == NO_SOLUTION else Outcome.STEP_TOO_SMALL
+            worst = self.system.worst_body(self._pace)
+            raise StepFailed(Outcome.TOO_SOFT if reason else ending, self.t, worst, reason)
 
     def records(self, count: int) -> np.ndarray:
         """Records of `count` steps, filled with zeros."""
@@ -173,7 +187,7 @@ class StepMethod(ABC):
     @cached_property
     def recorded(self) -> int:
         """Number of values in a record before the state."""
-        observed = self.system.observe(self.t, self.q, self.u)
+        observed = self.observe()
         return DRIVES + 2 * len(observed.drive.travel) + len(observed.pairs.force)
 
     @cached_property

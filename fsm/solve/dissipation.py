@@ -21,7 +21,7 @@ def mean_dissipation(
     With `halfway` the forces are those in the middle of the step, where the chord of a rotation causes no strain rate. At
     the ends, a rotation of slopes by an angle d causes an apparent strain of d^2/2, which a stiff material dissipates.
     """
-    if not system.rate_dependent:
+    if not system.rate_dependent and not len(system.memory()):
         return 0.0, np.zeros((2, pairs))
     way = system.difference(begin[1], end[1])
     mean = way / (end[0] - begin[0])

@@ -30,6 +30,10 @@ from fsm.system_records import Depths, Linearised, PreviousState
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
 
+_PATTERNS = 20
+"""Largest number of repetitions of a step because bodies came near each other whose block the pattern lacks."""
+
+
 @cache
 def _is(kind: type, protocol: type) -> bool:
     """Whether systems of this class have a protocol; cached, since the check is slow."""
@@ -149,8 +153,8 @@ class EquilibriumStep:
             depths = None if self.mixed is None else self.mixed.depths(self.largest_reaction)
             model = _Model(self.system, self.mixed, self.solver, t, before, self._rates(t, before), efforts, depths)
             settled = settle(StaticModel(_CALLS, model), guess, rules)
-            found = settled, model.efforts, model.matrix
-        settled, efforts, matrix = found
+            found = settled, model.efforts, model.matrix, None
+        settled, efforts, matrix, negative = found
         counts = settled.counts.tolist()
         self.iterations += counts[quasi_static.SOLVED]
         self.evaluations += counts[quasi_static.EVALUATED]
@@ -160,28 +164,36 @@ class EquilibriumStep:
             ending = _FAILURES[settled.ending]
             return Equilibrium(settled.q, np.zeros(self.system.nu), None, ending, iterations, settled.residual)
         assert matrix is not None
-        return self._found(t, settled.q, before, iterations, settled.residual, matrix, efforts)
+        return self._found(t, settled.q, before, iterations, settled.residual, matrix, efforts, negative)
 
     def _solve_arrays(
         self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None, rules: NewtonRules
-    ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None] | None:
+    ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None, int | None] | None:
         """Solve the equations in one call of a kernel.
 
-        The result has the efforts and the last matrix. The result is None if the system has no arrays, or if the kernel
-        could not solve the equations; the methods in Python may then solve them.
+        The result has the efforts, the last matrix, and the number of its negative pivots if it is known. The result is
+        None if the system has no arrays, or if the kernel could not solve the equations; the methods in Python may then
+        solve them.
         """
         arrays = None if self._with_arrays is None else self._with_arrays.static_arrays(self.solver.ready)
         if arrays is None or efforts is None:
             return None
-        model, q = arrays.model, np.ascontiguousarray(guess, dtype=float)
-        arrays.begin(t, guess, before, efforts)
-        settled = Settled._make(model.calls.force.entry(settle_arrays, model, q, rules)(model, q, rules))
-        later, matrix, symmetric, trusted = arrays.end()
+        q = np.ascontiguousarray(guess, dtype=float)
+        for _ in range(_PATTERNS):
+            arrays.begin(t, guess, before, efforts, rules.largest_reaction)
+            model = arrays.model
+            settled = Settled._make(model.calls.force.entry(settle_arrays, model, q, rules)(model, q, rules))
+            if not arrays.lacks:
+                break
+        else:
+            return None
+        ended = settled.ending == quasi_static.FOUND
+        later, matrix, symmetric, trusted, negative = arrays.end(t, settled.q, before, ended)
         if settled.ending in (quasi_static.SINGULAR, quasi_static.NOT_FINITE):
             return None
         if settled.counts[quasi_static.FACTORISED]:
             self.solver.adopt(matrix, symmetric, trusted, int(settled.counts[quasi_static.FACTORISED]))
-        return settled, later, matrix
+        return settled, later, matrix, negative
 
     def _rates(self, t: float, before: PreviousState | None) -> PreviousState | None:
         """Last state, if forces depend on rates; else None."""
@@ -196,6 +208,7 @@ class EquilibriumStep:
         residual: np.ndarray,
         matrix: BlockMatrix,
         efforts: np.ndarray | None,
+        negative: int | None,
     ) -> Equilibrium:
         """Equilibrium, with the stability from the matrix of the last iteration, whose state is very near to the
         equilibrium.
@@ -208,9 +221,10 @@ class EquilibriumStep:
         u = self.system.difference(before[1], q) / duration if duration > 0.0 else np.zeros(self.system.nu)
         # friction and rotating dampers make the matrix unsymmetric; else the last factors are those of the symmetric part
         unsymmetric = self.system.rate_dependent and not self.solver.symmetric
-        if unsymmetric:
-            self.solver.factorise(matrix.symmetric())
-        negative = self.solver.negative_pivots()
+        if negative is None:
+            if unsymmetric:
+                self.solver.factorise(matrix.symmetric())
+            negative = self.solver.negative_pivots()
         if negative and unsymmetric:
             self.solver.factorise(matrix)
             negative = self.solver.negative_real_pivots()

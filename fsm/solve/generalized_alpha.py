@@ -9,18 +9,13 @@ import numpy as np
 
 from fsm.solve.array_steps import StepMethod
 from fsm.solve.restart_points import State
-from fsm.solve.status import Outcome, StepFailed
-from fsm.solve.system_model import SystemModel
+from fsm.solve.settings import RHO_INF
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
-from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEPPED
 from fsm.system import System
 
-__all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
-
-RHO_INF = 0.6
-"""Default spectral radius at infinite frequency."""
+__all__ = ["Coefficients", "GeneralizedAlpha"]
 
 _NEWTON, _LOOSEST = 1e-2, 1e-3
 """Tolerance of Newton's method relative to the tolerance of a step, and the largest relative tolerance for it."""
@@ -87,21 +82,10 @@ class GeneralizedAlpha(StepMethod):
         converge. None: error control.
     max_step : s
 
-    Attributes
-    ----------
-    t, q, u : present state
-    rate, a : (nu,) arrays
-        u' and the algorithmic acceleration.
-    step_size : s
-        Size of the next step, unless a given end time is earlier.
-    steps, rejected, failed : int
-        Steps taken; steps repeated because of the error, and because Newton's method did not converge.
-    iterations, force_evaluations, linearisations, factorisations : int
-    pair_energy : (2, n_pairs) array, J
-        Energy that friction and damping of contact pairs dissipated in the last `march`.
     """
 
-    in_python, in_kernel = staticmethod(march), staticmethod(march_arrays)
+    one_step, in_python, in_kernel = staticmethod(take_step), staticmethod(march), staticmethod(march_arrays)
+    kept = "rate", "a", "slope", "sizes", "counts"
 
     def __init__(
         self,
@@ -114,7 +98,12 @@ class GeneralizedAlpha(StepMethod):
         fixed_step: float | None = None,
         max_step: float = math.inf,
     ) -> None:
-        super().__init__(system, SystemModel(system, q), fixed_step is None)
+        still, sizes, counts = np.zeros(len(u)), np.zeros(9), np.zeros(11, dtype=np.int64)
+        sizes[stepping.MAX_STEP], sizes[stepping.LONGEST] = max_step, math.inf
+        sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
+        q, u = np.array(q, dtype=float), np.array(u, dtype=float)
+        motion = Motion(q, u, still, still.copy(), still.copy(), sizes, counts)
+        super().__init__(system, t, q, motion, fixed_step is None)
         self.coefficients = c = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)
         # in modes that are too stiff for the step, h u decreases by the factor rho_inf in a step; if h grew faster, u of
         # these modes would increase
@@ -130,48 +119,6 @@ class GeneralizedAlpha(StepMethod):
             np.minimum(tolerance, scales.resolution / newton), scales.velocity, scales.increment, scales.span,
             np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
-        still, sizes, counts = np.zeros(len(u)), np.zeros(9), np.zeros(11, dtype=np.int64)
-        q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-        self.motion = Motion(q, u, still, still.copy(), still.copy(), sizes, counts)
-        sizes[stepping.TIME], sizes[stepping.MAX_STEP], sizes[stepping.LONGEST] = t, max_step, math.inf
-        sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
-        counts[stepping.DIVISION] = 1
-
-    def step(self, until: float) -> None:
-        """Take one step that ends at `until` or before.
-
-        Raises
-        ------
-        StepFailed
-            Newton's method does not converge, or the error is too large, even with the smallest step.
-        """
-        # callers may store the arrays of the previous state, so new arrays are created
-        motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
-        with np.errstate(all="ignore"):  # iterates may overflow before the step is rejected
-            outcome = take_step(self.model, motion, self.rules, until)
-        if outcome != STEPPED:
-            raise self._failure(outcome)
-
-    # state ----------------------------------------------------------------------------------------------------------
-
-    @property
-    def rate(self) -> np.ndarray:
-        """u', (nu,)."""
-        return self.motion.rate
-
-    @property
-    def a(self) -> np.ndarray:
-        """Algorithmic acceleration, (nu,)."""
-        return self.motion.a
-
-    @property
-    def step_size(self) -> float:
-        """Size of the next step, s, unless a given end time is earlier."""
-        return float(self.motion.sizes[stepping.STEP_SIZE])
-
-    @step_size.setter
-    def step_size(self, size: float) -> None:
-        self.motion.sizes[stepping.STEP_SIZE] = size
 
     @property
     def max_step(self) -> float:
@@ -183,36 +130,13 @@ class GeneralizedAlpha(StepMethod):
         self.motion.sizes[stepping.MAX_STEP] = size
 
     @property
-    def factorisations(self) -> int:
-        """Factorisations of matrices."""
-        return int(self.motion.counts[stepping.FACTORISATIONS])
-
-    # restart ------------------------------------------------------------------------------------------------------
-
-    def state(self) -> State:
-        """State of the method for a restart, besides time, q and u."""
-        motion = self.motion
-        return {
-            "rate": motion.rate.copy(),
-            "a": motion.a.copy(),
-            "slope": motion.slope.copy(),
-            "sizes": motion.sizes.copy(),
-            "counts": motion.counts.copy(),
-        }
+    def _pace(self) -> np.ndarray:
+        return np.asarray(self.motion.rate / self.rules.velocity)
 
     def resume(self, state: State) -> None:
-        """Continue from a restart point (see `state`), with a tangent at the present state."""
-        motion, t = self.motion, self.t
-        motion.rate[:], motion.a[:], motion.slope[:] = state["rate"], state["a"], state["slope"]
-        motion.sizes[:], motion.counts[:] = state["sizes"], state["counts"]
-        motion.sizes[stepping.TIME], motion.sizes[stepping.CONTRACTION] = t, 1.0
-        motion.counts[stepping.SLOW] = motion.counts[stepping.TANGENT] = 0
+        """See `StepMethod`."""
+        super().resume(state)
+        self.motion.sizes[stepping.CONTRACTION], self.motion.counts[stepping.SLOW] = 1.0, 0
 
     def _without_factors(self) -> None:
         self.motion.counts[stepping.TANGENT] = 0
-
-    def _failure(self, outcome: int) -> StepFailed:
-        reason = self.model.reason if outcome == OBJECTED else ""
-        ending = Outcome.NO_SOLUTION if outcome == NO_SOLUTION else Outcome.STEP_TOO_SMALL
-        worst = self.system.worst_body(self.rate / self.rules.velocity)
-        return StepFailed(Outcome.TOO_SOFT if reason else ending, self.t, worst, reason)

@@ -19,8 +19,8 @@ from scipy.sparse.linalg import splu
 
 from fsm.blocks import BlockMatrix, Elimination
 from fsm.kernels.fronts import Supernodes, count_negative_pivots, factorise_fronts, solve_columns
-from fsm.solve.accuracy import ACCURATE, trial_vector
 from fsm.solve.supernodes import supernodes
+from fsm.stepping.accuracy import ACCURATE, trial_vector
 
 __all__ = ["negative_eigenvalues", "negative_pivots_of_unsymmetric"]
 

@@ -36,9 +36,9 @@ from fsm.kernels.fronts import (
     solve_by_fronts,
     solve_columns,
 )
-from fsm.solve.accuracy import ACCURATE, trial_vector
 from fsm.solve.low_rank import LowRankSolution, shifted
 from fsm.solve.supernodes import supernodes
+from fsm.stepping.accuracy import ACCURATE, trial_vector
 
 __all__ = ["Backend", "LinearSolver", "few_by_minimum_degree", "many_by_minimum_degree"]
 

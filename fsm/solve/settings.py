@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.solve.energy_balance import JUDGED_FROM
-from fsm.solve.generalized_alpha import RHO_INF
 from fsm.system_records import DriveState
 
-__all__ = ["PathSettings", "Settings"]
+__all__ = ["RHO_INF", "PathSettings", "Settings"]
+
+RHO_INF = 0.6
+"""Default spectral radius of generalized-alpha at infinite frequency."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import replace
 from itertools import repeat
@@ -10,7 +9,6 @@ from itertools import repeat
 import numpy as np
 
 from fsm.solve.array_steps import StepMethod
-from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce
 from fsm.solve.run import Run
@@ -42,31 +40,16 @@ class StepwiseRun(Run):
         """See `Run`."""
         settings = self.settings
         solver = self._solver()
-        breaks = set(self.system.break_times())
         try:
             while solver.t < settings.end_time:
-                if solver.marches:
-                    self._march(solver)
-                    if self._arrive(solver.t, solver.q, solver.u, solver.state):
-                        solver = self._solver()
-                    continue
-                begin = self.last.energy
-                if solver.t in breaks:
-                    begin = self.system.energy(math.nextafter(solver.t, math.inf), solver.q, solver.u)
-                try:
-                    solver.step(self.pending[0] if self.pending else settings.end_time)
-                except StepFailed as error:
-                    self._count(solver)
-                    self._fail(error.outcome, error.reason)
-                self._count(solver)
-                self._account(begin, solver)
+                self._march(solver)
                 if self._arrive(solver.t, solver.q, solver.u, solver.state):
                     solver = self._solver()
         finally:
             self._count(solver)
 
     def _march(self, solver: StepMethod) -> None:
-        """Take many steps in one kernel, up to a saved time or a restart point."""
+        """Take many steps in one kernel, up to a saved time or a restart point; in Python, take one step."""
         settings, energy_balance, statistics = self.settings, self.energy_balance, self.statistics
         last, smallest, losses = self.last.energy, statistics.smallest_step, float(settings.judge_losses)
         powers = last.input_power, smallest, settings.energy_abort, losses, last.driven
@@ -85,7 +68,7 @@ class StepwiseRun(Run):
         energy_balance.pair_energy = energy_balance.pair_energy + solver.pair_energy
         statistics.smallest_step = float(balance[SHORTEST])
         self._count(solver)
-        self.last = observed = self.system.observe(solver.t, solver.q, solver.u)
+        self.last = observed = solver.observe()
         if not every:
             self._look(solver.t, solver.q, solver.u, observed)
         if self.pending and self.pending[0] <= solver.t:
@@ -149,24 +132,3 @@ class StepwiseRun(Run):
         statistics.factorisations = solver.factorisations
         statistics.newton_iterations = solver.iterations
         statistics.wall_time = time.perf_counter() - self.begun
-
-    def _account(self, begin: Energy, solver: StepMethod) -> None:
-        """Integrate the powers over the step, check the balance at its end, and save the state at a saved time."""
-        step = solver.t - self.time
-        self.statistics.smallest_step = min(self.statistics.smallest_step, step)
-        driven = self.last.energy.driven
-        self.last = observed = self.system.observe(solver.t, solver.q, solver.u)
-        if isinstance(solver, MeanForce):
-            observed = replace(observed, drive=DriveState(observed.drive.travel, solver.drive_force))
-            self.energy_balance.add(solver.work + observed.energy.driven - driven, solver.dissipated, solver.of_pairs)
-        else:
-            dissipated, of_pairs = mean_dissipation(
-                self.system, (self.time, self.q), (solver.t, solver.q), len(observed.pairs.force), self.system.of_vectors
-            )
-            work = 0.5 * step * (begin.input_power + observed.energy.input_power) + observed.energy.driven - driven
-            self.energy_balance.add(work, step * dissipated, step * of_pairs)
-        self._look(solver.t, solver.q, solver.u, observed)
-        self._balance(observed)
-        if self.pending and self.pending[0] <= solver.t:
-            self.pending.pop(0)
-            self._save(solver.t, solver.q, solver.u, observed, self.energy_balance)

@@ -14,7 +14,7 @@ from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.linear import LinearSolver
 from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY
 from fsm.system import System
-from fsm.system_records import Linearised, PreviousState
+from fsm.system_records import Linearised, Observation, PreviousState
 
 __all__ = ["SystemModel"]
 
@@ -34,6 +34,7 @@ class SystemModel:
         self._linear: Linearised | None = None
         self._map: np.ndarray | None = None
         self._last: PreviousState = 0.0, q
+        self._observed: tuple[float, np.ndarray, np.ndarray, Observation] | None = None
         self._kept: tuple[Any, ...] = ()
         self.pair_energy = np.zeros((2, 1))
 
@@ -97,11 +98,18 @@ class SystemModel:
         """See `fsm.stepping.model`; always false, since SciPy solves the equations if the block solver fails."""
         return False
 
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray) -> Observation:
+        """Quantities of an accepted state; they are stored, because the next step begins at this state."""
+        known = self._observed
+        if known is None or known[0] != t or not (np.array_equal(known[1], q) and np.array_equal(known[2], u)):
+            known = self._observed = t, q.copy(), u.copy(), self.system.observe(t, q, u)
+        return known[3]
+
     def energies(
         self, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray
     ) -> tuple[float, float, float, float, float]:
         """See `fsm.stepping.model`."""
-        observed, dissipated = self.system.observe(t, q, u), 0.0
+        observed, dissipated = self.observe(t, q, u), 0.0
         energy = observed.energy
         if step > 0.0:
             pairs, halfway = energy.pair_power.shape[1], self.system.of_vectors

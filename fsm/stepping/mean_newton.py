@@ -41,7 +41,7 @@ __all__ = [
 """Indices of `MeanMotion.sizes`: time, sizes of the last two steps and of the next one (s), last error (-), energies (J),
 mean cost of a step in iterations, step size of the last factors and longest step (s), and energies of the last step (J)."""
 STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, FACTORISATIONS, DIVISION, KNOWN = range(9)
-"""Indices of `MeanMotion.counts`; the first six are those of generalized-alpha. KNOWN: number of known mean rates."""
+"""Indices of `MeanMotion.counts`; all except the last are those of generalized-alpha. KNOWN: number of known mean rates."""
 
 _EARLY, _LATE = 0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0)
 """Gauss points over the step, of equal weight."""

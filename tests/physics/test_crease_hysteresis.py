@@ -77,7 +77,7 @@ def solve(
 def opening(system: SegmentSystem, state: SavedState) -> float:
     group = next(group for group in system.groups if isinstance(group, HysteresisGroup))
     poses, rates = system.place(state.time, state.q, state.u)
-    return float(group.rest[0] - group.side[0] * group.measure(poses, rates, group.bodies, *group.geometry)[0][0])
+    return float(group.law.rest[0] - group.law.side[0] * group.measure(poses, rates, group.bodies, *group.geometry)[0][0])
 
 
 CYCLE = [0.0, 2.5e-3, -4e-4, 3e-3, 0.0]
@@ -138,12 +138,12 @@ def test_what_a_closed_cycle_loses_is_its_area_however_long_the_steps() -> None:
 
     def go(to: float, steps: int) -> float:
         poses, rates = system.place(0.0, q, u)
-        begin = group._sliders._state.opening[0]
+        begin = group.memory()[1]
         lost = 0.0
         for o in np.linspace(begin, to, steps + 1)[1:]:
-            poses[1, 2] = system.bodies.pose[1, 2] - group.side[0] * o
+            poses[1, 2] = system.bodies.pose[1, 2] - group.law.side[0] * o
             group.commit(0.0, poses, rates)
-            lost += group._sliders._state.lost[0]
+            lost += group.memory()[3]
         return lost
 
     area = float(np.trapezoid(LOADING - UNLOADING, ANGLE))

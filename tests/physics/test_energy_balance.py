@@ -37,7 +37,7 @@ def rubbing_strip(rtol: float) -> tuple[list[SavedState], EnergyBalance]:
         crease=LinearCrease(stiffness=9e-3),
         contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5),
         friction=Friction(law="step", mu_static=0.3, mu_dynamic=0.2, v_static=1e-3, v_dynamic=5e-3),
-        drive=(Drive(crease=3, speed=0.05, travel=0.02),),
+        drive=(Drive(crease=3, speed=0.05, travel=0.01),),
     )
     system = compile_scene(build_scene(case))
     saved: list[SavedState] = []

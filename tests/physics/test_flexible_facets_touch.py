@@ -260,10 +260,11 @@ def test_the_force_is_that_of_the_energy() -> None:
 def test_panels_are_pressed_together(tmp_path: Path) -> None:
     """Two panels close. Their edges stop at the thickness, their middles at half of it, and the force rises."""
     data = zigzag(
-        drive=[{"edge": "right", "direction": [-1, 0, 0], "speed": "1 mm/s", "travel": "13.42 mm", "guide": False}],
-        solve={"method": "static", "rtol": 1e-9}, save={"every": "0.1 mm"},
+        drive=[{"edge": "right", "direction": [-1, 0, 0], "speed": "1 mm/s", "travel": "2.32 mm", "guide": False}],
+        crease={"stiffness_per_length": 0.3}, solve={"method": "static", "rtol": 1e-7, "max_step": "50 ms"},
+        save={"every": "0.1 mm"},
     )  # fmt: skip
-    data["sheet"] |= {"columns": 2}
+    data["sheet"] |= {"columns": 2, "fold_angle": "88 deg"}
     summary = load(data, folder=tmp_path).run(tmp_path / "touching", figures=False).summary
     solution = read_solution(tmp_path / "touching" / "result.h5")
     load({key: value for key, value in data.items() if key != "contact"}, folder=tmp_path).run(
@@ -272,8 +273,7 @@ def test_panels_are_pressed_together(tmp_path: Path) -> None:
     without = read_solution(tmp_path / "free" / "result.h5")
     assert summary["energy_error"] < 1e-3
     assert solution.force[-1, 0] > 3.0 * without.force[-1, 0] > 0.0
-    before = solution.travel[:, 0] < 0.0125
-    # The residual at the first record, with a force of 1e-4 N, is up to 1e-7 N with rtol = 1e-6, and 6e-9 N with 1e-9.
+    before = solution.travel[:, 0] < 0.0022
     free = without.force[before, 0]
     np.testing.assert_allclose(solution.force[before, 0], free, rtol=1e-4, atol=1e-6 * free.max())
     nodes = solution.shape[-1].reshape(-1, 3)

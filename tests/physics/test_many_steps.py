@@ -23,6 +23,7 @@ from fsm.scene.builders.lattice import build_lattice
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive, Load
+from fsm.scene.materials import SplineCrease
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.scene.time_program import Cycle, Ramp, Table
 from fsm.segments.compile import compile_scene
@@ -102,7 +103,16 @@ ZIGZAG = Drive(body="0", direction=(0.0, 0.0, 1.0), travel=0.01, time=TABLE)
 CYCLE = Drive(body="0", travel=0.01, time=Cycle(kind="cycle", period=0.01, cycles=1, form="alternating"))
 
 
-def rods(spatial: bool, loads: tuple[Load, ...] = (), drives: tuple[Drive, ...] = ()) -> SegmentSystem:
+LOOP = {"rotation": (0.1, 0.0, 0.1), "crease": SplineCrease(
+    law="spline", angle=(-1.0, 0.0, 1.0), moment=(-0.1, 0.0, 0.1), unloading=(-0.105, -0.01, 0.1), reversal=0.02
+)}  # fmt: skip
+"""Creases with loading and unloading curves."""
+TURNING = {"rest_turn": 0.5, "rest_time": Table(kind="table", time=(0.0, 2e-3, 5e-3, 0.02), value=(0.0, 1.0, 0.8, -1.0))}
+
+
+def rods(
+    spatial: bool, loads: tuple[Load, ...] = (), drives: tuple[Drive, ...] = (), damping: float = 1e-4, **joint: Any
+) -> SegmentSystem:
     """Three rods in a row on springs; the first rod is joined to the ground or driven."""
     bodies, elements = [], []
     for i in range(3):
@@ -113,7 +123,8 @@ def rods(spatial: bool, loads: tuple[Load, ...] = (), drives: tuple[Drive, ...] 
             ForceElement(
                 name=f"joint {i}", inner=f"{i - 1}" if i else GROUND, outer=f"{i}",
                 point_inner=(0.05 if i else 0.0, 0.0, 0.0), point_outer=(-0.05, 0.0, 0.0), translation=(1e3,) * 3,
-                rotation=(0.1,) * 3, translation_damping=(0.1,) * 3, rotation_damping=(1e-4,) * 3,
+                translation_damping=(1e3 * damping,) * 3, rotation_damping=(damping,) * 3,
+                **{"rotation": (0.1,) * 3} | joint,
             )
         )  # fmt: skip
     gravity = (0.0, 1.0 if spatial else 0.0, -9.81)
@@ -177,6 +188,10 @@ SYSTEMS: dict[str, Callable[[], SegmentSystem | AncfSystem]] = {
     "ball joints": ball_joints,
     "loads in the plane": lambda: rods(False, LOADS),
     "loads in space": lambda: rods(True, LOADS),
+    "hysteresis in the plane": lambda: rods(False, **LOOP),
+    "hysteresis in space": lambda: rods(True, **LOOP),
+    "hysteresis without dampers": lambda: rods(True, damping=0.0, **LOOP),
+    "rest angles that move": lambda: rods(True, **TURNING),
     **DRIVEN,
 }
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -10,9 +12,11 @@ from fsm.scene.load_case import load_case
 from validation.strip_trial.check import CASE, RIGID, Setting, by_default, followed, pulled
 from validation.strip_trial.half_model import HalfModel
 
+half_model = cache(lambda angle, end: HalfModel(angle).follow(end, 0.5e-3))
+
 
 def test_half_model_is_that_of_another_hand() -> None:
-    path = HalfModel(80.0).follow(0.0285, 0.5e-3)
+    path = half_model(80.0, 0.0285)
     assert path.peak[1] == pytest.approx(RIGID, rel=1e-3)
     assert path.peak[1] == pytest.approx(2.00486, abs=2e-5)
     assert path.bottoms_touch == pytest.approx(4.9683e-3, abs=1e-6)
@@ -28,7 +32,7 @@ def test_many_segments_and_a_stiff_contact_come_to_it() -> None:
 def test_a_case_that_gives_nothing_is_within_half_a_percent(angle: float) -> None:
     """Defaults: the peak within 0.5 %, and the curve at first touch within 1 % of it."""
     end = 0.0285 if angle == 80.0 else 0.021
-    exact = HalfModel(angle).follow(end, 0.5e-3)
+    exact = half_model(angle, end)
     travel, force = by_default(angle, end)
     top = exact.peak[1]
     assert peak(travel, force)[0] == pytest.approx(top, rel=5e-3)

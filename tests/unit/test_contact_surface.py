@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,15 @@ def curve(poses: np.ndarray, piece: int, s: float) -> np.ndarray:
         axis = np.array([np.cos(phi), -np.sin(phi)])
         total += np.outer(weights[:, 2 * k], [x, z]) + np.outer(weights[:, 2 * k + 1], axis)
     return total
+
+
+@cache
+def dense(gap: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 2) of the whole curve of `row_of_segments`, m, and its normals."""
+    poses = row_of_segments(gap)
+    found = np.array([curve(poses, piece, s)[:2] for piece in range(6) for s in np.linspace(0, 1, 4001)])
+    tangents = found[:, 1] / np.linalg.norm(found[:, 1], axis=1, keepdims=True)
+    return found[:, 0], np.column_stack([-tangents[:, 1], tangents[:, 0]])
 
 
 def unit(vector: np.ndarray) -> np.ndarray:
@@ -206,7 +217,7 @@ class Tip:
 @SIDES
 def test_gap_is_the_distance_from_the_curve(spatial: bool, side: float) -> None:
     poses = row_of_segments(5e-4)
-    dense = np.array([curve(poses, piece, s)[0] for piece in range(6) for s in np.linspace(0, 1, 4001)])
+    points, _ = dense(5e-4)
     for piece, s in ((1, 0.5), (2, 0.1), (3, 0.7), (5, 0.4)):
         c = curve(poses, piece, s)
         tangent = unit(c[1])
@@ -214,7 +225,7 @@ def test_gap_is_the_distance_from_the_curve(spatial: bool, side: float) -> None:
         found = seen(poses, point, spatial, side)
         assert found is not None
         assert found[0] == pytest.approx(2e-3, abs=1e-12)
-        assert found[0] + 1e-3 == pytest.approx(np.linalg.norm(dense - point, axis=1).min(), abs=1e-8)
+        assert found[0] + 1e-3 == pytest.approx(np.linalg.norm(points - point, axis=1).min(), abs=1e-8)
 
 
 @SPATIAL
@@ -228,15 +239,11 @@ def test_gap_at_an_end_is_the_distance_from_the_rounded_outline(
     circle."""
     poses = row_of_segments(5e-4)
     tip = Tip(poses, last, side, straight)
-    raised = []
-    for piece in range(6):
-        for s in np.linspace(0, 1, 2001):
-            c = curve(poses, piece, s)
-            tangent = unit(c[1])
-            raised.append(c[0] + side * 1e-3 * np.array([-tangent[1], tangent[0]]))
+    points, normals = dense(5e-4)
+    raised = points + side * 1e-3 * normals
     arc = [tip.around(angle, 0.0) for angle in np.linspace(0.0, 1.7, 2001)]
     ahead = [tip.beside(past, 0.0) for past in np.linspace(-2 * straight * tip.radius, 0.0, 2001)]
-    outline = np.array([*raised, *ahead, *arc])
+    outline = np.concatenate([raised, ahead, arc])
     for angle in (0.01, 0.4, 0.8, 1.3):
         for height in (5e-5, -0.2 * tip.radius, -0.5 * tip.radius):
             point = tip.around(angle, height)

@@ -212,3 +212,10 @@ def test_the_measured_hinge_is_calibrated_as_it_ships(tmp_path: Path) -> None:
     assert isinstance(crease, SplineCrease)
     assert crease.rest_angle == pytest.approx(math.radians(160.0) + free.value, abs=1e-3)
     assert crease.moment == pytest.approx(ships.loading)
+
+
+def test_files_that_a_contributor_looks_for_exist() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = {re.sub(r"/\w*NAME\w*\.py", "", name) for name in re.findall(r"`(fsm/[^`]+)`", text)}
+    assert len(named) > 20
+    assert sorted(name for name in named if not (ROOT / name).exists()) == []

@@ -27,6 +27,10 @@ def fsm(*words: str) -> Result:
     return CliRunner().invoke(cli, list(words))
 
 
+LONG = ("boom", "cone", "deployed", "film")
+"""Cases that run for more than two seconds."""
+
+
 @pytest.fixture(scope="module")
 def validator() -> Any:
     schema = case_schema()
@@ -38,7 +42,7 @@ def faults(validator: Any, text: str) -> list[str]:
     return [".".join(map(str, error.absolute_path)) for error in validator.iter_errors(tomllib.loads(text))]
 
 
-@pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.nightly] * (kind == "boom")) for kind in kinds()])
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.nightly] * (kind in LONG)) for kind in kinds()])
 def test_a_new_case_runs(kind: str, validator: Any, tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     found = fsm("init", kind, str(path))

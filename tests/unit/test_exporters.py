@@ -299,7 +299,13 @@ def test_flexible_facets_are_hinged_at_creases_only(tmp_path: Path) -> None:
 WICKED = ["<script>alert(1)</script>", "$HOME", "../../outside", "/etc/passwd", "a/b", "=1+1", 'quo"te', "ü", "*", "%s%n"]
 
 
-@pytest.mark.parametrize("to", sorted(EXPORTERS.keys() - {"fold"}))  # it shows sheets, whose parts have no names
+@pytest.mark.parametrize(
+    "to",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name in ("gif", "mp4")))
+        for name in sorted(EXPORTERS.keys() - {"fold"})  # it shows sheets, whose parts have no names
+    ],
+)
 def test_wicked_names_stay_text(to: str, tmp_path: Path) -> None:
     """Names of the case are not used as paths, and exactly one file appears."""
     model = fsm.Model("../<script>$(touch x)")

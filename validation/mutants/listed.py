@@ -130,7 +130,7 @@ STRIPS = (
     ),
     Mutant(
         "drive reaction lost by a factor of two",
-        "fsm/segments/system.py",
+        "fsm/segments/force_system.py",
         "np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))",
         "0.5 * np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))",
         physics_test("rigid_zigzag", "test_static_pull_with_the_strips_own_springs"),

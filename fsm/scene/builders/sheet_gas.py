@@ -9,11 +9,12 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.sheet_joints import sheet_joints
 from fsm.scene.case import Case
+from fsm.scene.chambers import Chamber, PanelSurface
 from fsm.scene.gas import OUTSIDE, SUPPLIES, Gas, Orifice
-from fsm.scene.patterns.chamber import Chamber, SheetSurface, chamber_of
+from fsm.scene.patterns.chamber import SheetSurface, chamber_of
 from fsm.scene.patterns.cuts import facets_across_cuts
 from fsm.scene.patterns.facets import FacetFrames
-from fsm.scene.patterns.panel_surface import PanelSurface, panel_triangles, sealed
+from fsm.scene.patterns.panel_surface import panel_triangles, sealed
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.scene import Scene
 from fsm.scene.time_program import Ramp, Table

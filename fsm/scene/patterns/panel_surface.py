@@ -10,40 +10,16 @@ each joint.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from fsm.scene.patterns.chamber import Lid
+from fsm.scene.chambers import Lid
 
-__all__ = ["PanelSurface", "panel_triangles", "sealed"]
+__all__ = ["panel_triangles", "sealed"]
 
 Faces = Sequence[Sequence[int]]
-
-
-@dataclass(frozen=True, eq=False)
-class PanelSurface:
-    """Corners of all panels as points of rigid bodies, and the closed surfaces of chambers.
-
-    Attributes
-    ----------
-    bodies : (n,) names of the body of each corner
-    points : (n, 3) array, m
-        Corners in the axes of their bodies.
-    start : (n, 3) array, m
-        Corners at the start.
-    triangles : (m, 3) int array of corners, for each chamber
-    lids : lids over rings of corners, for each chamber
-    folds : corners (4,) of each crease by name: of the left panel, both ends, of the right panel
-    """
-
-    bodies: tuple[str, ...]
-    points: np.ndarray
-    start: np.ndarray
-    triangles: tuple[np.ndarray, ...]
-    lids: tuple[tuple[Lid, ...], ...]
-    folds: Mapping[str, tuple[int, int, int, int]]
 
 
 def panel_triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:

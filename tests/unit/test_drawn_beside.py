@@ -1,0 +1,60 @@
+"""Figures that a copy of the process draws: each is drawn once, and a copy that fails loses none."""
+
+import os
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from fsm.plots import beside
+
+pytestmark = [
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="a process cannot be copied"),
+    pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning"),
+]
+
+
+def _draw(path: Path) -> None:
+    time.sleep(0.02)
+    with path.open("a", encoding="utf-8") as file:
+        file.write(f"{os.getpid()}\n")
+
+
+@pytest.fixture(autouse=True)
+def two_processors(monkeypatch):
+    monkeypatch.setattr(beside, "processors", lambda: 2)
+    monkeypatch.setattr(beside.sys, "platform", "linux")
+
+
+def _by(folder):
+    return [path.read_text(encoding="utf-8").split() for path in sorted(folder.iterdir())]
+
+
+def test_both_draw_and_each_figure_once(tmp_path):
+    beside.draw_all([partial(_draw, tmp_path / f"{k}") for k in range(6)], two=True)
+    drawn = _by(tmp_path)
+    assert len(drawn) == 6 and all(len(one) == 1 for one in drawn)
+    assert {one[0] for one in drawn} > {str(os.getpid())}  # the copy has drawn some
+
+
+def test_figures_in_which_the_copy_fails_are_drawn_here(tmp_path):
+    own = os.getpid()
+
+    def plot(path: Path) -> None:
+        if os.getpid() != own:
+            raise ValueError(path.name)
+        _draw(path)
+
+    beside.draw_all([partial(plot, tmp_path / f"{k}") for k in range(4)], two=True)
+    assert _by(tmp_path) == [[str(own)]] * 4
+
+
+def test_error_of_a_figure_is_raised(tmp_path):
+    def plot(number: int) -> None:
+        time.sleep(0.02)
+        if number == 3:
+            raise ValueError(f"figure {number}")
+
+    with pytest.raises(ValueError, match="figure 3"):
+        beside.draw_all([partial(plot, k) for k in range(5)], two=True)

@@ -1,0 +1,121 @@
+"""Quasi-static paths with contact: one kernel computes the same steps as the groups in Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.compile_case import compile_case
+from fsm.scene.load_case import load_case
+from fsm.solve.run_io import SavedState
+from fsm.solve.static import PathSettings, follow
+
+CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
+SOFT = ["expect=none", "strip.segments_per_panel=4", "contact.stiffness=3e6 N/m^1.5"]
+COULOMB = ["friction={mu_static=0.3, mu_dynamic=0.2, v_static=1e-4, v_dynamic=2e-4}"]
+BRISTLES = ['friction={law="lugre", mu_static=0.3, mu_dynamic=0.25, v_stribeck=1e-3, presliding="20 um"}']
+FLOOR = """
+[strip]
+length = "440 mm"
+width = "36 mm"
+thickness = "0.35 mm"
+panels = 4
+fold_angle = "64 deg"
+segments_per_panel = 4
+held = [1]
+[material]
+young = "3.6 GPa"
+density = "1280 kg/m^3"
+damping = "4 ms"
+[crease]
+law = "linear"
+stiffness = "11 N mm/rad"
+[contact]
+[friction]
+law = "tanh"
+mu_dynamic = 0.2
+v_static = "1 mm/s"
+[[obstacle]]
+name = "floor"
+shape = "plane"
+position = [0, 0, "-1 mm"]
+[[drive]]
+crease = 3
+direction = [1, 0, 0]
+speed = "1.5 mm/s"
+travel = "16 mm"
+"""
+CASES = {
+    "plane": [],
+    "plane, no damping": ["material.damping=0"],
+    "plane, friction": COULOMB,
+    "plane, bristles": BRISTLES,
+    "plane, thick": ["contact.thickness_in_gap=true", "strip.thickness=0.5e-3"],
+    "space": ["solve.spatial=true"],
+    "space, friction": ["solve.spatial=true", *COULOMB],
+    "space, bristles": ["solve.spatial=true", *BRISTLES],
+    "damped contact": ['contact.law="flores"', "contact.restitution=0.5"],
+}
+
+Followed = tuple[Any, list[SavedState], list[Any]]
+"""System, saved states, and ends of all steps."""
+
+
+def follow_case(overrides: list[str], compiled: bool, path: Path = CASE, travel: float = 0.02) -> Followed:
+    """System, saved states and ends of all steps of the beginning of a path."""
+    _, system = compile_case(load_case(path, overrides).case)
+    if not compiled:
+        system.__dict__["static_arrays"] = lambda ready: None
+    motion, saved, ends = system.motions[0], list[SavedState](), list[Any]()
+    settings = PathSettings(motion.time_of(travel), motion.time_of(1e-3), rtol=1e-4)
+    follow(system, settings, np.linspace(0.0, motion.time_of(travel), 11).tolist(), saved.append, ends.append)
+    return system, saved, ends
+
+
+def numbers(state: SavedState) -> dict[str, np.ndarray]:
+    """All quantities of a saved state."""
+    observed = state.observation
+    energy, pairs = observed.energy, observed.pairs
+    return {
+        "force": observed.drive.force, "reaction": np.array([observed.reaction]),
+        "energies": np.array(list(energy.potential.values())),
+        "powers": np.array([energy.dissipated_power, energy.input_power, energy.sliding_power]),
+        "pair power": energy.pair_power, "pressed": pairs.force, "gap": pairs.gap, "area": pairs.area,
+        "friction": pairs.friction, "slip": pairs.slip, "lost": np.array([pairs.friction_power, pairs.damping_power]),
+        "balance": np.array([state.work, state.dissipated]), "of pairs": np.asarray(state.pair_energy),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_kernel_takes_the_steps_of_the_groups_in_python(name: str) -> None:
+    overrides = [*SOFT, *CASES[name]]
+    compare(follow_case(overrides, compiled=True), follow_case(overrides, compiled=False))
+
+
+@pytest.mark.parametrize("overrides", [[], ["solve.spatial=true"], ["friction=none"]])
+def test_a_tip_on_a_floor_takes_the_same_steps(overrides: list[str], tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(FLOOR)
+    compare(*(follow_case(overrides, compiled, path, travel=8e-3) for compiled in (True, False)))
+
+
+def compare(one: Followed, other: Followed) -> None:
+    """Both paths have the same steps, observations and memory."""
+    system, saved, ends = one
+    python, wanted, steps = other
+    assert system._statics is not None
+    assert python._statics is None
+    assert len(ends) == len(steps) > 10
+    assert max(state.observation.pairs.force.max() for state in wanted) > 0.0  # faces have touched
+    size = system.scales().increment
+    for mine, theirs in zip(ends, steps, strict=True):
+        assert mine.time == pytest.approx(theirs.time, rel=1e-7)
+        assert np.abs(system.difference(mine.q, theirs.q) / size).max() < 1e-6
+    for own, another in zip(saved, wanted, strict=True):
+        assert list(own.observation.energy.potential) == list(another.observation.energy.potential)
+        for key, value in numbers(another).items():
+            assert np.allclose(numbers(own)[key], value, rtol=1e-6, atol=1e-6 * np.abs(value).max(initial=0.0)), key
+    assert system.memory() == pytest.approx(python.memory(), rel=1e-5, abs=1e-9)
