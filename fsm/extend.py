@@ -14,13 +14,15 @@ from pydantic import BaseModel
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import motion_of_bodies
 from fsm.errors import CaseError, Fault
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
 from fsm.laws.friction import FRICTION_LAWS as OWN_FRICTION_LAWS
 from fsm.laws.friction import FrictionLaw
 from fsm.laws.normal import NORMAL_LAWS, NormalLaw
-from fsm.registry import BUILDERS, CONTACT_LAWS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS, AddedBuilder, AddedLaw
+from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS, AddedBuilder, AddedLaw
 from fsm.results.channel import AXES, Dim
 from fsm.scene.case import Case
+from fsm.scene.coupling import OWN_COUPLINGS
 from fsm.scene.model import Model as Section
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.scene.units import (
@@ -45,15 +47,29 @@ from fsm.scene.units import (
     Temperature,
     Time,
 )
+from fsm.segments.couplings import (
+    ANGLES,
+    DISSIPATED,
+    EFFORTS,
+    ENERGIES,
+    FIRST_PARAMETER,
+    SPEEDS,
+    STIFFNESSES,
+    VISCOSITIES,
+    Coupling,
+)
 from fsm.segments.law_elements import ElementLaw
 from fsm.segments.point_elements import PointKind
 
 __all__ = [
-    "AXES", "Acceleration", "Angle", "AngularDamping", "AngularSpeed", "AngularStiffness", "Area", "Body", "CaseError",
-    "Count", "Damping", "Density", "Dim", "ElementLaw", "Fault", "Force", "ForceElement", "FrictionLaw", "Inertia",
+    "ANGLES", "AXES", "DISSIPATED", "EFFORTS", "ENERGIES", "FIRST_PARAMETER", "SPEEDS", "STIFFNESSES", "VISCOSITIES",
+    "Acceleration", "Angle", "AngularDamping", "AngularSpeed", "AngularStiffness", "Area", "Body", "CaseError",
+    "Count", "Coupling", "Damping", "Density", "Dim", "ElementLaw", "Fault", "Force", "ForceElement", "FrictionLaw",
+    "Inertia",
     "Length", "Mass", "Model", "Moment", "NormalLaw", "Number", "Offer", "PointKind", "Scene", "Section", "Speed",
-    "State", "Stiffness", "Stress", "Temperature", "Time", "add_builder", "add_contact_law", "add_element_law",
-    "add_friction_law", "add_point_element", "kernel", "motion_of_bodies", "offers",
+    "State", "Stiffness", "Stress", "Temperature", "Time", "add_builder", "add_contact_law", "add_coupling",
+    "add_element_law", "add_friction_law", "add_point_element", "floats_1d", "floats_2d", "floats_3d", "kernel",
+    "motion_of_bodies", "offers",
 ]  # fmt: skip
 
 Built = TypeVar("Built", bound=BaseModel)
@@ -94,6 +110,14 @@ def add_point_element(name: str, kind: PointKind, parameters: type[BaseModel] | 
     Other arguments as in `add_contact_law`.
     """
     _add(POINT_KINDS, {}, name, AddedLaw(kind, parameters, text or name))
+
+
+def add_coupling(name: str, kind: Coupling, parameters: type[BaseModel] | None = None, text: str = "") -> None:
+    """Add a kind of elements on the twists of force elements, ``[[scene.couplings]] kind = name``.
+
+    Other arguments as in `add_contact_law`. The kernel of the kind is compiled, and so are the steps of its cases.
+    """
+    _add(COUPLINGS, OWN_COUPLINGS, name, AddedLaw(kind, parameters, text or name))
 
 
 def add_builder(name: str, section: type[Built], build: Callable[[Built, Mapping[str, Any]], Scene]) -> None:

@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,8 @@ import numpy as np
 
 __all__ = [
     "READ_ERRORS", "SIGNATURE", "attribute", "check_contents", "close_discarding", "fixed_text", "has_checksums",
-    "is_finite", "names_in", "numbers_in", "plain", "text_in", "write_attribute", "written_from_memory",
+    "is_finite", "kinds_of", "names_in", "numbers_in", "plain", "space_of", "text_in", "write_attribute",
+    "written_from_memory",
 ]  # fmt: skip
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -94,12 +96,34 @@ def check_contents(file: Any) -> None:
 
 def write_attribute(item: Any, name: str, value: Any) -> None:
     """Add an attribute to an object of the lower level of h5py; a string gets a variable length."""
-    from h5py import h5a, h5s, h5t, string_dtype
+    from h5py import h5a
 
-    values = np.array(value, dtype=string_dtype() if isinstance(value, str) else None)
-    space = h5s.create_simple(values.shape) if values.ndim else h5s.create(h5s.SCALAR)
-    made = h5a.create(item, name.encode(), h5t.py_create(values.dtype, logical=True), space)
-    made.write(values, mtype=h5t.py_create(values.dtype))
+    values = np.array(value, dtype=object if isinstance(value, str) else None)
+    stored, given = kinds_of(values)
+    h5a.create(item, name.encode(), stored, space_of(values.shape)).write(values, mtype=given)
+
+
+def kinds_of(values: np.ndarray) -> tuple[Any, Any]:
+    """Type of an array of numbers or texts in a file, and in memory; texts of variable length are objects."""
+    return _kinds(values.dtype) if values.dtype.kind in "biufO" else _new_kinds(values.dtype)
+
+
+def _new_kinds(dtype: np.dtype[Any]) -> tuple[Any, Any]:
+    from h5py import h5t, string_dtype
+
+    dtype = string_dtype() if dtype.kind == "O" else dtype
+    return h5t.py_create(dtype, logical=True), h5t.py_create(dtype)
+
+
+_kinds = cache(_new_kinds)
+
+
+@lru_cache(maxsize=256)
+def space_of(shape: tuple[int, ...]) -> Any:
+    """Space of an array of fixed shape."""
+    from h5py import h5s
+
+    return h5s.create_simple(shape) if shape else h5s.create(h5s.SCALAR)
 
 
 def attribute(item: Any, name: str) -> Any:

@@ -479,15 +479,8 @@ def _due(times: deque[float], now: float) -> bool:
 
 def _counters(statistics: Statistics) -> dict[str, Any]:
     """Counters of a solve for the results file."""
-    return {
-        "method": statistics.method,
-        "outcome": statistics.outcome.name.lower(),
-        "steps": statistics.steps,
-        "force_evaluations": statistics.force_evaluations,
-        "jacobian_evaluations": statistics.jacobian_evaluations,
-        "factorisations": statistics.factorisations,
-        "newton_iterations": statistics.newton_iterations,
-        "smallest_step_s": statistics.smallest_step if math.isfinite(statistics.smallest_step) else 0.0,
-        "rejected_steps": statistics.rejected,
-        "solve_time_s": statistics.wall_time,
-    }
+    found = counted(statistics)
+    smallest = found.pop("smallest_step")
+    renamed = {"rejected_steps": found.pop("rejected"), "solve_time_s": found.pop("wall_time")}
+    renamed["smallest_step_s"] = smallest if math.isfinite(smallest) else 0.0
+    return {"method": statistics.method, "outcome": statistics.outcome.name.lower()} | found | renamed

@@ -17,7 +17,7 @@ from fsm.errors import Fault
 from fsm.input_file import read_failure, read_input_file
 
 __all__ = [
-    "BUILDERS", "CONTACT_LAWS", "ELEMENT_LAWS", "FRICTION_LAWS", "POINT_KINDS", "AddedBuilder", "AddedLaw",
+    "BUILDERS", "CONTACT_LAWS", "COUPLINGS", "ELEMENT_LAWS", "FRICTION_LAWS", "POINT_KINDS", "AddedBuilder", "AddedLaw",
     "load_extensions",
 ]  # fmt: skip
 
@@ -31,7 +31,7 @@ class AddedLaw(NamedTuple):
 
     Attributes
     ----------
-    law : `NormalLaw`, `FrictionLaw`, `ElementLaw` or `PointKind`
+    law : `NormalLaw`, `FrictionLaw`, `ElementLaw`, `PointKind` or `Coupling`
     parameters : pydantic model of its `parameters` in a case, or None
     text : description for `fsm check`
     """
@@ -52,6 +52,7 @@ CONTACT_LAWS: Final[dict[str, AddedLaw]] = {}
 FRICTION_LAWS: Final[dict[str, AddedLaw]] = {}
 ELEMENT_LAWS: Final[dict[str, AddedLaw]] = {}
 POINT_KINDS: Final[dict[str, AddedLaw]] = {}
+COUPLINGS: Final[dict[str, AddedLaw]] = {}
 BUILDERS: Final[dict[str, AddedBuilder]] = {}
 
 

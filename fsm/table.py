@@ -23,11 +23,10 @@ from fsm.scene.table import OVERLAY, STUDY, TableCase, load_reference, load_tabl
 from fsm.table_files import flat_numbers, write_extremes, write_summaries
 from fsm.table_text import progress_line
 
-__all__ = ["FIGURES", "RESOLVED", "Figures", "failures", "run_table"]
+__all__ = ["RESOLVED", "Figures", "failures", "run_table"]
 
 Figures = Literal["none", "first", "all"]
 """Rows whose figures are drawn."""
-FIGURES: tuple[Figures, ...] = ("none", "first", "all")
 
 RESOLVED = "case.resolved.toml"
 """File with the complete case of a row, in the folder of its results."""

@@ -80,6 +80,7 @@ class Deployment(Analysis):
             self.system = whole_system(self.system, self.scene, self.plan)
         self._pivots = LinearSolver()
         self._records = 1
+        self._steps: list[RunStep] = []
 
     @property
     def kernels(self) -> tuple[str, ...]:
@@ -158,7 +159,8 @@ class Deployment(Analysis):
 
     def steps(self) -> list[RunStep]:
         """See `Analysis`."""
-        return [self._run_step(step) for step in self.plan.steps]
+        self._steps = self._steps or [self._run_step(step) for step in self.plan.steps]
+        return self._steps
 
     def _run_step(self, step: PlannedStep) -> RunStep:
         times: list[float] = []
@@ -264,7 +266,7 @@ class Deployment(Analysis):
 
     def coarsen(self, factor: float, records: int) -> None:
         """See `Analysis`."""
-        self._records = records
+        self._records, self._steps = records, []
         self.system.contacts.coarsen(factor)
 
     def _of_mesh(self, summary: dict[str, Any], refused: str) -> Statement | Comparison:

@@ -4,32 +4,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.ancf.arrays import DAMPING, FORCE, STIFFNESS, Q, U
+from fsm.ancf.arrays import DAMPING, FORCE, NOW, NUMBERS, STIFFNESS, Q, U
 from fsm.ancf.crease_line import CreaseLineGroup
 from fsm.ancf.fold_kernels import (
     FoldArrays,
     FoldCurves,
+    FoldPath,
     add_force,
     add_tangent,
     dissipation,
     fold_states,
+    openings,
+    path_powers,
     stored_energy,
 )
 from fsm.ancf.folds import FoldGroup
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.addresses import floats_1d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.laws.crease import CreaseLaws
+from fsm.kernels.pieces import Pieces, pieces_at
+from fsm.laws.crease import CreaseLaws, crease_laws_of
+from fsm.laws.crease_sliders import Sliders, accept_sliders, sliders_of
 
 __all__ = ["FOLDS", "arrays_of_folds", "commit_folds", "fold_table"]
 
-_SLOTS = 15
-"""Row of a group's table after those of `FoldArrays`."""
+_CURVES = 4
+_LAW = _CURVES + len(CreaseLaws._fields)
+_TURNING = _LAW + len(FoldCurves._fields) - 1
+_CHOSEN = _TURNING + 1 + len(Pieces._fields)
+_SLOTS = _CHOSEN + 1 + len(Sliders._fields)
+"""Rows of a group's table; the last is after those of `FoldArrays`."""
 
 
 def fold_table(folds: FoldArrays) -> list[np.ndarray]:
     """Arrays of folds in the order of the rows of a table."""
-    law = folds.law
-    return [*folds[:4], *law.curves, *law[1:]]
+    law, path = folds.law, folds.path
+    return [*folds[:4], *law.curves, *law[1:], path.turning, *path.time, path.chosen, *path.sliders]
 
 
 def arrays_of_folds(group: FoldGroup | CreaseLineGroup, slots: np.ndarray) -> list[np.ndarray]:
@@ -40,27 +49,30 @@ def arrays_of_folds(group: FoldGroup | CreaseLineGroup, slots: np.ndarray) -> li
 
 @kernel
 def _folds_of(t: np.ndarray) -> FoldArrays:
-    curves = CreaseLaws(
-        floats_1d(t, 4), floats_1d(t, 5), floats_1d(t, 6), integers_1d(t, 7), integers_1d(t, 8), floats_1d(t, 9),
-        floats_2d(t, 10), floats_1d(t, 11),
-    )  # fmt: skip
-    law = FoldCurves(curves, floats_1d(t, 12), floats_1d(t, 13), floats_1d(t, 14))
-    return FoldArrays(integers_2d(t, 0), floats_3d(t, 1), floats_1d(t, 2), floats_1d(t, 3), law)
+    law = FoldCurves(
+        crease_laws_of(t, _CURVES), floats_1d(t, _LAW), floats_1d(t, _LAW + 1), floats_1d(t, _LAW + 2)
+    )
+    path = FoldPath(
+        floats_1d(t, _TURNING), pieces_at(t, _TURNING + 1), integers_1d(t, _CHOSEN), sliders_of(t, _CHOSEN + 1)
+    )
+    return FoldArrays(integers_2d(t, 0), floats_3d(t, 1), floats_1d(t, 2), floats_1d(t, 3), law, path)
 
 
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    add_force(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), moving, floats_1d(table, FORCE))
+    t = floats_1d(table, NUMBERS)[NOW]
+    add_force(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), moving, t, floats_1d(table, FORCE))
     return 0.0
 
 
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     folds, stiffness, damping = _folds_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
-    count, width = folds.vectors.shape
+    (count, width), t = folds.vectors.shape, floats_1d(table, NUMBERS)[NOW]
     add_tangent(
-        folds, floats_1d(table, Q), floats_1d(table, U), moving, integers_2d(own, _SLOTS).reshape(count, width, width),
-        stiffness.shape[1], floats_1d(table, FORCE), stiffness.reshape(-1), damping.reshape(-1),
+        folds, floats_1d(table, Q), floats_1d(table, U), moving, t,
+        integers_2d(own, _SLOTS).reshape(count, width, width), stiffness.shape[1], floats_1d(table, FORCE),
+        stiffness.reshape(-1), damping.reshape(-1),
     )  # fmt: skip
     return 0.0
 
@@ -77,16 +89,30 @@ def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     return dissipation(_folds_of(own), floats_1d(table, Q), floats_1d(table, U))
 
 
-FOLDS = (_force, _tangent, _stored, _lost)
+@kernel
+def _put_in(table: np.ndarray, own: np.ndarray, step: float) -> float:
+    t = floats_1d(table, NUMBERS)[NOW]
+    return path_powers(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), t, step)[0]
+
+
+@kernel
+def _slid(table: np.ndarray, own: np.ndarray, step: float) -> float:
+    t = floats_1d(table, NUMBERS)[NOW]
+    return path_powers(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), t, step)[1]
+
+
+FOLDS = (_force, _tangent, _stored, _lost, _put_in, _slid)
 """Kernels of a group, in the order of the columns of `Coordinates.kernels`."""
 
 
 @kernel
 def commit_folds(table: np.ndarray, own: np.ndarray, t: float) -> float:
-    """Store the fold angles of an accepted state."""
+    """Store the fold angles and the sliders of an accepted state."""
     folds = _folds_of(own)
     states = np.empty((folds.vectors.shape[0], 19))
     fold_states(folds, floats_1d(table, Q), states)
     for k in range(states.shape[0]):
         folds.near[k] = states[k, 0]
+    if folds.path.chosen.shape[0] > 0:
+        accept_sliders(folds.path.sliders, t, openings(folds.law, folds.path, states[:, 0].copy()))
     return 0.0

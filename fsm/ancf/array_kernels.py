@@ -33,8 +33,10 @@ from fsm.ancf.arrays import (
     MASS_FACTORS,
     MATRIX,
     NUMBERS,
+    PUT_IN_AT,
     RATE_DEPENDENT,
     SIZES,
+    SLID_AT,
     STIFFNESS,
     STORED_AT,
     WEIGHT,
@@ -209,8 +211,20 @@ def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> flo
             momentum = rows_times(full_mass_of(table), rates)
             for i in range(rates.shape[0]):
                 lost += damped * rates[i] * momentum[i]
+    if step > 0.0:
+        place(table, t, t, q, last)
+        lost += _slid(model, step)
     copy_into(q, last)
     last_time[0] = t
+    return lost
+
+
+@kernel
+def _slid(model: Coordinates, step: float) -> float:
+    """Power that the memory of elements dissipates, W: the mean of an accepted step (s), or at the present rates."""
+    lost = 0.0
+    for k in range(model.kernels.shape[0]):
+        lost += call_at(model.kernels[k, SLID_AT], model.table, model.tables[k], step)
     return lost
 
 
@@ -243,6 +257,8 @@ def _powers(model: Coordinates, t: float, record: np.ndarray) -> float:
         factor = program_at(programs, k, t)[0]
         for i in range(rates.shape[0]):
             power += factor * forcings[k, i] * rates[i]
+    for k in range(model.kernels.shape[0]):
+        power += call_at(model.kernels[k, PUT_IN_AT], table, model.tables[k], 0.0)
     sizes = floats_1d(table, SIZES)
     count = sizes.shape[0]
     if count == 0:
@@ -292,6 +308,7 @@ def present_powers(model: Coordinates, t: float, drive_force: np.ndarray) -> tup
     if floats_1d(table, NUMBERS)[RATE_DEPENDENT] > 0.0:
         for k in range(model.kernels.shape[0]):
             lost += call_at(model.kernels[k, LOST_AT], table, model.tables[k], 1.0)
+    lost += _slid(model, 0.0)
     if damped > 0.0:
         rates = floats_1d(table, U)
         lost += damped * inner(rates, rows_times(full_mass_of(table), rates))

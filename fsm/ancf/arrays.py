@@ -19,8 +19,8 @@ from fsm.kernels.pieces import Pieces, pieces_at
 __all__ = [
     "CLEARED", "DAMPED", "DAMPING", "DIAGONAL", "FACTORS", "FIXED", "FORCE", "FORCE_AT", "FORCINGS", "FULL_MASS",
     "HELD_STIFFNESS", "KEPT_DAMPING", "KEPT_STIFFNESS", "KINDS", "LAST", "LAST_TIME", "LOST_AT", "MASS",
-    "MASS_FACTORS", "MATRIX", "NOW", "NUMBERS", "Q", "RATE_DEPENDENT", "SIZES", "START", "STIFFNESS", "STORED_AT",
-    "TANGENT_AT", "U", "WEIGHT", "Arrays", "Coordinates", "Moved", "Rows", "forcing_programs",
+    "MASS_FACTORS", "MATRIX", "NOW", "NUMBERS", "PUT_IN_AT", "Q", "RATE_DEPENDENT", "SIZES", "SLID_AT", "START", "STIFFNESS",
+    "STORED_AT", "TANGENT_AT", "U", "WEIGHT", "Arrays", "Coordinates", "Moved", "Rows", "forcing_programs",
     "full_mass_of", "mass_of", "moved_of", "pattern_of",
 ]  # fmt: skip
 
@@ -108,7 +108,7 @@ class Coordinates(NamedTuple):
     Attributes
     ----------
     table : table of `fsm.kernels.addresses`, of `Arrays`
-    kernels : (n_groups, 4) int array
+    kernels : (n_groups, 6) int array
         Addresses of the kernels of each group of elements, in the order of `FORCE_AT` and so on.
     tables : (n_groups, m, 4) int array
         Table of the arrays of each group.
@@ -129,12 +129,14 @@ class Coordinates(NamedTuple):
     equations: EquationKernels
 
 
-FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT = range(4)
+FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT, PUT_IN_AT, SLID_AT = range(6)
 """Columns of `Coordinates.kernels`. All kernels have the arguments table, table of the group, and a number: 1 in
 motion, 0 at rest.
 
 The first column adds forces. The second adds forces and tangents. The third returns the stored energy (J), the fourth
-the dissipated power (W).
+the dissipated power of dampers (W). The fifth returns the power that elements put into the system (W), the sixth the power
+that their memory dissipates (W); their number is the size of the accepted step that ends at the present state (s), or zero
+for the power of the present rates.
 """
 (
     Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,

@@ -31,6 +31,7 @@ from fsm.blocks import BlockPattern, Elimination
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import equation_kernels, pattern_arrays
 from fsm.kernels.block_lu import factorise
+from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 from fsm.kernels.programs import table_of
 from fsm.stepping.equilibrium import RestModel
@@ -53,13 +54,21 @@ _KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.
     FacetGroup: (FACETS, arrays_of_facets),
 }
 """By kind of group: kernels in the order of the columns of `Coordinates.kernels`, and the arrays of a group."""
+
+
+@kernel
+def _none(table: np.ndarray, own: np.ndarray, number: float) -> float:
+    """Power of elements without time and memory."""
+    return 0.0
+
+
 _KINDS = {"panels": 1, "creases": 2}
 
 
 def parts_in_python(system: MovingMesh) -> tuple[str, ...]:
     """Reasons why the steps of a mesh are computed in Python; empty for compiled steps."""
     reasons = [] if hasattr(KERNELS.force, "compile") else ["the compiler is off (NUMBA_DISABLE_JIT)"]
-    names = (group.name for group in system.mesh.groups if type(group) not in _KERNELS or not getattr(group, "plain", True))
+    names = (group.name for group in system.mesh.groups if type(group) not in _KERNELS)
     return (*reasons, *(f"{name} have no compiled form" for name in dict.fromkeys(names)))
 
 
@@ -133,13 +142,14 @@ def coordinates_of(system: MovingMesh, matrices: Matrices) -> tuple[Coordinates,
     )  # fmt: skip
     flat = list(_flat(arrays))
     table, flags = address_table(flat), np.zeros(3, dtype=np.int64)
-    kernels, tables = np.zeros((len(system.mesh.groups), 4), dtype=np.int64), []
+    kernels, tables = np.zeros((len(system.mesh.groups), 6), dtype=np.int64), []
     for row, group, slots in zip(kernels, system.mesh.groups, all_slots, strict=True):
         own, arrays_of_group = _KERNELS[type(group)]
         held = arrays_of_group(group, slots)
         flat += held
         tables.append(address_table(held))
-        row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in own]
+        all_kernels = (*own, *(_none,) * (len(row) - len(own)))
+        row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in all_kernels]
     accepting, accept_tables = [], []
     for one, held in system.accepting():
         flat += held

@@ -13,9 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from fsm.ancf.fold_kernels import FoldArrays, FoldCurves, add_force, add_tangent, dissipation, stored_energy
+from fsm.ancf.fold_kernels import FoldArrays, FoldCurves, FoldPath, add_force, add_tangent, dissipation, stored_energy
 from fsm.ancf.group import MassPart
+from fsm.kernels.programs import CONSTANT, table_of
 from fsm.laws.crease import CreaseLaws
+from fsm.laws.crease_sliders import no_sliders
 
 __all__ = ["CreaseLineGroup"]
 
@@ -56,7 +58,7 @@ class CreaseLineGroup:
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
-        add_force(self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, force)
+        add_force(self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, force)
 
     def add_linearised(
         self,
@@ -69,8 +71,8 @@ class CreaseLineGroup:
     ) -> None:
         """See `ElementGroup`."""
         add_tangent(
-            self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, slots, stiffness.shape[1], force,
-            stiffness.reshape(-1), damping.reshape(-1),
+            self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, slots, stiffness.shape[1],
+            force, stiffness.reshape(-1), damping.reshape(-1),
         )  # fmt: skip
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
@@ -90,4 +92,5 @@ class CreaseLineGroup:
         return FoldArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(weights), np.array(self.near, dtype=float),
             self.viscosity * stiffness, law,
+            FoldPath(np.zeros(0), table_of([CONSTANT]), np.zeros(0, dtype=np.int64), no_sliders()),
         )  # fmt: skip

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["end_to_end", "specification_matrix"]
+__all__ = ["end_to_end"]
 
 
 def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
@@ -30,10 +30,3 @@ def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
             order.append(i)
             done.add(i)
     return np.array(order, dtype=np.int64)
-
-
-def specification_matrix(order: np.ndarray) -> np.ndarray:
-    """Matrix B (n, n) with q = B q', where q' is numbered by `order` (Peng et al. 2019, eqs. 17 to 19)."""
-    matrix = np.zeros((len(order), len(order)))
-    matrix[order, np.arange(len(order))] = 1.0
-    return matrix

@@ -1,11 +1,7 @@
 """Kernels of rotational springs about lines: folds, and creases of films.
 
 The vectors a and b across a line and c along it are sums of nodal vectors. The moment acts along the gradient of the
-rotation psi of `fsm.ancf.fold_angle`. The law of a spring without memory is
-
-    M = s M_c(psi) + k_r (tan(c d)/c - d) + M_n + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
-
-with the moment M_n of facets that nearly touch, as in `fsm.ancf.fold_laws`.
+rotation psi of `fsm.ancf.fold_angle`. `fsm.ancf.fold_laws` defines the law.
 """
 
 from __future__ import annotations
@@ -17,11 +13,15 @@ import numpy as np
 
 from fsm.ancf.fold_angle import fold_angle, fold_gradient, fold_hessian
 from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import Pieces, program_at
 from fsm.laws.crease import CreaseLaws, elastic_effort
+from fsm.laws.crease_sliders import Sliders, slider_energy, slider_moments
 
 __all__ = [
-    "TOUCHING", "TOUCH_RISE", "FoldArrays", "FoldCurves", "add_force", "add_moments", "add_tangent", "add_tangents",
-    "dissipation", "fold_efforts", "fold_rates", "fold_states", "stored_energy",
+    "TOUCHING", "TOUCH_RISE", "FoldArrays", "FoldCurves", "FoldPath", "add_force", "add_moments",
+    "add_tangent", "add_tangents",
+    "dissipation", "fold_efforts", "fold_moments", "fold_rates", "fold_states", "openings", "path_powers", "slider_energies",
+    "stored_energy",
 ]  # fmt: skip
 
 
@@ -51,6 +51,25 @@ class FoldCurves(NamedTuple):
     linear_to: np.ndarray
 
 
+class FoldPath(NamedTuple):
+    """Parts of the laws of m folds that depend on time or on the path.
+
+    Attributes
+    ----------
+    turning : (m,) array, N m, or empty
+        Stiffness times the change of the rest angle at the factor 1.
+    time : factor of `turning`
+    chosen : (n,) int array
+        Folds of the sliders.
+    sliders : Sliders of unit shares
+    """
+
+    turning: np.ndarray
+    time: Pieces
+    chosen: np.ndarray
+    sliders: Sliders
+
+
 class FoldArrays(NamedTuple):
     """Arrays of m folds.
 
@@ -65,6 +84,7 @@ class FoldArrays(NamedTuple):
     damping : (m,) array, N m s/rad
         s_d.
     law : FoldCurves
+    path : FoldPath
     """
 
     vectors: np.ndarray
@@ -72,6 +92,7 @@ class FoldArrays(NamedTuple):
     near: np.ndarray
     damping: np.ndarray
     law: FoldCurves
+    path: FoldPath
 
 
 @kernel
@@ -105,6 +126,59 @@ def fold_efforts(law: FoldCurves, angle: np.ndarray) -> np.ndarray:
     for i in range(angle.shape[0]):
         out[0, i], out[1, i], out[2, i] = _effort(law, i, angle[i])
     return out
+
+
+@kernel
+def openings(law: FoldCurves, path: FoldPath, angle: np.ndarray) -> np.ndarray:
+    """Openings (n,) of the folds with sliders, rad."""
+    opening = np.empty(path.chosen.shape[0])
+    for i in range(opening.shape[0]):
+        k = path.chosen[i]
+        opening[i] = law.curves.rest[k] - law.curves.side[k] * angle[k]
+    return opening
+
+
+@kernel
+def fold_moments(
+    law: FoldCurves, path: FoldPath, damping: np.ndarray, t: float, angle: np.ndarray, rate: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Moments (m,) against the fold angle, N m, and their slopes, N m/rad."""
+    efforts = fold_efforts(law, angle)
+    moment, slope = efforts[1], efforts[2]
+    if path.chosen.shape[0] > 0:
+        slip, steepness = slider_moments(path.sliders, openings(law, path, angle))
+        for i in range(slip.shape[0]):
+            k = path.chosen[i]
+            moment[k] -= law.curves.side[k] * law.share[k] * slip[i]
+            slope[k] += law.share[k] * steepness[i]
+    if path.turning.shape[0] > 0:
+        factor = program_at(path.time, 0, t)[0]
+        for k in range(moment.shape[0]):
+            moment[k] -= factor * path.turning[k]
+    for k in range(moment.shape[0]):
+        moment[k] += damping[k] * rate[k]
+    return moment, slope
+
+
+@kernel
+def slider_energies(
+    law: FoldCurves, path: FoldPath, t: float, angle: np.ndarray, rate: np.ndarray, per_second: float, other: np.ndarray
+) -> tuple[float, float]:
+    """Energy (J) and dissipated power (W) of all sliders; arguments as in `slider_energy`, with fold angles."""
+    if path.chosen.shape[0] == 0:
+        return 0.0, 0.0
+    change = np.empty(path.chosen.shape[0])
+    for i in range(change.shape[0]):
+        change[i] = -law.curves.side[path.chosen[i]] * rate[path.chosen[i]]
+    kept, lost = slider_energy(
+        path.sliders, t, openings(law, path, angle), change, per_second, openings(law, path, other)
+    )
+    stored = power = 0.0
+    for i in range(change.shape[0]):
+        share = law.share[path.chosen[i]]
+        stored += share * kept[i]
+        power += share * lost[i]
+    return stored, power
 
 
 @kernel(inline=True)
@@ -221,55 +295,53 @@ def add_tangents(
             _add_block(folds.weights[k], slots[k], size, block, into_damping)
 
 
-# all at once, without memory --------------------------------------------------------------------------------------------
+# all at once ------------------------------------------------------------------------------------------------------------
 
 
 @kernel
-def _damped(folds: FoldArrays, states: np.ndarray, u: np.ndarray, moving: float, moment: np.ndarray) -> None:
-    """Add the moments of dampers, if `moving` is 1."""
-    if moving == 1.0:
-        rates = fold_rates(folds, states, u)
-        for k in range(rates.shape[0]):
-            moment[k] += folds.damping[k] * rates[k]
+def _moments(
+    folds: FoldArrays, u: np.ndarray, moving: float, t: float, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    rate = fold_rates(folds, states, u) if moving == 1.0 else np.zeros(states.shape[0])
+    return fold_moments(folds.law, folds.path, folds.damping, t, states[:, 0].copy(), rate)
 
 
 @kernel
-def add_force(folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, force: np.ndarray) -> None:
-    """Add the forces of all folds; `moving` is 1 in motion, 0 at rest."""
+def add_force(folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, t: float, force: np.ndarray) -> None:
+    """Add the forces of all folds at a time (s); `moving` is 1 in motion, 0 at rest."""
     states = np.empty((folds.vectors.shape[0], 19))
     fold_states(folds, q, states)
-    efforts = fold_efforts(folds.law, states[:, 0].copy())
-    _damped(folds, states, u, moving, efforts[1])
-    add_moments(folds, states, efforts[1], force)
+    moment, _ = _moments(folds, u, moving, t, states)
+    add_moments(folds, states, moment, force)
 
 
 @kernel
 def add_tangent(
-    folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, slots: np.ndarray, size: int, force: np.ndarray,
-    into_stiffness: np.ndarray, into_damping: np.ndarray,
+    folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, t: float, slots: np.ndarray, size: int,
+    force: np.ndarray, into_stiffness: np.ndarray, into_damping: np.ndarray,
 ) -> None:  # fmt: skip
     """Add forces, and -dh/dq and -dh/du to the flat block data; arguments as in `add_force` and `add_tangents`."""
     states = np.empty((folds.vectors.shape[0], 19))
     fold_states(folds, q, states)
-    efforts = fold_efforts(folds.law, states[:, 0].copy())
-    _damped(folds, states, u, moving, efforts[1])
-    add_moments(folds, states, efforts[1], force)
+    moment, slope = _moments(folds, u, moving, t, states)
+    add_moments(folds, states, moment, force)
     turning = np.empty(states.shape[0])
     for k in range(turning.shape[0]):
         turning[k] = moving * folds.damping[k]
     add_tangents(
-        folds, q, u, states, efforts[1], efforts[2], turning, folds.damping, slots, size, into_stiffness, into_damping
+        folds, q, u, states, moment, slope, turning, folds.damping, slots, size, into_stiffness, into_damping
     )
 
 
 @kernel
 def stored_energy(folds: FoldArrays, q: np.ndarray) -> float:
     """Energy of all folds, J."""
-    v, total = np.empty((3, 3)), 0.0
+    v, total, angle = np.empty((3, 3)), 0.0, np.empty(folds.vectors.shape[0])
     for k in range(folds.vectors.shape[0]):
         _gather(folds, k, q, v)
-        total += _effort(folds.law, k, fold_angle(v, folds.near[k]))[0]
-    return total
+        angle[k] = fold_angle(v, folds.near[k])
+        total += _effort(folds.law, k, angle[k])[0]
+    return total + slider_energies(folds.law, folds.path, 0.0, angle, angle, 0.0, angle)[0]
 
 
 @kernel
@@ -281,3 +353,24 @@ def dissipation(folds: FoldArrays, q: np.ndarray, u: np.ndarray) -> float:
     for k in range(rates.shape[0]):
         power += folds.damping[k] * rates[k] * rates[k]
     return power
+
+
+@kernel
+def path_powers(
+    folds: FoldArrays, q: np.ndarray, u: np.ndarray, t: float, step: float
+) -> tuple[float, float]:
+    """Input power of moving rest angles, and dissipated power of sliders, W: the mean of an accepted step of this size (s)
+    that ends at time t, or that of the present rates if it is zero.
+    """
+    path = folds.path
+    if path.turning.shape[0] == 0 and path.chosen.shape[0] == 0:
+        return 0.0, 0.0
+    states, put_in = np.empty((folds.vectors.shape[0], 19)), 0.0
+    fold_states(folds, q, states)
+    angle, rates = states[:, 0].copy(), fold_rates(folds, states, u)
+    if path.turning.shape[0] > 0:
+        factor = program_at(path.time, 0, t)[0]
+        for k in range(rates.shape[0]):
+            put_in += factor * path.turning[k] * rates[k]
+    per_second = 1.0 / step if step > 0.0 else 0.0
+    return put_in, slider_energies(folds.law, path, t, angle, rates, per_second, angle)[1]

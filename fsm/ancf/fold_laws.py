@@ -28,10 +28,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.ancf.fold_kernels import FoldCurves, fold_efforts
-from fsm.kernels.programs import CONSTANT, Program
+from fsm.ancf.fold_kernels import FoldCurves, FoldPath, fold_efforts, fold_moments, openings, slider_energies
+from fsm.kernels.programs import CONSTANT, Program, table_of
 from fsm.laws.crease import CreaseLaws
-from fsm.laws.crease_sliders import Sliders, accept_sliders, slider_energy, slider_moments
+from fsm.laws.crease_sliders import Sliders, accept_sliders, no_sliders
 
 __all__ = ["FoldEnergy", "FoldLaws"]
 
@@ -92,10 +92,12 @@ class FoldLaws:
         share, rise = np.array(self.share, dtype=float), np.array(self.rise, dtype=float)
         return FoldCurves(self.curves, share, rise, np.array([self.linear_to]))
 
-    @property
-    def plain(self) -> bool:
-        """Whether there are no sliders and no moving rest angles."""
-        return self.sliders is None and not np.any(self.turning)
+    @cached_property
+    def path(self) -> FoldPath:
+        """Sliders and moving rest angles."""
+        turning = np.array(self.turning, dtype=float) if np.any(self.turning) else np.zeros(0)
+        sliders = no_sliders() if self.sliders is None else self.sliders
+        return FoldPath(turning, table_of([self.time]), np.array(self.chosen, dtype=np.int64), sliders)
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -104,13 +106,8 @@ class FoldLaws:
 
     def moments(self, t: float, angle: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Moments (m,) against the fold angle, N m, and their slopes, N m/rad."""
-        _, moment, slope = fold_efforts(self.without_memory, angle)
-        if self.sliders is not None:
-            mine, side = self.chosen, self.curves.side[self.chosen]
-            slip, steepness = slider_moments(self.sliders, self._opening(angle))
-            moment[mine] -= side * self.share[mine] * slip
-            slope[mine] += self.share[mine] * steepness
-        return moment - self.time.at(t)[0] * self.turning + self.damping * rate, slope
+        moment, slope = fold_moments(self.without_memory, self.path, np.array(self.damping, dtype=float), t, angle, rate)
+        return moment, slope
 
     def energy(
         self, t: float, angle: np.ndarray, rate: np.ndarray, duration: float | None = None, other: np.ndarray | None = None
@@ -119,16 +116,9 @@ class FoldLaws:
         `slider_energy`.
         """
         stored = float(fold_efforts(self.without_memory, angle)[0].sum())
-        power, sliding = float(self.damping @ rate**2), 0.0
-        if self.sliders is not None:
-            mine = self.chosen
-            opened = self._opening(angle if other is None else other)
-            kept, lost = slider_energy(
-                self.sliders, t, self._opening(angle), -self.curves.side[mine] * rate[mine],
-                0.0 if duration is None else 1.0 / duration, opened,
-            )  # fmt: skip
-            stored += float(self.share[mine] @ kept)
-            sliding = float(self.share[mine] @ lost)
+        per_second, opened = 0.0 if duration is None else 1.0 / duration, angle if other is None else other
+        kept, sliding = slider_energies(self.without_memory, self.path, t, angle, rate, per_second, opened)
+        power, stored = float(self.damping @ rate**2), stored + kept
         return FoldEnergy(stored, power + sliding, sliding, self.time.at(t)[0] * float(self.turning @ rate))
 
     # memory -----------------------------------------------------------------------------------------------------------
@@ -137,7 +127,7 @@ class FoldLaws:
         """Store the angles of an accepted state."""
         self.near[:] = angle
         if self.sliders is not None:
-            accept_sliders(self.sliders, t, self._opening(angle))
+            accept_sliders(self.sliders, t, openings(self.without_memory, self.path, angle))
 
     @property
     def remembered(self) -> int:
@@ -154,9 +144,3 @@ class FoldLaws:
         self.near[:] = memory[:count] if len(memory) else self.start
         if self.sliders is not None:
             self.sliders.memory[:] = memory[count:] if len(memory) else self.sliders.first
-
-    # inside -----------------------------------------------------------------------------------------------------------
-
-    def _opening(self, angle: np.ndarray) -> np.ndarray:
-        mine = self.chosen
-        return np.asarray(self.curves.rest[mine] - self.curves.side[mine] * angle[mine])

@@ -67,13 +67,8 @@ class FoldGroup:
         """Arrays of the kernels; the laws give `near`."""
         return FoldArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(self.weights), self.laws.near,
-            np.array(self.laws.damping, dtype=float), self.laws.without_memory,
+            np.array(self.laws.damping, dtype=float), self.laws.without_memory, self.laws.path,
         )  # fmt: skip
-
-    @property
-    def plain(self) -> bool:
-        """Whether compiled steps have the laws."""
-        return self.laws.plain
 
     def angles(self, q: np.ndarray) -> np.ndarray:
         """Fold angle of every fold, (m,), rad."""

@@ -103,18 +103,6 @@ class ReducedModel:
         """Coordinates (..., n) for modal amplitudes (..., k); the second-order response is not included."""
         return np.asarray(self.rest + amplitude @ self.shapes)
 
-    def truncation_error(self, vector: np.ndarray, compliance: np.ndarray) -> float:
-        """Part of the static deflection under a load that the modes do not contain: the error of the truncated model.
-
-        Parameters
-        ----------
-        vector : (n,) array, N
-        compliance : (n,) array
-            K^-1 vector.
-        """
-        whole = float(vector @ compliance)
-        return 1.0 - float(np.sum((self.shapes @ vector) ** 2 / self.squared)) / whole if whole else 0.0
-
     def respond(
         self,
         duration: float,

@@ -71,16 +71,13 @@ class Sweep:
     flags: tuple[Flag, ...]
 
 
-def split_sweeps(table: MeasuredTable, value: str = "moment") -> list[Sweep]:
+def split_sweeps(table: MeasuredTable) -> list[Sweep]:
     """Divide a table into tests.
 
     Parameters
     ----------
     table : Table
-        Table with a column `angle`, the column that `value` names, and optionally the columns `press_time`, `opening`,
-        `repeat` and `branch`.
-    value : str
-        Name of the measured column. The function searches this column for outliers.
+        Table with the columns `angle` and `moment`, and optionally `press_time`, `opening`, `repeat` and `branch`.
 
     Raises
     ------
@@ -95,7 +92,7 @@ def split_sweeps(table: MeasuredTable, value: str = "moment") -> list[Sweep]:
         except CaseError as error:
             faults += error.faults
             continue
-        found = [*_reversed_rows(table, loading, unloading), *_outliers(table, value, loading, unloading)]
+        found = [*_reversed_rows(table, loading, unloading), *_outliers(table, loading, unloading)]
         flags = {flag.index: flag for flag in reversed(found)}  # each row keeps only its first flag
         sweeps.append(Sweep(table, *key, loading, unloading, tuple(flags[index] for index in sorted(flags))))
     if faults:
@@ -184,7 +181,7 @@ def _reversed_rows(table: MeasuredTable, loading: np.ndarray, unloading: np.ndar
             yield Flag(int(rows[index]), int(table.rows[rows[index]]), table.source, "reversal", text)
 
 
-def _outliers(table: MeasuredTable, value: str, loading: np.ndarray, unloading: np.ndarray) -> Iterator[Flag]:
+def _outliers(table: MeasuredTable, loading: np.ndarray, unloading: np.ndarray) -> Iterator[Flag]:
     """Flags of outliers; near a reversal, the jerk of the drive may cause an outlier."""
     both = len(loading) > 0 and len(unloading) > 0
     for rows in (loading, unloading):
@@ -193,11 +190,11 @@ def _outliers(table: MeasuredTable, value: str, loading: np.ndarray, unloading: 
         angle = table.columns["angle"][rows]
         order = np.argsort(angle, kind="stable")
         peak = int(np.argmax(angle))
-        for place in find_outliers(angle[order], table.columns[value][rows[order]]):
+        for place in find_outliers(angle[order], table.columns["moment"][rows[order]]):
             index = int(rows[order[place]])
             near = both and abs(int(order[place]) - peak) <= _NEAR_REVERSAL
             kind = "reversal spike" if near else "outlier"
-            at = f"{value} {table.shown(value, index)} at {table.shown('angle', index)} is far from its neighbours"
+            at = f"moment {table.shown('moment', index)} at {table.shown('angle', index)} is far from its neighbours"
             yield Flag(index, int(table.rows[index]), table.source, kind, at)
 
 

@@ -137,14 +137,8 @@ class Mesh(ShortRepr):
         return [*self.cells[before[-1], [1, 2]].tolist(), *self.cells[after[0], [0, 3]].tolist()]
 
 
-def mesh_of(solution: Solution, join_films: bool = True) -> Mesh:
-    """Mesh of a solution.
-
-    Parameters
-    ----------
-    solution : Solution
-    join_films : bool
-        Whether elements of a film share their nodes.
+def mesh_of(solution: Solution) -> Mesh:
+    """Mesh of a solution; elements of a film share their nodes.
 
     Raises
     ------
@@ -164,8 +158,7 @@ def mesh_of(solution: Solution, join_films: bool = True) -> Mesh:
     triangles = ~lines & ((flat[:, 0] < _SAME * size) | (flat[:, 3] < _SAME * size))
     corners = np.where(lines, 2, np.where(triangles, 3, 4))
     film = (panel == FILM) if solution.layout.film is None else np.ones(count, dtype=bool)
-    if join_films:
-        cells, points = _joined(cells, points, cells[film & (corners > 2)], size)
+    cells, points = _joined(cells, points, cells[film & (corners > 2)], size)
     cells[lines, 3], cells[lines, 2] = cells[lines, 0], cells[lines, 1]
     cells[triangles, 3] = cells[triangles, 2]
     try:

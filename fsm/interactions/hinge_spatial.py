@@ -12,7 +12,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import add_block
 
-__all__ = ["measure_hinge_spatial", "tangent_hinge_spatial"]
+__all__ = ["derivatives_hinge_spatial", "measure_hinge_spatial", "tangent_hinge_spatial"]
 
 
 @kernel
@@ -79,24 +79,12 @@ def tangent_hinge_spatial(
     damping_data: np.ndarray,
 ) -> None:
     """Add K and D of all hinges; `effort` and `stiffness` (m, 1), `damping` (m,)."""
-    q, work = np.empty(4), np.empty((2, 4))
-    first, second = np.empty(4), np.empty((4, 4))
-    steps, change = np.empty((6, 4)), np.empty(4)
-    frames = np.empty((2, 3, 3))
-    joint_second = np.empty((6, 6))
-    gradient, turned, speed = np.zeros(12), np.zeros(12), np.zeros(12)
-    hessian = np.zeros((12, 12))
-    block = np.zeros((12, 12))
+    gradients, hessians = derivatives_hinge_spatial(poses, bodies, axes_inner, axes_outer)
+    turned, speed, block = np.zeros(12), np.zeros(12), np.zeros((12, 12))
     for i in range(bodies.shape[0]):
-        a, b = bodies[i, 0], bodies[i, 1]
-        relative_quaternion(poses[a], poses[b], axes_inner[i], axes_outer[i], work, q)
-        twist_measure(q, first, second)
-        increments(q, steps)
-        fill_rotation(axes_inner[i], frames[0])
-        fill_rotation(axes_outer[i], frames[1])
-        speed[3:6] = rates[a, 3:]
-        speed[9:12] = rates[b, 3:]
-        rotation_derivatives(first, second, steps, frames, change, joint_second, gradient, hessian)
+        gradient, hessian = gradients[i], hessians[i]
+        speed[3:6] = rates[bodies[i, 0], 3:]
+        speed[9:12] = rates[bodies[i, 1], 3:]
         for n in range(12):
             total = 0.0
             for m in range(12):
@@ -112,6 +100,27 @@ def tangent_hinge_spatial(
             for n in range(12):
                 block[m, n] = damping[i] * gradient[m] * gradient[n]
         add_block(block, dof, bodies[i], indptr, indices, damping_data)
+
+
+@kernel
+def derivatives_hinge_spatial(
+    poses: np.ndarray, bodies: np.ndarray, axes_inner: np.ndarray, axes_outer: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients (m, 12) of all hinge angles, and their derivatives (m, 12, 12), see `rotation_derivatives`."""
+    q, work = np.empty(4), np.empty((2, 4))
+    first, second = np.empty(4), np.empty((4, 4))
+    steps, change = np.empty((6, 4)), np.empty(4)
+    frames, joint_second = np.empty((2, 3, 3)), np.empty((6, 6))
+    count = bodies.shape[0]
+    gradient, hessian = np.zeros((count, 12)), np.zeros((count, 12, 12))
+    for i in range(count):
+        relative_quaternion(poses[bodies[i, 0]], poses[bodies[i, 1]], axes_inner[i], axes_outer[i], work, q)
+        twist_measure(q, first, second)
+        increments(q, steps)
+        fill_rotation(axes_inner[i], frames[0])
+        fill_rotation(axes_outer[i], frames[1])
+        rotation_derivatives(first, second, steps, frames, change, joint_second, gradient[i], hessian[i])
+    return gradient, hessian
 
 
 @kernel

@@ -16,7 +16,7 @@ from fsm.kernels.jit import kernel
 from fsm.laws.crease import CurveTable
 from fsm.laws.crease_hysteresis import slip_energy, slip_moment, slip_power
 
-__all__ = ["Sliders", "accept_sliders", "new_sliders", "slider_energy", "slider_moments", "sliders_of"]
+__all__ = ["Sliders", "accept_sliders", "new_sliders", "no_sliders", "slider_energy", "slider_moments", "sliders_of"]
 
 _SAME = 1e-9
 """Tolerance of equal times, relative to a step."""
@@ -53,6 +53,15 @@ def new_sliders(start: np.ndarray, stiffness: np.ndarray, curve: np.ndarray, tab
     _, _, slider = slip_moment(start, np.full(len(start), -np.inf), *law)
     first = np.concatenate([[np.nan], start, slider, np.zeros(len(start))])
     return Sliders(*law, first.copy(), first)
+
+
+def no_sliders() -> Sliders:
+    """Empty arrays."""
+    none, table = np.zeros(0), CurveTable(np.zeros(1, dtype=np.int64), np.zeros(0), np.zeros((0, 4)), np.zeros(0))
+    return Sliders(
+        none, np.zeros(0, dtype=np.int64), table.bounds, table.knots, table.coefficients, table.energies, np.full(1, np.nan),
+        np.full(1, np.nan),
+    )  # fmt: skip
 
 
 @kernel
@@ -106,6 +115,8 @@ def slider_energy(
     end = t if per_second > 0.0 else t - 1.0 / per_second
     if abs(time - end) * abs(per_second) <= _SAME:
         lost = _part(s, 2)
+    elif time > t and per_second > 0.0:  # within an accepted step
+        return stored, _part(s, 2) / (time - t + 1.0 / per_second)
     elif per_second < 0.0:
         lost = slip_energy(begin, other, slider, *law)[1]
     return stored, lost * abs(per_second)

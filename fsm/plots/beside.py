@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
@@ -31,7 +32,9 @@ def draw_all(plots: Sequence[Callable[[], None]], two: bool) -> None:
     os.write(numbers, bytes(range(len(plots))))
     os.close(numbers)
     read, write = os.pipe()  # the copy returns the numbers of its figures
-    copy = os.fork()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # about threads, such as that of a progress bar
+        copy = os.fork()
     if copy == 0:
         with suppress(BaseException):  # the other process draws the figure again, and reports the error
             while number := os.read(waiting, 1):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Set
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -84,11 +85,8 @@ def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
         Paths of the figures.
     """
     figures = {_named(name, file_format()): plot for name, plot in figures_of(solution).items()}
-    for name in _ALL:
-        absent = not figures.keys() & {_named(name, suffix) for suffix in FORMATS}
-        for suffix in FORMATS:
-            if _named(name, suffix) not in figures and (absent or alone):
-                (folder / _named(name, suffix)).unlink(missing_ok=True)
+    kept = {Path(name).stem for name in figures} if not alone else set()
+    remove_figures(folder, {*figures, *(_named(f"{stem}.png", suffix) for stem in kept for suffix in FORMATS)})
     slowest_first = sorted(figures.items(), key=lambda item: not item[0].startswith("motion"))
     draw_all([partial(plot, solution, folder / name) for name, plot in slowest_first], in_two_processes())
     return [folder / name for name in figures]
@@ -110,11 +108,11 @@ def draw_one(solution: Solution, path: Path) -> str:
     return name
 
 
-def remove_figures(folder: Path) -> None:
-    """Delete all figures of a result in a folder, in all formats."""
-    for name in _ALL:
-        for suffix in FORMATS:
-            (folder / _named(name, suffix)).unlink(missing_ok=True)
+def remove_figures(folder: Path, kept: Set[str] = frozenset()) -> None:
+    """Delete the figures of a result in a folder, in all formats, except files with these names."""
+    found = set(os.listdir(folder)) if folder.is_dir() else set()
+    for name in {_named(name, suffix) for name in _ALL for suffix in FORMATS} & found - kept:
+        (folder / name).unlink(missing_ok=True)
 
 
 def _named(name: str, suffix: str) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fsm.report.packing import pack_floats
 from fsm.report.shapes import Crease
+from fsm.results.all_channels import CONTACT_QUANTITIES
 from fsm.results.channel import AXES, Channel, ChannelInfo
 from fsm.results.solution import Floats, Integers, Solution
 
@@ -29,13 +30,6 @@ DISPLAY: dict[str, tuple[str, float]] = {
 }
 """Unit of the page and factor for an SI unit; other units are shown as they are."""
 
-_OF_PAIRS = {
-    "normal_force": ("pair_force", "N", "sum of the normal forces of the pair"),
-    "gap": ("pair_gap", "m", "smallest gap of the pair, negative where the faces penetrate"),
-    "area": ("pair_area", "m^2", "contact area of the pair"),
-    "friction_force": ("pair_friction", "N", "sum of the magnitudes of the friction forces of the pair"),
-    "slip_speed": ("pair_slip", "m/s", "mean slip speed of the pair, weighted by the normal forces"),
-}
 _LATE = ("orientation", "angular_velocity", "velocity", "rotation", "moment_vector", "translation")
 """Quantities that are omitted first if the page would be too large."""
 
@@ -79,7 +73,7 @@ def all_channels(solution: Solution, creases: Sequence[Crease]) -> dict[str, Cha
     for k, pair in enumerate(solution.layout.pair_names):
         if not (solution.pair_force[:, k] > 0.0).any():
             continue
-        for quantity, (attribute, unit, text) in _OF_PAIRS.items():
+        for quantity, (attribute, unit, text) in CONTACT_QUANTITIES.items():
             values = getattr(solution, attribute)[:, k]
             name = f"contact.{pair}.{quantity}"
             if np.isfinite(values).any() and np.any(values != 0.0):

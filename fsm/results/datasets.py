@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
-import h5py
 import numpy as np
 from h5py import h5d, h5ds, h5p, h5s, h5t
 
-from fsm.hdf5_checked import names_in, numbers_in, write_attribute
+from fsm.hdf5_checked import kinds_of, names_in, numbers_in, space_of, write_attribute
 from fsm.results.attributes import write_attributes
 from fsm.results.curve import ForceCurve
 from fsm.results.film import STATES, Film, ProbeSamples
@@ -51,12 +51,10 @@ def add_data(
         Value of rows that are not written yet; such a dataset has no checksums.
     """
     values = np.asarray(values)
-    kind = h5t.py_create(values.dtype, logical=True)
-    links, layout = h5p.create(h5p.LINK_CREATE), h5p.create(h5p.DATASET_CREATE)
-    links.set_create_intermediate_group(True)
-    links.set_char_encoding(h5t.CSET_UTF8)
+    stored, given = kinds_of(values)
+    layout = h5p.create(h5p.DATASET_CREATE)
     layout.set_obj_track_times(False)  # the same numbers give the same file
-    space = h5s.create_simple(values.shape) if values.ndim else h5s.create(h5s.SCALAR)
+    space = space_of(values.shape)
     if chunk:
         space = h5s.create_simple(values.shape, (h5s.UNLIMITED, *values.shape[1:]))
         layout.set_chunk((chunk, *values.shape[1:]))
@@ -64,13 +62,22 @@ def add_data(
             layout.set_fletcher32()
         else:
             layout.set_fill_value(np.array(fill))
-    data = h5d.create(file.id, path.encode(), kind, space, layout, links)
+    data = h5d.create(file.id, path.encode(), stored, space, layout, _links())
     if values.size:
-        data.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values), mtype=h5t.py_create(values.dtype))
+        data.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values), mtype=given)
     write_attribute(data, "units", units)
     write_attribute(data, "long_name", text)
     for axis, dim in enumerate(dims):
         h5ds.attach_scale(data, h5d.open(file.id, dim.encode()), axis)
+
+
+@cache
+def _links() -> Any:
+    """Way to create datasets with the groups of their paths."""
+    links = h5p.create(h5p.LINK_CREATE)
+    links.set_create_intermediate_group(True)
+    links.set_char_encoding(h5t.CSET_UTF8)
+    return links
 
 
 def add_scale(
@@ -81,7 +88,7 @@ def add_scale(
     Names are stored twice: as texts of variable length for other programs, and as an attribute that `fsm` checks and reads.
     """
     if isinstance(values, list):
-        add_data(file, name, np.array(values, dtype=h5py.string_dtype()), unit, text)
+        add_data(file, name, np.array(values, dtype=object), unit, text)
         write_attributes(file[name], {"names": values})
     else:
         add_data(file, name, values if values.dtype == float else values.astype(np.int64), unit, text, (), chunk, fill)

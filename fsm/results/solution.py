@@ -72,7 +72,29 @@ INTEGERS = ("negative_pivots", "step")
 
 
 @dataclass(repr=False)
-class Record(ShortRepr):
+class _Fields(ShortRepr):
+    """Fields of a record; in a solution they are stacked over time."""
+
+    time: Any
+    q: Floats
+    u: Floats
+    travel: Floats
+    force: Floats
+    energy: Any
+    pair_force: Floats
+    pair_gap: Floats
+    pair_area: Floats
+    pair_friction: Floats
+    pair_slip: Floats
+    pair_friction_power: Floats
+    pair_damping_power: Floats
+    pair_friction_energy: Floats
+    pair_damping_energy: Floats
+    shape: Floats
+
+
+@dataclass(repr=False)
+class Record(_Fields):
     """Saved state of the structure at one time.
 
     Attributes
@@ -101,21 +123,7 @@ class Record(ShortRepr):
     """
 
     time: float
-    q: Floats
-    u: Floats
-    travel: Floats
-    force: Floats
     energy: dict[str, float]
-    pair_force: Floats
-    pair_gap: Floats
-    pair_area: Floats
-    pair_friction: Floats
-    pair_slip: Floats
-    pair_friction_power: Floats
-    pair_damping_power: Floats
-    pair_friction_energy: Floats
-    pair_damping_energy: Floats
-    shape: Floats
     negative_pivots: int = 0
     channels: dict[str, Floats] = field(default_factory=dict)
     step: int = 1
@@ -185,7 +193,7 @@ class Layout(ShortRepr):
 
 
 @dataclass(repr=False)
-class Solution(ShortRepr):
+class Solution(_Fields):
     """Complete result of a run: the fields of `Record` stacked over time, and data of the whole run.
 
     Attributes
@@ -218,21 +226,7 @@ class Solution(ShortRepr):
     """
 
     time: Floats
-    q: Floats
-    u: Floats
-    travel: Floats
-    force: Floats
     energy: dict[str, Floats]
-    pair_force: Floats
-    pair_gap: Floats
-    pair_area: Floats
-    pair_friction: Floats
-    pair_slip: Floats
-    pair_friction_power: Floats
-    pair_damping_power: Floats
-    pair_friction_energy: Floats
-    pair_damping_energy: Floats
-    shape: Floats
     negative_pivots: Integers
     samples: ProbeSamples = field(default_factory=ProbeSamples)
     layout: Layout = field(default_factory=Layout)

@@ -157,9 +157,9 @@ def _units_in_row(line: str, separator: str, width: int) -> list[str] | None:
     """
     cells = [cell.strip("[]() ") for cell in cells_of(line, separator)]
     units = [*cells, *[""] * (width - len(cells))]
-    if len(units) != width or not any(units) or not all(unit in ("", "-", "1") or _is_unit(unit) for unit in units):
+    if len(units) != width or all(number_in(unit, separator) is not None for unit in units if unit):
         return None
-    return units if any(number_in(unit, separator) is None for unit in units if unit) else None
+    return units if all(unit in ("", "-", "1") or _is_unit(unit) for unit in units) else None
 
 
 def first_row_faults(faults: Sequence[Fault], path: str) -> list[Fault]:

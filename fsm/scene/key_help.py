@@ -9,8 +9,9 @@ from operator import or_
 from typing import Literal, get_args, get_origin
 
 from fsm.errors import CaseError
-from fsm.registry import BUILDERS, CONTACT_LAWS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS
+from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS
 from fsm.scene.case import root
+from fsm.scene.coupling import OWN_COUPLINGS
 from fsm.scene.key_facts import facts_of, plain, section_of
 from fsm.scene.schema import Place
 from fsm.scene.units import did_you_mean
@@ -74,7 +75,7 @@ def _added() -> Iterator[tuple[str, Place]]:
     for name, builder in BUILDERS.items():
         yield name, Place(builder.section, None, {})
     laws = (("contact", CONTACT_LAWS), ("friction", FRICTION_LAWS), ("scene.elements", ELEMENT_LAWS))
-    for path, known in (*laws, ("scene.point_elements", POINT_KINDS)):
+    for path, known in (*laws, ("scene.point_elements", POINT_KINDS), ("scene.couplings", OWN_COUPLINGS | COUPLINGS)):
         models = [law.parameters for law in known.values() if law.parameters is not None]
         if models:
             yield f"{path}.parameters", Place(reduce(or_, models), None, {})

@@ -15,6 +15,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 from fsm.registry import ELEMENT_LAWS
 from fsm.scene.added_laws import check_element_law, check_parameters, with_parameters
 from fsm.scene.contact import Contact, Friction
+from fsm.scene.coupling import SceneCoupling
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease
@@ -268,6 +269,7 @@ class Scene(Model):
     point_elements: tuple[PointElement, ...] = Field(
         default=(), description="elements of kinds of extensions, between points"
     )
+    couplings: tuple[SceneCoupling, ...] = Field(default=(), description="elements on the twists of force elements")
     surfaces: tuple[Surface, ...] = Field(default=(), description="surfaces for contact")
     groups: tuple[PlateGroup, ...] = Field(default=(), description="groups of plates for contact")
     obstacles: tuple[Obstacle, ...] = Field(default=(), description="rigid obstacles, as `[[obstacle]]`")

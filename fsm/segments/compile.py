@@ -13,7 +13,7 @@ from fsm.errors import CaseError, Fault
 from fsm.kernels.rotation import multiply
 from fsm.laws.crease import CreaseLaws, MomentCurve, join_curves
 from fsm.laws.crease_sliders import new_sliders
-from fsm.registry import ELEMENT_LAWS, POINT_KINDS
+from fsm.registry import COUPLINGS, ELEMENT_LAWS, POINT_KINDS
 from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
@@ -22,11 +22,13 @@ from fsm.segments.check_scene import check_scene
 from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
 from fsm.segments.contacts import ContactGroup
+from fsm.segments.couplings import Coupling, CouplingGroup, Joints
 from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.segments.creases import CreaseGroup
 from fsm.segments.drive import Axis, PrescribedMotion, program_of, unit
 from fsm.segments.element_angles import half_way_swings, initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup
+from fsm.segments.gears import GEAR
 from fsm.segments.group import Group, GroupSteps
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.in_python import InPython, parts_in_python
@@ -39,6 +41,9 @@ from fsm.segments.time_function import time_function
 
 __all__ = ["SceneCompiler", "compile_scene"]
 
+
+_COUPLINGS = {"gear": GEAR}
+"""Kinds of couplings of the package, `fsm.scene.coupling.OWN_COUPLINGS`."""
 
 
 def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
@@ -106,6 +111,7 @@ class SceneCompiler:
                 self._steps += [(group, GroupSteps(steps, latch)) for group in found]
         if self.scene.point_elements:
             groups.append(self._point_elements())
+        groups += self._couplings()
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         on_bodies = [load for load in self.scene.loads if load.pressure is None]
@@ -255,6 +261,22 @@ class SceneCompiler:
             bodies, points = [self.index[p.body] for p in element.points], [p.point for p in element.points]
             given.append((element.name, POINT_KINDS[element.kind].law, element.parameters, bodies, points))
         return PointGroup.of(given)
+
+    def _couplings(self) -> list[CouplingGroup]:
+        """Elements on the twists of force elements, one group for each kind."""
+        elements, found = {e.name: e for e in self.scene.elements}, []
+        for kind in dict.fromkeys(coupling.kind for coupling in self.scene.couplings):
+            chosen = [coupling for coupling in self.scene.couplings if coupling.kind == kind]
+            coupled = [elements[name] for coupling in chosen for name in coupling.joints]
+            *axes, offset = self._joint_axes(coupled)
+            inner, outer = axes if self.spatial else (np.zeros((0, 4)), np.zeros((0, 4)))
+            ends = self._ends(coupled)
+            law: Coupling = _COUPLINGS[kind] if kind in _COUPLINGS else COUPLINGS[kind].law
+            joints = Joints(ends, inner, outer, offset - np.array(initial_twists(coupled, self.scene.bodies)))
+            parameters = tuple(coupling.parameters for coupling in chosen)
+            names = tuple(coupling.name for coupling in chosen)
+            found.append(CouplingGroup(ends.reshape(len(chosen), -1), joints, law, parameters, names))
+        return found
 
     def _pose_geometry(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
         """Arguments that the kernels of the relative pose take after the bodies."""

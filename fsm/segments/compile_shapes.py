@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -17,14 +18,11 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import GROUND, Body, Scene
 from fsm.segments.contact_geometry import ContactGeometry
-from fsm.segments.flexible_contacts import FlexibleContacts
-from fsm.segments.obstacle_contacts import ObstacleContacts
-from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.plate_shapes import corner_neighbours, plate_shapes
 from fsm.segments.shape_tables import Shape
 from fsm.segments.sheet_contacts import SheetContacts
 from fsm.segments.sheet_tables import SheetSurface
-from fsm.segments.solid_contacts import SolidContacts
+from fsm.segments.side_contacts import Side, SideContacts
 
 __all__ = ["compile_shapes"]
 
@@ -50,21 +48,20 @@ def compile_shapes(
     """
     if scene.contact is None:
         return ()
-    compiler = _ShapeCompiler(scene, bodies)
+    compiler = _ShapeCompiler(scene, bodies, poses, spatial)
     built: tuple[ContactGeometry | None, ...] = (
-        compiler.plates(poses, spatial), compiler.obstacles(poses, spatial), compiler.solids(poses, spatial),
-        compiler.films(scene, poses), compiler.sheet(scene, poses),
+        compiler.plates(), compiler.obstacles(), compiler.solids(), compiler.films(scene), compiler.sheet(scene),
     )  # fmt: skip
     return tuple(geometry for geometry in built if geometry is not None)
 
 
 class _ShapeCompiler:
-    def __init__(self, scene: Scene, bodies: tuple[Body, ...]) -> None:
+    def __init__(self, scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool) -> None:
         assert scene.contact is not None
-        self.points = scene.contact.points_per_segment
+        self.points, self.poses, self.spatial = scene.contact.points_per_segment, poses, spatial
         self.bodies = bodies
         self.index = {body.name: i for i, body in enumerate(bodies)}
-        self.obstacle_list = scene.obstacles
+        self.solid_list = [self._shape(obstacle) for obstacle in scene.obstacles]
         joined, neighbours, across = _joined(scene, bodies), corner_neighbours(bodies), self._across_cuts(scene)
         self.joined = np.concatenate([joined, neighbours, across])
         # corners on both sides of a cut are at one place too
@@ -76,16 +73,16 @@ class _ShapeCompiler:
         # contact sides and their numbers
         self.sides: list[Side] = []
         self.side_number: dict[str, int] = {}
-        # pairs of two sides, and pairs of a side and an obstacle, each with the number of its contact pair
+        # pairs of two sides, of a side and an obstacle, and of two obstacles, each with the number of its contact pair
         self.plate_pairs: list[tuple[int, int, int]] = []
         self.obstacle_pairs: list[tuple[int, int, int]] = []
         self.solid_pairs: list[tuple[int, int, int]] = []
-        # films, each with the name and kind of the other side
-        self.film_pairs: list[tuple[str, str, ContactSide, int]] = []
+        # films, each with the name of the other side
+        self.film_pairs: list[tuple[str, str, int]] = []
         # number of the pair for contact of flexible facets with each other
         self.of_sheet: int | None = None
-        known = contact_sides(scene)
-        place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
+        self.known = known = contact_sides(scene)
+        self.place = place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
         for row, pair in enumerate(scene.pairs):
             first, second = known[pair.first], known[pair.second]
             films = "film" in (first.kind, second.kind)
@@ -94,17 +91,17 @@ class _ShapeCompiler:
             if films and pair.first == pair.second == SHEET:
                 self.of_sheet = row
             elif first.kind == "film":
-                self.film_pairs.append((pair.first, pair.second, second, row))
+                self.film_pairs.append((pair.first, pair.second, row))
             elif second.kind == "film":
-                self.film_pairs.append((pair.second, pair.first, first, row))
+                self.film_pairs.append((pair.second, pair.first, row))
             elif first.kind == second.kind == "obstacle":
-                self.solid_pairs.append((place[pair.first], place[pair.second], row))
+                self.solid_pairs.append((*self._probing_first(place[pair.first], place[pair.second]), row))
             elif second.kind == "obstacle":
-                self.obstacle_pairs.append((self._side(pair.first, first), place[pair.second], row))
+                self.obstacle_pairs.append((self._side(pair.first), place[pair.second], row))
             elif first.kind == "obstacle":
-                self.obstacle_pairs.append((self._side(pair.second, second), place[pair.first], row))
+                self.obstacle_pairs.append((self._side(pair.second), place[pair.first], row))
             else:
-                self.plate_pairs.append((self._side(pair.first, first), self._side(pair.second, second), row))
+                self.plate_pairs.append((self._side(pair.first), self._side(pair.second), row))
 
     def _fixed(self, *sides: ContactSide) -> bool:
         return all(self.bodies[self.index[name]].held for side in sides for name in side.bodies)
@@ -119,11 +116,12 @@ class _ShapeCompiler:
             self.plate_list += shapes
         return self.number[name]
 
-    def _side(self, name: str, party: ContactSide) -> int:
+    def _side(self, name: str) -> int:
         """Number of a side of a contact. The plates of a surface each represent a part of its length; each plate of a group
         is a complete face.
         """
         if name not in self.side_number:
+            party = self.known[name]
             of_bodies = [self._plates(body) for body in party.bodies]
             plates = np.concatenate(of_bodies)
             lengths = np.array([self.plate_list[plate].size[0] for plate in plates])
@@ -135,84 +133,70 @@ class _ShapeCompiler:
             self.sides.append(Side(plates, parts))
         return self.side_number[name]
 
-    @property
-    def _margin(self) -> float:
-        """Distance below which the search includes a pair: a quarter of the mean plate size, m."""
-        return 0.25 * float(np.mean([plate.length for plate in self.plate_list]))
+    def _contacts(
+        self, pairs: list[tuple[int, int, int]], shapes: list[Shape], sides: list[Side], sizes: list[float], **more: Any
+    ) -> SideContacts | None:
+        """Contacts of pairs of sides; None if there are none. The margin is a quarter of the mean of the sizes, m."""
+        if not pairs:
+            return None
+        rows, margin = np.array(pairs), 0.25 * float(np.mean(sizes))
+        given: dict[str, Any] = {"joined": self.joined} | more
+        return SideContacts(
+            shapes, rows[:, :2], self.spatial, margin, self.points, sides, rows[:, 2], reference=self.poses, **given
+        )
 
-    def plates(self, poses: np.ndarray, spatial: bool) -> PlateContacts | None:
+    def plates(self) -> SideContacts | None:
         """Contacts of pairs of plates; None if there are none."""
-        if not self.plate_pairs:
-            return None
-        rows = np.array(self.plate_pairs)
-        return PlateContacts(
-            self.plate_list, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2], self.joined, poses,
-            self.creased,
-        )  # fmt: skip
+        return self._contacts(self.plate_pairs, self.plate_list, self.sides, _sizes(self.plate_list), creased=self.creased)
 
-    def obstacles(self, poses: np.ndarray, spatial: bool) -> ObstacleContacts | None:
+    def obstacles(self) -> SideContacts | None:
         """Contacts of plates with obstacles; None if there are none."""
-        if not self.obstacle_pairs:
-            return None
-        shapes = [self._shape(obstacle) for obstacle in self.obstacle_list]
-        rows = np.array(self.obstacle_pairs)
-        return ObstacleContacts(
-            self.plate_list, shapes, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2],
-            self.joined, poses,
-        )  # fmt: skip
+        first, count = len(self.plate_list), len(self.sides)
+        sides = [*self.sides, *(Side.alone(first + k) for k in range(len(self.solid_list)))]
+        pairs = [(side, count + obstacle, row) for side, obstacle, row in self.obstacle_pairs]
+        return self._contacts(pairs, self.plate_list + self.solid_list, sides, _sizes(self.plate_list))
 
-    def solids(self, poses: np.ndarray, spatial: bool) -> SolidContacts | None:
+    def solids(self) -> SideContacts | None:
         """Contacts of obstacles with obstacles; None if there are none."""
-        if not self.solid_pairs:
-            return None
-        rows = np.array(self.solid_pairs)
-        named = np.unique(rows[:, :2])
-        solids = [self._shape(self.obstacle_list[k]) for k in named]
-        margin = 0.25 * float(np.mean([2 * max(solid.size) for solid in solids if solid.kind != HALF_SPACE]))
-        return SolidContacts(
-            solids, np.searchsorted(named, rows[:, :2]), spatial, margin, self.points, rows[:, 2], self.joined, poses
-        )  # fmt: skip
+        named = sorted({obstacle for *both, _ in self.solid_pairs for obstacle in both})
+        solids = [self.solid_list[k] for k in named]
+        pairs = [(named.index(one), named.index(two), row) for one, two, row in self.solid_pairs]
+        return self._contacts(pairs, solids, [Side.alone(k) for k in range(len(solids))], _sizes(solids))
 
-    def films(self, scene: Scene, poses: np.ndarray) -> FlexibleContacts | None:
+    def _probing_first(self, one: int, two: int) -> tuple[int, int]:
+        """Order a pair of obstacles: a sphere comes first, a half-space last."""
+        kinds = self.solid_list[one].kind, self.solid_list[two].kind
+        turned = kinds[0] == HALF_SPACE or (kinds[1] == SPHERE and kinds[0] != SPHERE)
+        return (two, one) if turned else (one, two)
+
+    def films(self, scene: Scene) -> SideContacts | None:
         """Contacts of films and cables; None if there are none."""
         if not self.film_pairs:
             return None
         known, names = contact_points(scene), list(dict.fromkeys(film for film, *_ in self.film_pairs))
         points = [point for name in names for point in known[name]]
-        ends = np.cumsum([0, *(len(known[name]) for name in names)])
-        others: dict[str, int] = {}
-        sides: list[Side] = []
-        obstacles: list[Shape] = []
-        place = {obstacle.name: i for i, obstacle in enumerate(self.obstacle_list)}
-        for _, name, side, _ in self.film_pairs:
-            if side.kind != "obstacle" and name not in others:
-                others[name] = len(sides)
-                sides.append(self.sides[self._side(name, side)])
-        for _, name, side, _ in self.film_pairs:
-            if side.kind == "obstacle" and name not in others:
-                others[name] = len(sides) + len(obstacles)
-                obstacles.append(self._shape(self.obstacle_list[place[name]]))
-        shapes = [
-            Shape(self.index[point.frame.name], SPHERE, (point.radius, point.radius, point.radius)) for point in points
+        others = list(dict.fromkeys(name for _, name, _ in self.film_pairs))
+        solids = [name for name in others if self.known[name].kind == "obstacle"]
+        others = [name for name in others if name not in solids]
+        of_others = [self.sides[self._side(name)] for name in others]
+        shapes = [Shape(self.index[point.frame.name], SPHERE, (point.radius,) * 3) for point in points]
+        areas, ends = np.array([point.area for point in points]), np.cumsum([0, *(len(known[name]) for name in names)])
+        sides = [
+            Side(np.arange(a, b), areas[a:b] / (self.known[name].face or areas[a:b].sum()))
+            for name, (a, b) in zip(names, pairwise(ends.tolist()), strict=True)
         ]
-        pairs = np.array([(names.index(film), others[name]) for film, name, *_ in self.film_pairs])
-        areas = np.array([point.area for point in points])
-        sizes = [plate.length for plate in self.plate_list]
-        sizes += [2 * max(shape.size) for shape in obstacles if shape.kind != HALF_SPACE]
-        margin = 0.25 * float(np.mean(sizes)) if sizes else 4.0 * math.sqrt(areas.mean())
-        sides_of = contact_sides(scene)
-        return FlexibleContacts(
-            shapes, areas, self.plate_list, obstacles,
-            [
-                Side(np.arange(a, b), np.full(b - a, areas[a:b].sum() / (sides_of[name].face or areas[a:b].sum())))
-                for name, (a, b) in zip(names, pairwise(ends.tolist()), strict=True)
-            ],
-            sides, pairs, margin,
-            np.array([row for *_, row in self.film_pairs]),
-            np.concatenate([self.joined, self._joined_to_films(scene)]), poses,
+        first, last = len(points), len(points) + len(self.plate_list)
+        sides += [Side(first + side.shapes, side.parts) for side in of_others]
+        sides += [Side.alone(last + k) for k in range(len(solids))]
+        touched = self.plate_list + [self.solid_list[self.place[name]] for name in solids]
+        number = {name: k for k, name in enumerate([*names, *others, *solids])}
+        return self._contacts(
+            [(number[film], number[name], row) for film, name, row in self.film_pairs],
+            shapes + touched, sides, _sizes(touched) or [16.0 * math.sqrt(areas.mean())],
+            joined=np.concatenate([self.joined, self._joined_to_films(scene)]), areas=areas,
         )  # fmt: skip
 
-    def sheet(self, scene: Scene, poses: np.ndarray) -> SheetContacts | None:
+    def sheet(self, scene: Scene) -> SheetContacts | None:
         """Contacts of flexible facets with each other; None if there are none."""
         sheet = scene.touching
         if self.of_sheet is None or sheet is None or scene.contact is None:
@@ -222,7 +206,7 @@ class _ShapeCompiler:
             sheet.plane, sheet.mean_facet, sheet.thickness if scene.contact.thickness_in_gap else 0.0, self.of_sheet,
             scene.across_cuts,
         )  # fmt: skip
-        return SheetContacts(surface, poses)
+        return SheetContacts(surface, self.poses)
 
     def _across_cuts(self, scene: Scene) -> np.ndarray:
         """Pairs (m, 2) of bodies that are facets across a cut of a sheet of rigid facets."""
@@ -251,6 +235,11 @@ class _ShapeCompiler:
         return Shape(
             self.index[obstacle.body or GROUND], kind, size, 0.0, obstacle.position, obstacle.orientation
         )
+
+
+def _sizes(shapes: list[Shape]) -> list[float]:
+    """Lengths of plates and of solids with a limited size, m."""
+    return [shape.length for shape in shapes if shape.kind != HALF_SPACE]
 
 
 def _joined(scene: Scene, bodies: tuple[Body, ...]) -> np.ndarray:

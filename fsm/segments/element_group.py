@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.kernels.addresses import ROW, address_table, integers_2d
+from fsm.kernels.block_equations import Pattern
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
 from fsm.kernels.scatter import pair_slots
@@ -108,7 +109,7 @@ class _Alone:
 
     def __init__(self, group: ElementGroup) -> None:
         self.stored, self.last = np.zeros(4), np.zeros(group.last_shape)
-        self.table = np.zeros((PATTERN + 2, ROW), dtype=np.int64)
+        self.table = np.zeros((PATTERN + len(Pattern._fields), ROW), dtype=np.int64)
         self.table[STORED] = address_table([self.stored])[0]
         self._arrays = [group.bodies, np.zeros((0, 4), dtype=np.int64), self.last, *group.arrays]
         self.own = address_table(self._arrays)
@@ -246,7 +247,8 @@ class ElementGroup(Group):
 
     @cached_property
     def _pairs(self) -> np.ndarray:
-        return np.concatenate([self.bodies[:, pair] for pair in combinations(range(self.bodies.shape[1]), 2)])
+        found = np.concatenate([self.bodies[:, pair] for pair in combinations(range(self.bodies.shape[1]), 2)])
+        return np.ascontiguousarray(found[found[:, 0] != found[:, 1]])
 
     # memory -----------------------------------------------------------------------------------------------------------
 

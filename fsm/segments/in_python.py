@@ -13,7 +13,6 @@ from typing import NamedTuple
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
 from fsm.report_text import count
 from fsm.scene.loads import Load
-from fsm.scene.materials import Crease, SplineCrease
 from fsm.scene.scene import ForceElement, Scene
 
 __all__ = ["COMPILED", "InPython", "cost_in_python", "of_bodies", "parts_in_python"]
@@ -66,7 +65,6 @@ def parts_in_python(
     pressures = [load for load in (scene.loads if loads is None else loads) if load.pressure is not None]
     motion += [f"load {load.called!r}: a pressure has no compiled form" for load in pressures]
     motion += [f"gas {chamber.gas.name!r} has no compiled form" for chamber in scene.chambers]
-    motion += _of_sheet(scene)
     alone = of_bodies()
     nodes = ("films, cables, beams, bars and flexible facets have no compiled form in statics",) if scene.flexible else ()
     return InPython((*motion, *alone.motion), nodes)
@@ -94,10 +92,6 @@ def _of_element(element: ForceElement) -> Iterator[str]:
         yield f"the law {element.law!r} of an extension has no compiled form"
 
 
-def _has_branches(crease: Crease) -> bool:
-    return isinstance(crease, SplineCrease) and crease.unloading is not None and crease.unloading != crease.moment
-
-
 def _of_contact(scene: Scene, spatial: bool) -> Iterator[str]:
     contact, friction = scene.contact, scene.friction
     if contact is not None and contact.law in CONTACT_LAWS:
@@ -106,13 +100,3 @@ def _of_contact(scene: Scene, spatial: bool) -> Iterator[str]:
         yield f"friction: the law {friction.law!r} of an extension has no compiled form"
     elif friction is not None and spatial and friction.across != 1.0:
         yield "friction: friction that depends on the direction has no compiled form"
-
-
-def _of_sheet(scene: Scene) -> Iterator[str]:
-    data = scene.folds if scene.facets is None else scene.facets.folds
-    if data is None:
-        return
-    if data.turning.any():
-        yield "creases of the sheet: rest angles that move have no compiled form"
-    if any(_has_branches(law) for law in data.laws):
-        yield "creases of the sheet: loading and unloading curves have no compiled form"

@@ -163,6 +163,8 @@ def _joints(view: CheckContext) -> Iterator[str]:
     added = Counter(element.kind for element in view.scene.point_elements)
     for kind, number in added.items():
         yield f"{count(number, 'element')} of kind {kind!r} between points, by an extension; steps are solved in Python"
+    for kind, number in Counter(coupling.kind for coupling in view.scene.couplings).items():
+        yield f"{count(number, 'coupling')} of kind {kind!r} between joints"
     if view.free and not view.elements and not added:
         yield "none: bodies move freely"
 

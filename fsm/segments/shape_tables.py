@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.shape_distance import HALF_SPACE, POLYGON, RECTANGLE, SPHERE
+from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, POLYGON, RECTANGLE, SPHERE
 from fsm.interactions.shapes import EdgePairs, Edges, Points, Shapes
 from fsm.kernels.rotation import rotation_matrix
 from fsm.segments.crease_clearance import Tapers
@@ -56,19 +57,31 @@ class Shape:
         return np.array(self.size[1:]).reshape(-1, 2)
 
     @property
+    def flat(self) -> bool:
+        """Whether the shape is a plate: a rectangle or a polygon."""
+        return self.kind in (RECTANGLE, POLYGON)
+
+    @property
     def face(self) -> float:
-        """Area of a rectangle or a polygon, m^2."""
-        if self.kind != POLYGON:
-            return 4.0 * self.size[0] * self.size[1]
-        x, y = self.corners.T
-        return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+        """Area of a plate, of the largest face of a solid, or of its section, m^2."""
+        if self.kind == POLYGON:
+            x, y = self.corners.T
+            return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+        x, y, z = self.size
+        if self.kind == HALF_SPACE:
+            return math.inf
+        if self.kind == SPHERE:
+            return math.pi * x**2
+        if self.kind == CYLINDER:
+            return max(4.0 * x * y, math.pi * x**2)
+        return 4.0 * max(x * y, y * z, x * z) if self.kind == BOX else 4.0 * x * y
 
     @property
     def length(self) -> float:
-        """Length of a rectangle, or longest diagonal or side of a polygon, m."""
-        if self.kind != POLYGON:
-            return 2.0 * self.size[0]
-        return float(np.linalg.norm(self.corners[:, None] - self.corners[None], axis=2).max())
+        """Length of a rectangle, longest diagonal or side of a polygon, or longest dimension of a solid, m."""
+        if self.kind == POLYGON:
+            return float(np.linalg.norm(self.corners[:, None] - self.corners[None], axis=2).max())
+        return 2.0 * (self.size[0] if self.kind == RECTANGLE else max(self.size))
 
     @property
     def smallest(self) -> float:

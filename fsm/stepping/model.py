@@ -188,78 +188,13 @@ def stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarra
     return kinetic, total
 
 
-def _force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
-    return model.calls.force(model.arrays, t, q, u)
+def _called(name: str) -> Any:
+    """Function that calls the kernel of this name of an `ArrayModel`."""
 
+    def instead(model: Any, *arguments: Any) -> Any:
+        return getattr(model.calls, name)(model.arrays, *arguments)
 
-def _renewed_force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
-    return model.calls.renewed_force(model.arrays, t, q, u)
-
-
-def _factorise(model: Any, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> Any:
-    return model.calls.factorise(model.arrays, by_rate, by_acceleration, x, maps)
-
-
-def _factorise_mass(model: Any) -> Any:
-    return model.calls.factorise_mass(model.arrays)
-
-
-def _solve(model: Any, right: np.ndarray) -> Any:
-    return model.calls.solve(model.arrays, right)
-
-
-def _mapped(model: Any, change: np.ndarray) -> Any:
-    return model.calls.mapped(model.arrays, change)
-
-
-def _retract(model: Any, q: np.ndarray, x: np.ndarray) -> Any:
-    return model.calls.retract(model.arrays, q, x)
-
-
-def _mass_times(model: Any, vector: np.ndarray) -> Any:
-    return model.calls.mass_times(model.arrays, vector)
-
-
-def _stiffness_times(model: Any, vector: np.ndarray) -> Any:
-    return model.calls.stiffness_times(model.arrays, vector)
-
-
-def _damping_times(model: Any, vector: np.ndarray) -> Any:
-    return model.calls.damping_times(model.arrays, vector)
-
-
-def _contacts_opened(model: Any) -> Any:
-    return model.calls.contacts_opened(model.arrays)
-
-
-def _part_of_step(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> Any:
-    return model.calls.part_of_step(model.arrays, t, q, u, step)
-
-
-def _longest_step(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
-    return model.calls.longest_step(model.arrays, t, q, u)
-
-
-def _accept(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
-    return model.calls.accept(model.arrays, t, q, u)
-
-
-def _unable(model: Any) -> Any:
-    return model.calls.unable(model.arrays)
-
-
-def _energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray) -> Any:
-    return model.calls.energies(model.arrays, t, q, u, step, record)
-
-
-def _keep_tangent(model: Any, by_stiffness: float, by_damping: float, first: bool) -> Any:
-    return model.calls.keep_tangent(model.arrays, by_stiffness, by_damping, first)
-
-
-def _powers(
-    model: Any, t: float, q: np.ndarray, u: np.ndarray, of_pairs: np.ndarray, drive_force: np.ndarray
-) -> Any:
-    return model.calls.powers(model.arrays, t, q, u, of_pairs, drive_force)
+    return instead
 
 
 def _stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> Any:
@@ -267,15 +202,7 @@ def _stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarr
     return kinetic, kinetic + potential - driven
 
 
-_ASKED: tuple[Any, ...] = (
-    force, renewed_force, factorise, factorise_mass, solve, mapped, retract, mass_times, stiffness_times, damping_times,
-    contacts_opened, part_of_step, longest_step, accept, unable, energies, keep_tangent, powers, stored,
-)  # fmt: skip
-_INSTEAD: tuple[Any, ...] = (
-    _force, _renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
-    _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, _energies,
-    _keep_tangent, _powers, _stored,
-)  # fmt: skip
-for _asked, _instead in zip(_ASKED, _INSTEAD, strict=True):
-    compiled_as(_asked, ArrayModel, _instead)
+for _name in Calls._fields:
+    compiled_as(globals()[_name], ArrayModel, _called(_name))
+compiled_as(stored, ArrayModel, _stored)
 typed_by(ArrayModel)

@@ -15,15 +15,18 @@ import pytest
 from fsm.ancf.build import CableMaterial, MeshBuilder
 from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import FilmMaterial, MembraneGroup
+from fsm.ancf.folds import BETWEEN_POINTS, FoldGroup
 from fsm.ancf.loading import Forcing, Loading, SupportMotion, point_force
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_field import MOVING
+from fsm.assembly.fold_laws_of import fold_laws_of
 from fsm.kernels.programs import CONSTANT, half_sine, ramp, rectangle, sampled
 from fsm.scene.builders.lattice import build_lattice
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import SplineCrease
+from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.scene.time_program import Cycle, Ramp, Table
 from fsm.segments.compile import compile_scene
@@ -103,7 +106,7 @@ ZIGZAG = Drive(body="0", direction=(0.0, 0.0, 1.0), travel=0.01, time=TABLE)
 CYCLE = Drive(body="0", travel=0.01, time=Cycle(kind="cycle", period=0.01, cycles=1, form="alternating"))
 
 
-LOOP = {"rotation": (0.1, 0.0, 0.1), "crease": SplineCrease(
+LOOP: dict[str, Any] = {"rotation": (0.1, 0.0, 0.1), "crease": SplineCrease(
     law="spline", angle=(-1.0, 0.0, 1.0), moment=(-0.1, 0.0, 0.1), unloading=(-0.105, -0.01, 0.1), reversal=0.02
 )}  # fmt: skip
 """Creases with loading and unloading curves."""
@@ -170,6 +173,27 @@ def films(viscosity: float, tension_field: bool) -> AncfSystem:
     return system
 
 
+def folds(loop: bool) -> AncfSystem:
+    """Three cables with a fold between their ends. The fold has two branches, or its rest angle moves."""
+    builder, material = MeshBuilder(size=6), CableMaterial(1e5, 1000.0, 0.02)
+    ends = [(0.0, 0.1), (0.5, 0.3), (1.0, 0.0)]
+    lines = [builder.cable(np.array([0.0, y, 0.0]), np.array([1.0, y, z]), material, 1) for y, z in ends]
+    for line in lines:
+        builder.hold(line[0, 0])
+    mesh = builder.build()
+    corners = np.array([[lines[0][1, 0], lines[1][0, 0], lines[1][1, 0], lines[2][1, 0]]], dtype=np.int64)
+    unknown = fold_laws_of(FoldData.linear(np.ones(1), np.zeros(1), np.zeros(1)))
+    start = FoldGroup(corners, BETWEEN_POINTS[None], unknown).angles(mesh.coordinates)
+    data = FoldData.linear(np.ones(1), start, start)
+    if loop:
+        data = replace(data, laws=(LOOP["crease"],), share=np.full(1, 20.0))
+    else:
+        data = replace(data, turning=np.full(1, 2.0), end=5e-3)
+    group = FoldGroup(corners, BETWEEN_POINTS[None], fold_laws_of(data))
+    cables = (replace(one, viscosity=1e-4) for one in mesh.groups)
+    return AncfSystem(replace(mesh, groups=(*cables, group)), Loading((), (), (0.0, 0.0, -9.81), 0.0))
+
+
 DRIVEN: dict[str, Callable[[], SegmentSystem | AncfSystem]] = {
     "moved cables": lambda: cables(1e-4, True, True),
     "moved film": lambda: films(1e-4, False),
@@ -182,6 +206,8 @@ DRIVEN: dict[str, Callable[[], SegmentSystem | AncfSystem]] = {
 SYSTEMS: dict[str, Callable[[], SegmentSystem | AncfSystem]] = {
     "cables": lambda: cables(1e-3, True, False, engineering=True),
     "tension-only cables": lambda: cables(1e-3, False, False, tension_only=True),
+    "fold whose rest angle moves": lambda: folds(False),
+    "fold with hysteresis": lambda: folds(True),
     "strip in the plane": lambda: strip(False),
     "strip in space": lambda: strip(True),
     "lattice": lattice,

@@ -11,10 +11,9 @@ import pytest
 from fsm.interactions.shape_distance import BOX, CYLINDER, SPHERE
 from fsm.kernels.rotation import multiply, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.obstacle_contacts import ObstacleContacts
-from fsm.segments.plate_contacts import PlateContacts
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, as_rectangle
+from fsm.segments.side_contacts import SideContacts
 
 STIFFNESS, THICK = 2e8, 4e-3
 SIZES = np.array([[0.2, 0.1], [0.16, 0.12]])
@@ -96,7 +95,7 @@ def fly(contacts: ShapeContacts, poses: np.ndarray, rates: np.ndarray) -> tuple[
 @pytest.mark.parametrize("seed", range(4))
 def test_two_plates_keep_energy_and_both_momenta(seed: int) -> None:
     plates = [as_rectangle(body, *SIZES[body], THICK) for body in range(2)]
-    contacts = PlateContacts(plates, np.array([[0, 1]]), True, 0.03)
+    contacts = SideContacts(plates, np.array([[0, 1]]), True, 0.03)
     poses, rates = thrown(seed)
     before = conserved(contacts, poses, rates)
     poses, rates, deepest, touched = fly(contacts, poses, rates)
@@ -113,7 +112,7 @@ def test_a_plate_bounces_off_an_obstacle_that_moves(kind: int) -> None:
     """The obstacle is fixed to the second body."""
     along = {BOX: 0.04, CYLINDER: 0.07, SPHERE: 0.05}[kind]
     obstacle = Shape(1, kind, (0.05, along, 0.05), offset=(0.01, 0.02, 0.0))
-    contacts = ObstacleContacts([as_rectangle(0, *SIZES[0], THICK)], [obstacle], np.array([[0, 0]]), True, 0.03)
+    contacts = SideContacts([as_rectangle(0, *SIZES[0], THICK), obstacle], np.array([[0, 1]]), True, 0.03)
     poses, rates = thrown(kind)
     before = conserved(contacts, poses, rates)
     poses, rates, _, touched = fly(contacts, poses, rates)
@@ -132,12 +131,12 @@ def test_weights_that_change_under_load_keep_the_energy(kind: str, seed: int, mo
     monkeypatch.setattr(module, "DURATION", 0.06)
     rng = np.random.default_rng(seed)
     plates = [as_rectangle(body, *SIZES[body], THICK) for body in range(2)]
-    top, contacts = 0.05, PlateContacts(plates, np.array([[0, 1]]), True, 0.03)
+    top, contacts = 0.05, SideContacts(plates, np.array([[0, 1]]), True, 0.03)
     if kind == "plate":
         top = THICK / 2
     else:
         shape = Shape(1, BOX, (0.05, 0.05, 0.05)) if kind == "box" else Shape(1, CYLINDER, (0.05, 0.07, 0.05))
-        contacts = ObstacleContacts(plates[:1], [shape], np.array([[0, 0]]), True, 0.03)
+        contacts = SideContacts([plates[0], shape], np.array([[0, 1]]), True, 0.03)
     turn = np.array([1.0, *(0.5 * rng.normal(size=3) * [0.02, 0.02, 1.0])])
     poses, rates = np.zeros((2, 7)), np.zeros((2, 6))
     poses[0, 3:], poses[1, 3] = turn / np.linalg.norm(turn), 1.0
@@ -154,7 +153,7 @@ def test_weights_that_change_under_load_keep_the_energy(kind: str, seed: int, mo
 def test_a_plate_that_is_too_soft_is_let_through_and_seen() -> None:
     """The same throw without forces."""
     plates = [as_rectangle(body, *SIZES[body], THICK) for body in range(2)]
-    contacts = PlateContacts(plates, np.array([[0, 1]]), True, 0.03)
+    contacts = SideContacts(plates, np.array([[0, 1]]), True, 0.03)
     poses, rates = thrown(0)
     seen = 0
     for _ in range(12):

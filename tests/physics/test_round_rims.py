@@ -12,10 +12,9 @@ from scipy.spatial.transform import Rotation
 import fsm
 from fsm.interactions.shape_distance import CYLINDER, HALF_SPACE
 from fsm.results.store import read_solution
-from fsm.segments.obstacle_contacts import ObstacleContacts
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
-from fsm.segments.solid_contacts import SolidContacts
+from fsm.segments.side_contacts import SideContacts
 
 RADIUS, HALF = 0.05, 0.005
 SQUARE = np.array([[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]])
@@ -25,10 +24,10 @@ def on(floor: str) -> tuple[ShapeContacts, float]:
     """Contacts of a cylinder of body 1 with a floor of body 0 at z = 0, and the height of the face of the floor."""
     pair, cylinder = np.array([[0, 1]]), Shape(1, CYLINDER, (RADIUS, HALF, RADIUS))
     if floor == "plane":
-        return SolidContacts([cylinder, Shape(0, HALF_SPACE, (np.inf,) * 3)], pair, True, 0.05), 0.0
+        return SideContacts([cylinder, Shape(0, HALF_SPACE, (np.inf,) * 3)], pair, True, 0.05), 0.0
     thick = 1e-3
     plate = as_rectangle(0, 0.4, 0.4, thick) if floor == "plate" else as_polygon(0, SQUARE, (True,) * 4, thick)
-    return ObstacleContacts([plate], [cylinder], np.array([[0, 0]]), True, 0.05), thick / 2
+    return SideContacts([plate, cylinder], np.array([[0, 1]]), True, 0.05), thick / 2
 
 
 def turned(tilt: float, towards: float, own: float) -> np.ndarray:

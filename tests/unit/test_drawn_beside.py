@@ -9,10 +9,7 @@ import pytest
 
 from fsm.plots import beside
 
-pytestmark = [
-    pytest.mark.skipif(not hasattr(os, "fork"), reason="a process cannot be copied"),
-    pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning"),
-]
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="a process cannot be copied")
 
 
 def _draw(path: Path) -> None:

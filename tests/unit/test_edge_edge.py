@@ -15,8 +15,8 @@ from fsm.interactions.shapes import EdgePairs, Edges
 from fsm.interactions.swept import edges_pass, local_edges
 from fsm.kernels.rotation import exponential, multiply
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.plate_contacts import PlateContacts
 from fsm.segments.shape_tables import Units, as_rectangle
+from fsm.segments.side_contacts import SideContacts
 
 STIFFNESS = 1e5
 
@@ -56,7 +56,7 @@ def turned(vector: tuple[float, float, float], base: np.ndarray | None = None) -
     return np.asarray(multiply(exponential(np.array(vector)), start))
 
 
-class Unscaled(PlateContacts):
+class Unscaled(SideContacts):
     """No pair of edges counts as nearly parallel."""
 
     def _set_up_tables(self, units: Units) -> None:
@@ -64,14 +64,14 @@ class Unscaled(PlateContacts):
         self.tables.edge_pairs.parallel[:] = 0.0
 
 
-def plates(scaled: bool = True) -> PlateContacts:
+def plates(scaled: bool = True) -> SideContacts:
     """Plates of 0.2 x 0.1 m and 0.16 x 0.12 m, 4 and 2 mm thick, of bodies 0 and 1."""
     rectangles = [as_rectangle(0, 0.2, 0.1, 4e-3), as_rectangle(1, 0.16, 0.12, 2e-3)]
-    kind = PlateContacts if scaled else Unscaled
+    kind = SideContacts if scaled else Unscaled
     return kind(rectangles, np.array([[0, 1]]), True, 0.02, points=2)
 
 
-def force_and_energy(contacts: PlateContacts, poses: np.ndarray) -> tuple[np.ndarray, float]:
+def force_and_energy(contacts: SideContacts, poses: np.ndarray) -> tuple[np.ndarray, float]:
     """Hertzian forces on both bodies without motion, (2, 6), and their energy."""
     touching = contacts.find(poses, 0.0)
     bodies, _, gradient, _ = contacts.measure(poses, np.zeros((2, 6)), touching)
@@ -103,7 +103,7 @@ def flat_on(x: float) -> np.ndarray:
 PATHS = pytest.mark.parametrize("path", [through_parallel, over_the_edge, flat_on])
 
 
-def largest_jump(contacts: PlateContacts, path: Callable[[float], np.ndarray], count: int) -> tuple[float, float]:
+def largest_jump(contacts: SideContacts, path: Callable[[float], np.ndarray], count: int) -> tuple[float, float]:
     """Largest change of the force from one state to the next on a path, and the largest force."""
     forces = np.array([force_and_energy(contacts, path(x))[0] for x in np.linspace(0, 1, count + 1)])
     return float(np.abs(np.diff(forces, axis=0)).max()), float(np.abs(forces).max())
@@ -125,7 +125,7 @@ def test_without_the_scaling_it_jumps_at_parallel() -> None:
     assert fine > 0.8 * coarse
 
 
-def work_and_energy(contacts: PlateContacts, path: Callable[[float], np.ndarray], count: int) -> tuple[float, float]:
+def work_and_energy(contacts: SideContacts, path: Callable[[float], np.ndarray], count: int) -> tuple[float, float]:
     """Difference between the work done along a path and the change of energy, and the largest energy."""
     states = [path(x) for x in np.linspace(0, 1, count + 1)]
     energies = [force_and_energy(contacts, state)[1] for state in (states[0], states[count // 2], states[-1])]

@@ -14,8 +14,8 @@ from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, 
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.contact_memory import ContactMemory
-from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.shape_tables import as_rectangle
+from fsm.segments.side_contacts import Side, SideContacts
 from fsm.segments.system import SegmentSystem
 from validation.contact.box_of_plates import box_scene
 
@@ -70,7 +70,7 @@ def test_a_group_is_all_its_pairs() -> None:
     assert seen.gap.min() == pytest.approx(each.gap.min(), rel=1e-12)
 
 
-def pile(count: int) -> tuple[PlateContacts, np.ndarray]:
+def pile(count: int) -> tuple[SideContacts, np.ndarray]:
     """Plates that fill a cube with the same density for any number."""
     rng = np.random.default_rng(count)
     poses = rng.normal(size=(count, 7))
@@ -78,7 +78,7 @@ def pile(count: int) -> tuple[PlateContacts, np.ndarray]:
     poses[:, :3] = 0.025 * count ** (1 / 3) * rng.uniform(size=(count, 3))
     plates = [as_rectangle(body, 0.02, 0.015, 1e-3) for body in range(count)]
     sides = [Side(np.arange(count), np.ones(count))]
-    return PlateContacts(plates, np.array([[0, 0]]), True, 5e-3, sides=sides), poses
+    return SideContacts(plates, np.array([[0, 0]]), True, 5e-3, sides=sides), poses
 
 
 def test_what_is_watched_grows_with_the_plates_not_with_their_pairs() -> None:
@@ -96,7 +96,7 @@ def test_keys_stay_when_slots_are_numbered_anew() -> None:
     """Plates 1 and 2 lie on each other; plate 0 approaches and leaves, and the memory of its pairs precedes that of
     theirs."""
     plates = [as_rectangle(body, 0.02, 0.015, 1e-3) for body in range(3)]
-    contacts = PlateContacts(plates, np.array([[0, 0]]), True, 5e-3, sides=[Side(np.arange(3), np.ones(3))])
+    contacts = SideContacts(plates, np.array([[0, 0]]), True, 5e-3, sides=[Side(np.arange(3), np.ones(3))])
     poses = np.zeros((3, 7))
     poses[:, 3] = 1.0
     poses[2, 2], poses[0, 2] = 0.9e-3, 0.1
@@ -143,7 +143,7 @@ def test_a_wall_far_away_is_not_searched() -> None:
 def _below_or_beyond(system: SegmentSystem, poses: np.ndarray, body: int) -> bool:
     """Whether a rounded corner penetrates a wall."""
     walls = system.contacts[1].geometry
-    one = PlateContacts([as_rectangle(0, 0.02, 0.015, 1e-3)], np.zeros((0, 2)), True, 5e-3)
+    one = SideContacts([as_rectangle(0, 0.02, 0.015, 1e-3)], np.zeros((0, 2)), True, 5e-3)
     corners = one.kit.place @ rotation_matrix(poses[body, 3:]).T + poses[body, :3]
     half = -float(walls.kit.shapes.offset[-4:, :2].min())
     return bool(corners[:, 2].min() < 0.5e-3 or np.abs(corners[:, :2]).max() > half - 0.5e-3)

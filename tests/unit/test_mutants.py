@@ -25,8 +25,9 @@ def test_every_mutant_changes_one_place_and_has_a_guard_that_is_there() -> None:
 def root(tmp_path: Path) -> Path:
     (tmp_path / "law.py").write_text("def force(x):\n    return 2.0 * x\n", encoding="utf-8")
     (tmp_path / "test_law.py").write_text(
-        "from law import force\n\ndef test_slope():\n    assert force(3.0) == 6.0\n\n"
-        "def test_zero():\n    assert force(0.0) == 0.0\n\ndef test_wrong():\n    assert force(1.0) == 1.0\n",
+        "import pytest\nfrom law import force\n\ndef test_slope():\n    assert force(3.0) == 6.0\n\n"
+        "def test_zero():\n    assert force(0.0) == 0.0\n\ndef test_wrong():\n    assert force(1.0) == 1.0\n\n"
+        "@pytest.mark.nightly\ndef test_long():\n    assert force(2.0) == 4.0\n",
         encoding="utf-8",
     )
     return tmp_path
@@ -48,7 +49,8 @@ def test_an_entry_that_is_out_of_date_is_refused(root: Path) -> None:
     assert "0 times" in Mutant("gone", "law.py", "4.0 * x", "x", guard).fault(root)
     assert "2 times" in Mutant("twice", "law.py", "x", "y", guard).fault(root)
     assert "is not there" in Mutant("moved", "laws.py", "x", "y", guard).fault(root)
-    assert "no test" in Mutant("unguarded", "law.py", "2.0 * x", "x", ("test_law.py::test_slop",)).fault(root)
+    for test in ("test_slop", "test_long"):
+        assert "no test" in Mutant("unguarded", "law.py", "2.0 * x", "x", (f"test_law.py::{test}",)).fault(root)
 
 
 def test_a_verdict_holds_for_its_sources(root: Path) -> None:

@@ -9,10 +9,10 @@ from fsm.interactions.face_overlap import COLUMNS
 from fsm.interactions.face_weights import SHARE
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
 from fsm.kernels.rotation import exponential, multiply
-from fsm.segments.obstacle_contacts import ObstacleContacts
-from fsm.segments.plate_contacts import PlateContacts, plate_grid
 from fsm.segments.shape_contacts import ShapeContacts
+from fsm.segments.shape_features import plate_grid
 from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
+from fsm.segments.side_contacts import SideContacts
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 THICK = 4e-3
@@ -25,9 +25,9 @@ def pose(spatial: bool, x: float, z: float, turn: float = 0.0, y: float = 0.0) -
     return [x, y, z, np.cos(turn / 2), 0.0, np.sin(turn / 2), 0.0]
 
 
-def two_plates(spatial: bool, first: tuple[float, float], second: tuple[float, float]) -> PlateContacts:
+def two_plates(spatial: bool, first: tuple[float, float], second: tuple[float, float]) -> SideContacts:
     rectangles = [as_rectangle(body, *size, THICK) for body, size in enumerate((first, second))]
-    return PlateContacts(rectangles, np.array([[0, 1]]), spatial, 0.02)
+    return SideContacts(rectangles, np.array([[0, 1]]), spatial, 0.02)
 
 
 def crossed(contacts: ShapeContacts, *states: np.ndarray) -> tuple[int, ...]:
@@ -188,7 +188,7 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
     def slid(x: float) -> np.ndarray:
         return np.array([pose(spatial, 0.0, 0.0), pose(spatial, x, 0.99 * THICK)])
 
-    def whole(at: np.ndarray, of: PlateContacts) -> float:
+    def whole(at: np.ndarray, of: SideContacts) -> float:
         return float(of.share[of.find(at, 0.0).slot].sum())
 
     contacts.commit(slid(0.0), no_impact)
@@ -230,7 +230,7 @@ def test_joined_plates_do_not_touch_where_they_are_joined(spatial: bool) -> None
         at = pose(spatial, half + half * np.cos(angle), half * np.sin(angle), -angle)
         return np.array([pose(spatial, 0.0, 0.0), at])
 
-    contacts = PlateContacts(
+    contacts = SideContacts(
         rectangles, np.array([[0, 1]]), spatial, 0.02, joined=np.array([[0, 1]]), reference=folded(0.0)
     )
     for angle in np.linspace(0.0, 3.0, 60):
@@ -269,7 +269,7 @@ def test_a_fold_closes_at_one_angle_with_any_number_of_points(shape: str, points
         return np.array([pose(spatial, middle, 0.0), at])
 
     start = folded(1.0)
-    contacts = PlateContacts(plates, np.array([[0, 1]]), spatial, 0.05, points, joined=np.array([[0, 1]]), reference=start)
+    contacts = SideContacts(plates, np.array([[0, 1]]), spatial, 0.05, points, joined=np.array([[0, 1]]), reference=start)
     closed = float(np.arcsin(THICK / depth))
     for angle in (1.0, 4.0 * closed, 1.01 * closed):
         assert not len(contacts.find(folded(angle), 0.0).slot)
@@ -294,11 +294,11 @@ OBSTACLES = {
 EACH = pytest.mark.parametrize("name", list(OBSTACLES))
 
 
-def on_obstacle(name: str, spatial: bool, turn: float = 0.0) -> ObstacleContacts:
+def on_obstacle(name: str, spatial: bool, turn: float = 0.0) -> SideContacts:
     kind, size, _ = OBSTACLES[name]
     quaternion = (float(np.cos(turn / 2)), 0.0, float(np.sin(turn / 2)), 0.0)
     shape = Shape(0, kind, size, orientation=quaternion)
-    return ObstacleContacts([as_rectangle(1, 0.4, 0.3, THICK)], [shape], np.array([[0, 0]]), spatial, 0.02)
+    return SideContacts([as_rectangle(1, 0.4, 0.3, THICK), shape], np.array([[0, 1]]), spatial, 0.02)
 
 
 @SPATIAL

@@ -9,8 +9,8 @@ from fsm.interactions.shape_boxes import shape_boxes_spatial
 from fsm.interactions.shape_distance import POLYGON, RECTANGLE, shape_derivatives
 from fsm.interactions.swept import points_pass
 from fsm.scene.scene import Body, Plate
-from fsm.segments.plate_contacts import add_plates, plate_grid
 from fsm.segments.plate_shapes import corner_neighbours, plate_shapes
+from fsm.segments.shape_features import add_features, plate_grid
 from fsm.segments.shape_tables import TableBuilder
 
 HALF = np.array([0.4, 0.25])
@@ -51,7 +51,8 @@ def test_a_rectangle_as_a_polygon_is_the_same_shape() -> None:
 
 def test_boxes_enclose_polygons() -> None:
     builder = TableBuilder(True)
-    add_plates(builder, [*plate_shapes(0, plate()), *plate_shapes(0, plate(CORNERS))], 2)
+    for shape in (*plate_shapes(0, plate()), *plate_shapes(0, plate(CORNERS))):
+        add_features(builder, shape, 2, 1.0)
     pose = np.array([[0.1, 0.2, 0.3, *(np.array([0.9, 0.2, -0.3, 0.1]) / np.linalg.norm([0.9, 0.2, -0.3, 0.1]))]])
     for corner in shape_boxes_spatial(pose, builder.kit().shapes):
         np.testing.assert_allclose(corner[0], corner[1], atol=1e-15)

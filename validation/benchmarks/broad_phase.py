@@ -12,8 +12,8 @@ import numpy as np
 from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes, chords_planar, chords_spatial
 from fsm.interactions.surface import pieces_of
-from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.shape_tables import as_rectangle
+from fsm.segments.side_contacts import Side, SideContacts
 from validation.benchmarks.precision import Row, say
 from validation.benchmarks.segments import slope
 
@@ -103,7 +103,7 @@ def held(count: int, seed: int) -> Job:
     return _windows(poses, [np.arange(count), np.array([count, count + 1])], [1, 0], length, True)
 
 
-def _pile(count: int, seed: int, thick: int) -> tuple[PlateContacts, np.ndarray]:
+def _pile(count: int, seed: int, thick: int) -> tuple[SideContacts, np.ndarray]:
     """Plates of 20 x 15 x 1 mm with random orientations, at `thick` heights, so close that each plate overlaps the boxes of
     several others."""
     rng = np.random.default_rng(seed)
@@ -114,7 +114,7 @@ def _pile(count: int, seed: int, thick: int) -> tuple[PlateContacts, np.ndarray]
     poses[:, :3] = 0.012 * np.column_stack([place // columns, place % columns, layer]) + rng.uniform(size=(count, 3)) * 0.005
     plates = [as_rectangle(body, 0.02, 0.015, 1e-3) for body in range(count)]
     all_of_them = [Side(np.arange(count), np.ones(count))]
-    return PlateContacts(plates, np.array([[0, 0]]), True, 5e-3, sides=all_of_them), poses
+    return SideContacts(plates, np.array([[0, 0]]), True, 5e-3, sides=all_of_them), poses
 
 
 def heap(count: int, seed: int, flat: bool = False) -> Job:

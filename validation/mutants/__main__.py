@@ -1,4 +1,4 @@
-"""Mutants of the physics of the product, each with the test or check of the gallery that must detect it; see README.md.
+"""Mutants of the physics of the product, each with the test of `make test` that must detect it; see README.md.
 
     python -m validation.mutants [--only NAME ...] [--workers 1] [--again] [--out out/mutants]
     python -m validation.mutants --list

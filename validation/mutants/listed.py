@@ -206,7 +206,7 @@ LAWS = (
         "fsm/laws/friction/stribeck.py",
         "excess = (mu_static - mu_dynamic)",
         "excess = 0.0 * (mu_static - mu_dynamic)",
-        ("gallery closed_forms/static_friction",),
+        unit_test("friction_laws", "test_values"),
     ),
     Mutant(
         "static friction ignored by bristles",
@@ -318,7 +318,7 @@ SOLVERS = (
         "fsm/kernels/newton_euler.py",
         "force[i, 3] -= (jz - jy) * wy * wz",
         "force[i, 3] += (jz - jy) * wy * wz",
-        physics_test("rigid_body", "test_heavy_top_is_where_it_should_be"),
+        physics_test("momentum", "test_angular_momentum_of_a_run"),
     ),
 )
 

@@ -206,7 +206,7 @@ DATA = (
         "fsm/scene/crease_family.py",
         "math.log1p(time / self.tau)",
         "math.log1p(time)",
-        ("gallery closed_forms/relaxation",),
+        unit_test("calibrate_crease", "test_relaxation_is_kept_with_the_curves"),
     ),
     Mutant(
         "peak of a curve at the wrong place",
@@ -249,8 +249,9 @@ CHANNELS = (
     Mutant(
         "wrenches of creases with the sliders of the start",
         "fsm/channels/elements.py",
-        "alone.restore(group.memory())",
-        "alone.restore(np.zeros(0))",
+        "reshape(count, 2))\n\n\ndef _arms",
+        'reshape(count, 2), **({"sliders": group.sliders._replace(memory=group.sliders.first.copy())} '
+        'if hasattr(group, "sliders") else {}))\n\n\ndef _arms',
         physics_test("channels", "test_a_crease_with_hysteresis_knows_its_memory_at_each_record"),
     ),
     Mutant(
@@ -279,9 +280,9 @@ JOINED = (
     ),
     Mutant(
         "contact stiffness of films that of the larger face",
-        "fsm/segments/flexible_contacts.py",
-        "self._whole[members].min(axis=1, initial=np.inf)",
-        "self._whole[members].max(axis=1, initial=0.0)",
+        "fsm/segments/side_contacts.py",
+        "(area / part).min(axis=1, initial=np.inf)",
+        "(area / part).max(axis=1, initial=0.0)",
         unit_test("film_contact", "test_the_stiffness_is_that_of_the_smaller_face_for_any_mesh"),
     ),
     Mutant(
