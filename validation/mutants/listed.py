@@ -263,7 +263,7 @@ SHEETS = (
     ),
     Mutant(
         "contact between both sides of a cut",
-        "fsm/segments/sheet_contacts.py",
+        "fsm/segments/sheet_tables.py",
         "_to_segment(a[:, k], b) < 0.5 * reach",
         "_to_segment(a[:, k], b) < 0.0",
         physics_test("cuts", "test_both_sides_of_a_cut_do_not_press_each_other"),
@@ -294,9 +294,9 @@ SOLVERS = (
     ),
     Mutant(
         "tangent of contacts in statics without the stiffness of the law",
-        "fsm/interactions/contact_tangent.py",
-        "normal_x = -by_depth * gradient[0, n] -",
-        "normal_x = -0.5 * by_depth * gradient[0, n] -",
+        "fsm/interactions/gap_planar.py",
+        "normal_x = -by_depth[i] * gradient[i, 0, n] -",
+        "normal_x = -0.5 * by_depth[i] * gradient[i, 0, n] -",
         physics_test("tangents", "test_contact_alone"),
     ),
     Mutant(
