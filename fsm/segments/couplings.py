@@ -265,10 +265,10 @@ class CouplingGroup(ElementGroup):
     @cached_property
     def rate_dependent(self) -> bool:
         """See `Group`; whether the law has dampers at rest."""
-        own, n = self.arrays, self.kind.joints
+        own = self.arrays
         table = address_table([self.bodies, np.zeros((0, 4), dtype=np.int64), np.zeros(self.last_shape), *own])
         _call_law(self._law, table)
-        return bool(np.any(own[VISCOSITIES - OWN])) and n > 0
+        return bool(np.any(own[VISCOSITIES - OWN]))
 
     @cached_property
     def _law(self) -> int:

@@ -174,6 +174,20 @@ LAWS = (
         unit_test("laws", "test_series_flexibility"),
     ),
     Mutant(
+        "damping of a gear without its ratio",
+        "fsm/segments/gears.py",
+        "effort[i, j] = way[j] * (stiffness * slip + damping * speed)",
+        "effort[i, j] = way[j] * stiffness * slip + damping * speed",
+        unit_test("couplings", "test_force_energy_and_tangent_agree"),
+    ),
+    Mutant(
+        "couplings without the turning of their axes",
+        "fsm/segments/couplings.py",
+        "block[first + a, first + b] = efforts[i, j] * hessian[k, a, b]",
+        "block[first + a, first + b] = 0.0",
+        unit_test("couplings", "test_force_energy_and_tangent_agree"),
+    ),
+    Mutant(
         "exponent of Hertz' law",
         "fsm/laws/normal/hertz.py",
         "total = stiffness * d**exponent +",
