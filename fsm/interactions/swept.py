@@ -15,7 +15,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["edges_pass", "local_edges", "path_pose", "path_poses", "path_steps", "points_pass", "turn_between"]
+__all__ = ["edges_pass", "local_edges", "path_pose", "path_steps", "points_pass", "turn_between"]
 
 STEP = 0.2
 """Largest rotation of a step, rad."""
@@ -30,12 +30,6 @@ def turn_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
         return np.abs(end[:, 2] - start[:, 2])
     half = np.minimum(1.0, np.abs(np.einsum("ij,ij->i", start[:, 3:], end[:, 3:])))
     return np.asarray(2.0 * np.arccos(half))
-
-
-def path_poses(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Intermediate poses, both ends included: positions on straight lines, rotations in (nearly) equal parts."""
-    count = path_steps(start, end)
-    return [path_pose(start, end, k / count) for k in range(count + 1)]
 
 
 @kernel
