@@ -22,8 +22,6 @@ from fsm.interactions.shapes import BlockIndex, ContactForces
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import dot
 
-__all__ = ["measure_features", "parallel_weights", "tangent_features"]
-
 _SIZE = 24
 """Coordinates of four bodies."""
 

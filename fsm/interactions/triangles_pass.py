@@ -11,8 +11,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
 
-__all__ = ["edges_pass_edges", "points_pass_triangles"]
-
 
 @kernel
 def _volume(x: np.ndarray) -> float:

@@ -23,8 +23,6 @@ from fsm.segments.shape_tables import Shape
 from fsm.segments.sheet_contacts import SheetContacts, SheetSurface
 from fsm.segments.side_contacts import Side, SideContacts
 
-__all__ = ["compile_shapes"]
-
 
 def compile_shapes(
     scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool

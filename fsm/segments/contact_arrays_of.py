@@ -45,8 +45,6 @@ from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.surface_contacts import SurfaceContacts
 
-__all__ = ["ContactModel"]
-
 _AHEAD = 2
 """Number of further pieces, beyond the near ones, that the pattern couples with a probe. The pattern then remains valid
 while the probe slides."""

@@ -16,8 +16,6 @@ from fsm.scene.loads import Load
 from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import ForceElement, Scene
 
-__all__ = ["COMPILED", "InPython", "cost_in_python", "of_bodies", "parts_in_python"]
-
 _MARCHING = ("generalized-alpha", "newmark", "mean-force")
 """Methods for motions whose steps a kernel can compute."""
 _OVERHEAD = 1000.0

@@ -30,8 +30,6 @@ from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics, Tap
 from fsm.segments.crease_clearance import Tapers, common_lines, tapers_of
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["SheetContacts", "SheetSurface"]
-
 _RENEWAL = 0.4
 """Displacement, relative to the margin, after which the broad phase is renewed."""
 _MARGIN = 0.25

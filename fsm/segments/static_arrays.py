@@ -44,8 +44,6 @@ from fsm.system_records import Energy, Observation, PairState, PreviousState, Re
 if TYPE_CHECKING:
     from fsm.segments.force_system import SegmentForces
 
-__all__ = ["StaticSegments"]
-
 
 class _End(NamedTuple):
     """State at the end of a step, from its record; the arrays hold its forces until the next step."""
