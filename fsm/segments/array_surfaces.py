@@ -89,7 +89,12 @@ TAPERS = OWN_STATE
 
 @kernel
 def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords: np.ndarray, dimension: int) -> None:
-    """Write the pieces within reach of each probe, and mark whether the pattern lacks one of the pairs of bodies."""
+    """Write the pieces within reach of each probe, and mark whether the pattern lacks one of the pairs of bodies.
+
+    The windows of a pattern that lacks pairs stay, until the pattern has blocks for all of them.
+    """
+    if g.state[LACKS] == 1:
+        return
     own = surfaces_of(g)
     tips, reach, bulge = own.tips, own.reach, -np.inf
     # sum of the distance of pieces from their chords and the length of the tips beyond the ends

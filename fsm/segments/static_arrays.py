@@ -44,6 +44,11 @@ from fsm.system_records import Energy, Observation, PairState, PreviousState, Re
 if TYPE_CHECKING:
     from fsm.segments.force_system import SegmentForces
 
+_PATTERNS: dict[tuple[int, bytes, bytes, bytes], BodyPattern] = {}
+"""Patterns of earlier steps, also of other cases, whose eliminations are known (`fsm.solve.linear`)."""
+_MOST_PATTERNS, _MOST_BLOCKS = 64, 20_000
+"""Number of patterns that are kept, and number of blocks of the largest."""
+
 
 class _End(NamedTuple):
     """State at the end of a step, from its record; the arrays hold its forces until the next step."""
@@ -137,7 +142,7 @@ class StaticSegments:
         if self.lacks:
             joints = [group for group in system.groups if isinstance(group, BushingGroup | ElementGroup)]
             own = [group.pairs(system.bodies.pose)[0] for group in joints]
-            self._change_pattern(body_pattern(self._pattern.dof, [*own, *self._contacts.pairs()], system.size))
+            self._change_pattern(_shared(body_pattern(self._pattern.dof, [*own, *self._contacts.pairs()], system.size)))
         since = before if system.rate_dependent and t > before[0] else None
         poses, rates = system.place(t, q, None if since is None else np.zeros(system.nu), since)
         _, factors = self._ready(self._pattern)
@@ -259,3 +264,13 @@ class StaticSegments:
         self._end = None
         find = self._path.calls.contact_force.entry(contact_force, self._path, t, q)
         return float(find(self._path, t, q))
+
+
+def _shared(pattern: BodyPattern) -> BodyPattern:
+    """Equal pattern of an earlier step, or this one."""
+    if len(pattern.indices) > _MOST_BLOCKS:
+        return pattern
+    if len(_PATTERNS) >= _MOST_PATTERNS:
+        _PATTERNS.clear()
+    key = (pattern.size, pattern.dof.tobytes(), pattern.indptr.tobytes(), pattern.indices.tobytes())
+    return _PATTERNS.setdefault(key, pattern)

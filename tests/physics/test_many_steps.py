@@ -188,8 +188,9 @@ def folds(loop: bool) -> AncfSystem:
     if loop:
         data = replace(data, laws=(LOOP["crease"],), share=np.full(1, 20.0))
     else:
-        data = replace(data, turning=np.full(1, 2.0), end=5e-3)
-    group = FoldGroup(corners, BETWEEN_POINTS[None], fold_laws_of(data))
+        data = replace(data, turning=np.full(1, 2.0))
+    laws = replace(fold_laws_of(data), time=half_sine(0.02, -1e-3))
+    group = FoldGroup(corners, BETWEEN_POINTS[None], laws)
     cables = (replace(one, viscosity=1e-4) for one in mesh.groups)
     return AncfSystem(replace(mesh, groups=(*cables, group)), Loading((), (), (0.0, 0.0, -9.81), 0.0))
 

@@ -280,9 +280,9 @@ SOLVERS = (
     ),
     Mutant(
         "tangent of contacts in statics without the stiffness of the law",
-        "fsm/interactions/contact_tangent.py",
-        "normal_x = -by_depth * gradient[0, n] -",
-        "normal_x = -0.5 * by_depth * gradient[0, n] -",
+        "fsm/interactions/gap_planar.py",
+        "normal_x = -by_depth[i] * gradient[i, 0, n] -",
+        "normal_x = -0.5 * by_depth[i] * gradient[i, 0, n] -",
         physics_test("tangents", "test_contact_alone"),
     ),
     Mutant(
