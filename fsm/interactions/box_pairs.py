@@ -72,7 +72,26 @@ class ListedPairs:
 
     def everything(self) -> tuple[np.ndarray, np.ndarray]:
         """All allowed pairs; returns as `among`."""
-        return self.among(np.column_stack(np.triu_indices(len(self._start) - 1, 1)).astype(np.int64))
+        order = np.argsort(self._side, kind="stable")
+        start = np.searchsorted(self._side[order], np.arange(self._sides + 1))
+        rows = []
+        for key, number in zip(self._keys.tolist(), self._numbers.tolist(), strict=True):
+            one, two = (order[start[side] : start[side + 1]] for side in divmod(key, self._sides))
+            members = np.stack([np.repeat(one, len(two)), np.tile(two, len(one))], axis=1)
+            if key % (self._sides + 1) == 0:  # a side with itself
+                members = members[members[:, 0] < members[:, 1]]
+            rows.append(np.column_stack([members, np.full(len(members), number)]))
+        found = np.concatenate([np.zeros((0, 3), dtype=np.int64), *rows])
+        one, two = self.shape[found[:, :2]].T
+        found = found[one != two if self._bodies is None else self._bodies[one] != self._bodies[two]]
+        found = found[np.lexsort((found[:, 2], found[:, 1], found[:, 0]))]
+        return found[:, :2].copy(), found[:, 2].copy()
+
+    def at_most(self) -> int:
+        """Upper bound of the number of allowed pairs."""
+        members = np.bincount(self._side, minlength=self._sides)
+        one, two = np.divmod(self._keys, self._sides)
+        return int((members[one] * members[two]).sum())
 
     def among(self, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Select the allowed pairs among pairs (m, 2) of shapes, each given once.
@@ -94,12 +113,12 @@ class ListedPairs:
 
 def overlapping_boxes(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Pairs (k, 2) of boxes that have a point in common, each once, from their corners (n, d), m, which may be infinite."""
-    order = np.argsort(_curve_positions(low, high), kind="stable")
-    return np.asarray(_overlapping_sorted(low[order], high[order], order))
+    order = np.argsort(curve_positions(low, high), kind="stable")
+    return np.asarray(overlapping_sorted(low[order], high[order], order))
 
 
 @kernel
-def _curve_positions(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def curve_positions(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Positions (n,) of the box centres along Morton's curve through their bounding box; infinite boxes come last."""
     count, size = low.shape
     bits = 62 // size
@@ -137,7 +156,7 @@ def _disjoint(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_hi
 
 
 @kernel
-def _overlapping_sorted(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.ndarray:
+def overlapping_sorted(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.ndarray:
     """Pairs of overlapping boxes, by their `names`; each box is compared with the sorted boxes after it."""
     count, size = low.shape
     tree = fit_tree(low, high)

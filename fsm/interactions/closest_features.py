@@ -184,8 +184,9 @@ def _over(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np
 
 @kernel
 def select_faces(
-    places: np.ndarray, node: np.ndarray, start: np.ndarray, listed: np.ndarray, faces: Faces
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    places: np.ndarray, node: np.ndarray, start: np.ndarray, listed: np.ndarray, faces: Faces, triangle: np.ndarray,
+    part: np.ndarray, side: np.ndarray,
+) -> None:  # fmt: skip
     """Select the part of the facet of every slot that the point can touch in the next step.
 
     Parameters
@@ -196,24 +197,21 @@ def select_faces(
     start, listed : int arrays
         Triangles `listed[start[s]:start[s + 1]]` of the facet that may be near.
     faces : Faces
-
-    Returns
-    -------
     triangle : (s,) int array
-        Nearest triangle; -1 if another facet at the same crease is nearer, or is equally near and comes first.
+        Written: nearest triangle; -1 if another facet at the same crease is nearer, or is equally near and comes first.
     part : (s,) int array
-        Part of the outline that is nearest, as in `_on_triangle`; 0 over the facet.
+        Written: part of the outline that is nearest, as in `_on_triangle`; 0 over the facet.
     side : (s,) array
-        Side of the triangle, +1 or -1; 0 beside the facet.
+        Written: side of the triangle, +1 or -1; 0 beside the facet.
     """
     count = node.shape[0]
-    triangle, part, side = np.empty(count, dtype=np.int64), np.zeros(count, dtype=np.int64), np.zeros(count)
     square, nearest = np.empty(count), np.empty(count, dtype=np.int64)
     normal, weights = np.empty(3), np.empty(3)
     for s in range(count):
         p = places[node[s]]
         of, code, square[s] = _nearest(places, p, listed[start[s] : start[s + 1]], faces, weights)
         nearest[s] = triangle[s] = of
+        part[s] = 0
         a, b, c = faces.triangles[of]
         side[s] = 1.0 if _over(p, places[a], places[b], places[c], normal, weights) >= 0.0 else -1.0
         for edge in range(3):
@@ -235,15 +233,14 @@ def select_faces(
                         if faces.triangles[nearest[s], i] == faces.triangles[nearest[other], j]:
                             triangle[s] = -1
         first = last
-    return triangle, part, side
 
 
 @kernel
 def find_point_faces(
     places: np.ndarray, node: np.ndarray, triangle: np.ndarray, part: np.ndarray, side: np.ndarray, faces: Faces,
-    clearance: np.ndarray, limit: float, below: float,
-) -> tuple[np.ndarray, np.ndarray, Found]:  # fmt: skip
-    """Find the slots of a point and a facet whose gap is below a bound.
+    clearance: np.ndarray, limit: float, below: float, slot: np.ndarray, gap: np.ndarray, found: Found,
+) -> int:  # fmt: skip
+    """Find the slots of a point and a facet whose gap is below a bound, and return their number.
 
     Parameters
     ----------
@@ -257,16 +254,11 @@ def find_point_faces(
         The gap is the distance minus the clearance.
     limit, below : m
         A point deeper than the limit has passed round the facet.
+    slot, gap, found : results, one row for each slot that was found
     """
-    count = node.shape[0]
-    slot, gap = np.empty(count, dtype=np.int64), np.empty(count)
-    found = Found(
-        np.empty((count, 4), dtype=np.int64), np.empty(count, dtype=np.int64), np.empty((count, 4)),
-        np.empty((count, 2, 4)), np.empty((count, 3)), np.empty(count),
-    )  # fmt: skip
     weights, normal, along, extension = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
     number = 0
-    for s in range(count):
+    for s in range(node.shape[0]):
         if triangle[s] < 0 or (part[s] > 0 and clearance[s] == 0.0):
             continue
         p, corners = places[node[s]], faces.triangles[triangle[s]]
@@ -311,15 +303,7 @@ def find_point_faces(
             found.normal[number, e] = normal[e]
         found.distance[number] = distance
         number += 1
-    return slot[:number].copy(), gap[:number].copy(), _first(found, number)
-
-
-@kernel
-def _first(found: Found, number: int) -> Found:
-    return Found(
-        found.nodes[:number].copy(), found.free[:number].copy(), found.coefficients[:number].copy(),
-        found.directions[:number].copy(), found.normal[:number].copy(), found.distance[:number].copy(),
-    )  # fmt: skip
+    return number
 
 
 @kernel
@@ -345,22 +329,17 @@ def _on_edges(p: np.ndarray, q: np.ndarray, a: np.ndarray, b: np.ndarray) -> tup
 
 @kernel
 def find_edge_edges(
-    places: np.ndarray, slots: np.ndarray, pairs: np.ndarray, edges: np.ndarray, clearance: np.ndarray, below: float
-) -> tuple[np.ndarray, np.ndarray, Found]:
-    """Find the pairs (m, 2) of edges whose gap is below a bound; `clearance` (m,); other arguments as in
-    `find_point_faces`.
+    places: np.ndarray, first: np.ndarray, second: np.ndarray, begin: int, edges: np.ndarray, clearance: np.ndarray,
+    below: float, slot: np.ndarray, gap: np.ndarray, found: Found, number: int,
+) -> int:  # fmt: skip
+    """Find the slots, from `begin` on, of two edges (s,) whose gap is below a bound; `clearance` (s,).
+
+    The results follow the first `number` rows; other arguments and the result as in `find_point_faces`.
     """
-    count = slots.shape[0]
-    slot, gap = np.empty(count, dtype=np.int64), np.empty(count)
-    found = Found(
-        np.empty((count, 4), dtype=np.int64), np.empty(count, dtype=np.int64), np.empty((count, 4)),
-        np.empty((count, 2, 4)), np.empty((count, 3)), np.empty(count),
-    )  # fmt: skip
     r = np.empty(3)
-    number = 0
-    for i in range(count):
-        reach = clearance[slots[i]] + below
-        one, two = edges[pairs[slots[i], 0]], edges[pairs[slots[i], 1]]
+    for i in range(begin, first.shape[0]):
+        reach = clearance[i] + below
+        one, two = edges[first[i]], edges[second[i]]
         p, q, a, b = places[one[0]], places[one[1]], places[two[0]], places[two[1]]
         far = False
         for e in range(3):
@@ -373,7 +352,7 @@ def find_edge_edges(
         distance = np.sqrt(dot(r, r))
         if distance >= reach or distance == 0.0:
             continue
-        slot[number], gap[number] = slots[i], distance - clearance[slots[i]]
+        slot[number], gap[number] = i, distance - clearance[i]
         c, tau = found.coefficients[number], found.directions[number]
         c[0], c[1], c[2], c[3] = 1.0 - s, s, t - 1.0, -t
         tau[:] = 0.0
@@ -391,4 +370,4 @@ def find_edge_edges(
             found.normal[number, e] = r[e] / distance
         found.distance[number] = distance
         number += 1
-    return slot[:number].copy(), gap[:number].copy(), _first(found, number)
+    return number

@@ -22,16 +22,19 @@ from fsm.interactions.shapes import BlockIndex, ContactForces
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import dot
 
-_SIZE = 24
+SIZE = 24
 """Coordinates of four bodies."""
 
 
 @kernel
-def measure_features(rates: np.ndarray, body: np.ndarray, found: Found) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Bodies (m, 4), rates (m, 4) and gradients (m, 4, 24) of gap and slip of closest points; `body` (n,) of the nodes."""
-    count = found.nodes.shape[0]
-    bodies = np.empty((count, 4), dtype=np.int64)
-    rate, gradient = np.zeros((count, 4)), np.zeros((count, 4, _SIZE))
+def write_features(
+    rates: np.ndarray, body: np.ndarray, found: Found, count: int, bodies: np.ndarray, rate: np.ndarray,
+    gradient: np.ndarray,
+) -> None:  # fmt: skip
+    """Write bodies (m, 4), rates (m, 4) and gradients (m, 4, 24) of gap and slip of `count` closest points.
+
+    `body` (n,) contains the bodies of all nodes. Derivatives with respect to rotations keep their values, which are zero.
+    """
     for i in range(count):
         n = found.normal[i]
         for k in range(4):
@@ -42,10 +45,10 @@ def measure_features(rates: np.ndarray, body: np.ndarray, found: Found) -> tuple
                 for f in range(3):
                     gradient[i, 1 + f, 6 * k + e] = c * ((1.0 if e == f else 0.0) - n[e] * n[f])
         for row in range(4):
+            rate[i, row] = 0.0
             for k in range(4):
                 for e in range(3):
                     rate[i, row] += gradient[i, row, 6 * k + e] * rates[bodies[i, k], e]
-    return bodies, rate, gradient
 
 
 @kernel
@@ -124,10 +127,10 @@ def tangent_features(
     places: np.ndarray, rates: np.ndarray, bodies: np.ndarray, gradient: np.ndarray, found: Found, forces: ContactForces,
     index: BlockIndex, stiffness_data: np.ndarray, damping_data: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add K and D of contacts at closest points; `bodies` and `gradient` from `measure_features`."""
+    """Add K and D of contacts at closest points; `bodies` and `gradient` from `write_features`."""
     scratch = np.empty((2, 3)), np.empty((2, 2)), np.empty((3, 3)), np.empty((12, 2)), np.empty((12, 3))
-    hessian, slip_second = np.zeros((_SIZE, _SIZE)), np.zeros((_SIZE, _SIZE, 3))
-    block_k, block_d = np.empty((_SIZE, _SIZE)), np.empty((_SIZE, _SIZE))
+    hessian, slip_second = np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE, 3))
+    block_k, block_d = np.empty((SIZE, SIZE)), np.empty((SIZE, SIZE))
     for i in range(bodies.shape[0]):
         _second_derivatives(places, found, i, scratch, hessian, slip_second)
         add_contact_tangent(
@@ -136,10 +139,34 @@ def tangent_features(
 
 
 @kernel
+def _directions_of(places: np.ndarray, found: Found, i: int, u: np.ndarray, v: np.ndarray) -> tuple[float, float, float]:
+    """Write the vectors u (3,) and v (3,) along two edges; returns u.v, u.u and v.v."""
+    for e in range(3):
+        u[e] = places[found.nodes[i, 1], e] - places[found.nodes[i, 0], e]
+        v[e] = places[found.nodes[i, 3], e] - places[found.nodes[i, 2], e]
+    return dot(u, v), dot(u, u), dot(v, v)
+
+
+@kernel
+def _parallel(places: np.ndarray, found: Found, begin: int, end: int, least: float) -> np.ndarray:
+    """Rows of edges whose sin^2 is below `least`."""
+    u, v = np.empty(3), np.empty(3)
+    rows, number = np.empty(end - begin, dtype=np.int64), 0
+    for i in range(begin, end):
+        p, a, b = _directions_of(places, found, i, u, v)
+        if 1.0 - p * p / (a * b) < least:
+            rows[number] = i
+            number += 1
+    return rows[:number]
+
+
+@kernel
 def parallel_weights(
-    places: np.ndarray, found: Found, least: float
+    places: np.ndarray, found: Found, begin: int, end: int, least: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Weights of nearly parallel edges, whose closest points jump: y (2 - y), y = sin^2/least (Li et al., 2020).
+
+    The edges are in rows from `begin` up to, and without, `end`.
 
     Returns
     -------
@@ -148,22 +175,15 @@ def parallel_weights(
     part, gradient, hessian : (m,), (m, 24) and (m, 24, 24) arrays
         Weight and its derivatives.
     """
-    count = found.nodes.shape[0]
-    rows = np.empty(count, dtype=np.int64)
-    part, gradient, hessian = np.empty(count), np.zeros((count, _SIZE)), np.zeros((count, _SIZE, _SIZE))
+    rows = _parallel(places, found, begin, end, least)
+    count = rows.shape[0]
+    part, gradient, hessian = np.empty(count), np.zeros((count, SIZE)), np.zeros((count, SIZE, SIZE))
     u, v = np.empty(3), np.empty(3)
-    size, slope, curve = np.empty(3), np.empty((3, 6)), np.empty((3, 6, 6))
-    number = 0
-    for i in range(count):
-        for e in range(3):
-            u[e] = places[found.nodes[i, 1], e] - places[found.nodes[i, 0], e]
-            v[e] = places[found.nodes[i, 3], e] - places[found.nodes[i, 2], e]
+    slope, curve = np.empty((3, 6)), np.empty((3, 6, 6))
+    for number in range(count):
         # y is a function of p = u.v, a = u.u, b = v.v, which are quadratic in (u, v)
-        size[0], size[1], size[2] = dot(u, v), dot(u, u), dot(v, v)
-        p, a, b = size[0], size[1], size[2]
+        p, a, b = _directions_of(places, found, rows[number], u, v)
         square = 1.0 - p * p / (a * b)
-        if square >= least:
-            continue
         slope[:] = 0.0
         curve[:] = 0.0
         for e in range(3):
@@ -179,14 +199,14 @@ def parallel_weights(
         )  # fmt: skip
         y = square / least
         by, by_by = 2.0 * (1.0 - y) / least, -2.0 / (least * least)
-        rows[number], part[number] = i, y * (2.0 - y)
+        part[number] = y * (2.0 - y)
         for one in range(6):
             d_one = 0.0
             for x in range(3):
                 d_one += first[x] * slope[x, one]
-            for end in range(2):
-                sign = 1.0 if end == 1 else -1.0
-                gradient[number, 6 * (2 * (one // 3) + end) + one % 3] = sign * by * d_one
+            for tip in range(2):
+                sign = 1.0 if tip == 1 else -1.0
+                gradient[number, 6 * (2 * (one // 3) + tip) + one % 3] = sign * by * d_one
             for two in range(6):
                 d_two = d_both = 0.0
                 for x in range(3):
@@ -195,11 +215,10 @@ def parallel_weights(
                     for z in range(3):
                         d_both += second[x][z] * slope[x, one] * slope[z, two]
                 value = by * d_both + by_by * d_one * d_two
-                for end in range(2):
+                for tip in range(2):
                     for other in range(2):
-                        sign = 1.0 if end == other else -1.0
-                        hessian[number, 6 * (2 * (one // 3) + end) + one % 3, 6 * (2 * (two // 3) + other) + two % 3] = (
+                        sign = 1.0 if tip == other else -1.0
+                        hessian[number, 6 * (2 * (one // 3) + tip) + one % 3, 6 * (2 * (two // 3) + other) + two % 3] = (
                             sign * value
                         )
-        number += 1
-    return rows[:number].copy(), part[:number].copy(), gradient[:number].copy(), hessian[:number].copy()
+    return rows, part, gradient, hessian

@@ -30,12 +30,6 @@ def turn_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return np.asarray(2.0 * np.arccos(half))
 
 
-def path_poses(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Intermediate poses, both ends included: positions on straight lines, rotations in (nearly) equal parts."""
-    count = path_steps(start, end)
-    return [path_pose(start, end, k / count) for k in range(count + 1)]
-
-
 @kernel
 def path_steps(start: np.ndarray, end: np.ndarray) -> int:
     """Number of steps of the path between two sets of poses (n_bodies, 3 or 7), of at most 0.2 rad each."""

@@ -6,10 +6,32 @@ found by bisection; there the point must lie in the triangle, or both edges must
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
+
+
+class WorkSpace(NamedTuple):
+    """Arrays for intermediate results of one pair."""
+
+    start: np.ndarray
+    end: np.ndarray
+    at: np.ndarray
+    times: np.ndarray
+    normal: np.ndarray
+    part: np.ndarray
+    other: np.ndarray
+
+
+@kernel
+def work_space() -> WorkSpace:
+    """Arrays that the functions below need."""
+    return WorkSpace(
+        np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    )  # fmt: skip
 
 
 @kernel
@@ -86,56 +108,53 @@ def _far_apart(start: np.ndarray, end: np.ndarray, split: int) -> bool:
 
 
 @kernel
-def _gather(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, one: np.ndarray, two: np.ndarray) -> None:
+def _meet(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, split: int, w: WorkSpace) -> int:
+    """Number of times at which four nodes are in one plane, written to the work space with the places of the nodes; 0 if
+    the nodes before and after the split stay apart.
+    """
     for m in range(4):
         for e in range(3):
-            one[m, e], two[m, e] = start[nodes[m], e], end[nodes[m], e]
+            w.start[m, e], w.end[m, e] = start[nodes[m], e], end[nodes[m], e]
+    return 0 if _far_apart(w.start, w.end, split) else int(_coplanar_times(w.start, w.end, w.at, w.times))
 
 
 @kernel
-def points_pass_triangles(start: np.ndarray, end: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Whether points pass through triangles, (m,) bool; `nodes` (m, 4): point, corners."""
-    out = np.zeros(nodes.shape[0], dtype=np.bool_)
-    one, two, at, times = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty(3)
-    normal, part = np.empty(3), np.empty(3)
-    for i in range(nodes.shape[0]):
-        _gather(start, end, nodes[i], one, two)
-        if _far_apart(one, two, 1):
-            continue
-        for k in range(_coplanar_times(one, two, at, times)):
-            for m in range(4):
-                for e in range(3):
-                    at[m, e] = one[m, e] + times[k] * (two[m, e] - one[m, e])
-            cross(at[2] - at[1], at[3] - at[1], normal)
-            inside = True
-            for corner in range(3):
-                p, q = at[1 + corner], at[1 + (corner + 1) % 3]
-                cross(q - p, at[0] - p, part)
-                inside &= dot(part, normal) >= 0.0
-            out[i] |= inside
-    return out
+def _place_at(w: WorkSpace, time: float) -> None:
+    for m in range(4):
+        for e in range(3):
+            w.at[m, e] = w.start[m, e] + time * (w.end[m, e] - w.start[m, e])
 
 
 @kernel
-def edges_pass_edges(start: np.ndarray, end: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Whether edges pass through edges, (m,) bool; `nodes` (m, 4): ends of one, ends of the other."""
-    out = np.zeros(nodes.shape[0], dtype=np.bool_)
-    one, two, at, times = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty(3)
-    normal, part, other = np.empty(3), np.empty(3), np.empty(3)
-    for i in range(nodes.shape[0]):
-        _gather(start, end, nodes[i], one, two)
-        if _far_apart(one, two, 2):
+def point_passes_triangle(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, w: WorkSpace) -> bool:
+    """Whether a point passes through a triangle; `nodes` (4,): point, corners."""
+    at, normal, part = w.at, w.normal, w.part
+    for k in range(_meet(start, end, nodes, 1, w)):
+        _place_at(w, w.times[k])
+        cross(at[2] - at[1], at[3] - at[1], normal)
+        inside = True
+        for corner in range(3):
+            p, q = at[1 + corner], at[1 + (corner + 1) % 3]
+            cross(q - p, at[0] - p, part)
+            inside &= dot(part, normal) >= 0.0
+        if inside:
+            return True
+    return False
+
+
+@kernel
+def edge_passes_edge(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, w: WorkSpace) -> bool:
+    """Whether an edge passes through another one; `nodes` (4,): ends of one, ends of the other."""
+    at, normal, part, other = w.at, w.normal, w.part, w.other
+    for k in range(_meet(start, end, nodes, 2, w)):
+        _place_at(w, w.times[k])
+        cross(at[1] - at[0], at[3] - at[2], normal)
+        cross(at[2] - at[0], at[3] - at[2], part)
+        cross(at[2] - at[0], at[1] - at[0], other)
+        whole = dot(normal, normal)
+        if whole == 0.0:
             continue
-        for k in range(_coplanar_times(one, two, at, times)):
-            for m in range(4):
-                for e in range(3):
-                    at[m, e] = one[m, e] + times[k] * (two[m, e] - one[m, e])
-            cross(at[1] - at[0], at[3] - at[2], normal)
-            cross(at[2] - at[0], at[3] - at[2], part)
-            cross(at[2] - at[0], at[1] - at[0], other)
-            whole = dot(normal, normal)
-            if whole == 0.0:
-                continue
-            s, t = dot(part, normal) / whole, dot(other, normal) / whole
-            out[i] |= 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0
-    return out
+        s, t = dot(part, normal) / whole, dot(other, normal) / whole
+        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
+            return True
+    return False

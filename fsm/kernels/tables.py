@@ -8,9 +8,9 @@ A `NamedTuple` declares the fields of a table once: name, and type by `Floats1`,
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, TypeVar, cast, get_args, get_type_hints
 
 import numba
 import numba.extending
@@ -72,6 +72,22 @@ def named_table(*parts: Any) -> np.ndarray:
     return address_table(arrays)
 
 
+def empty_arrays(kind: type[T]) -> T:
+    """Tuple of a kind whose arrays have no values."""
+    fields = get_type_hints(kind, include_extras=True).values()
+    return kind(*(np.zeros((0,) * dimensions, dtype=number) for _, number, dimensions in map(get_args, fields)))
+
+
+def with_rows(arrays: Any, names: Iterable[str], count: int) -> Any:
+    """Tuple of arrays with `count` rows in the named ones: rows that they have already, then rows of zeros."""
+    replaced = {}
+    for name in names:
+        old = getattr(arrays, name)
+        replaced[name] = np.zeros((count, *old.shape[1:]), dtype=old.dtype)
+        replaced[name][: len(old)] = old
+    return arrays._replace(**replaced)
+
+
 class _Table(types.Type):  # type: ignore[misc, unused-ignore]
     """Type of a table in kernels: its address."""
 
@@ -98,7 +114,39 @@ class TableExample:
         self._numba_type_ = _Table(kind)
 
 
+class Table:
+    """Table of some tuples of arrays, with which Python calls kernels; the kind is that of the first tuple.
+
+    Attributes
+    ----------
+    rows : (m, 4) int array
+        Table of `named_table`; it keeps its place in memory.
+    """
+
+    def __init__(self, *parts: Any) -> None:
+        self._parts, self.rows = parts, named_table(*parts)
+        self._numba_type_, self.address = _Table(type(parts[0])), int(self.rows.ctypes.data)
+
+    def replace(self, *parts: Any) -> None:
+        """Replace the arrays by others of the same kinds."""
+        self._parts, self.rows[:] = parts, named_table(*parts)
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        """Array of this name: kernels without the compiler read it."""
+        for part in self.__dict__.get("_parts", ()):
+            if name in part._fields:
+                return np.asarray(getattr(part, name))
+        raise AttributeError(name)
+
+
 if not numba.config.DISABLE_JIT:
+
+    @numba.extending.unbox(_Table)
+    def _address_of(kind: Any, table: Any, c: Any) -> Any:
+        number = c.pyapi.object_getattr_string(table, "address")
+        address = c.pyapi.long_as_longlong(number)
+        c.pyapi.decref(number)
+        return numba.extending.NativeValue(address)
 
     @infer_getattr
     class _FieldTypes(AttributeTemplate):  # type: ignore[misc, unused-ignore]
@@ -154,7 +202,7 @@ def follows(kind: type[T], before: type[U]) -> Callable[[U], T]:
     """Function of kernels that returns the table of a kind that follows directly after the fields of another kind."""
 
     def after(table: U) -> T:
-        raise NotImplementedError
+        return cast(T, table)  # without the compiler, a `Table` has the fields of all its parts
 
     if numba.config.DISABLE_JIT:
         return after

@@ -19,11 +19,13 @@ from fsm.segments.contact_arrays import (
     EVALUATIONS,
     FOUND,
     FRICTION,
+    KIND,
     MARGIN,
     MEASURED,
     MOST,
+    SHAPES,
+    SHEETS,
     STARTED,
-    SURFACES,
     ContactArrays,
     ContactParts,
     GeometryKernels,
@@ -44,7 +46,9 @@ class Weighed(NamedTuple):
 @kernel
 def geometry_of(g: ContactArrays, parts: ContactParts) -> GeometryKernels:
     """Kernels of the geometry of a group."""
-    return parts.surfaces if g.state[SURFACES] == 1 else parts.shapes
+    if g.state[KIND] == SHEETS:
+        return parts.sheets
+    return parts.shapes if g.state[KIND] == SHAPES else parts.surfaces
 
 
 @kernel
@@ -91,7 +95,7 @@ def renew_search(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray)
     state = g.state
     changed = state[CHANGES] == 1 and state[STARTED] == 1 and not _equal(poses, g.committed)
     renewed = geometry.renew(g, poses)
-    if (renewed == 1 or changed) and state[SURFACES] == 0:
+    if (renewed == 1 or changed) and state[KIND] == SHAPES:
         geometry.settle(g, poses, state[:0], True)
 
 

@@ -34,6 +34,7 @@ from fsm.segments.contact_arrays import (
     ACTIVE,
     COMMITTED_AT,
     FRICTION,
+    KIND,
     LOSSY,
     MARGIN,
     STARTED,
@@ -358,7 +359,7 @@ def _state_of_pairs(
             energy, depth = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal), -g.gap[:count]
             for i in range(count):
                 stored += energy[i]
-                if g.state[SURFACES] == 1 and weighed.rows.shape[0] > 0:  # the depth of points at ends fades out
+                if g.state[KIND] == SURFACES and weighed.rows.shape[0] > 0:  # the depth of points at ends fades out
                     depth[i] *= min(g.share_of[i] / g.share[g.slot[i]], 1.0)
             sums = _sums(g, parts.laws, count, pairs)
             for p in range(pairs):

@@ -10,7 +10,7 @@ from fsm.interactions.point_shape_planar import local_points_planar
 from fsm.interactions.point_shape_spatial import local_points_spatial
 from fsm.interactions.shape_distance import HALF_SPACE, shape_distance
 from fsm.interactions.shapes import EdgePairs
-from fsm.interactions.swept import edges_pass, local_edges, path_pose, path_steps, points_pass
+from fsm.interactions.swept_slots import passing_points, passing_slots
 from fsm.kernels.jit import kernel
 from fsm.segments.array_shape_tables import (
     GROUND,
@@ -74,21 +74,6 @@ def _reachable(
 
 
 @kernel
-def _point_data(g: ContactArrays, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Kinds and sizes of the shapes that the points may touch, and the depth limits of these shapes."""
-    own = shape_arrays_of(g)
-    shape, kind, size = own.point_shape, own.shape_kind, own.shape_size
-    limit, count = own.limit, points.shape[0]
-    kinds, sizes, limits = np.empty(count, dtype=np.int64), np.empty((count, size.shape[1])), np.empty(count)
-    for i in range(count):
-        of = shape[points[i]]
-        kinds[i], limits[i] = kind[of], limit[points[i]]
-        for c in range(size.shape[1]):
-            sizes[i, c] = size[of, c]
-    return kinds, sizes, limits
-
-
-@kernel
 def passed_planar(g: ContactArrays, poses: np.ndarray) -> bool:
     """Whether shapes in the plane have passed through each other since the last accepted state."""
     start = g.committed
@@ -101,15 +86,7 @@ def passed_planar(g: ContactArrays, poses: np.ndarray) -> bool:
     points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
     if points.shape[0] == 0:
         return False
-    kinds, sizes, limits = _point_data(g, points)
-    steps = path_steps(start, poses)
-    before = local_points_planar(start, points, probes, shapes)
-    for k in range(steps):
-        after = local_points_planar(path_pose(start, poses, (k + 1) / steps), points, probes, shapes)
-        if points_pass(kinds, sizes, limits, before, after).any():
-            return True
-        before = after
-    return False
+    return bool(passing_points(start, poses, points, probes, shapes, shape_arrays_of(g).limit).any())
 
 
 @kernel
@@ -127,19 +104,8 @@ def passed_spatial(g: ContactArrays, poses: np.ndarray) -> bool:
     edges = _reachable_edges(g, start, edges, motion)
     if points.shape[0] == 0 and edges.shape[0] == 0:
         return False
-    kinds, sizes, limits = _point_data(g, points)
-    half, steps = np.empty(edges.shape[0]), path_steps(start, poses)
-    for i in range(edges.shape[0]):
-        half[i] = table.half[pairs[edges[i], 1]]
-    before = local_points_spatial(start, points, probes, shapes)
-    ends = local_edges(start, edges, pairs, table)
-    for k in range(steps):
-        at = path_pose(start, poses, (k + 1) / steps)
-        after, others = local_points_spatial(at, points, probes, shapes), local_edges(at, edges, pairs, table)
-        if points_pass(kinds, sizes, limits, before, after).any() or edges_pass(half, ends, others).any():
-            return True
-        before, ends = after, others
-    return False
+    of_points, of_edges = passing_slots(start, poses, points, probes, shapes, own.limit, edges, pairs, table)
+    return bool(of_points.any() or of_edges.any())
 
 
 @kernel

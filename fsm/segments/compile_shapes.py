@@ -20,7 +20,8 @@ from fsm.scene.scene import GROUND, Body, Scene
 from fsm.segments.contact_geometry import ContactGeometry
 from fsm.segments.plate_shapes import corner_neighbours, plate_shapes
 from fsm.segments.shape_tables import Shape
-from fsm.segments.sheet_contacts import SheetContacts, SheetSurface
+from fsm.segments.sheet_contacts import SheetContacts
+from fsm.segments.sheet_tables import SheetSurface
 from fsm.segments.side_contacts import Side, SideContacts
 
 

@@ -62,10 +62,11 @@ class LawKernels(NamedTuple):
 
 
 class ContactParts(NamedTuple):
-    """Kernels that contact kernels call: of shapes, of surfaces, and of laws."""
+    """Kernels that contact kernels call: of shapes, of surfaces, of sheets, and of laws."""
 
     shapes: GeometryKernels
     surfaces: GeometryKernels
+    sheets: GeometryKernels
     laws: LawKernels
 
 
@@ -172,14 +173,24 @@ class ContactArrays(NamedTuple):
 
 contacts_at = table_in(ContactArrays)
 """Table of one of several groups, in kernels; see `fsm.kernels.tables.table_in`."""
-CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, SURFACES, LOSSY = range(9)
+CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, KIND, LOSSY = range(9)
 FOUND, MEASURED, ACTIVE, OWN_STATE = range(9, 13)
 STATES = 16
 """Indices of `ContactArrays.state`, and their number. 1 means: new weights are not yet used (CHANGES); there is an accepted
-state (STARTED), and a renewal (REFERRED); the pattern lacks a pair of bodies (LACKS); there is friction, with bristles;
-the geometry has surfaces; forces depend on rates (LOSSY). EVALUATIONS counts states. FOUND is the number of contacts of the
+state (STARTED), and a renewal (REFERRED); the pattern lacks a pair of bodies, or the table a row (LACKS); there is
+friction, with bristles; forces depend on rates (LOSSY). EVALUATIONS counts states. FOUND is the number of contacts of the
 last search, -1 if they do not hold any longer; MEASURED: they have been measured. ACTIVE is the number of contacts of the
-last tangent at depths of statics. A geometry has its own numbers from OWN_STATE on."""
+last tangent at depths of statics. KIND is one of the numbers below. A geometry has its own numbers from OWN_STATE on."""
+SHAPES, SURFACES, SHEETS = range(3)
+"""Kinds of geometries."""
+OF_SLOTS = tuple(
+    name for name in ContactArrays._fields
+    if name not in (
+        "state", "numbers", "normal", "friction", "resolving", "mobility", "loose", "committed", "rates_before", "reference",
+        "moving", "radii", "dof", "indptr", "indices", "found_poses", "found_rates",
+    )
+)  # fmt: skip
+"""Arrays with a row for each slot."""
 MARGIN, COMMITTED_AT, BELOW, MOST = range(4)
 """Indices of `ContactArrays.numbers`."""
 RENEWAL = 0.4

@@ -11,11 +11,13 @@ import numpy as np
 from fsm.interactions.contact_body_pairs import coupled_bodies
 from fsm.kernels.addresses import tables_of
 from fsm.kernels.pointers import AbsentPointer, Pointer
-from fsm.kernels.tables import TableExample, named_table
+from fsm.kernels.tables import Table, TableExample, named_table
 from fsm.laws.friction import FrictionLaw
 from fsm.segments.array_contacts import CONTACTS
 from fsm.segments.array_shape_tables import ShapeArrays
 from fsm.segments.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES
+from fsm.segments.array_sheet_tables import KEPT, SheetArrays
+from fsm.segments.array_sheets import SHEETS as SHEET_KERNELS
 from fsm.segments.array_surfaces import PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
 from fsm.segments.contact_arrays import (
     BELOW,
@@ -25,10 +27,12 @@ from fsm.segments.contact_arrays import (
     EVALUATIONS,
     FOUND,
     FRICTION,
+    KIND,
     LACKS,
     LOSSY,
     MOST,
     REFERRED,
+    SHEETS,
     STARTED,
     STATES,
     SURFACES,
@@ -43,6 +47,8 @@ from fsm.segments.contacts import ContactGroup
 from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_contacts import ShapeContacts
+from fsm.segments.sheet_contacts import SheetContacts
+from fsm.segments.sheet_tables import bodies_of_slots, is_full, own_memory, roomier, set_sides
 from fsm.segments.surface_contacts import SurfaceContacts
 
 _AHEAD = 2
@@ -124,18 +130,35 @@ class _GroupArrays(ABC):
         for values in (arrays.onset, arrays.began, arrays.depth, arrays.deflection):
             values[:] = 0.0
         if not len(memory):
+            self.load_contacts(ContactMemory.nothing(self.group.geometry.slips))
             self.load_own(self.group.geometry.memory())
             return
         kept, rest = ContactMemory.from_flat(memory[1:], self.group.geometry.slips)
-        order = np.argsort(self.keys)
-        rows = order[np.searchsorted(self.keys, kept.key, sorter=order)]
-        arrays.onset[rows], arrays.began[rows], arrays.depth[rows] = kept.onset, kept.began, kept.depth
-        arrays.deflection[rows] = kept.deflection
+        self.load_contacts(kept)
         poses, size = arrays.committed.size, arrays.rates_before.size
         arrays.committed[:] = rest[:poses].reshape(arrays.committed.shape)
         arrays.rates_before[:] = rest[poses : poses + size].reshape(arrays.rates_before.shape)
         arrays.numbers[COMMITTED_AT], state[STARTED] = memory[0], 1
         self.load_own(rest[poses + size :])
+
+    def load_contacts(self, kept: ContactMemory) -> None:
+        """Copy the memory of contacts to the arrays, whose memory is zero."""
+        order, arrays = np.argsort(self.keys), self.common
+        rows = order[np.searchsorted(self.keys, kept.key, sorter=order)]
+        arrays.onset[rows], arrays.began[rows], arrays.depth[rows] = kept.onset, kept.began, kept.depth
+        arrays.deflection[rows] = kept.deflection
+
+    def contacts(self) -> ContactMemory:
+        """Memory of contacts, from the arrays."""
+        arrays = self.common
+        rows = np.flatnonzero(arrays.onset > 0.0)
+        return ContactMemory(
+            self.keys[rows], arrays.onset[rows], arrays.began[rows], arrays.depth[rows], arrays.deflection[rows]
+        ).ordered()
+
+    def press(self) -> None:
+        """Take the depths of the last accepted state as depths of statics."""
+        self.common.pressed[:] = self.common.pressed_before[:] = self.common.depth
 
     def count(self) -> None:
         """Add the number of evaluated states to that of the group."""
@@ -148,13 +171,9 @@ class _GroupArrays(ABC):
         self.count()
         if not state[STARTED]:
             return
-        rows = np.flatnonzero(arrays.onset > 0.0)
-        kept = ContactMemory(
-            self.keys[rows], arrays.onset[rows], arrays.began[rows], arrays.depth[rows], arrays.deflection[rows]
-        )
         group.restore(
             np.concatenate([
-                arrays.numbers[COMMITTED_AT:BELOW], kept.ordered().flat(), arrays.committed.ravel(),
+                arrays.numbers[COMMITTED_AT:BELOW], self.contacts().flat(), arrays.committed.ravel(),
                 arrays.rates_before.ravel(), self.own_memory(),
             ])
         )  # fmt: skip
@@ -219,7 +238,7 @@ class _SurfaceGroup(_GroupArrays):
         count, slots = len(probes.body), (geometry.share, geometry.area, geometry.pair)
         moving = surfaces.bodies, surfaces.radii
         super().__init__(group, np.arange(count), slots, moving, pattern, bodies, width)
-        self.common.state[SURFACES], self.common.state[TAPERS] = 1, int(geometry.tapers)
+        self.common.state[KIND], self.common.state[TAPERS] = SURFACES, int(geometry.tapers)
         half_width = surfaces.extra[0] if surfaces.extra else np.zeros(0)
         whole, none = np.full(count, -1, dtype=np.int64), np.zeros(count)
         self.coupled = np.zeros((0, 2), dtype=np.int64)
@@ -257,10 +276,77 @@ class _SurfaceGroup(_GroupArrays):
         return np.concatenate([self.own.side, self.common.committed.ravel()])
 
 
+class _SheetGroup(_GroupArrays):
+    """Arrays of contacts of flexible facets with each other; the slots are those of the last broad phase."""
+
+    coupled_bodies = 4
+
+    def __init__(
+        self, group: ContactGroup, geometry: SheetContacts, pattern: BodyPattern, bodies: tuple[int, int], width: int
+    ) -> None:
+        none, moving = np.zeros(0), (geometry.mesh.body, np.zeros(len(geometry.mesh.body)))
+        super().__init__(group, none, (none, none, np.zeros(0, dtype=np.int64)), moving, pattern, bodies, width)
+        self.common.state[KIND] = SHEETS
+        self.coupled = np.zeros((0, 2), dtype=np.int64)
+        self.own: SheetArrays = geometry.mesh._replace(counts=geometry.mesh.counts.copy())
+        self.own_table = Table(self.common, self.own)
+        self.table = self.own_table.rows
+
+    def _set(self, common: ContactArrays, own: SheetArrays) -> None:
+        self.common, self.own = common, own
+        self.own_table.replace(common, own)
+
+    def index(self, pattern: BodyPattern) -> None:
+        """Replace the pattern, and make room for all slots; the next update of the broad phase finds the pairs again."""
+        super().index(pattern)
+        if is_full(self.own):
+            self._set(*roomier(self.common, self.own))
+        self.common.state[REFERRED], self.common.state[FOUND] = 0, -1
+
+    def press(self) -> None:
+        """See `_GroupArrays`; first the slots are those of the last accepted state."""
+        self.common.state[REFERRED] = 0
+        SHEET_KERNELS.renew(self.own_table, self.common.committed)
+        if is_full(self.own):
+            self._set(*roomier(self.common, self.own))
+            SHEET_KERNELS.renew(self.own_table, self.common.committed)
+        super().press()
+
+    def pairs(self) -> np.ndarray:
+        """See `_GroupArrays`: the pairs of the present slots, and those of the last pattern."""
+        now = bodies_of_slots(self.own)
+        found, self.coupled = np.concatenate([now, self.coupled]), now
+        return found
+
+    def load_contacts(self, kept: ContactMemory) -> None:
+        """See `_GroupArrays`; an update of the broad phase copies the memory to the slots."""
+        if len(kept.key) > len(self.own.key):
+            self._set(*roomier(self.common, self.own, len(kept.key)))
+        own, count = self.own, len(kept.key)
+        own.counts[KEPT], own.kept_key[:count] = count, kept.key
+        own.kept[:count] = np.column_stack([kept.onset, kept.began, kept.depth, kept.deflection])
+
+    def contacts(self) -> ContactMemory:
+        """See `_GroupArrays`."""
+        count = self.own.counts[KEPT]
+        onset, began, depth = self.own.kept[:count, :3].T
+        return ContactMemory(self.own.kept_key[:count], onset, began, depth, self.own.kept[:count, 3:])
+
+    def load_own(self, memory: np.ndarray) -> None:
+        """See `_GroupArrays`: the memory consists of positions and of sides; the committed poses come from the group."""
+        self._set(*set_sides(self.common, self.own, memory[3 * len(self.own.body) :]))
+
+    def own_memory(self) -> np.ndarray:
+        """See `_GroupArrays`."""
+        return own_memory(self.common, self.own)
+
+
 def _arrays_of(group: ContactGroup, pattern: BodyPattern, bodies: tuple[int, int], width: int) -> _GroupArrays:
     geometry = group.geometry
     if isinstance(geometry, ShapeContacts):
         return _ShapeGroup(group, geometry, pattern, bodies, width)
+    if isinstance(geometry, SheetContacts):
+        return _SheetGroup(group, geometry, pattern, bodies, width)
     assert isinstance(geometry, SurfaceContacts)
     return _SurfaceGroup(group, geometry, pattern, bodies, width)
 
@@ -314,9 +400,8 @@ class ContactModel:
     def press(self, most: float) -> None:
         """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
         for arrays in self.arrays:
-            common = arrays.common
-            common.numbers[MOST] = most
-            common.pressed[:] = common.pressed_before[:] = common.depth
+            arrays.press()
+            arrays.common.numbers[MOST] = most
 
     def store(self) -> np.ndarray:
         """Copy the memory of the arrays to the groups, and return and reset `pair_energy`."""
@@ -362,6 +447,7 @@ def _pointers(
     for kind, found in (
         (ShapeContacts, SPATIAL_SHAPES if spatial else PLANAR_SHAPES),
         (SurfaceContacts, SPATIAL_SURFACES if spatial else PLANAR_SURFACES),
+        (SheetContacts, SHEET_KERNELS),
     ):
         used = any(isinstance(group.geometry, kind) for group in groups)
         rows = zip(found, arguments, absent, strict=True)
@@ -379,8 +465,8 @@ def _pointers(
             laws = laws._replace(bristle=Pointer(law.effort, *of_laws.bristle))
         elif law is not None:
             laws = laws._replace(friction=Pointer(law.effort, *of_laws.friction))
-    shapes, surfaces = kinds
-    parts = ContactParts(shapes, surfaces, laws)
+    shapes, surfaces, sheets = kinds
+    parts = ContactParts(shapes, surfaces, sheets, laws)
     state = np.zeros((0, 4), dtype=np.int64), addresses, parts, 0.0
     rest = ContactKernels(
         (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),

@@ -13,7 +13,6 @@ from typing import NamedTuple
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
 from fsm.report_text import count
 from fsm.scene.loads import Load
-from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import ForceElement, Scene
 
 _MARCHING = ("generalized-alpha", "newmark", "mean-force")
@@ -99,5 +98,3 @@ def _of_contact(scene: Scene, spatial: bool) -> Iterator[str]:
         yield f"friction: the law {friction.law!r} of an extension has no compiled form"
     elif friction is not None and spatial and friction.across != 1.0:
         yield "friction: friction that depends on the direction has no compiled form"
-    if any(pair.first == pair.second == SHEET for pair in scene.pairs):
-        yield "contact: contact of flexible facets with each other has no compiled form"

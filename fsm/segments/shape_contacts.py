@@ -15,7 +15,8 @@ from fsm.interactions.face_overlap import COLUMNS
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import HALF_SPACE, POLYGON
 from fsm.interactions.shapes import ContactForces, Points
-from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
+from fsm.interactions.swept import turn_between
+from fsm.interactions.swept_slots import passing_points, passing_slots
 from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics, Tapered
 from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
@@ -54,8 +55,6 @@ GROUND = 0
 """Index of the ground."""
 _RENEWAL = 0.4
 """Displacement, relative to the margin, after which the broad phase is renewed."""
-_MOST_SHAPES = 500
-"""Number of shapes up to which all pairs are listed at once."""
 _MOST_SLOTS = 50000
 """Number of slots up to which all pairs are listed at once."""
 _ON_CREASE = 1e-6
@@ -129,7 +128,7 @@ class ShapeContacts:
     @property
     def many(self) -> bool:
         """Whether the tables of all listed pairs are too large, so that the broad phase has to select pairs in each step."""
-        return len(self.kit.shapes.body) > _MOST_SHAPES or self.kit.slots_of(self._all_units.shapes) > _MOST_SLOTS
+        return self.listed.at_most() > _MOST_SLOTS or self.kit.slots_of(self._all_units.shapes) > _MOST_SLOTS
 
     @cached_property
     def _all_units(self) -> Units:
@@ -399,18 +398,11 @@ class ShapeContacts:
         tables, points, edges = self._swept_candidates(start, poses)
         if not len(points) and not len(edges):
             return tables, np.zeros(0, dtype=np.int64)
-        shape = tables.points.shape[points]
-        kind, size, limit = tables.shapes.kind[shape], tables.shapes.size[shape], self.depth_limits(tables)[points]
-        half = tables.edges.half[tables.edge_pairs.edges[edges, 1]]
-        point_passed, edge_passed = np.zeros(len(points), dtype=bool), np.zeros(len(edges), dtype=bool)
-        before: tuple[np.ndarray, np.ndarray] | None = None
-        for step in path_poses(start, poses):
-            here = self._local_positions(tables, step, points, edges)
-            if before is not None:
-                point_passed |= points_pass(kind, size, limit, before[0], here[0])
-                edge_passed |= edges_pass(half, before[1], here[1])
-            before = here
-        return tables, np.concatenate([points[point_passed], edges[edge_passed] + len(tables.points.body)])
+        known = start, poses, points, tables.points, tables.shapes, self.depth_limits(tables)
+        if not self.spatial:
+            return tables, points[passing_points(*known)]
+        of_points, of_edges = passing_slots(*known, edges, tables.edge_pairs.edges, tables.edges)
+        return tables, np.concatenate([points[of_points], edges[of_edges] + len(tables.points.body)])
 
     def _swept_candidates(self, start: np.ndarray, end: np.ndarray) -> tuple[Tables, np.ndarray, np.ndarray]:
         """Points and pairs of edges of units that may touch between two poses, and their tables."""
@@ -424,16 +416,6 @@ class ShapeContacts:
         tables = self.kit.tables(units)
         is_open, count = ~np.isin(tables.key, self._closed), len(tables.points.body)
         return tables, np.flatnonzero(is_open[:count]), np.flatnonzero(is_open[count:])
-
-    def _local_positions(
-        self, tables: Tables, poses: np.ndarray, points: np.ndarray, edges: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Points in the axes of their shapes, and first edges in the axes of the second edges."""
-        probes, shapes = tables.points, tables.shapes
-        local = self._kernels.local(poses, points, probes, shapes)
-        if not len(edges):
-            return local, np.zeros((0, 2, 3))
-        return local, local_edges(poses, edges, tables.edge_pairs.edges, tables.edges)
 
     def _swept_boxes(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Boxes around all shapes swept between two poses."""

@@ -50,6 +50,11 @@ def test_sides_stand_for_all_pairs_of_their_shapes(seed: int) -> None:
     shapes = np.sort(listed.shape[members], axis=1)
     assert len(found) == len(wanted) > 50
     assert set(zip(*shapes.T.tolist(), found.tolist(), strict=True)) == wanted
+    members, found = listed.everything()
+    both = listed.among(np.column_stack(np.triu_indices(60, 1)))
+    np.testing.assert_array_equal(members, both[0])
+    np.testing.assert_array_equal(found, both[1])
+    assert len(found) <= listed.at_most()
 
 
 @pytest.mark.parametrize("count", [0, 1, 5, 300])

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fsm.interactions.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
-from fsm.interactions.feature_contact import measure_features, parallel_weights, tangent_features
+from fsm.interactions.feature_contact import parallel_weights, tangent_features, write_features
 from fsm.interactions.shapes import ContactForces
-from fsm.interactions.triangles_pass import edges_pass_edges, points_pass_triangles
+from fsm.interactions.triangles_pass import edge_passes_edge, point_passes_triangle, work_space
 from fsm.segments.pattern import body_pattern
 
 ONE, NODES = np.zeros(1, dtype=np.int64), np.arange(4)
@@ -29,20 +29,38 @@ EDGES = {
 }  # fmt: skip
 
 
+def nothing_found() -> Found:
+    return Found(
+        np.zeros((1, 4), dtype=np.int64), np.zeros(1, dtype=np.int64), np.zeros((1, 4)), np.zeros((1, 2, 4)),
+        np.zeros((1, 3)), np.zeros(1),
+    )  # fmt: skip
+
+
+def measured(rates: np.ndarray, found: Found) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Bodies, rates and gradients of gap and slip."""
+    out = np.zeros((1, 4), dtype=np.int64), np.zeros((1, 4)), np.zeros((1, 4, 24))
+    write_features(rates, NODES, found, 1, *out)
+    return out
+
+
 def of_point(outline: int, side: float) -> Callable[[np.ndarray], Found]:
     """Closest points of node 0 and the triangle of nodes 1 to 3; its edges may lie on the outline of a facet."""
     faces = Faces(np.array([[1, 2, 3]]), np.full((1, 3), 0.02 * outline), np.zeros((0, 2), dtype=np.int64))
 
     def find(places: np.ndarray) -> Found:
-        slots = ONE, np.array([0, 1]), ONE
-        triangle, part, _ = select_faces(places, *slots, faces)
-        return Found(*find_point_faces(places, ONE, triangle, part, np.array([side]), faces, np.array([0.01]), 9.0, 9.0)[2])
+        triangle, part, found = ONE.copy(), ONE.copy(), nothing_found()
+        select_faces(places, ONE, np.array([0, 1]), ONE, faces, triangle, part, np.zeros(1))
+        chosen = ONE, triangle, part, np.array([side])
+        assert find_point_faces(places, *chosen, faces, np.array([0.01]), 9.0, 9.0, ONE.copy(), np.zeros(1), found) == 1
+        return found
 
     return find
 
 
 def of_edges(places: np.ndarray) -> Found:
-    return Found(*find_edge_edges(places, ONE, np.array([[0, 1]]), np.array([[0, 1], [2, 3]]), np.array([0.01]), 9.0)[2])
+    found, edges, slots = nothing_found(), np.array([[0, 1], [2, 3]]), (np.array([0]), np.array([1]), 0)
+    assert find_edge_edges(places, *slots, edges, np.array([0.01]), 9.0, ONE.copy(), np.zeros(1), found, 0) == 1
+    return found
 
 
 def cases() -> list[tuple[str, Callable[[np.ndarray], Found], np.ndarray, int]]:
@@ -75,7 +93,7 @@ def in_order(find: Callable[[np.ndarray], Found]) -> Callable[[np.ndarray], tupl
 
     def gradients(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         found = find(places)
-        bodies, _, gradient = measure_features(np.zeros((4, 6)), NODES, found)
+        bodies, _, gradient = measured(np.zeros((4, 6)), found)
         out = np.zeros((4, 4, 3))
         out[:, bodies[0]] = gradient[0].reshape(4, 4, 6)[:, :, :3]
         return out[0].ravel(), out[1:].reshape(3, 12)
@@ -115,8 +133,8 @@ def test_the_tangent_is_that_of_the_force(name: str, find: Callable[..., Found],
         found = find(x)
         moving = np.zeros((4, 6))
         moving[:, :3] = u
-        measured = measure_features(moving, NODES, found)
-        depth, closing, slip = 2.0 - found.distance, -measured[1][:, 0], measured[1][:, 1:]
+        known = measured(moving, found)
+        depth, closing, slip = 2.0 - found.distance, -known[1][:, 0], known[1][:, 1:]
         normal = depth_rate * depth + closing_rate * closing
         effort = slip @ sliding.T * normal[:, None]
         acting = ContactForces(
@@ -129,9 +147,9 @@ def test_the_tangent_is_that_of_the_force(name: str, find: Callable[..., Found],
             True,
         )
         wrench = np.zeros((4, 6))
-        generalised = normal[0] * measured[2][0, 0] - effort[0] @ measured[2][0, 1:]
-        wrench[measured[0][0]] = generalised.reshape(4, 6)
-        return wrench[:, :3].ravel(), acting, measured
+        generalised = normal[0] * known[2][0, 0] - effort[0] @ known[2][0, 1:]
+        wrench[known[0][0]] = generalised.reshape(4, 6)
+        return wrench[:, :3].ravel(), acting, known
 
     pattern = body_pattern(NODES, [np.array([[i, j] for i in range(4) for j in range(i)])], 6)
     stiffness, damping = pattern.zeros(), pattern.zeros()
@@ -154,9 +172,9 @@ def test_weights_of_nearly_parallel_edges() -> None:
     places, least = np.array(EDGES["nearly parallel"][0]), 0.01
 
     def weight(x: np.ndarray) -> np.ndarray:
-        return parallel_weights(x, of_edges(x), least)[1][0]
+        return parallel_weights(x, of_edges(x), 0, 1, least)[1][0]
 
-    rows, part, gradient, hessian = parallel_weights(places, of_edges(places), least)
+    rows, part, gradient, hessian = parallel_weights(places, of_edges(places), 0, 1, least)
     u, v = places[1] - places[0], places[3] - places[2]
     y = (1.0 - (u @ v) ** 2 / (u @ u) / (v @ v)) / least
     assert 0.0 < y < 1.0
@@ -165,20 +183,20 @@ def test_weights_of_nearly_parallel_edges() -> None:
     np.testing.assert_allclose(gradient[0, flat], central(weight, places), rtol=1e-5, atol=1e-6)
 
     def slope(x: np.ndarray) -> np.ndarray:
-        return parallel_weights(x, of_edges(x), least)[2][0, flat]
+        return parallel_weights(x, of_edges(x), 0, 1, least)[2][0, flat]
 
     np.testing.assert_allclose(hessian[0][np.ix_(flat, flat)], central(slope, places), rtol=1e-5, atol=1e-4)
     crossing = np.array(EDGES["crossing"][0])
-    assert not len(parallel_weights(crossing, of_edges(crossing), least)[0])
+    assert not len(parallel_weights(crossing, of_edges(crossing), 0, 1, least)[0])
 
 
 @pytest.mark.parametrize(("place", "passes"), [([0.4, 0.3], True), ([0.9, 0.9], False), ([-0.1, 0.2], False)])
 def test_points_that_pass_through_a_moving_triangle(place: list[float], passes: bool) -> None:
     start = np.concatenate([[[*place, 1.0]], TRIANGLE])
     end = np.concatenate([[[*place, 0.2]], TRIANGLE + [0.0, 0.0, 0.6]])
-    assert points_pass_triangles(start, end, NODES[None])[0] == passes
-    assert points_pass_triangles(end, start, NODES[None])[0] == passes
-    assert not points_pass_triangles(start, start + [0.0, 0.0, 5.0], NODES[None])[0]
+    assert point_passes_triangle(start, end, NODES, work_space()) == passes
+    assert point_passes_triangle(end, start, NODES, work_space()) == passes
+    assert not point_passes_triangle(start, start + [0.0, 0.0, 5.0], NODES, work_space())
 
 
 def test_a_point_that_passes_there_and_back() -> None:
@@ -187,9 +205,9 @@ def test_a_point_that_passes_there_and_back() -> None:
     start = np.array([[0.0, 0.0, 0.1], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
     end = start.copy()
     end[0, 2] = -0.1
-    assert points_pass_triangles(start, end, NODES[None])[0]
+    assert point_passes_triangle(start, end, NODES, work_space())
     end[0] = [3.0, 0.0, -0.1]
-    assert not points_pass_triangles(start, end, NODES[None])[0]
+    assert not point_passes_triangle(start, end, NODES, work_space())
 
 
 @pytest.mark.parametrize(("shift", "passes"), [(0.0, True), (2.0, False)])
@@ -197,5 +215,5 @@ def test_edges_that_pass_through_each_other(shift: float, passes: bool) -> None:
     start = np.array([[-1.0, shift, 0.3], [1.0, shift, 0.4], [0.0, -1.0, 0.0], [0.1, 1.0, 0.1]])
     end = start.copy()
     end[:2, 2] -= 1.0
-    assert edges_pass_edges(start, end, NODES[None])[0] == passes
-    assert not edges_pass_edges(start, start + 1.0, NODES[None])[0]
+    assert edge_passes_edge(start, end, NODES, work_space()) == passes
+    assert not edge_passes_edge(start, start + 1.0, NODES, work_space())

@@ -249,7 +249,7 @@ SHEETS = (
     ),
     Mutant(
         "contact between both sides of a cut",
-        "fsm/segments/sheet_contacts.py",
+        "fsm/segments/sheet_tables.py",
         "_to_segment(a[:, k], b) < 0.5 * reach",
         "_to_segment(a[:, k], b) < 0.0",
         physics_test("cuts", "test_both_sides_of_a_cut_do_not_press_each_other"),

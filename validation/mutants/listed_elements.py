@@ -325,9 +325,9 @@ FACETS = (
     ),
     Mutant(
         "contact of flexible facets with the whole stiffness for each of both faces",
-        "fsm/segments/sheet_contacts.py",
-        "self.share = 0.5 * np.concatenate([own, least]) / surface.face",
-        "self.share = np.concatenate([own, least]) / surface.face",
+        "fsm/segments/array_sheets.py",
+        "0.5 * own.node_area[node] / own.sizes[FACE]",
+        "own.node_area[node] / own.sizes[FACE]",
         physics_test("flexible_facets_touch", "test_the_stiffness_of_an_area_does_not_depend_on_the_mesh"),
     ),
     Mutant(
