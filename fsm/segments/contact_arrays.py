@@ -71,7 +71,9 @@ class ContactParts(NamedTuple):
 
 
 class ContactKernels(NamedTuple):
-    """Kernels of all contacts of a model; see `fsm.segments.array_contacts`. Only statics uses those from `advance` on."""
+    """Kernels of all contacts of a model; see `fsm.segments.array_contacts`. Only statics uses those from `advance` on, and
+    only steps in time use `part_of_step`, `longest_step`, `stored` and `losses`.
+    """
 
     force: Any
     tangent: Any

@@ -56,6 +56,11 @@ _AHEAD = 2
 while the probe slides."""
 
 
+_IN_STATICS = frozenset({"force", "tangent", "accept", "advance", "passed", "sums"})
+_IN_MOTION = frozenset({"force", "tangent", "part_of_step", "accept", "longest_step", "stored", "losses"})
+"""Kernels of `ContactKernels` that quasi-static steps call, and those that steps in time call."""
+
+
 class _GroupArrays(ABC):
     """Arrays of one group, and the table of their addresses.
 
@@ -366,11 +371,12 @@ class ContactModel:
 
     def __init__(
         self, groups: Sequence[ContactGroup], pattern: BodyPattern, bodies: tuple[int, int], spatial: bool, pairs: int,
-        ) -> None:  # fmt: skip
+        statics: bool = False,
+    ) -> None:  # fmt: skip
         self.arrays = [_arrays_of(group, pattern, bodies, 7 if spatial else 3) for group in groups]
         self.groups = tables_of([arrays.table for arrays in self.arrays])
         self.pair_energy, self.grown = np.zeros((2, pairs)), False
-        self.parts, self.kernels = _pointers(groups, self.groups, spatial)
+        self.parts, self.kernels = _pointers(groups, self.groups, spatial, _IN_STATICS if statics else _IN_MOTION)
 
     def index(self, pattern: BodyPattern) -> None:
         """Replace the pattern."""
@@ -432,8 +438,11 @@ def _contiguous(arrays: Any) -> Any:
 
 
 def _pointers(
-    groups: Sequence[ContactGroup], addresses: np.ndarray, spatial: bool
+    groups: Sequence[ContactGroup], addresses: np.ndarray, spatial: bool, used: frozenset[str]
 ) -> tuple[ContactParts, ContactKernels]:
+    """Pointers to the kernels of geometries, laws and contacts; kernels whose names are not among the used ones, or which no
+    group needs, are absent.
+    """
     g = TableExample(ContactArrays)
     one, two, three = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))
     whole = np.zeros(0, dtype=np.int64)
@@ -449,9 +458,9 @@ def _pointers(
         (SurfaceContacts, SPATIAL_SURFACES if spatial else PLANAR_SURFACES),
         (SheetContacts, SHEET_KERNELS),
     ):
-        used = any(isinstance(group.geometry, kind) for group in groups)
+        has_any = any(isinstance(group.geometry, kind) for group in groups)
         rows = zip(found, arguments, absent, strict=True)
-        kinds.append(GeometryKernels(*(Pointer(kernel, *rest) if used else nothing for kernel, rest, nothing in rows)))
+        kinds.append(GeometryKernels(*(Pointer(kernel, *rest) if has_any else nothing for kernel, rest, nothing in rows)))
     of_laws = LawKernels((one, one, one, one, one), (one, one, one), (two, one, one), (two, two, one, two, 0.0, one))
     laws = LawKernels(*(
         AbsentPointer(result, *rest)
@@ -474,6 +483,6 @@ def _pointers(
     )
     without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0))
     return parts, ContactKernels(*(
-        Pointer(kernel, *own) if groups else AbsentPointer(result, *own)
-        for kernel, own, result in zip(CONTACTS, rest, without, strict=True)
+        Pointer(kernel, *own) if groups and name in used else AbsentPointer(result, *own)
+        for name, kernel, own, result in zip(CONTACTS._fields, CONTACTS, rest, without, strict=True)
     ))  # fmt: skip
