@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
     from fsm.scene.lattice import Lattice
     from fsm.scene.load_case import LoadedCase, load_case
-    from fsm.scene.loads import Constant, Cycle, Drive, Load, Ramp, Table
+    from fsm.scene.loads import Drive, Load
     from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
     from fsm.scene.membrane import Membrane, Tension, Vibration
     from fsm.scene.obstacle import Obstacle
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from fsm.scene.solve import Save, Solve
     from fsm.scene.steps import Step
     from fsm.scene.table import TableCase, load_table
+    from fsm.scene.time_program import Constant, Cycle, Ramp, Table
     from fsm.scene.truss import SceneTruss
     from fsm.segments.compile import compile_scene
     from fsm.solve.simulate import simulate

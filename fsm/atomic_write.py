@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ["atomic_write", "file_to_replace", "remove_partial_files"]
-
 
 @contextmanager
 def atomic_write(path: str | Path, *, to_disk: bool = False) -> Iterator[Path]:

@@ -14,8 +14,6 @@ import numpy as np
 if TYPE_CHECKING:
     from scipy import sparse
 
-__all__ = ["FRONTS_FROM", "BlockMatrix", "BlockPattern", "Elimination", "LowRank"]
-
 FRONTS_FROM = 5e7
 """Number of multiplications of a symmetric factorisation above which dense fronts are faster than single blocks;
 measured on a film of 20 x 20 cells (`validation/benchmarks/README.md`)."""

@@ -19,8 +19,6 @@ from fsm.solve.status import Event
 from fsm.system import System
 from fsm.system_records import DriveState
 
-__all__ = ["RestartPoint", "check_point", "read_point", "write_point"]
-
 _STATE, _STATES, _MODES = "state_", "states_", "modes_"
 """Prefixes of the arrays of `AcceptedStep.state`, of the states at the beginning of the step, and of modes."""
 

@@ -34,8 +34,6 @@ from fsm.threads import one_thread
 if TYPE_CHECKING:
     from fsm.table import Figures
 
-__all__ = ["cli", "main"]
-
 EXIT_CODES = """
 Exit codes: 0 done; 1 internal error; 2 wrong usage or case file; 3 not converged; 4 a number outside [expect];
 5 energy balance outside its bound; 130 interrupted (continue with --resume).

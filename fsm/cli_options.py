@@ -13,8 +13,6 @@ import click
 from fsm.errors import CaseError
 from fsm.plots.drawing import FORMATS, STYLES, drawing
 
-__all__ = ["add_source", "debug_option", "debugging", "drawing_options", "figure_file", "out_folder", "set_option"]
-
 _OTHER_FORMATS = (".jpg", ".jpeg", ".gif", ".tif", ".tiff", ".eps", ".bmp", ".webp", ".ps")
 """Suffixes of pictures that figures cannot have."""
 

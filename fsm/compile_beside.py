@@ -13,9 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fsm.kernels import jit
+from fsm.kernels.cache_folder import cache_folder
 from fsm.threads import processors
-
-__all__ = ["compiled_beside"]
 
 _FEW = 3
 """Number of kernels that a process compiles before it starts a helper, which needs a second to start."""
@@ -38,7 +37,7 @@ def compiled_beside(arguments: Sequence[str]) -> Iterator[None]:
         if compiled == _FEW:
             helper.append(_started(arguments))
 
-    several = processors() > 1 and jit.cache_folder() is not None
+    several = processors() > 1 and cache_folder() is not None
     unsubscribe = jit.on_compile(count) if several else lambda: None
     try:
         yield

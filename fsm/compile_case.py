@@ -25,8 +25,6 @@ from fsm.segments.system import SegmentSystem
 from fsm.shown_units import shown
 from fsm.solve.settings import PathSettings
 
-__all__ = ["compile_case", "compile_planned", "compile_whole", "path_settings"]
-
 
 def compile_case(case: Case, source: str = "", warnings: list[str] | None = None) -> tuple[Scene, SegmentSystem]:
     """Scene and system of a case; see `compile_planned`."""

@@ -18,8 +18,6 @@ from fsm.analyses.choose import analysis_of
 from fsm.scene.load_case import load_case
 from fsm.warm_up import KINDS, compile_linear_solver
 
-__all__ = ["main"]
-
 
 def _end_with_input() -> None:
     """End this process when its standard input is closed."""

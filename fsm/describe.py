@@ -10,8 +10,6 @@ from fsm.report_text import labelled
 from fsm.scene.case import Case
 from fsm.segments.report import describe as describe_segments
 
-__all__ = ["describe"]
-
 
 def describe(case: Case) -> list[str]:
     """Lines of the report: the model, the parts left out with the reason, and the approximations.

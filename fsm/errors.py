@@ -6,12 +6,6 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-__all__ = [
-    "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "NotInResult",
-    "OutOfMemory", "is_interrupt", "raised_by_signal",
-]  # fmt: skip
-
-
 _LONGEST = 1000
 """Largest number of characters in a line of a message."""
 

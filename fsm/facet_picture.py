@@ -22,8 +22,6 @@ from fsm.scene.patterns.pattern import ASSIGNMENTS
 from fsm.scene.sheet import Sheet
 from fsm.shown_units import shown_unit
 
-__all__ = ["CREASES", "draw_facets"]
-
 CREASES: dict[str, tuple[str, str, float]] = {
     "B": ("#000000", "-", 1.2), "M": ("#D55E00", "-", 1.4), "V": ("#0072B2", "--", 1.4), "F": ("#999999", "-", 0.6),
     "U": ("#CC79A7", "-", 1.2), "C": ("#009E73", "-", 1.2), "J": ("#999999", ":", 1.0),

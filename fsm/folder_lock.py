@@ -18,8 +18,6 @@ from fsm.errors import CannotWrite
 if sys.platform != "win32":
     import fcntl
 
-__all__ = ["LOCK", "locked_folder"]
-
 LOCK = ".fsm.lock"
 """Name of the lock file. The file names its owner in one line; the file is removed when the owner ends."""
 

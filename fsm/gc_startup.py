@@ -13,8 +13,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["imports_outside_gc", "keep_garbage", "plain_matplotlib", "rare_gc"]
-
 _THRESHOLDS = (50_000, 20, 100)
 """New objects, and collections of younger objects, after which the garbage of each generation is collected."""
 _MOST_KEPT = 100

@@ -17,12 +17,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = [
-    "READ_ERRORS", "SIGNATURE", "attribute", "check_contents", "close_discarding", "fixed_text", "has_checksums",
-    "is_finite", "kinds_of", "names_in", "numbers_in", "plain", "space_of", "text_in", "write_attribute",
-    "written_from_memory",
-]  # fmt: skip
-
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 READ_ERRORS = (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
 """Errors that reading a damaged file can raise."""

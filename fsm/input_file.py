@@ -7,8 +7,6 @@ import os
 import stat
 from pathlib import Path
 
-__all__ = ["MOST_BYTES", "read_input_file", "read_failure"]
-
 MOST_BYTES = 64 * 2**20
 """Largest size of a file of measured rows, bytes."""
 

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["PiecewiseCubic", "hermite_cubic", "interpolate", "monotone_cubic", "monotone_slopes", "spline"]
-
 
 @dataclass(frozen=True)
 class PiecewiseCubic:

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["ignore_repeated_interrupts"]
-
 REPEAT_WINDOW = 3.0
 """Time after an interrupt during which further interrupts are ignored, s."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-__all__ = ["MOMENT", "PRESSURE", "LoadUnits", "force_name", "load_units"]
-
 PRESSURE = ", pressure"
 """Text behind the name of a pressure on nodes in results: its size is in Pa, and its displacement is a volume, m^3."""
 MOMENT = ", moment"

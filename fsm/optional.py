@@ -7,8 +7,6 @@ from typing import Any
 
 from fsm.errors import CaseError
 
-__all__ = ["optional_module"]
-
 
 def optional_module(name: str, purpose: str, extra: str) -> Any:
     """Import an optional package.

@@ -18,19 +18,6 @@ from fsm.scene.flexible import SceneFilm
 from fsm.scene.frame_bodies import quaternion_matrix
 from fsm.scene.scene import Body, Plate, Scene
 
-__all__ = [
-    "Outline",
-    "axes_of",
-    "distance",
-    "find_overlaps",
-    "find_pierced",
-    "length_of",
-    "near_boxes",
-    "outlines",
-    "panel_of_body",
-    "points_at",
-]
-
 Points = NDArray[np.float64]
 
 

@@ -8,8 +8,6 @@ from fsm.overlap import near_boxes
 from fsm.results.solution import Solution
 from fsm.scene.scene import Scene
 
-__all__ = ["TIP", "unwatched_crossings", "lattice_overlap"]
-
 TIP = 0.05
 """Part of a panel's length, next to each end, where a crossing does not count."""
 

@@ -22,8 +22,6 @@ from fsm.errors import FsmError, OutOfMemory, is_interrupt
 from fsm.gc_startup import rare_gc
 from fsm.threads import one_thread
 
-__all__ = ["JobOutcome", "run_jobs"]
-
 GRACE = 20.0
 """Time for interrupted workers to write their checkpoints, s."""
 

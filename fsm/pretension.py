@@ -12,8 +12,6 @@ from fsm.ancf.tension_field import MOVING, REMAINDER, SETTLING
 from fsm.solve.newton import equilibrium
 from fsm.solve.relax import Relaxed, relaxed
 
-__all__ = ["settled", "tensioned"]
-
 _PASSES = (
     *((part, 1e-2) for part in SETTLING),
     *((REMAINDER, near) for near in (1e-2, *12 * (1e-3,), 0.0)),

@@ -23,8 +23,6 @@ from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.shown_units import shown
 
-__all__ = ["preview"]
-
 Points = NDArray[np.float64]
 Shot = list[list[Points]]
 """One frame: for each panel the ends of its pieces, (2, 2) arrays in m."""

@@ -13,8 +13,6 @@ from tqdm import tqdm
 
 from fsm.report_text import count
 
-__all__ = ["Progress", "report_compilation", "report_restart"]
-
 _LINE_EVERY = 10.0
 """Time between plain lines, s."""
 

@@ -15,8 +15,6 @@ import numpy as np
 
 from fsm.version import fsm_version
 
-__all__ = ["made_by", "provenance"]
-
 
 @cache
 def made_by() -> dict[str, str]:

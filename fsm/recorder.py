@@ -54,8 +54,6 @@ from fsm.summary import state_errors, summary_of
 if TYPE_CHECKING:
     from fsm.channels.sample import ChannelSampler
 
-__all__ = ["CHECKPOINT_EVERY", "RecordedSolve"]
-
 CHECKPOINT_EVERY = 1.0
 """Wall time between checkpoints, s; one checkpoint takes about 10 ms."""
 _SAME = 1e-10

@@ -16,11 +16,6 @@ from typing import Any, Final, NamedTuple
 from fsm.errors import Fault
 from fsm.input_file import read_failure, read_input_file
 
-__all__ = [
-    "BUILDERS", "CONTACT_LAWS", "COUPLINGS", "ELEMENT_LAWS", "FRICTION_LAWS", "POINT_KINDS", "AddedBuilder", "AddedLaw",
-    "load_extensions",
-]  # fmt: skip
-
 _MOST_CODE = 2**20
 """Largest size of an extension, bytes."""
 _DIGEST = "#sha256:"

@@ -7,8 +7,6 @@ from typing import TypeVar
 
 from fsm.shown_units import shown
 
-__all__ = ["count", "labelled", "material_text", "triple"]
-
 _LABEL = 14
 _T = TypeVar("_T")
 

@@ -9,8 +9,6 @@ import numpy as np
 from fsm.scales import AtRest
 from fsm.system import System
 
-__all__ = ["scales_at_rest"]
-
 _OF_FORCES = 0.1
 """Scale of the speed relative to the speed that forces at rest can cause; with 1, errors are three times as large."""
 _ROUND_OFF = 1e-14

@@ -9,8 +9,6 @@ import numpy as np
 from fsm.results.solution import Solution
 from fsm.system import System
 
-__all__ = ["RoundOff", "position_round_off_energy", "round_off_of"]
-
 _REFUSED, _WARNED = 5e-2, 1e-3
 """Ratios of round-off to acting forces: above the first value a run is refused, above the second it has a warning."""
 _STATES = 20

@@ -31,8 +31,6 @@ from fsm.scene.load_case import LoadedCase
 from fsm.summary import joined, missed_expectations
 from fsm.version import fsm_version
 
-__all__ = ["ENDING", "run_case", "run_in_locked_folder"]
-
 ENDING = 30.0
 """Time that a restarted run waits until the interrupted run has written its checkpoint, s."""
 

@@ -17,8 +17,6 @@ import numpy as np
 if TYPE_CHECKING:
     from fsm.blocks import BlockMatrix
 
-__all__ = ["OF_DRIVES", "AtRest", "Scales"]
-
 OF_DRIVES = 10.0
 """Scale of the speed relative to the largest speed of a drive. On the pulled strip a smaller scale needs more steps, and a
 larger scale causes energy errors."""

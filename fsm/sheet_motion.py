@@ -11,7 +11,8 @@ import numpy as np
 
 from fsm.errors import CaseError
 from fsm.kernels.rotation import rotation_matrix
-from fsm.results.solution import Floats, Solution
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 from fsm.scene.builders.sheet_joints import rest_angle, sheet_joints
 from fsm.scene.builders.sheet_loads import facet_name
 from fsm.scene.case import Case
@@ -22,8 +23,6 @@ from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.foldability import foldability
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
-
-__all__ = ["fold_warning", "folded_parts", "sheet_of", "vertices_of"]
 
 _BEHIND = 0.5
 """Fraction of the rest angle, below which a warning says that a crease has not folded."""

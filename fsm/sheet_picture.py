@@ -29,8 +29,6 @@ from fsm.scene.sheet import Sheet
 from fsm.scene.step_items import loads_of
 from fsm.shown_units import ShownUnit, shown_unit
 
-__all__ = ["draw_fault", "draw_sheet"]
-
 _NUMBERED = 130
 """Largest number of vertices and facets with numbers in the picture."""
 _RED = "#E00000"

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-__all__ = ["ShortRepr"]
-
 _LONGEST_TEXT = 60
 """Largest number of characters of the text of one field."""
 _MOST_ITEMS = 4

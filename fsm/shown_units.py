@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-__all__ = ["ShownUnit", "shown", "shown_points", "shown_range", "shown_size", "shown_unit", "travel_text", "turns"]
-
 
 class ShownUnit(NamedTuple):
     """Factor from SI, and name of a unit."""

@@ -25,8 +25,6 @@ from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.status import Event
 
-__all__ = ["joined", "missed_expectations", "state_errors", "summary_of", "unstable_passages"]
-
 _COARSE, _LATE = 0.05, 0.02
 """Errors due to the mesh of facets, and errors of positions due to steps, above which there is a warning."""
 _MANY, _COSTLY = 30000, 2.0

@@ -11,8 +11,6 @@ from fsm.report_text import count
 from fsm.results.stated_errors import largest_errors
 from fsm.shown_units import ShownUnit, shown_unit, turns
 
-__all__ = ["summary_lines", "summary_travel_unit"]
-
 _LISTED = 6
 """Largest number of limit points of a step, of errors of a cause, of loads, and of drives that the text lists."""
 _SMALL = 1e-3

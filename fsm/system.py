@@ -27,8 +27,6 @@ from fsm.system_records import (
 if TYPE_CHECKING:
     from scipy import sparse
 
-__all__ = ["ArrayRestSystem", "ArrayStaticSystem", "ArraySystem", "MixedSystem", "StaticArrays", "System"]
-
 
 class System(Protocol):
     """Protocol of a mechanical system; see the module docstring.

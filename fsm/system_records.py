@@ -10,10 +10,6 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 
-__all__ = [
-    "Depths", "DriveState", "Energy", "Linearised", "Observation", "PairState", "PreviousState", "Ready", "StepRejection",
-]  # fmt: skip
-
 
 @dataclass(frozen=True)
 class Energy:

@@ -23,8 +23,6 @@ from fsm.scene.table import OVERLAY, STUDY, TableCase, load_reference, load_tabl
 from fsm.table_files import flat_numbers, write_extremes, write_summaries
 from fsm.table_text import progress_line
 
-__all__ = ["RESOLVED", "Figures", "failures", "run_table"]
-
 Figures = Literal["none", "first", "all"]
 """Rows whose figures are drawn."""
 

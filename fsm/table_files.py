@@ -14,8 +14,6 @@ from fsm.results.summary_units import heading
 from fsm.scene.table import COLLECTED, EXTREMES
 from fsm.shown_units import turns
 
-__all__ = ["flat_numbers", "write_extremes", "write_summaries"]
-
 _FIRST = ("peak_force", "peak_travel", "frequency_hz", "amplitude_center", "amplitude_patch")
 """Numbers in the first columns, before displacements of loads."""
 _LAST_OF_FIRST = ("exit_code", "warnings", "error")

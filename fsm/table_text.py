@@ -12,8 +12,6 @@ from fsm.report_text import count
 from fsm.scene.table import load_reference
 from fsm.shown_units import shown_unit, turns
 
-__all__ = ["format_comparison", "format_table", "progress_line"]
-
 _LOADS = 3
 """Largest number of loads in the printed table."""
 Row = Mapping[str, Any]

@@ -41,8 +41,6 @@ from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import follow
 
-__all__ = ["KINDS", "compile_ahead", "compile_linear_solver"]
-
 SPACES = ("planar", "spatial")
 _INTEGRATORS = ("generalized-alpha", "Radau")
 _TEMPLATES = Path(__file__).with_name("commands") / "templates"

@@ -17,8 +17,6 @@ from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.system import System
 
-__all__ = ["MODAL", "Analysis", "OneStep", "Solver", "StatedErrors", "Watch"]
-
 MODAL = "modal"
 """Name of the method of a reduced model."""
 

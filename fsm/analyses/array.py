@@ -19,8 +19,6 @@ from fsm.scene.materials import DAMPING, Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.segments.time_function import time_function
 
-__all__ = ["compile_array"]
-
 
 def compile_array(
     scissor: Scissor,

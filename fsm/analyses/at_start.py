@@ -8,8 +8,6 @@ from fsm.errors import NotConverged
 from fsm.solve.newton import equilibrium, negative_pivots
 from fsm.system import System
 
-__all__ = ["equilibrium_at_start"]
-
 _RESTING = 1e-12
 """Distance to the equilibrium, relative to the size of an element or a radian, below which a configuration counts as the
 equilibrium."""

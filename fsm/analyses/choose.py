@@ -6,8 +6,6 @@ from fsm.analyses.analysis import Analysis
 from fsm.analyses.deploy import Deployment
 from fsm.scene.case import Case
 
-__all__ = ["analysis_of"]
-
 
 def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None) -> Analysis:
     """Compile a case of one analysis.

@@ -26,11 +26,6 @@ from fsm.scene.case import Case
 from fsm.scene.sheet import Sheet
 from fsm.scene.solve import Solve
 
-__all__ = [
-    "ASK_FOR_ALL", "MOST_WORK", "Comparison", "Statement", "compared", "finer_mesh", "larger_steps", "not_compared",
-    "other_meshes",
-]  # fmt: skip
-
 MOST_WORK = 5e9
 """Work of a run up to which "auto" compares, about five seconds: Newton iterations (or steps) times the square of the
 degrees of freedom, for flexible facets 1.2e-9 s each. The number depends on the case alone, so that each run of a case

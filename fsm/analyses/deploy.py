@@ -37,8 +37,6 @@ from fsm.solve.run_io import Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.system import System
 
-__all__ = ["Deployment"]
-
 _NAMED = 3
 _FEWER = 0.7
 """Ratio of the unknowns of a coarser mesh to those of the mesh itself, below which both are compared."""

@@ -20,8 +20,6 @@ from fsm.segments.plan import Plan
 from fsm.segments.system import SegmentSystem
 from fsm.shown_units import shown
 
-__all__ = ["DEEP", "deploy_warnings", "unstable_end"]
-
 _NAMED = 3
 """Largest number of pairs of panels named in a warning."""
 _STRETCHED = 0.01

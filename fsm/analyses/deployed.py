@@ -15,7 +15,8 @@ from fsm.ancf.film import FilmMaterial
 from fsm.ancf.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
 from fsm.errors import NotConverged
 from fsm.interpolation import interpolate
-from fsm.results.solution import Floats, Solution
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 from fsm.scene.builders.membrane import MeshLines
 from fsm.scene.builders.strip import segment_lengths
 from fsm.scene.case import Case, Strip
@@ -23,8 +24,6 @@ from fsm.scene.materials import Crease, LinearCrease, SplineCrease
 from fsm.scene.membrane import Deployed
 from fsm.segments.system import SegmentSystem
 from fsm.solve.relax import relaxed
-
-__all__ = ["DeployedFilm", "film_of_deployment"]
 
 _SAME_PLACE = 1e-6
 """Distance, relative to the length of a panel, below which two mesh lines coincide."""

@@ -10,8 +10,6 @@ from fsm.scene.scene import ForceElement, Scene
 from fsm.segments.creases import CreaseGroup
 from fsm.segments.system import SegmentSystem
 
-__all__ = ["extrapolation_warnings"]
-
 _MARGIN = 0.01
 """Excess, relative to the range of angles, below which there is no warning (half a degree for a range of 50 degrees)."""
 _NAMED = 4

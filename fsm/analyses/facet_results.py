@@ -10,8 +10,6 @@ from fsm.scene.patterns.facet_mesh import MeshPoint
 from fsm.scene.patterns.flexible_facets import FlexibleFacets
 from fsm.segments.system import SegmentSystem
 
-__all__ = ["mesh_point", "probe_displacements"]
-
 
 def mesh_point(system: SegmentSystem, point: MeshPoint, q: np.ndarray) -> np.ndarray:
     """Position of a point of flexible facets in a configuration q of the system, (3,), m."""

@@ -16,8 +16,6 @@ from fsm.scene.builders.membrane import MeshLines, PlacedPatch, coarser_lines, f
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, EdgeCable, Membrane, Support
 
-__all__ = ["CORNERS", "FilmMesh", "FilmPoint", "build_film", "mean_strain", "on_other_mesh"]
-
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 """Signs of x and y at the corners, in order."""
 _PARTS = 8

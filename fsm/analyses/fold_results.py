@@ -13,8 +13,6 @@ from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.scene import Scene
 from fsm.system_records import PreviousState
 
-__all__ = ["SheetFolds", "folds_of"]
-
 
 @dataclass(frozen=True, eq=False)
 class SheetFolds:

@@ -11,8 +11,6 @@ from fsm.results.solution import Solution
 from fsm.segments.system import SegmentSystem
 from fsm.solve.run_io import CurvePoint
 
-__all__ = ["loads_at", "loads_at_end", "static_load_path"]
-
 
 def static_load_path(
     system: SegmentSystem, whole: SegmentSystem, solution: Solution, number: int, points: Sequence[CurvePoint]

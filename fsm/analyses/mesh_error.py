@@ -26,8 +26,6 @@ from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.solve.modal import Modes
 
-__all__ = ["MeshError", "OnMesh", "mesh_error"]
-
 _MODES = 40
 """Smallest number of modes of the linear responses."""
 _STEPS = 8

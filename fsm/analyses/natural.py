@@ -9,8 +9,6 @@ import numpy as np
 from fsm.ancf.system import AncfSystem
 from fsm.solve.modal import Modes, modes
 
-__all__ = ["natural_modes"]
-
 
 def natural_modes(system: AncfSystem, q: np.ndarray, count: int) -> Modes:
     """Lowest modes at rest, at most as many as free coordinates.

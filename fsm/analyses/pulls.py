@@ -9,8 +9,6 @@ import numpy as np
 from fsm.results.curve import START_UP
 from fsm.results.solution import ENERGIES, Solution
 
-__all__ = ["pull_warnings"]
-
 _STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "work", "error"))
 """Potential energies of a record, except of drives."""
 

@@ -25,8 +25,6 @@ from fsm.solve.simulate import simulate
 from fsm.solve.stepwise_run import MEAN_FORCE
 from fsm.system_records import DriveState, Energy, Observation, PairState
 
-__all__ = ["ModelError", "ReducedSolve", "error_against_full", "reduced_model", "stretch_left_out"]
-
 _PER_PERIOD = 60.0
 """Steps in a period of the highest mode."""
 _CHECKED = 40

@@ -11,8 +11,6 @@ from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, MeasuredPulse, Vibration
 from fsm.shown_units import shown, shown_points, shown_range, shown_size
 
-__all__ = ["MINAMI", "describe_film"]
-
 MINAMI = 0.68
 """Height of the air layer of the added mass, relative to the length of the film; `fsm.ancf.air` has the source."""
 

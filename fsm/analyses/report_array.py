@@ -8,10 +8,8 @@ from fsm.report_text import labelled, material_text
 from fsm.scene.builders.scissor import array_at
 from fsm.scene.case import Case
 from fsm.scene.check_scissor import default_holds
-from fsm.scene.loads import Constant
+from fsm.scene.time_program import Constant
 from fsm.shown_units import shown, shown_size
-
-__all__ = ["describe_array"]
 
 _ELEMENTS = {
     "section": "shear-deformable beams of 14 coordinates, strains of the section",

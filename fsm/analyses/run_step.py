@@ -11,8 +11,6 @@ from fsm.scene.steps import Kind
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.settings import PathSettings, Settings
 
-__all__ = ["RunStep", "States", "StepResult"]
-
 States = dict[str, np.ndarray]
 """Poses, rates, nodes and memory at the end of a step, from which the next step begins."""
 

@@ -27,8 +27,6 @@ from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.settings import RHO_INF, PathSettings, Settings
 from fsm.solve.simulate import simulate
 
-__all__ = ["ScissorArray"]
-
 _RIGID_RTOL = 1e-6
 """Settings of the comparison with rigid bars."""
 _RECORDS = 200

@@ -29,8 +29,6 @@ from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.status import Event
 
-__all__ = ["SegmentError", "Unresolved"]
-
 _FACTOR = 2.0
 """Ratio of the stated error of the force to its first-order estimate."""
 _FEWEST = 3

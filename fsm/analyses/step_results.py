@@ -18,8 +18,6 @@ from fsm.solve.run_io import CurvePoint, Statistics
 from fsm.solve.status import Event, Outcome
 from fsm.system import System
 
-__all__ = ["counted", "final_loads", "limit_points", "step_modes", "step_summaries", "total_of"]
-
 _SUMMED = (
     "steps", "force_evaluations", "jacobian_evaluations", "factorisations", "newton_iterations", "wall_time", "rejected",
 )  # fmt: skip

@@ -19,8 +19,6 @@ from fsm.pretension import tensioned
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, Support
 
-__all__ = ["as_deployed", "stretched", "supports"]
-
 _IMPERFECTION = 0.1
 """Height of the initial waves without a closed form, relative to the thickness."""
 _REMEDY = {

@@ -14,8 +14,6 @@ from fsm.shown_units import shown
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
-__all__ = ["SummaryErrors", "summary_errors"]
-
 _COMPARED = 80
 """Number of steps that are solved again; with the default step these take twice the duration of a pulse."""
 _WHOLE = 4.0 / 3.0

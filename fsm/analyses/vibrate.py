@@ -38,8 +38,6 @@ from fsm.solve.run_io import Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK
 
-__all__ = ["VibrationAnalysis"]
-
 _PER_PERIOD = 10.0
 """Default number of samples in a period of the highest requested mode."""
 _SLACKEST = 0.5

@@ -18,8 +18,6 @@ import numpy as np
 from fsm.ancf.film import film_mass
 from fsm.ancf.group import MassPart
 
-__all__ = ["AIR_DENSITY", "MINAMI", "added_mass", "air_mass"]
-
 AIR_DENSITY = 1.204
 """Dry air at 20 degrees Celsius and 101325 Pa, kg/m^3."""
 MINAMI = 0.68

@@ -9,8 +9,6 @@ from fsm.ancf.truss import BarArrays, BarGroup, add_force, add_tangent, dissipat
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
 
-__all__ = ["BARS", "arrays_of_bars"]
-
 _SLOTS = 3
 """Row of a group's table after those of `BarArrays`."""
 

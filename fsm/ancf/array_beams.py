@@ -18,8 +18,6 @@ from fsm.kernels.addresses import floats_1d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer, call_at
 
-__all__ = ["BEAMS", "arrays_of_beams", "arrays_of_stress", "note_stress"]
-
 _ROWS, _GRADIENT, _HESSIAN, _BY_ADDRESS, _SLOTS = 2, 7, 8, 9, 10
 """Rows of a group's table, those of `BeamArrays` first."""
 _BARS, _BESIDE, _SIZES, _LARGEST = 10, 11, 12, 13

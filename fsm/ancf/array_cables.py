@@ -9,8 +9,6 @@ from fsm.ancf.cable import CableArrays, CableGroup, add_force, add_tangent, diss
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 
-__all__ = ["CABLES", "arrays_of_cables"]
-
 _VISCOSITY, _ENGINEERING, _SLOTS = 11, 12, 13
 """Rows of a group's table after those of `CableArrays`."""
 

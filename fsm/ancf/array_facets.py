@@ -11,8 +11,6 @@ from fsm.ancf.facet_group import FacetGroup
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
 
-__all__ = ["FACETS", "arrays_of_facets"]
-
 _EDGES, _ROWS, _POINTS, _TENSION, _SLOTS, _BEND, _VISCOSITY = 1, 6, 9, 10, 11, 12, 13
 """Rows of a group's table. The arrays of `FacetArrays` come first; arrays of four dimensions are stored flat. Slots,
 rows of damping and the Kelvin-Voigt time follow."""

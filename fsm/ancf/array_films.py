@@ -10,8 +10,6 @@ from fsm.ancf.membrane import MembraneArrays, add_force, add_tangent, dissipatio
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
 
-__all__ = ["FILMS", "arrays_of_films"]
-
 _VISCOSITY, _SLOTS = 12, 13
 """Rows of a group's table after those of `MembraneArrays`."""
 

@@ -21,11 +21,10 @@ from fsm.ancf.fold_kernels import (
 from fsm.ancf.folds import FoldGroup
 from fsm.kernels.addresses import floats_1d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.kernels.pieces import Pieces, pieces_at
+from fsm.kernels.pieces import pieces_at
+from fsm.kernels.programs import Pieces
 from fsm.laws.crease import CreaseLaws, crease_laws_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, sliders_of
-
-__all__ = ["FOLDS", "arrays_of_folds", "commit_folds", "fold_table"]
 
 _CURVES = 4
 _LAW = _CURVES + len(CreaseLaws._fields)

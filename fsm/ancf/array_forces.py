@@ -41,10 +41,6 @@ from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.stepping.vectors import copy_into
 
-__all__ = [
-    "factorise_matrix", "force", "forces_of_coordinates", "hold", "place", "renewed_force", "rows_times", "set_matrix",
-    "solve", "sum_forces", "sum_tangents",
-]  # fmt: skip
 
 @kernel
 def rows_times(rows: Rows, vector: np.ndarray) -> np.ndarray:

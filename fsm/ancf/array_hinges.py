@@ -18,8 +18,6 @@ from fsm.ancf.hinge import (
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 
-__all__ = ["HINGES", "arrays_of_hinges", "latch_hinges"]
-
 _SLOTS = len(HingeArrays._fields)
 """Row of a group's table after those of `HingeArrays`."""
 

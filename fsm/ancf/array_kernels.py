@@ -59,8 +59,6 @@ from fsm.stepping.equilibrium import RestCalls
 from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, Calls
 from fsm.stepping.vectors import copy_into, inner, kept
 
-__all__ = ["AT_REST", "KERNELS", "accept_present", "energies", "keep_tangent", "present_powers"]
-
 
 @kernel
 def _factorise(model: Coordinates, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:

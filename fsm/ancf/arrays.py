@@ -14,15 +14,8 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, integers_1d
 from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
-from fsm.kernels.pieces import Pieces, pieces_at
-
-__all__ = [
-    "CLEARED", "DAMPED", "DAMPING", "DIAGONAL", "FACTORS", "FIXED", "FORCE", "FORCE_AT", "FORCINGS", "FULL_MASS",
-    "HELD_STIFFNESS", "KEPT_DAMPING", "KEPT_STIFFNESS", "KINDS", "LAST", "LAST_TIME", "LOST_AT", "MASS",
-    "MASS_FACTORS", "MATRIX", "NOW", "NUMBERS", "PUT_IN_AT", "Q", "RATE_DEPENDENT", "SIZES", "SLID_AT", "START", "STIFFNESS",
-    "STORED_AT", "TANGENT_AT", "U", "WEIGHT", "Arrays", "Coordinates", "Moved", "Rows", "forcing_programs",
-    "full_mass_of", "mass_of", "moved_of", "pattern_of",
-]  # fmt: skip
+from fsm.kernels.pieces import pieces_at
+from fsm.kernels.programs import Pieces
 
 
 class Rows(NamedTuple):

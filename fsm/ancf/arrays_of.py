@@ -41,8 +41,6 @@ from fsm.system_records import Ready
 if TYPE_CHECKING:
     from fsm.ancf.moving_mesh import MovingMesh
 
-__all__ = ["Compiled", "Matrices", "coordinates_of", "parts_in_python"]
-
 _KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.ndarray]]]] = {
     CableGroup: (CABLES, arrays_of_cables),
     MembraneGroup: (FILMS, arrays_of_films),

@@ -7,10 +7,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 
-__all__ = [
-    "contract", "gather", "scatter_force", "scatter_matrix", "slots_of", "weigh_bending", "weigh_stretch",
-]  # fmt: skip
-
 
 @kernel
 def slots_of(vectors: np.ndarray, size: int, indptr: np.ndarray, indices: np.ndarray) -> np.ndarray:

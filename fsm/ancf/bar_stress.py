@@ -8,8 +8,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["bar_stresses"]
-
 _APART = math.sqrt(2.4)
 
 

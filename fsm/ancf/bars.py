@@ -24,8 +24,6 @@ from fsm.ancf.beam_group import BeamGroup
 from fsm.ancf.beam_section import section_hessians, section_strains
 from fsm.ancf.beam_shape import beam_rows, beam_shape, gauss_points
 
-__all__ = ["BarMaterial", "BarMesh", "BarNodes", "Element"]
-
 Element = Literal["section", "green", "cable"]
 
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["bernoulli_hessians", "bernoulli_rows", "bernoulli_shape", "bernoulli_strains"]
-
 
 def bernoulli_shape(xi: np.ndarray, length: float) -> np.ndarray:
     """Shape functions at points, (n, 4); xi = x/L."""

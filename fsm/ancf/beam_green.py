@@ -17,8 +17,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["green_hessians", "green_strains"]
-
 
 @kernel
 def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:

@@ -13,8 +13,6 @@ from fsm.ancf.beam_strain import at_points, strain_energy, strain_force, strain_
 from fsm.ancf.group import MassPart
 from fsm.kernels.jit import kernel
 
-__all__ = ["BeamArrays", "BeamGroup", "gathered", "scatter_forces", "scatter_matrices"]
-
 _NO_MASS = 1e-12
 """Mass, relative to the largest of an element, below which a mass is round-off."""
 

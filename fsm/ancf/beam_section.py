@@ -16,8 +16,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["section_hessians", "section_strains"]
-
 
 @kernel
 def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:

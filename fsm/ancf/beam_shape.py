@@ -15,8 +15,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["beam_rows", "beam_shape", "gauss_points"]
-
 
 def gauss_points(count: int, start: float, end: float) -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Legendre points and weights of an interval, (count,) each."""

@@ -18,8 +18,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["at_points", "strain_energy", "strain_force", "strain_tangent"]
-
 
 @kernel(inline=True)
 def _at_point(rows: np.ndarray, coordinates: np.ndarray, z: np.ndarray) -> None:

@@ -14,7 +14,6 @@ from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.group import ElementGroup, MassPart
 from fsm.ancf.mesh import Mesh, node_pattern
 
-__all__ = ["BeamMaterial", "CableMaterial", "FilmGrid", "MeshBuilder"]
 
 @dataclass(frozen=True)
 class CableMaterial:

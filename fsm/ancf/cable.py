@@ -30,8 +30,6 @@ from fsm.ancf.shape import cable_shape, gauss
 from fsm.ancf.tension_field import REMAINDER
 from fsm.kernels.jit import kernel
 
-__all__ = ["POINTS", "CableArrays", "CableGroup", "add_force", "add_tangent", "dissipation", "stored_energy"]
-
 POINTS = (5, 3)
 """Gauss points of stretch and of bending. Error of the tip of a cantilever under 3 E I/L^2 with 8 elements, relative to L:
 2.8e-5 with (5, 3) points. With one more point in bending the error changes by 5e-8; with one less it doubles. With one

@@ -19,8 +19,6 @@ from fsm.kernels.programs import CONSTANT, table_of
 from fsm.laws.crease import CreaseLaws
 from fsm.laws.crease_sliders import no_sliders
 
-__all__ = ["CreaseLineGroup"]
-
 
 @dataclass(frozen=True, eq=False)
 class CreaseLineGroup:

@@ -17,11 +17,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "add_curvature_hessian", "add_mapped", "curvature_effort", "curvature_gradient", "curvature_rates", "map_vectors",
-    "normal",
-]  # fmt: skip
-
 
 @kernel(inline=True)
 def normal(g: np.ndarray, n: np.ndarray) -> float:

@@ -12,8 +12,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["end_to_end"]
-
 
 def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
     """Order of the numbers used by units, from the first unit to the last, each number once.

@@ -22,11 +22,6 @@ from fsm.ancf.curvature import add_curvature_hessian, add_mapped, curvature_effo
 from fsm.ancf.facet_tension import relax_efforts, relax_energy, relax_moduli
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "FacetArrays", "add_facet_force", "add_facet_tangent", "add_geometric", "bend_point", "columns_of", "facet_curvatures",
-    "facet_efforts", "facet_energy", "facet_strains", "gather", "stretch_efforts", "stretch_gradients", "stretch_strains",
-]  # fmt: skip
-
 
 class FacetArrays(NamedTuple):
     """Arrays of m triangles.

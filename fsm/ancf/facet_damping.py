@@ -26,8 +26,6 @@ from fsm.ancf.facet import (
 )
 from fsm.kernels.jit import kernel
 
-__all__ = ["add_facet_damping", "facet_dissipation", "facet_rates"]
-
 
 @kernel
 def facet_rates(

@@ -24,8 +24,6 @@ from fsm.ancf.film import FilmMaterial
 from fsm.ancf.group import MassPart
 from fsm.system_records import PreviousState
 
-__all__ = ["FacetGroup"]
-
 _NONE = np.zeros((0, 5, 3))
 
 

@@ -16,8 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["FacetRows", "cubic_rows", "cubic_shapes", "facet_masses", "facet_rows", "membrane_moduli", "mid_edge_strains"]
-
 FOLLOW = 1.0
 """Stiffness that ties the mean strain of the corners to the strain of the triangle, relative to the film's stiffness."""
 _MASS_POINTS = 7

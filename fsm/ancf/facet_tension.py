@@ -16,8 +16,6 @@ import numpy as np
 from fsm.ancf.tension_field import film_energy, film_stress, film_tangent
 from fsm.kernels.jit import kernel
 
-__all__ = ["REMAINDER", "relax_efforts", "relax_energy", "relax_moduli"]
-
 REMAINDER = 1e-6
 """Stiffness of wrinkled and slack facets relative to the plain law. A balloon of two discs shortens by a quarter around its
 rim. With 1e-2 the remainder carries a compression of the size of the tension there, and the path ends."""

@@ -23,8 +23,6 @@ from fsm.ancf.tension_field import (
     mean_tension,
 )
 
-__all__ = ["FilmMaterial", "FilmStress", "LaminateMaterial", "MembraneGroup", "POINTS", "film_mass"]
-
 POINTS = (4, 3)
 """Gauss points along a side, for stretch and for bending.
 

@@ -15,8 +15,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["fold_angle", "fold_gradient", "fold_hessian"]
-
 
 @kernel(inline=True)
 def _dot(x: np.ndarray, y: np.ndarray) -> float:

@@ -13,17 +13,10 @@ import numpy as np
 
 from fsm.ancf.fold_angle import fold_angle, fold_gradient, fold_hessian
 from fsm.kernels.jit import kernel
-from fsm.kernels.pieces import Pieces, program_at
+from fsm.kernels.pieces import program_at
+from fsm.kernels.programs import Pieces
 from fsm.laws.crease import CreaseLaws, elastic_effort
 from fsm.laws.crease_sliders import Sliders, slider_energy, slider_moments
-
-__all__ = [
-    "TOUCHING", "TOUCH_RISE", "FoldArrays", "FoldCurves", "FoldPath", "add_force", "add_moments",
-    "add_tangent", "add_tangents",
-    "dissipation", "fold_efforts", "fold_moments", "fold_rates", "fold_states", "openings", "path_powers", "slider_energies",
-    "stored_energy",
-]  # fmt: skip
-
 
 TOUCHING = 0.05
 """Part of the range from `linear_to` to 180 degrees in which facets nearly touch, its end."""

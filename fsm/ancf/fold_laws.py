@@ -33,8 +33,6 @@ from fsm.kernels.programs import CONSTANT, Program, table_of
 from fsm.laws.crease import CreaseLaws
 from fsm.laws.crease_sliders import Sliders, accept_sliders, no_sliders
 
-__all__ = ["FoldEnergy", "FoldLaws"]
-
 
 class FoldEnergy(NamedTuple):
     """Stored energy (J) of all folds, and powers (W): dissipated by dampers and sliders, input of sliders, and input of

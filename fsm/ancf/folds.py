@@ -22,8 +22,6 @@ from fsm.ancf.fold_laws import FoldEnergy, FoldLaws
 from fsm.ancf.group import MassPart
 from fsm.system_records import PreviousState
 
-__all__ = ["BETWEEN_POINTS", "FoldGroup"]
-
 BETWEEN_POINTS = np.array([[-1.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 1.0], [0.0, -1.0, 1.0, 0.0]])
 """a, b and c as sums of the points i, j, k, l of two triangles."""
 

@@ -19,8 +19,6 @@ from fsm.ancf.film import FilmMaterial, MembraneGroup, film_mass
 from fsm.ancf.group import MassPart
 from fsm.ancf.mesh import Mesh
 
-__all__ = ["CreaseLine", "DeployedStrip", "deployed_mesh"]
-
 
 @dataclass(frozen=True)
 class CreaseLine:

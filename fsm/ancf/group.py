@@ -14,8 +14,6 @@ import numpy as np
 
 from fsm.system_records import PreviousState
 
-__all__ = ["ElementGroup", "MassPart", "TimedGroup"]
-
 
 @dataclass(frozen=True, eq=False)
 class MassPart:

@@ -24,10 +24,6 @@ import numpy as np
 from fsm.ancf.group import MassPart
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "HingeArrays", "HingeGroup", "add_force", "add_tangent", "dissipation", "latch", "set_law", "stored_energy",
-]  # fmt: skip
-
 
 class HingeArrays(NamedTuple):
     """Arrays of all hinges for the kernels; see `HingeGroup`."""

@@ -16,8 +16,6 @@ import numpy as np
 
 from fsm.ancf.hinge import HingeGroup, latch, set_law
 
-__all__ = ["Latches"]
-
 
 class Latches:
     """Latches of all hinges with an end stop.

@@ -10,8 +10,6 @@ import numpy as np
 
 from fsm.kernels.programs import Program
 
-__all__ = ["Forcing", "Loading", "SupportMotion", "point_force"]
-
 
 @dataclass(frozen=True, eq=False)
 class Forcing:

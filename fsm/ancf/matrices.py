@@ -11,8 +11,6 @@ from fsm.ancf.group import MassPart
 from fsm.blocks import BlockPattern
 from fsm.kernels.jit import kernel
 
-__all__ = ["clear_held", "mass_data", "set_held"]
-
 
 def mass_data(parts: Iterable[MassPart], pattern: BlockPattern, first: int = 0) -> np.ndarray:
     """Mass matrix of all coordinates as block data; `first` is the row of coordinate 0."""

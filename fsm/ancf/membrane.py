@@ -28,8 +28,6 @@ from fsm.ancf.curvature import (
 from fsm.ancf.tension_field import film_energy, film_stress, film_tangent
 from fsm.kernels.jit import kernel
 
-__all__ = ["MembraneArrays", "add_force", "add_tangent", "curvatures_at", "dissipation", "strains_at", "stored_energy"]
-
 
 class MembraneArrays(NamedTuple):
     """Arrays of all elements for the kernels.

@@ -17,8 +17,6 @@ import numpy as np
 from fsm.ancf.group import ElementGroup, MassPart
 from fsm.blocks import BlockPattern
 
-__all__ = ["Mesh", "node_pattern"]
-
 
 @dataclass(frozen=True, eq=False)
 class Mesh:

@@ -20,8 +20,6 @@ from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.system import System
 
-__all__ = ["MovingMesh"]
-
 
 class MovingMesh(System):
     """Coordinates and masses of a mesh; see `AncfSystem` for the parameters."""

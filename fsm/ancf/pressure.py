@@ -20,8 +20,6 @@ import numpy as np
 from fsm.ancf.facet_shape import cubic_shapes
 from fsm.kernels.jit import kernel
 
-__all__ = ["PressedFaces", "cubic_coefficients", "linear_coefficients"]
-
 _POINTS = 5
 """Gauss points per side of the square that is mapped to the triangle: exact for the degree 7 of C."""
 _BATCH = 1000

@@ -29,8 +29,6 @@ from fsm.ancf.loading import Forcing
 from fsm.kernels.jit import kernel
 from fsm.system import System
 
-__all__ = ["ReducedModel", "ModalResponse", "cubic_terms"]
-
 
 @dataclass(frozen=True, eq=False)
 class ModalResponse:

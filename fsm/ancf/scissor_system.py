@@ -21,8 +21,6 @@ from fsm.ancf.system import AncfSystem
 from fsm.scales import OF_DRIVES, Scales
 from fsm.system_records import PreviousState
 
-__all__ = ["ScissorSystem"]
-
 _RESOLVED = 1e-10
 """Strain to which Newton's method resolves forces at any tolerance, so that accelerations are smooth."""
 _FOLLOWED = 0.1

@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["CORNERS", "cable_shape", "gauss", "membrane_shape"]
-
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 """Natural coordinates of the nodes A, B, C, D."""
 

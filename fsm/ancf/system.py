@@ -27,8 +27,6 @@ from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
 from fsm.system_records import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready
 
-__all__ = ["AncfSystem"]
-
 _NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
 
 

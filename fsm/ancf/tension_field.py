@@ -47,11 +47,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "MOVING", "REMAINDER", "ROUNDED", "SETTLING", "SLACK", "TAUT", "WRINKLED", "film_energy", "film_releases",
-    "film_resultants", "film_state", "film_states", "film_stress", "film_tangent", "mean_tension",
-]  # fmt: skip
-
 TAUT, WRINKLED, SLACK = 0, 1, 2
 SETTLING, REMAINDER, MOVING = (1e-2, 1e-3), 1e-4, 1e-2
 """Stiffness of a wrinkled or slack film relative to the plain law. Sheared strip, 32 x 32 cells: with 1e-2,

@@ -10,8 +10,6 @@ from fsm.ancf.film import FilmStress, MembraneGroup
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_field import SLACK, TAUT, WRINKLED
 
-__all__ = ["TensionState", "film_stresses", "tension_state"]
-
 
 @dataclass(frozen=True)
 class TensionState:

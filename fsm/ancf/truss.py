@@ -24,8 +24,6 @@ from fsm.ancf.group import MassPart
 from fsm.kernels.jit import kernel
 from fsm.system_records import PreviousState
 
-__all__ = ["BarArrays", "BarGroup", "add_force", "add_tangent", "dissipation", "stored_energy", "stretch_rates"]
-
 _LAWS = ("linear", "green", "ogden")
 _LINEAR, _GREEN = 0.0, 1.0
 _VISCOSITY = 3

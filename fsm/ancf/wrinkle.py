@@ -30,8 +30,6 @@ import numpy as np
 
 from fsm.ancf.film import FilmMaterial
 
-__all__ = ["CornerWrinkles", "StripWrinkles", "corner_wrinkles", "lifted", "strip_wrinkles"]
-
 _ENVELOPE = 3.0
 """Wrinkles fade as exp(-(3 s/w)^2), where s is the distance from the diagonal and w the half-width of the wedge
 there."""

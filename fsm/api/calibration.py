@@ -17,8 +17,6 @@ from fsm.errors import CaseError, NotInResult
 if TYPE_CHECKING:
     Kind = Literal["crease", "relaxation", "bending", "force"]
 
-__all__ = ["Calibrated", "calibrate"]
-
 _FITS = ("smooth", "interpolate", "monotone")
 
 

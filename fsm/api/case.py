@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from fsm.api.result import Result
     from fsm.scene.sheet import Sheet
 
-__all__ = ["Case", "CaseCheck", "load"]
-
 _NAME = "case"
 """Name of a case without a file, in messages."""
 _SECTIONS = {

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from fsm.api.case import CaseCheck
     from fsm.api.result import Result
 
-__all__ = ["Model"]
-
 
 class Model:
     """Case under construction. Each method adds a section and returns the model; `solve` runs it.

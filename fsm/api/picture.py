@@ -11,8 +11,6 @@ from fsm.results.all_channels import all_channels
 from fsm.results.channel import select_channels
 from fsm.results.solution import Solution
 
-__all__ = ["Picture", "draw_picture"]
-
 _FORMATS = (".png", ".svg", ".pdf")
 
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     import fsm
     from fsm.api.picture import Picture
 
-__all__ = ["Curve", "Result", "open_result"]
-
 _FILE = "result.h5"
 _STAGES = ("deploy", "vibrate")
 _WILD = set("*?[")

@@ -9,8 +9,6 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from fsm.results.channel import Channel
 
-__all__ = ["Series"]
-
 
 class Series(NDArrayOperatorsMixin):
     """Quantity over time. A series behaves like the array of its values in arithmetic, in NumPy functions and in plots.

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-__all__ = ["to_pandas", "to_xarray"]
-
 
 def to_xarray(solution: Solution) -> xarray.Dataset:
     """All channels and the shape over time.

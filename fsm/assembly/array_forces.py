@@ -39,8 +39,6 @@ from fsm.segments.arrays import STIFFNESS as BODY_STIFFNESS
 from fsm.segments.arrays import pattern_of as body_pattern_of
 from fsm.segments.contact_arrays import keep_loaded
 
-__all__ = ["force", "free_bodies", "place", "renewed_force"]
-
 
 @kernel
 def free_bodies(model: Joined) -> int:

@@ -25,8 +25,6 @@ from fsm.segments.contact_arrays import have_opened, lack_pairs
 from fsm.stepping.model import CREASES, KINETIC, PANELS, STEADY, Calls
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["KERNELS"]
-
 
 @kernel
 def _factorise(model: Joined, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:

@@ -16,11 +16,6 @@ from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.segments.arrays import Segments
 
-__all__ = [
-    "AT", "CURVATURES", "MEMBERS", "MOMENTS", "NEAR", "NODE_ROWS", "OWN_RATES", "STARTS", "TURNED", "TURNING", "FrameArrays",
-    "Joined", "JoinedArrays", "frames_of",
-]  # fmt: skip
-
 
 class FrameArrays(NamedTuple):
     """Arrays of `fsm.assembly.frames.Frames`."""

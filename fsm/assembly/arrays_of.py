@@ -21,8 +21,6 @@ from fsm.system_records import Ready
 if TYPE_CHECKING:
     from fsm.assembly.system import JoinedSystem
 
-__all__ = ["joined_arrays_of"]
-
 
 def joined_arrays_of(
     system: JoinedSystem, pattern: BodyPattern, joined: JoinedPattern, slots: list[np.ndarray], fixed: np.ndarray,

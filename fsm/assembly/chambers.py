@@ -26,8 +26,6 @@ from fsm.blocks import BlockPattern, LowRank
 from fsm.scene.chambers import Chamber, Lid
 from fsm.scene.gas import Gas, Orifice
 
-__all__ = ["Chambers", "OrificeArea", "Surface", "cross_matrices"]
-
 
 def cross_matrices(vectors: np.ndarray) -> np.ndarray:
     """Matrices (m, 3, 3) of v x."""

@@ -37,8 +37,6 @@ from fsm.segments.check_scene import check_scene
 from fsm.segments.compile import SceneCompiler, compile_scene
 from fsm.segments.system import SegmentSystem
 
-__all__ = ["compile_model"]
-
 _PIECES = 3
 """Number of straight lines with which an element of a cable is drawn."""
 

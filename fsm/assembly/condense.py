@@ -16,8 +16,6 @@ from fsm.blocks import BlockPattern
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 
-__all__ = ["JoinedPattern", "add_condensed", "add_curvatures", "fold_forces", "joined_pattern", "members_of"]
-
 
 @dataclass(frozen=True, eq=False)
 class JoinedPattern:

@@ -33,8 +33,6 @@ from fsm.system_records import PreviousState
 if TYPE_CHECKING:
     pass
 
-__all__ = ["JoinedConfiguration"]
-
 _FOLLOWED = 0.5
 """Shortest step times omega of the shortest axial wave that the mesh resolves."""
 

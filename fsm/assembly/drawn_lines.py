@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["DrawnLines"]
-
 
 class DrawnLines(NamedTuple):
     """Lines that are drawn for cables and beams.

@@ -12,8 +12,6 @@ from fsm.scene.patterns.fold_data import FoldData
 from fsm.segments.crease_curves import curve_of, hysteresis_of
 from fsm.segments.element_angles import side_of
 
-__all__ = ["fold_laws_of"]
-
 
 def fold_laws_of(data: FoldData) -> FoldLaws:
     """Laws of folds; all folds of one crease of the pattern open to the same side.

@@ -23,8 +23,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross
 
-__all__ = ["FramePoint", "Frames", "frame_maps", "place_frames"]
-
 
 @dataclass(frozen=True)
 class FramePoint:

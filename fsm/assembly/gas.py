@@ -23,8 +23,6 @@ from fsm.kernels.programs import Program
 from fsm.scene.gas import OUTSIDE, Gas, Orifice
 from fsm.segments.time_function import time_function
 
-__all__ = ["Gases", "GasState", "Supply", "nozzle"]
-
 _STAGE = 1.0 - math.sqrt(0.5)
 _LAMINAR = 0.999
 """Ratio of pressures above which the flow is proportional to their difference."""

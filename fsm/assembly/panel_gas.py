@@ -22,8 +22,6 @@ from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.segments.system import SegmentSystem
 from fsm.system_records import Linearised, PreviousState
 
-__all__ = ["PanelGas", "PanelGasSystem"]
-
 
 class PanelGas(Group):
     """Forces of the gas of all chambers on panels.

@@ -12,8 +12,6 @@ from fsm.scene.loads import Load
 from fsm.scene.patterns.places import facets_named
 from fsm.segments.time_function import time_function
 
-__all__ = ["Pressure"]
-
 
 @dataclass(frozen=True, eq=False)
 class Pressure:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from fsm.system_records import Energy
 
-__all__ = ["joined_energy"]
-
 
 def joined_energy(bodies: Energy, nodes: Energy, power: float = 0.0) -> Energy:
     """Sum of the energies and powers of bodies and of ANCF elements; `power` is the power of other loads on these

@@ -42,8 +42,6 @@ from fsm.system_records import Energy, Linearised, Observation, PreviousState, R
 if TYPE_CHECKING:
     from fsm.segments.contact_arrays_of import ContactModel
 
-__all__ = ["JoinedSystem"]
-
 _OF_GAS = 0.01
 """Shortest step times omega of a motion against a gas."""
 

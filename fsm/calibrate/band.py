@@ -24,8 +24,6 @@ from fsm.pool import run_jobs
 from fsm.scene.case import Case
 from fsm.short_repr import ShortRepr
 
-__all__ = ["Band", "linear_band", "sampled_band", "widen_band"]
-
 
 @dataclass(frozen=True, repr=False)
 class Band(ShortRepr):

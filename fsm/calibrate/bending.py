@@ -33,13 +33,11 @@ from fsm.kernels import jit
 from fsm.plots.calibration import FitPlot, plot_fit
 from fsm.progress import Progress
 from fsm.scene.loads import Load
-from fsm.scene.loads import Table as TimeTable
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.scene.time_program import Table as TimeTable
 from fsm.segments.compile import compile_scene
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import equilibrium
-
-__all__ = ["calibrate_bending", "cantilever_curve", "fit_rigidity"]
 
 QUANTITIES = {
     "force": "force",

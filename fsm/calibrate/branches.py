@@ -11,8 +11,6 @@ from fsm.calibrate.data import MeasuredTable
 from fsm.errors import CaseError, Fault
 from fsm.scene.csv_columns import first_row_faults
 
-__all__ = ["FLAG_EXCLUDED", "FLAG_USED", "Flag", "Sweep", "find_outliers", "split_sweeps"]
-
 FLAG_EXCLUDED = "excluded"
 FLAG_USED = "used; --without-flagged excludes it"
 """Treatment of a flagged row, as the warnings name it."""

@@ -29,8 +29,6 @@ from fsm.plots.calibration import CurvePlot, plot_curves, plot_loops, plot_resid
 from fsm.progress import Progress
 from fsm.scene.crease_family import CreaseFamily, Relaxation, write_family
 
-__all__ = ["calibrate_crease"]
-
 QUANTITIES = {
     "angle": "angle",
     "moment": "moment",

@@ -15,8 +15,6 @@ from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples
 from fsm.errors import CaseError, Fault
 from fsm.scene.crease_family import FamilyCurve
 
-__all__ = ["Branch", "FittedCurve", "fit_family_curve", "gap_covariance"]
-
 _DRAWS = 1000
 """Bootstrap samples."""
 _CROSSING_ERRORS, _CROSSING_PART = 3.0, 0.02

@@ -15,8 +15,6 @@ from fsm.calibrate.uncertainty import Estimate
 from fsm.plots.calibration import CurvePlot
 from fsm.scene.crease_family import CreaseFamily, time_text
 
-__all__ = ["FAMILY", "curve_plot", "lines", "numbers", "quantities", "warnings"]
-
 FAMILY = "crease.h5"
 """Name of the family file."""
 _MAX_LOSS = 0.05

@@ -29,8 +29,6 @@ from fsm.scene.faults import unknown_key
 from fsm.scene.toml_file import read_toml
 from fsm.scene.units import did_you_mean, to_si, with_unit
 
-__all__ = ["BRANCHES", "MeasuredTable", "read_table"]
-
 SI = {"length": "m", "force": "N", "angle": "rad", "moment": "N m", "time": "s", "number": "", "branch": ""}
 """SI unit of every kind of quantity."""
 

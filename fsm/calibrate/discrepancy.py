@@ -30,8 +30,6 @@ from scipy.optimize import nnls
 
 from fsm.short_repr import ShortRepr
 
-__all__ = ["LinearisedTest", "ParameterSpread", "parameter_spread"]
-
 _WHITE_NOISE = 0.4
 """Sign changes per interval above which residuals count as independent; independent residuals have 0.5 on average."""
 

@@ -30,8 +30,6 @@ from fsm.scene.load_case import load_case
 from fsm.scene.toml_file import read_toml
 from fsm.scene.units import to_si
 
-__all__ = ["calibrate_force", "force_test", "read_tests", "relative_misfit", "run_study"]
-
 QUANTITIES = {"displacement": "length", "force": "force", "half_band": "force", "repeat": "number"}
 _REWEIGHTINGS, _MIN_VARIANCE = 10, 1e-6
 """Iterations of the fit of the variance of repeats, and the lower bound of the variance as a fraction of its mean."""

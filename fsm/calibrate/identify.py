@@ -29,8 +29,6 @@ from fsm.calibrate.uncertainty import Estimate, fit_gain, identifiability
 from fsm.errors import CaseError, Fault, FsmError
 from fsm.scene.case import Case
 
-__all__ = ["ForceTest", "Identification", "Parameter", "Prior", "identify"]
-
 _UNSOLVED = 1e3
 """Weighted residual of parameters for which the case cannot be solved."""
 _FALSE_ALARM = 0.01

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["CALIBRATIONS"]
-
 CALIBRATIONS = {
     "crease": "fsm.calibrate.crease:calibrate_crease",
     "relaxation": "fsm.calibrate.relaxation:calibrate_relaxation",

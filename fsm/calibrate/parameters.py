@@ -11,8 +11,6 @@ from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case, root
 from fsm.scene.schema import Place
 
-__all__ = ["unit_of", "value_at", "with_values"]
-
 
 def value_at(case: Case, path: str) -> float:
     """Number at a dotted path of a case, in SI units.

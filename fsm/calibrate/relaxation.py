@@ -24,8 +24,6 @@ from fsm.errors import CaseError, Fault
 from fsm.plots.calibration import FitPlot, plot_fit
 from fsm.scene.crease_family import time_text
 
-__all__ = ["calibrate_relaxation", "fit_relaxation", "relaxed_angle"]
-
 QUANTITIES = {"angle": "angle", "time": "time", "repeat": "number"}
 NAMES = ("theta_r0", "A", "log tau")
 MIN_TIMES = 5

@@ -21,8 +21,6 @@ import numpy as np
 from fsm.atomic_write import file_to_replace
 from fsm.provenance import provenance
 
-__all__ = ["Calibration", "Options", "Quantity", "quantities_of", "table_lines", "write_calibration"]
-
 REPORT = "calibration.json"
 """Name of the report file."""
 _TABLE_UNITS = {

@@ -22,9 +22,6 @@ from fsm.short_repr import ShortRepr
 from fsm.solve.newton import equilibrium
 from fsm.solve.static import follow
 
-__all__ = ["PeakResponse", "Response", "force_response", "peak_of", "peak_response"]
-
-
 _FIRST_LOOK_BACK = 10
 """Number of states before the peak at which rate-dependent derivatives begin; doubled until the start error is small."""
 _START_ERROR = 1e-10

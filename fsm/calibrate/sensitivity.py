@@ -34,8 +34,6 @@ from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.system_records import PreviousState
 
-__all__ = ["PathSensitivity", "VariedParameter", "vary_parameters"]
-
 _RELATIVE_STEP = 1e-6
 """Relative step of a parameter in the central differences."""
 _CONTACT_STEP = 1e-8

@@ -17,8 +17,6 @@ import numpy as np
 from scipy.interpolate import CubicSpline, make_smoothing_spline
 from scipy.optimize import isotonic_regression, minimize_scalar
 
-__all__ = ["GRID", "MIN_POINTS", "CurveFit", "bin_points", "fit_curve", "smoothing_for"]
-
 MIN_POINTS = {"smooth": 5, "interpolate": 4, "monotone": 5}
 """Fewest different abscissas of each kind of fit."""
 MAX_BINS = 200

@@ -13,8 +13,6 @@ from fsm.scene.model import Model
 from fsm.scene.toml_file import read_toml
 from fsm.scene.units import Count, Force, Length, Number
 
-__all__ = ["MeasuredCurve", "Predict", "StudyPrior", "Study", "StudyParameter", "read_study"]
-
 Value = float | str
 """Number in the case's units, or text with a unit."""
 

@@ -16,8 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm, t
 
-__all__ = ["Estimate", "bootstrap", "fit_gain", "from_samples", "identifiability", "laplace"]
-
 _STRONG_CORRELATION = 0.98
 """Correlation of two estimates above which a warning is given."""
 _LARGE_ERROR = 0.5

@@ -9,8 +9,6 @@ from fsm.assembly.panel_gas import PanelGasSystem
 from fsm.assembly.system import JoinedSystem
 from fsm.channels.offer import Model, Offer, State, offers
 
-__all__: list[str] = []
-
 _QUANTITIES = {
     "pressure": ("Pa", "absolute pressure of the gas"),
     "volume": ("m^3", "volume of the chamber"),

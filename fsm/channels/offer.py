@@ -20,8 +20,6 @@ from fsm.segments.plan import Plan
 from fsm.short_repr import ShortRepr
 from fsm.solve.run_io import SavedState
 
-__all__ = ["Model", "Offer", "State", "offers", "offers_of"]
-
 
 @dataclass(frozen=True)
 class Model:

@@ -8,10 +8,6 @@ from fsm.channels.offer import State
 from fsm.kernels.rotation import multiply, rotate_by
 from fsm.segments.group import PreviousPoses
 
-__all__ = [
-    "in_space", "motion_of_bodies", "past_of", "placed", "positions", "quaternions", "rotated", "rotation_since",
-]  # fmt: skip
-
 
 def placed(state: State) -> tuple[np.ndarray, np.ndarray]:
     """Poses and rates of all bodies in the coordinates of the system."""

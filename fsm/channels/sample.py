@@ -19,8 +19,6 @@ from fsm.segments.plan import plan_of
 from fsm.segments.step_system import whole_system
 from fsm.solve.run_io import SavedState
 
-__all__ = ["ChannelSampler", "channel_lines", "check_patterns", "model_of_analysis", "models_of_case"]
-
 _LISTED = 20
 """Largest number of names that `fsm check` lists."""
 

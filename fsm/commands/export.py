@@ -9,8 +9,6 @@ import click
 from fsm.cli_options import debug_option
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib
 
-__all__ = ["export"]
-
 
 class _WithFormats(click.Command):
     """Command whose help lists all formats."""

@@ -8,8 +8,6 @@ import click
 
 from fsm.cli_options import debug_option
 
-__all__ = ["help_key", "schema"]
-
 _extension_option = click.option(
     "--extension", "extensions", multiple=True, metavar="FILE.py", help="Include the keys of an extension."
 )

@@ -9,8 +9,6 @@ import click
 from fsm.cli_options import debug_option
 from fsm.errors import CannotWrite, CaseError
 
-__all__ = ["init", "kinds"]
-
 _TEMPLATES = Path(__file__).with_name("templates")
 _ALSO = {
     "membrane": "film", "scissor": "array", "miura": "sheet", "rigid": "sheet", "bars": "kresling", "bend-lines": "pattern",

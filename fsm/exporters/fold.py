@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from fsm.exporters.registry import exporter
-from fsm.results.solution import Floats, Solution
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 from fsm.scene.patterns.flexible_mesh import mesh_as_pattern
 from fsm.scene.patterns.pattern import Pattern
 from fsm.sheet_motion import sheet_of, vertices_of
-
-__all__ = ["write_fold"]
 
 
 @exporter("fold", "FOLD: crease pattern of a sheet, and its motion as frames")

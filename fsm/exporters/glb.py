@@ -11,9 +11,8 @@ import numpy as np
 
 from fsm.exporters.mesh import Mesh, mesh_of, playback
 from fsm.exporters.registry import exporter
-from fsm.results.solution import Floats, Solution
-
-__all__ = ["write_glb"]
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 
 _FRAMES = 100
 """Largest number of frames; the file grows with points times frames."""

@@ -16,10 +16,9 @@ from scipy.spatial import cKDTree
 from fsm.errors import CaseError
 from fsm.exporters.mesh import Mesh, mesh_of
 from fsm.exporters.registry import exporter
-from fsm.results.solution import BEAM, FILM, LINE, Integers, Solution
+from fsm.results.film import Integers
+from fsm.results.solution import BEAM, FILM, LINE, Solution
 from fsm.scene.patterns.flexible_mesh import mesh_of_result
-
-__all__ = ["write_inp"]
 
 _TYPES = {4: "S4", 3: "S3", 2: "T3D2"}
 _JOINED = 1e-3

@@ -11,10 +11,9 @@ import numpy as np
 from fsm.errors import CaseError
 from fsm.plots.plane import lattice_squares
 from fsm.results.all_channels import all_channels
-from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
+from fsm.results.film import Floats, Integers
+from fsm.results.solution import BEAM, FILM, LINE, Solution
 from fsm.short_repr import ShortRepr
-
-__all__ = ["Mesh", "mesh_of", "playback"]
 
 _SAME = 1e-9
 """Distance of nodes of a film that are one node, relative to the size of the structure."""

@@ -16,10 +16,9 @@ from fsm.plots.motion import leaves_plane
 from fsm.plots.obstacles import obstacle_outlines
 from fsm.plots.plane import vertical_axis
 from fsm.plots.style import drive_units
-from fsm.results.solution import Floats, Solution
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 from fsm.shown_units import shown_unit
-
-__all__ = ["frames_of", "write_gif", "write_mp4"]
 
 _SIZE = (960, 720)
 _FINER = 2

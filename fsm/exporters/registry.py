@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 from fsm.results.solution import Solution
 
-__all__ = ["EXPORTERS", "Exporter", "exporter"]
-
 Write = Callable[[Solution, Path], None]
 
 

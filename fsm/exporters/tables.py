@@ -12,8 +12,6 @@ from fsm.results.all_channels import all_channels
 from fsm.results.channel import write_channels_csv
 from fsm.results.solution import Solution
 
-__all__ = ["write_csv", "write_parquet"]
-
 
 @exporter("csv", "all channels, one row for each record; units in the headings")
 def write_csv(solution: Solution, path: Path) -> None:

@@ -17,8 +17,6 @@ from fsm.exporters.mesh import Mesh, mesh_of
 from fsm.exporters.registry import exporter
 from fsm.results.solution import Solution
 
-__all__ = ["write_vtkhdf"]
-
 _TYPES = {2: 3, 3: 5, 4: 9}
 """VTK's numbers of a line, a triangle and a quadrilateral, by the number of corners."""
 _SPARE = re.compile(r"[/\x00-\x1f\x7f]+")

@@ -10,8 +10,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import add_block
 
-__all__ = ["add_turn_stiffness", "axes_of"]
-
 
 @kernel
 def axes_of(poses: np.ndarray, bodies: np.ndarray) -> np.ndarray:

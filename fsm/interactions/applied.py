@@ -13,8 +13,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.tensor import crossed, quaternion_matrix, times_vector, transposed_times_vector
 
-__all__ = ["add_applied", "add_applied_stiffness", "applied_power"]
-
 
 @kernel
 def _set_wrench(

@@ -19,8 +19,6 @@ import numpy as np
 from fsm.interactions.box_tree import LEAF, fit_tree, next_node
 from fsm.kernels.jit import kernel
 
-__all__ = ["ListedPairs", "curve_positions", "overlapping_boxes", "overlapping_sorted"]
-
 
 class ListedPairs:
     """Table of the pairs of shapes that are allowed to touch.

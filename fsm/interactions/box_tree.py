@@ -35,8 +35,6 @@ import numpy as np
 from fsm.interactions.chord import chord_distance
 from fsm.kernels.jit import kernel
 
-__all__ = ["LEAF", "fit_tree", "nearest_of_few", "nearest_piece", "next_node", "window_pieces"]
-
 LEAF = 4
 """Entries in a leaf; testing them costs about as much as two more nodes."""
 FEW = 12

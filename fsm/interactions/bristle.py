@@ -8,8 +8,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import add_block
 
-__all__ = ["add_way_stiffness", "carried"]
-
 
 @kernel
 def carried(vectors: np.ndarray, before: np.ndarray, after: np.ndarray, bodies: np.ndarray) -> np.ndarray:

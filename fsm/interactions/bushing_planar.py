@@ -18,16 +18,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_quarters_planar
 
-__all__ = [
-    "advance_efforts_planar",
-    "deformations_pose_planar",
-    "force_pose_planar",
-    "linearise_pose_planar",
-    "pose_constants_planar",
-    "stored_pose_planar",
-    "widest_pose_planar",
-]
-
 _REST, _STIFFNESS, _DAMPING = 7, 10, 13
 
 

@@ -53,16 +53,6 @@ from fsm.kernels.tensor import (
     with_product,
 )
 
-__all__ = [
-    "advance_efforts_spatial",
-    "deformations_pose_spatial",
-    "force_pose_spatial",
-    "linearise_pose_spatial",
-    "pose_constants_spatial",
-    "stored_pose_spatial",
-    "widest_pose_spatial",
-]
-
 _OFFSET, _REST, _STIFFNESS, _DAMPING, _HALF_WAY, _EVEN = 14, 15, 21, 27, 33, 34
 
 

@@ -27,18 +27,6 @@ from fsm.interactions.control_points import (
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import dot
 
-__all__ = [
-    "along_chord",
-    "chord_boxes",
-    "chord_distance",
-    "chords_of_planar",
-    "chords_of_spatial",
-    "chords_planar",
-    "chords_spatial",
-    "largest_bulge",
-    "over_chord",
-]
-
 ROUNDING = 1e-12
 """Relative enlargement of a box, so that round-off leaves no point of the chord outside it."""
 

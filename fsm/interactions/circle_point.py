@@ -21,8 +21,6 @@ import numpy as np
 from fsm.interactions.shape_distance import HALF_SPACE, POLYGON, RECTANGLE, shape_derivatives, shape_distance
 from fsm.kernels.jit import kernel
 
-__all__ = ["FIXED", "FLAT", "LOWEST", "NEAREST", "circle_angle"]
-
 FIXED, LOWEST, NEAREST = 0, 1, 2
 """Ways of a point: at its place, at an angle from the lowest point of the circle, or the nearest point of the circle."""
 FLAT = 1e-6

@@ -17,8 +17,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
 
-__all__ = ["Faces", "Found", "find_edge_edges", "find_point_faces", "select_faces"]
-
 
 class Faces(NamedTuple):
     """Triangles of a surface.

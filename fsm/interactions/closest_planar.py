@@ -22,8 +22,6 @@ from fsm.interactions.end_taper import inside_of_end
 from fsm.interactions.surface import beyond_end, overshoot
 from fsm.kernels.jit import kernel
 
-__all__ = ["find_contacts_planar", "heights_planar", "probe_points_planar"]
-
 _EXACT, _ROUGH = 1e-14, 1e-3
 """Tolerances in s of closest points: for forces, and for heights only."""
 

@@ -32,8 +32,6 @@ from fsm.interactions.surface import beyond_end, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
 
-__all__ = ["find_contacts_spatial", "heights_spatial", "probe_points_spatial"]
-
 _EXACT, _ROUGH = 1e-14, 1e-3
 """Tolerances in s of closest points: for forces, and for heights only."""
 _WELL_WITHIN = 0.9

@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["coupled_bodies"]
-
 
 @kernel
 def coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarray, count: int) -> np.ndarray:

@@ -16,8 +16,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["advance_depths"]
-
 
 @kernel
 def advance_depths(

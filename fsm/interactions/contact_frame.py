@@ -22,8 +22,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
 
-__all__ = ["contact_derivatives", "contact_gradient", "relative_motion"]
-
 
 @kernel
 def relative_motion(frames: np.ndarray, arms: np.ndarray, motion: np.ndarray) -> None:

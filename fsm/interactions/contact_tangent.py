@@ -8,8 +8,6 @@ from fsm.interactions.shapes import BlockIndex, ContactForces
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-__all__ = ["add_contact_tangent"]
-
 
 @kernel
 def add_contact_tangent(

@@ -12,22 +12,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 
-__all__ = [
-    "ROW",
-    "ROW_S",
-    "ROW_SS",
-    "ROW_SY",
-    "ROW_Y",
-    "control_points_planar",
-    "control_points_spatial",
-    "curve_at",
-    "point_planar",
-    "point_spatial",
-    "surface_at",
-    "turned_planar",
-    "turned_spatial",
-]
-
 # rows of the tables of surface derivatives
 ROW, ROW_S, ROW_Y, ROW_SS, ROW_SY = 0, 1, 2, 3, 4
 

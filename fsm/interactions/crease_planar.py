@@ -11,8 +11,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_turn_planar
 from fsm.laws.crease import CreaseLaws, crease_effort
 
-__all__ = ["force_crease_planar", "linearise_crease_planar"]
-
 
 @kernel
 def force_crease_planar(

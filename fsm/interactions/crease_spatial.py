@@ -28,8 +28,6 @@ from fsm.kernels.tensor import (
 )
 from fsm.laws.crease import CreaseLaws, crease_effort
 
-__all__ = ["force_crease_spatial", "linearise_crease_spatial"]
-
 
 @kernel(inline=True)
 def _place(

@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["furthest_motion", "moved_beyond"]
-
 
 @kernel
 def moved_beyond(

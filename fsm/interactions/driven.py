@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import kernel
-from fsm.kernels.pieces import Pieces, program_at
+from fsm.kernels.pieces import program_at
+from fsm.kernels.programs import Pieces
 from fsm.kernels.tensor import Vector, crossed, quaternion_product
-
-__all__ = ["Driven", "driven_power", "fill_reactions", "place_driven"]
 
 
 class Driven(NamedTuple):

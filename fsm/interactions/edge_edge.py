@@ -35,8 +35,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["find_edges", "measure_edges", "tangent_edges", "write_edges"]
-
 # rows of the table of vectors of a state
 _ARM_1, _ARM_2, _T_1, _T_2, _ACROSS, _APART, _NORMAL = 0, 1, 2, 3, 4, 5, 6
 

@@ -25,8 +25,6 @@ from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import add_block
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["TAPER", "add_taper_tangent", "end_taper", "inside_of_end", "tapered_planar", "tapered_spatial"]
-
 TAPER = 2.25
 """Ratio of the taper's length to the largest cell."""
 

@@ -15,8 +15,6 @@ import numpy as np
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE
 from fsm.kernels.jit import kernel
 
-__all__ = ["COLUMNS", "LEAST", "pair_weights"]
-
 COLUMNS = 5
 """Number of weights of a pair: face and axis points of the first shape, the same of the second, pairs of edges."""
 

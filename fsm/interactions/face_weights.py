@@ -23,8 +23,6 @@ from fsm.interactions.shapes import Shapes
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 
-__all__ = ["ROW", "SHARE", "ShapePoints", "UnitTable", "changed_weights", "weigh_units"]
-
 SHARE, _SLOPE, ROW = 12, 12 + COLUMNS, 12 + 7 * COLUMNS
 """First columns of the weights and of their slopes in the row of a unit, and the length of the row; before them are the axes
 and the centre of the first shape in the axes of the second."""

@@ -22,8 +22,6 @@ from fsm.interactions.shapes import BlockIndex, ContactForces
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import dot
 
-__all__ = ["SIZE", "parallel_weights", "tangent_features", "write_features"]
-
 SIZE = 24
 """Coordinates of four bodies."""
 

@@ -26,8 +26,6 @@ from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-__all__ = ["measure_gap_planar", "tangent_gap_planar", "write_gap_planar"]
-
 
 @kernel(inline=True)
 def _curve(

@@ -24,8 +24,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["measure_gap_spatial", "variations", "write_gap_spatial"]
-
 
 @kernel
 def _tables(

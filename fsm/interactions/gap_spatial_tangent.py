@@ -12,8 +12,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["tangent_gap_spatial"]
-
 
 @kernel
 def _second_variation(

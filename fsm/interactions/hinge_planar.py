@@ -7,8 +7,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-__all__ = ["measure_hinge_planar", "tangent_hinge_planar"]
-
 
 @kernel
 def measure_hinge_planar(

@@ -12,8 +12,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import add_block
 
-__all__ = ["derivatives_hinge_spatial", "measure_hinge_spatial", "tangent_hinge_spatial"]
-
 
 @kernel
 def measure_hinge_spatial(

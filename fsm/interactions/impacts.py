@@ -12,10 +12,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "CORNER_WEIGHT", "ImpactRules", "effective_mass", "fraction_before", "longest_step", "shared_weight", "young_impacts",
-]  # fmt: skip
-
 _FIRST_STEP = 0.006
 """Length of the first step of an impact after its onset, relative to the duration of the impact."""
 _LEAD_TIME = 0.003

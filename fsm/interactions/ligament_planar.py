@@ -22,14 +22,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-__all__ = [
-    "force_ligament_planar",
-    "ligament_constants_planar",
-    "linearise_ligament_planar",
-    "measure_ligament_planar",
-    "stored_ligament_planar",
-]
-
 _STIFFNESS, _DAMPING = 7, 10
 
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["AREA", "CARRIED", "DAMPING", "FORCE", "FRICTION", "SLIDING", "smallest_gaps", "sums_of_pairs"]
-
 FORCE, AREA, FRICTION, CARRIED, SLIDING, DAMPING = range(6)
 """Number of rows of the sums."""
 

@@ -17,8 +17,6 @@ from fsm.interactions.shape_distance import shape_derivatives, shape_distance
 from fsm.interactions.shapes import BlockIndex, ContactForces, Points, Shapes
 from fsm.kernels.jit import kernel
 
-__all__ = ["find_points_planar", "local_points_planar", "measure_points_planar", "tangent_points_planar"]
-
 
 @kernel
 def local_points_planar(

@@ -32,11 +32,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = [
-    "find_points_spatial", "local_points_spatial", "measure_points_spatial", "tangent_points_spatial",
-    "write_found_spatial", "write_points_spatial",
-]  # fmt: skip
-
 
 @kernel
 def local_points_spatial(

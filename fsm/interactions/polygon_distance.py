@@ -12,8 +12,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["MOST_CORNERS", "polygon_derivatives", "polygon_distance", "polygon_passed"]
-
 MOST_CORNERS = 6
 
 

@@ -16,8 +16,6 @@ from fsm.interactions.shapes import BlockIndex
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-__all__ = ["MeasureTangents", "measure_pose_planar", "tangent_pose_planar"]
-
 
 @kernel
 def measure_pose_planar(

@@ -21,8 +21,6 @@ from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import add_block
 from fsm.kernels.vector import cross
 
-__all__ = ["measure_pose_spatial", "tangent_pose_spatial"]
-
 
 @kernel
 def _translation(

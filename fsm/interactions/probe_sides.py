@@ -9,8 +9,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["over_ends", "passed_through", "probe_sides", "round_tips", "turned_sides"]
-
 _BEHIND = 0.9
 """Depth relative to the depth limit above which a point near a corner has moved round the corner."""
 _ROUND = 1.5

@@ -6,8 +6,6 @@ from functools import cache
 
 import numpy as np
 
-__all__ = ["gauss_lobatto"]
-
 
 @cache
 def gauss_lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,8 +9,6 @@ from fsm.interactions.shapes import Shapes
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 
-__all__ = ["shape_boxes_planar", "shape_boxes_spatial"]
-
 
 @kernel
 def shape_boxes_planar(poses: np.ndarray, shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:

@@ -24,8 +24,6 @@ import numpy as np
 from fsm.interactions.polygon_distance import polygon_derivatives, polygon_distance
 from fsm.kernels.jit import kernel
 
-__all__ = ["BOX", "CYLINDER", "HALF_SPACE", "RECTANGLE", "SPHERE", "POLYGON", "shape_derivatives", "shape_distance"]
-
 HALF_SPACE, BOX, CYLINDER, SPHERE, RECTANGLE, POLYGON = 0, 1, 2, 3, 4, 5
 
 

@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["BlockIndex", "ContactForces", "EdgePairs", "Edges", "FoundPoints", "Points", "Shapes"]
-
 BlockIndex = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Arrays `dof`, `indptr` and `indices` of `fsm.kernels.scatter.add_block`."""
 

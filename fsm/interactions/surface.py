@@ -34,8 +34,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["BARE", "CAP", "STRAIGHT", "TIP", "beyond_end", "blend", "overshoot", "pieces_of"]
-
 TIP = 0.025
 """Extension of a surface beyond its ends, as a fraction of its length."""
 

@@ -15,8 +15,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["edges_pass", "local_edges", "path_pose", "path_steps", "points_pass", "turn_between"]
-
 STEP = 0.2
 """Largest rotation of a step, rad."""
 

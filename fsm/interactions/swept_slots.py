@@ -10,8 +10,6 @@ from fsm.interactions.shapes import Edges, Points, Shapes
 from fsm.interactions.swept import edges_pass, local_edges, path_pose, path_steps, points_pass
 from fsm.kernels.jit import kernel
 
-__all__ = ["passing_points", "passing_slots"]
-
 
 @kernel
 def _faces(

@@ -27,21 +27,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.tensor import Matrix, Quaternion, Vector, quaternion_product
 
-__all__ = [
-    "Slopes",
-    "curvature_matrix",
-    "increments",
-    "product",
-    "relative_quaternion",
-    "second_increment",
-    "swing_measures",
-    "swing_slopes",
-    "turn_curvature",
-    "turn_gradient",
-    "twist_measure",
-    "twist_slopes",
-]
-
 Slopes = tuple[float, float, float, float, float, float, float, float, float, float, float]
 """Derivatives of a measure with respect to q: 0, 1, 2, 3, then 00, 02, 22, 01, 12, 03, 23; those for 11, 13, 33 are zero."""
 

@@ -13,8 +13,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
 
-__all__ = ["WorkSpace", "edge_passes_edge", "point_passes_triangle", "work_space"]
-
 
 class WorkSpace(NamedTuple):
     """Arrays for intermediate results of one pair."""

@@ -19,10 +19,6 @@ from numba.core import cgutils
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "ROW", "address_table", "floats_1d", "floats_2d", "floats_3d", "integers_1d", "integers_2d", "table_at", "tables_of",
-]  # fmt: skip
-
 ROW = 4
 """Numbers of an array in a table: address and up to three sizes."""
 

@@ -12,11 +12,6 @@ from fsm.kernels.block_lu import MAX_ERROR, REFINE_ABOVE, SYMMETRY_TOLERANCE, fa
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 
-__all__ = [
-    "FAILED", "SYMMETRIC", "TRUSTED", "EquationKernels", "Pattern", "equation_kernels", "set_factors", "pattern_arrays",
-    "pattern_at", "solution",
-]  # fmt: skip
-
 SYMMETRIC, TRUSTED, FAILED = 0, 1, 2
 """Indices of the flags of a model: two on the last factorisation, and whether any factorisation or solution has failed."""
 

@@ -24,11 +24,6 @@ from fsm.kernels.small_blocks import (
     subtract_transposed,
 )
 
-__all__ = [
-    "MAX_ERROR", "REFINE_ABOVE", "SYMMETRY_TOLERANCE", "backward_error", "count_negative", "factorise", "fill_in",
-    "is_symmetric", "multiply_blocks", "solve_refined",
-]  # fmt: skip
-
 REFINE_ABOVE = 1e-10
 """Backward error above which a solution is refined."""
 SYMMETRY_TOLERANCE = 1e-13

@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["effective_stiffness", "multiply_block_diagonal"]
-
 
 @kernel
 def effective_stiffness(

@@ -7,16 +7,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_inverse_tangent
 
-__all__ = [
-    "gather_free",
-    "increment_blocks",
-    "place_bodies",
-    "pose_difference",
-    "retract_poses",
-    "scatter_free",
-    "shift_body",
-]
-
 
 @kernel
 def scatter_free(free: np.ndarray, values: np.ndarray, unit: bool, out: np.ndarray) -> None:

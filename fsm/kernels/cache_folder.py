@@ -31,10 +31,6 @@ import llvmlite.binding
 import numba
 import numpy as np
 
-__all__ = [
-    "OPTIONS", "cache_folder", "create_folder", "fault_of", "is_covered", "key", "key_now", "mark_as_used", "source_of",
-]  # fmt: skip
-
 OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "fastmath": False}
 """Options of every kernel. In NumPy's error model a division by zero gives inf or nan, and loops can be vectorised."""
 

@@ -15,8 +15,6 @@ try:
 except ImportError:  # on Windows each process compiles its own kernels
     fcntl = None  # type: ignore[assignment, unused-ignore]
 
-__all__ = ["CompileLock", "waited"]
-
 _LONGEST: Final = 60.0
 """Longest time to wait for another process, s; the kernel is then compiled here, too."""
 _POLL: Final = 0.005

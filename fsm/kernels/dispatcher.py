@@ -49,8 +49,6 @@ from fsm.kernels.cache_folder import (
 )
 from fsm.kernels.compile_lock import CompileLock
 
-__all__ = ["KernelDispatcher"]
-
 _LONGEST_NAME: Final = 200
 """Letters of a symbol that keeps the name that numba gives it."""
 

@@ -19,8 +19,6 @@ from fsm.kernels.block_lu import backward_error
 from fsm.kernels.jit import kernel
 from fsm.kernels.small_blocks import is_zero, negative_eigenvalues
 
-__all__ = ["Supernodes", "count_nonzero", "count_negative_pivots", "factorise_fronts", "solve_by_fronts", "solve_columns"]
-
 _STRIP = 48
 """Rows of the Schur complement that are computed at once, up to the diagonal of the last one."""
 

@@ -20,13 +20,9 @@ import numba
 import numba.extending
 from numba.core import event
 
-from fsm.kernels.cache_folder import OPTIONS, cache_folder
+from fsm.kernels.cache_folder import OPTIONS
 from fsm.kernels.compile_lock import waited
 from fsm.kernels.dispatcher import KernelDispatcher
-
-__all__ = [
-    "cache_folder", "cache_misses", "compile_time", "compiled_as", "kernel", "kernel_names", "on_compile", "shared",
-]  # fmt: skip
 
 _kernels: dict[int, Any] = {}
 

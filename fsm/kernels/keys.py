@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["find_keys"]
-
 
 @kernel
 def find_keys(known: np.ndarray, keys: np.ndarray) -> np.ndarray:

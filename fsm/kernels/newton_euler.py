@@ -12,17 +12,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 
-__all__ = [
-    "add_gyroscopic",
-    "drive_reactions",
-    "gyroscopic_damping",
-    "largest_force",
-    "motion_energy",
-    "quaternion_jacobian",
-    "quaternion_rates",
-    "support_reactions",
-    "tangent_from_quaternion",
-]
 
 @kernel
 def add_gyroscopic(rates: np.ndarray, inertia: np.ndarray, force: np.ndarray) -> None:

@@ -9,8 +9,6 @@ from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.programs import Pieces
 
-__all__ = ["Pieces", "pieces_at", "program_at"]
-
 program_at = shared(programs.program_at)
 
 

@@ -16,8 +16,6 @@ from numba.core.typing.typeof import typeof_impl
 from numba.experimental.function_type import FunctionModel
 from numba.np.arrayobj import make_array
 
-__all__ = ["AbsentPointer", "Pointer", "address_of", "borrowed", "call_at", "typed_by"]
-
 T = TypeVar("T")
 
 

@@ -17,11 +17,6 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-__all__ = [
-    "CONSTANT", "SHAPE", "Piece", "Pieces", "Program", "half_sine", "program_at", "ramp", "rectangle", "rest", "sampled",
-    "table_of",
-]  # fmt: skip
-
 SHAPE = 9
 """Numbers of a piece: origin o, c0 to c4, a, w, p of its value sum_k ck x^k + a sin(w x + p) with x = t - o."""
 

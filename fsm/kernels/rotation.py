@@ -6,16 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "exponential",
-    "fill_inverse_tangent",
-    "fill_rotation",
-    "inverse_tangent_map",
-    "multiply",
-    "rotate_by",
-    "rotation_matrix",
-]
-
 
 @kernel(inline=True)
 def fill_rotation(p: np.ndarray, out: np.ndarray) -> None:

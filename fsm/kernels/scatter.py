@@ -7,17 +7,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.tensor import Matrix
 
-__all__ = [
-    "add_block",
-    "add_quarters_planar",
-    "add_quarters_spatial",
-    "add_turn_planar",
-    "add_turns_spatial",
-    "find_slot",
-    "pair_slots",
-    "scatter_efforts",
-]
-
 
 @kernel
 def scatter_efforts(

@@ -8,10 +8,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "add_product", "invert", "is_zero", "negative_eigenvalues", "subtract_product", "subtract_terms", "subtract_transposed",
-]  # fmt: skip
-
 _ONE_BY_ONE = (1.0 + 17.0**0.5) / 8.0
 """Entry of the diagonal over the largest other entry, from which it is a pivot of its own."""
 

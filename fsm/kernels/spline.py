@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["evaluate_curve"]
-
 
 @kernel
 def evaluate_curve(

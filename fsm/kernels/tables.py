@@ -23,11 +23,6 @@ from numba.np.arrayobj import make_array, populate_array
 
 from fsm.kernels.addresses import ROW, address_table
 
-__all__ = [
-    "Floats1", "Floats2", "Floats3", "Integers1", "Integers2", "Table", "TableExample", "empty_arrays", "follows",
-    "named_table", "number_of_fields", "table_in", "with_rows",
-]  # fmt: skip
-
 T = TypeVar("T")
 U = TypeVar("U")
 

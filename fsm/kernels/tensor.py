@@ -4,24 +4,6 @@ from __future__ import annotations
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "Matrix",
-    "Quaternion",
-    "Vector",
-    "added",
-    "crossed",
-    "crossed_matrix",
-    "quaternion_matrix",
-    "quaternion_product",
-    "scaled_rows",
-    "times",
-    "times_vector",
-    "transposed",
-    "transposed_times",
-    "transposed_times_vector",
-    "with_product",
-]
-
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]

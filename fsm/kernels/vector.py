@@ -6,11 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "cross", "dot", "equal_vectors", "error_norm", "largest_distance", "largest_ratio", "mean_ratio", "rotate",
-    "weighted_mean_square",
-]  # fmt: skip
-
 
 @kernel
 def rotate(rotation: np.ndarray, vector: np.ndarray, out: np.ndarray) -> None:

@@ -16,11 +16,6 @@ from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 
-__all__ = [
-    "CreaseLaws", "CurveTable", "MomentCurve", "add_flexibility", "crease_effort", "crease_laws_of", "crease_moment",
-    "curve_from_cubic", "curve_from_data", "elastic_effort", "join_curves",
-]  # fmt: skip
-
 
 @dataclass(frozen=True)
 class MomentCurve:

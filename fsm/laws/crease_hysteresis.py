@@ -28,8 +28,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 from fsm.laws.crease import MomentCurve, curve_from_cubic
 
-__all__ = ["hysteresis_stiffness", "slip_energy", "slip_moment", "slip_power", "strength_curve"]
-
 _MIN_STIFFNESS = 1.25
 """Smallest stiffness of the spring relative to the steepest slope of the strength."""
 _BISECTIONS = 60

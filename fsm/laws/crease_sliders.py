@@ -16,8 +16,6 @@ from fsm.kernels.jit import kernel
 from fsm.laws.crease import CurveTable
 from fsm.laws.crease_hysteresis import slip_energy, slip_moment, slip_power
 
-__all__ = ["Sliders", "accept_sliders", "new_sliders", "no_sliders", "slider_energy", "slider_moments", "sliders_of"]
-
 _SAME = 1e-9
 """Tolerance of equal times, relative to a step."""
 

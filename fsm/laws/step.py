@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["step"]
-
 
 @kernel(inline=True)
 def step(x: float) -> tuple[float, float]:

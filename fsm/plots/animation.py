@@ -17,8 +17,6 @@ from fsm.plots.plane import vertical_axis
 from fsm.plots.style import figure_unit, rounded, styled
 from fsm.results.solution import Solution
 
-__all__ = ["animate"]
-
 _WIDTH, _DPI = 5.6, 100
 """Width of a frame, inches, and its resolution."""
 _FRAMES, _MILLISECONDS = 100, 50

@@ -11,8 +11,6 @@ from contextlib import suppress
 
 from fsm.threads import processors
 
-__all__ = ["draw_all"]
-
 
 def draw_all(plots: Sequence[Callable[[], None]], two: bool) -> None:
     """Draw figures.

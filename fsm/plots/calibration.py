@@ -12,9 +12,7 @@ from matplotlib.figure import Figure
 
 from fsm.plots.drawing import line_width, points
 from fsm.plots.style import COLOURS, GREY, SINGLE, figure, label_decades
-from fsm.results.solution import Floats
-
-__all__ = ["CurvePlot", "FitPlot", "plot_curves", "plot_fit", "plot_loops", "plot_residuals"]
+from fsm.results.film import Floats
 
 _MAX_COLUMNS = 3
 """Largest number of panels in a row of the figure."""

@@ -18,8 +18,6 @@ from fsm.plots.style import COLOURS, DASHES, WIDE, abscissa, figure, figure_unit
 from fsm.results.channel import select_channels
 from fsm.results.solution import Solution
 
-__all__ = ["plot_channels"]
-
 _MOST = len(COLOURS) * len(DASHES)
 """Largest number of lines of a diagram with different colours and dashes."""
 _HEIGHT = 2.4

@@ -21,10 +21,9 @@ from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, drive_units, figure, figure_unit, rounded, shortened
+from fsm.results.film import Floats
 from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows
-from fsm.results.solution import Floats, Solution
-
-__all__ = ["plot_contact_map"]
+from fsm.results.solution import Solution
 
 COLOUR_MAP = "viridis_r"
 HALF_HEIGHT, MIN_HALF_HEIGHT = 0.4, 0.07

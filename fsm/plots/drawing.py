@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-__all__ = ["FORMATS", "STYLES", "drawing", "file_format", "in_two_processes", "line_width", "points", "selected"]
-
 FORMATS = (".png", ".svg", ".pdf")
 STYLES = {"paper": (1.0, 1.0), "slide": (1.4, 1.6)}
 """Factors of the sizes of letters and of the widths of lines, by the name of the style."""

@@ -10,9 +10,8 @@ from matplotlib.lines import Line2D
 
 from fsm.plots.drawing import line_width
 from fsm.plots.style import COLOURS, GREY, WIDE, evolution, figure, figure_unit
-from fsm.results.solution import Floats, Solution
-
-__all__ = ["plot_energy"]
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 
 STACK = {
     "creases": ("creases", COLOURS[0]),

@@ -18,8 +18,6 @@ from fsm.plots.motion import plot_motion
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 
-__all__ = ["draw", "draw_one", "figures_of", "remove_figures"]
-
 Plot = Callable[[Solution, Path], None]
 
 

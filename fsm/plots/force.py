@@ -31,8 +31,6 @@ from fsm.results.curve import ForceCurve
 from fsm.results.solution import Solution
 from fsm.shown_units import ShownUnit
 
-__all__ = ["plot_force", "plot_overlay"]
-
 Units = tuple[ShownUnit, ShownUnit]
 """Units of force and travel."""
 

@@ -10,9 +10,7 @@ import numpy as np
 
 from fsm.plots.drawing import line_width, points
 from fsm.plots.style import COLOURS, GREY, SINGLE, figure
-from fsm.results.solution import Floats
-
-__all__ = ["TestPlot", "plot_tests"]
+from fsm.results.film import Floats
 
 
 class TestPlot(NamedTuple):

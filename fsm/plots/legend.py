@@ -14,8 +14,6 @@ from matplotlib.textpath import TextPath
 
 from fsm.plots.drawing import points
 
-__all__ = ["HANDLE_WIDTH", "ROW_HEIGHT", "add_legend", "add_legend_across", "name_width"]
-
 HANDLE_WIDTH = 4.8
 """Width of the line sample and the gaps of a legend entry, in font sizes."""
 ROW_HEIGHT = 1.6

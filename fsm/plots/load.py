@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 LoadAxes = tuple[ShownUnit, ShownUnit]
 """Units of the displacements and of the sizes of loads of one kind."""
 
-__all__ = ["LoadAxes", "load_axes", "plot_load", "plot_load_overlay"]
-
 _LABELLED = 6
 """Largest number of limit points with their size beside them."""
 

@@ -14,8 +14,6 @@ from fsm.results.quantities import STAGES, bent_energy, summarise
 from fsm.results.solution import Solution
 from fsm.shown_units import ShownUnit
 
-__all__ = ["EVENTS", "shade_stages", "stage_name", "stage_shade", "summary_with_stages"]
-
 EVENTS = {
     **dict.fromkeys(("snap", "damped snap", "motion", "unstable"), ("v", "snap")),
     "release": ("s", "release"),

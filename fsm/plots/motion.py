@@ -30,9 +30,8 @@ from fsm.plots.style import (
     steps_of,
     travels_over,
 )
-from fsm.results.solution import Floats, Solution
-
-__all__ = ["leaves_plane", "pick_records", "plot_motion"]
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 
 _IDLE = 1e-4
 """Largest force of a drive relative to that of another drive, below which it has no force."""

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError
-from fsm.results.solution import Floats, Solution
-
-__all__ = ["ObstacleOutline", "obstacle_outlines"]
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 
 _CIRCLE_POINTS = 32
 """Number of corners that represent a circle."""

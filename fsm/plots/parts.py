@@ -11,9 +11,8 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import Patch
 
 from fsm.plots.style import COLOURS, GREY, shortened
-from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
-
-__all__ = ["OBSTACLE", "colours_of_parts", "handles_of_parts", "panels_of", "polygons"]
+from fsm.results.film import Floats, Integers
+from fsm.results.solution import BEAM, FILM, LINE, Solution
 
 OBSTACLE = "#BDBDBD"
 _FEW = 6

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.results.solution import Floats, Solution
-
-__all__ = ["lattice_squares", "vertical_axis"]
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 
 
 def vertical_axis(solution: Solution) -> str:

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["write_png"]
-
 _LEVEL = 3
 """Compression level of zlib. Higher levels take twice the time for a tenth of the size."""
 _INCH = 0.0254

@@ -14,8 +14,6 @@ from fsm.plots.style import COLOURS, DASHES, GREY, WIDE, figure, figure_unit
 from fsm.results.array import ArrayMotion, Floats, asynchronism
 from fsm.results.solution import Solution
 
-__all__ = ["plot_points", "plot_rigid", "plot_stress", "plot_synchronism"]
-
 _CUT = 8.0
 """Range of a flexible curve, relative to the range of the rigid curve, above which the flexible curve is cut off."""
 _MOTIONS = (("displacement", ""), ("velocity", "/s"), ("acceleration", "/s²"))

@@ -17,9 +17,8 @@ from fsm.plots.drawing import line_width, points
 from fsm.plots.obstacles import ObstacleOutline, obstacle_outlines
 from fsm.plots.parts import OBSTACLE, colours_of_parts, panels_of, polygons
 from fsm.plots.style import COLOURS, WIDE, figure_unit
-from fsm.results.solution import FILM, LINE, Floats, Solution
-
-__all__ = ["arrange_in_space", "draw_axes", "draw_in_space", "height_in_space"]
+from fsm.results.film import Floats
+from fsm.results.solution import FILM, LINE, Solution
 
 _FILLED = 0.74
 """Part of the width of a picture that the box around the structure fills."""

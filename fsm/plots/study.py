@@ -13,8 +13,6 @@ from matplotlib.axes import Axes
 from fsm.plots.drawing import line_width, points
 from fsm.plots.style import COLOURS, GREY, WIDE, figure
 
-__all__ = ["STUDY_RESULTS", "plot_study", "relative_changes", "varied_column"]
-
 STUDY_RESULTS: dict[str, tuple[float, str]] = {
     "frequency_hz": (1.0, "frequency (Hz)"),
     "amplitude_center": (1e3, "largest amplitude, center (mm)"),

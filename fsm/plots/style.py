@@ -23,30 +23,9 @@ from numpy.typing import ArrayLike
 from fsm.atomic_write import atomic_write
 from fsm.plots.drawing import line_width, points
 from fsm.plots.png import write_png
-from fsm.results.solution import Floats, Solution
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 from fsm.shown_units import ShownUnit, shown_unit
-
-__all__ = [
-    "COLOURS",
-    "DASHES",
-    "GREY",
-    "SINGLE",
-    "STYLE",
-    "WIDE",
-    "abscissa",
-    "drive_units",
-    "evolution",
-    "figure",
-    "figure_unit",
-    "label_decades",
-    "rounded",
-    "start_of_step",
-    "styled",
-    "steps_of",
-    "shortened",
-    "travel_label",
-    "travels_over",
-]
 
 # palette of Okabe and Ito (2008), for all common kinds of colour blindness
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")

@@ -18,13 +18,10 @@ from matplotlib.tri import Triangulation
 from fsm.plots.drawing import line_width, points
 from fsm.plots.legend import add_legend_across
 from fsm.plots.style import COLOURS, GREY, WIDE, figure, figure_unit, label_decades, rounded
-from fsm.results.film import STATES, Film
-from fsm.results.solution import Floats, Integers, Solution
+from fsm.results.film import STATES, Film, Floats, Integers
+from fsm.results.solution import Solution
 from fsm.results.spectrum import spectrum
 from fsm.shown_units import ShownUnit
-
-__all__ = ["plot_history", "plot_modes", "plot_spectrum", "plot_tension"]
-
 
 _LONG = 0.35
 """Height over width below which a film is long."""

@@ -13,8 +13,6 @@ from fsm.report.plots import decimated, travel_scale
 from fsm.report.tables import key_results
 from fsm.results.solution import Solution
 
-__all__ = ["comparison"]
-
 _UNIT_ENDINGS = {
     "travel": ("mm", 1e3),
     "length": ("mm", 1e3),

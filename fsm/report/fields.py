@@ -11,9 +11,8 @@ from fsm.report.packing import pack_floats, pack_levels
 from fsm.report.quantities import display, pair_sides
 from fsm.report.shapes import Crease, Parts
 from fsm.results.channel import Channel
-from fsm.results.solution import Floats, Integers, Solution
-
-__all__ = ["arrows_of", "colours_of", "contact_marks", "joints_of"]
+from fsm.results.film import Floats, Integers
+from fsm.results.solution import Solution
 
 _MOST_MARKS = 60
 """Largest number of contact pairs with a mark in the picture."""

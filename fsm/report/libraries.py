@@ -14,8 +14,6 @@ from pathlib import Path
 
 from fsm.errors import FsmError
 
-__all__ = ["library"]
-
 _THREE_BEGIN, _THREE_END = "<script>", 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 """Begin and end of three.js in the viewer page of trimesh."""
 

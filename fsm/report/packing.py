@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["compressed", "pack_doubles", "pack_floats", "pack_integers", "pack_levels", "safe_json"]
-
 LEVELS = 65_534
 """Number of steps between the smallest and the largest value of `pack_levels`; the level after the last one means NaN."""
 

@@ -15,11 +15,10 @@ from fsm.plots.style import COLOURS, drive_units, figure_unit, rounded, shortene
 from fsm.report.packing import pack_doubles, pack_floats
 from fsm.report_text import count
 from fsm.results.array import asynchronism
+from fsm.results.film import Floats, Integers
 from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows, touching_pairs
-from fsm.results.solution import Floats, Integers, Solution
+from fsm.results.solution import Solution
 from fsm.results.spectrum import spectrum
-
-__all__ = ["curves_of", "decimated", "travel_scale"]
 
 MOST_POINTS = 3000
 """Approximate largest number of points of a curve; the extremes of each interval are kept."""

@@ -12,9 +12,8 @@ from fsm.report.packing import pack_floats
 from fsm.report.shapes import Crease
 from fsm.results.all_channels import CONTACT_QUANTITIES
 from fsm.results.channel import AXES, Channel, ChannelInfo
-from fsm.results.solution import Floats, Integers, Solution
-
-__all__ = ["DISPLAY", "all_channels", "channel_data", "display", "fold_angles", "pair_sides"]
+from fsm.results.film import Floats, Integers
+from fsm.results.solution import Solution
 
 MOST_POINTS = 1500
 """Largest number of records of a channel in the page."""

@@ -12,13 +12,12 @@ from fsm.errors import CaseError
 from fsm.plots.obstacles import obstacle_outlines
 from fsm.plots.plane import lattice_squares
 from fsm.report.packing import pack_floats, pack_integers, pack_levels
-from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
+from fsm.results.film import Floats, Integers
+from fsm.results.solution import BEAM, FILM, LINE, Solution
 
 if TYPE_CHECKING:
     from fsm.scene.builders.sheet_joints import SheetJoint
     from fsm.scene.patterns.facet_mesh import FacetMesh
-
-__all__ = ["Crease", "Parts", "Shown", "creases_of", "parts_of", "shown_shapes"]
 
 MOST_FRAMES = 400
 """Largest number of shapes of a result in the page; the player interpolates between them."""

@@ -15,8 +15,6 @@ from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 from fsm.shown_units import shown_range, shown_unit, travel_text, turns
 
-__all__ = ["describe_case", "key_results", "sections_of"]
-
 _RESULTS: dict[str, tuple[str, str, float]] = {
     "peak_force": ("peak force", "N", 1.0),
     "peak_travel": ("travel at the peak", "mm", 1e3),

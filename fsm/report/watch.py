@@ -18,8 +18,6 @@ from fsm.report.packing import safe_json
 from fsm.report.write import live_page, result_data
 from fsm.results.store import read_solution
 
-__all__ = ["Watch"]
-
 SHAPES, CHANNELS = 1_200_000, 400_000
 """Bytes of the shapes and of the channels that are sent each time."""
 _GRACE = 4.0

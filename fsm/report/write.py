@@ -31,8 +31,6 @@ from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.version import fsm_version
 
-__all__ = ["SHAPES", "CHANNELS", "live_page", "report_page", "write_report"]
-
 SHAPES, CHANNELS = 3_500_000, 1_500_000
 """Bytes of a page for the shapes and for the channels of all results together."""
 MOST_PLAYED = 40

@@ -5,8 +5,6 @@ from __future__ import annotations
 from fsm.results.channel import Channel, ChannelInfo, Dim
 from fsm.results.solution import ENERGIES, PAIRS, Solution
 
-__all__ = ["CONTACT_QUANTITIES", "all_channels"]
-
 CONTACT_QUANTITIES: dict[str, tuple[str, str, str]] = {
     "gap": ("pair_gap", *PAIRS["pair_gap"]),
     "normal_force": ("pair_force", *PAIRS["pair_force"]),

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from fsm.short_repr import ShortRepr
 
-__all__ = ["ArrayMotion", "PointMotion", "asynchronism", "largest_differences"]
-
 Floats = NDArray[np.float64]
 
 _PARALLEL = 1e-6

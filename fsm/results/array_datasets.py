@@ -10,8 +10,6 @@ from fsm.hdf5_checked import names_in, numbers_in
 from fsm.results.array import ArrayMotion, PointMotion
 from fsm.results.datasets import add_data, add_scale
 
-__all__ = ["read_array", "write_array"]
-
 _MOTIONS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from fsm.hdf5_checked import attribute, fixed_text, write_attribute
 
-__all__ = ["read_attributes", "stored_attributes", "write_attributes"]
-
 SUFFIX = "_json"
 
 

@@ -16,8 +16,6 @@ from fsm.atomic_write import atomic_write
 from fsm.errors import Fault
 from fsm.short_repr import ShortRepr
 
-__all__ = ["AXES", "MOST_CHANNELS", "Channel", "ChannelInfo", "Dim", "extremes_of", "select_channels", "write_channels_csv"]
-
 MOST_CHANNELS = 10_000
 """Largest number of channels of a run; each one is a dataset of the results file."""
 _MOST_NAMED = 5

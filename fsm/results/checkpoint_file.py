@@ -15,8 +15,6 @@ from fsm.hdf5_checked import attribute, fixed_text, numbers_in, written_from_mem
 from fsm.results.attributes import read_attributes, write_attributes
 from fsm.results.store import open_hdf5
 
-__all__ = ["read_checkpoint", "write_checkpoint"]
-
 CHECKPOINT_FORMAT = "fsm checkpoint"
 
 

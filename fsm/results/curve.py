@@ -14,8 +14,6 @@ from fsm.short_repr import ShortRepr
 if TYPE_CHECKING:
     from fsm.solve.run_io import CurvePoint
 
-__all__ = ["MAX_POINTS", "START_UP", "ForceCurve"]
-
 MAX_POINTS = 4000
 """Approximate number of curve points in a results file, at most."""
 START_UP = 0.02

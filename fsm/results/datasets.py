@@ -14,12 +14,6 @@ from fsm.results.attributes import write_attributes
 from fsm.results.curve import ForceCurve
 from fsm.results.film import STATES, Film, ProbeSamples
 
-__all__ = [
-    "SAMPLE_TIME", "add_data", "add_scale", "append_samples", "read_curve", "read_film", "read_parts", "read_samples",
-    "units_of_drives", "write_curve", "write_film", "write_parts",
-]  # fmt: skip
-
-
 SAMPLE_TIME, _CURVE_TIME = "probes/probe_time", "curve/curve_time"
 """Times of probes and curve; xarray would confuse a scale `time` in a group with the times of the records."""
 

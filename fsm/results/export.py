@@ -9,12 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from fsm.atomic_write import atomic_write
+from fsm.results.film import Floats
 from fsm.results.quantities import sliding_distance, touching_pairs
-from fsm.results.solution import ENERGIES, Floats, Solution
-
-__all__ = [
-    "force_columns", "when_columns", "write_contact_csv", "write_force_csv", "write_history_csv", "write_points_csv",
-]  # fmt: skip
+from fsm.results.solution import ENERGIES, Solution
 
 
 def force_columns(solution: Solution, energies: bool = False, dynamic: bool = False) -> dict[str, Floats]:

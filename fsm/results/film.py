@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from fsm.short_repr import ShortRepr
 
-__all__ = ["STATES", "Film", "Floats", "Integers", "ProbeSamples"]
-
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 

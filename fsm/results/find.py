@@ -7,8 +7,6 @@ from pathlib import Path
 
 from fsm.errors import CaseError
 
-__all__ = ["find_results"]
-
 
 def find_results(given: Sequence[str]) -> dict[str, Path]:
     """Result files by a short name: files, folders of runs, and folders of tables with one folder for each case.

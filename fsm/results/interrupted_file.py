@@ -14,8 +14,6 @@ from pathlib import Path
 
 from fsm.hdf5_checked import SIGNATURE
 
-__all__ = ["checksum", "is_marked_open", "without_open_marks"]
-
 SUPERBLOCK = struct.Struct("<8sBBBBQQQQ")
 """First block: signature, version (3), sizes (offsets, lengths), marks, base, extension, end, root; a checksum follows."""
 CHECKSUM = struct.Struct("<I")

@@ -10,29 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fsm.results.curve import START_UP, ForceCurve
-from fsm.results.solution import Floats, Solution
-
-__all__ = [
-    "CONTACT_THRESHOLD",
-    "FACET_FORCES",
-    "STAGES",
-    "Peak",
-    "Peaks",
-    "Stage",
-    "bending_onset",
-    "bent_energy",
-    "contact_rows",
-    "find_stages",
-    "first_touch",
-    "in_motion",
-    "peak",
-    "peaks",
-    "sliding_distance",
-    "summarise",
-    "summarise_contacts",
-    "summarise_drives",
-    "touching_pairs",
-]
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 
 STAGES = ("initial deformation", "contact", "bending")
 CONTACT_THRESHOLD = 1e-4

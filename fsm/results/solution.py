@@ -20,11 +20,6 @@ from fsm.results.step_data import LoadPath, StepModes
 from fsm.short_repr import ShortRepr
 from fsm.shown_units import travel_text
 
-__all__ = [
-    "BEAM", "ENERGIES", "FILM", "FLOATS", "INTEGERS", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution",
-    "stack",
-]  # fmt: skip
-
 FILM, LINE, BEAM = -1, -2, -3
 """Values of `panel` for other quads of a scene: films, lines of cables (quads without width), and beams."""
 

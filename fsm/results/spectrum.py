@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
-from fsm.results.solution import Floats
+from fsm.results.film import Floats
 from fsm.short_repr import ShortRepr
-
-__all__ = ["DampedSinusoid", "Spectrum", "amplitude", "fit_damped_sinusoid", "high_lines", "spectrum"]
 
 _BINS = 4.0
 """Half width, in bins, of the frequency range of the fit about the highest bin of the spectrum."""

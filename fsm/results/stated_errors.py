@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ["largest_errors"]
-
 _LABELS = {
     "positions_along": "positions along", "probes": "probe", "frequencies": "frequencies of", "loads": "displacement of",
     "limit_points": "limit points of",

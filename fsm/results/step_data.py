@@ -16,11 +16,6 @@ from fsm.load_names import load_units
 from fsm.results.datasets import add_data, add_scale
 from fsm.short_repr import ShortRepr
 
-__all__ = [
-    "LoadPath", "StepModes", "read_load_path", "read_step_modes", "write_load_path", "write_load_path_csv",
-    "write_step_modes",
-]  # fmt: skip
-
 
 @dataclass(frozen=True, repr=False)
 class StepModes(ShortRepr):

@@ -57,11 +57,6 @@ from fsm.results.solution import ENERGIES, PAIRS, Layout, Solution
 from fsm.results.step_data import read_load_path, read_step_modes
 from fsm.results.summary_check import check_summary
 
-__all__ = [
-    "FORMAT", "ROOT_DIMS", "VARIABLES", "VERSION", "Variable", "channel_variables", "dim_path", "open_hdf5", "part_path",
-    "read_solution",
-]  # fmt: skip
-
 FORMAT, VERSION = "fsm result", 7
 ROOT_DIMS = ("axis",)
 """Dimensions of channels that have their scale in the root group."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-__all__ = ["check_summary"]
-
 _ITEMS = {
     "stages": ("name", ("travel", "force")), "events": ("kind", ("travel", "end_travel", "force", "end_force")),
     "loads": ("name", ("size", "displacement")),

@@ -11,8 +11,6 @@ from typing import Any
 from fsm.atomic_write import atomic_write
 from fsm.errors import CaseError
 
-__all__ = ["SUMMARY", "read_summary", "write_summary"]
-
 SUMMARY = "summary.json"
 """Name of the summary file; a folder that has it holds a solved case."""
 

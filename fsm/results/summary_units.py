@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["heading"]
-
 _EXACT = {
     "joint_opening": "m", "decay_rate": "1/s", "largest_magnitude": "N", "free_from": "s", "max_stress": "Pa",
     "folded_strain_energy": "J",

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from fsm.results.solution import Floats, Solution
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 from fsm.results.spectrum import amplitude, fit_damped_sinusoid, high_lines, spectrum
-
-__all__ = ["free_history", "frequency_warnings", "summarise_vibration"]
 
 _MIN_SAMPLES = 8
 """Fewest samples of the free motion for the fit of a frequency."""

@@ -31,8 +31,8 @@ from fsm.results.datasets import (
     write_film,
     write_parts,
 )
-from fsm.results.film import ProbeSamples
-from fsm.results.solution import INTEGERS, PAIRS, Floats, Layout, Record, Solution, stack
+from fsm.results.film import Floats, ProbeSamples
+from fsm.results.solution import INTEGERS, PAIRS, Layout, Record, Solution, stack
 from fsm.results.step_data import write_load_path, write_step_modes
 from fsm.results.store import (
     FORMAT,
@@ -45,8 +45,6 @@ from fsm.results.store import (
     part_path,
     read_solution,
 )
-
-__all__ = ["ResultWriter", "write_solution"]
 
 BUFFER_BYTES = 4_000_000
 CHUNK_BYTES = 65_536

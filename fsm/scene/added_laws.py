@@ -11,8 +11,6 @@ from pydantic_core import PydanticCustomError, PydanticKnownError
 from fsm.registry import AddedLaw
 from fsm.scene.units import did_you_mean, with_unit
 
-__all__ = ["check_element_law", "check_kind", "check_law", "check_parameters", "only_given", "with_parameters"]
-
 
 def check_law(value: Any, built_in: Iterable[str], added: Mapping[str, AddedLaw]) -> Any:
     """Check the name of a law; an unknown name raises an error that lists all names."""

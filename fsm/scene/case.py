@@ -24,12 +24,6 @@ from fsm.scene.solve import Save, Solve
 from fsm.scene.steps import Step
 from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
 
-__all__ = [
-    "Analysis", "Case", "Expect", "Release", "Save", "Solve", "Start", "Strip", "contact_of_strip", "contact_scale",
-    "held_panels", "root",
-]  # fmt: skip
-
-
 MOST_SEGMENTS = 50_000
 """Largest number of segments of a strip."""
 

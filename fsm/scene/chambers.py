@@ -9,8 +9,6 @@ import numpy as np
 
 from fsm.scene.gas import Gas
 
-__all__ = ["Chamber", "Lid", "PanelSurface"]
-
 
 @dataclass(frozen=True, eq=False)
 class Lid:

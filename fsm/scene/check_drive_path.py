@@ -9,8 +9,6 @@ from fsm.errors import Fault
 from fsm.scene.sections import Sections
 from fsm.shown_units import shown
 
-__all__ = ["drives_through_held_panels"]
-
 
 def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iterable[Fault]:
     """Faults of guided crease lines whose straight path crosses a held panel, which contact makes impossible.

@@ -11,8 +11,6 @@ from fsm.scene.scissor import PointForce, PointSupport, Scissor
 from fsm.scene.sections import Sections, method_faults, static_keys
 from fsm.scene.units import did_you_mean
 
-__all__ = ["check_scissor", "default_holds"]
-
 
 def check_scissor(sections: Sections) -> list[Fault]:
     """Faults of a scissor array that involve several sections."""

@@ -11,8 +11,6 @@ from fsm.scene.solve import Solve
 from fsm.scene.steps import Step
 from fsm.scene.time_program import end_of
 
-__all__ = ["check_steps", "step_names"]
-
 _INSTANT = ("modes", "relax")
 """Kinds of steps without a duration."""
 _PATHS = ("auto", "static", "arc-length")

@@ -11,8 +11,6 @@ from fsm.scene.membrane import CornerCable, Membrane
 from fsm.scene.sections import Sections, method_faults, static_keys
 from fsm.shown_units import shown, shown_points
 
-__all__ = ["check_vibration"]
-
 _OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
 _SIDES = frozenset(_OPPOSITE)
 

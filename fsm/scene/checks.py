@@ -15,9 +15,6 @@ from fsm.scene.lattice import Edge
 from fsm.scene.loads import Drive
 from fsm.scene.sections import Sections, method_faults, static_faults, static_keys
 
-__all__ = ["check_sections"]
-
-
 _OF_STRIP = {"crease": "crease numbers", "panel": "panel numbers", "end": "ends"}
 """Keys of a drive that only a strip has."""
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")

@@ -25,8 +25,6 @@ from fsm.scene.law_keys import LawKeys, check_key, mark_missing, without_unused
 from fsm.scene.model import Model
 from fsm.scene.units import Count, Damping, Length, Number, Speed, Stress, Unit
 
-__all__ = ["FRICTION_KEYS", "NORMAL_KEYS", "Contact", "Friction", "hertz_stiffness", "with_stiffness"]
-
 _MATERIAL = ("young", "poisson", "radius")
 _RESTITUTION = LawKeys(("restitution",), ("exponent", "speed_floor", *_MATERIAL))
 

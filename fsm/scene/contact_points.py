@@ -18,11 +18,6 @@ from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.patterns.touching import SheetPoint, TouchingSheet
 from fsm.scene.scene import Scene
 
-__all__ = [
-    "ContactPoint", "contact_points", "penetration_between", "point_spacing", "points_along", "points_inside", "sheet_parts",
-    "sheet_spacing",
-]  # fmt: skip
-
 MOST = 5
 """Largest number of points along a side of an element."""
 _ALONG_SIDE = 4

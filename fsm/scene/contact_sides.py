@@ -10,8 +10,6 @@ from fsm.scene.contact_points import contact_points
 from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import GROUND, Scene
 
-__all__ = ["ContactSide", "contact_sides"]
-
 
 class ContactSide(NamedTuple):
     """One side of a contact pair.

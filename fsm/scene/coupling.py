@@ -12,8 +12,6 @@ from fsm.scene.added_laws import check_law, check_parameters, with_parameters
 from fsm.scene.gear import Gear
 from fsm.scene.model import Model, Name
 
-__all__ = ["OWN_COUPLINGS", "SceneCoupling"]
-
 OWN_COUPLINGS = {"gear": AddedLaw(2, Gear, "gear")}
 """Kinds of the package, with their number of joints as law; `fsm.segments.compile` has their kernels."""
 

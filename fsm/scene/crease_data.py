@@ -24,8 +24,6 @@ from fsm.scene.csv_columns import cells_of, columns_of, first_row_faults, headin
 from fsm.scene.materials import SplineCrease
 from fsm.scene.units import did_you_mean, to_si, unit_in
 
-__all__ = ["CreaseData", "check_curve", "read_crease_data"]
-
 MOST_ROWS = 20_000
 FEWEST_ROWS = {"cubic": 4, "pchip": 2}
 _SI = {"angle": "rad", "moment": "N m", "force": "N", "lever_arm": "m"}

@@ -33,10 +33,6 @@ from fsm.hdf5_checked import (
     written_from_memory,
 )
 
-__all__ = [
-    "CreaseFamily", "FamilyCurve", "Relaxation", "family_curve", "read_family", "rest_angle", "time_text", "write_family",
-]  # fmt: skip
-
 FORMAT = "fsm crease family"
 VERSION = 1
 _POINTS = 201

@@ -14,8 +14,6 @@ from fsm.errors import CaseError, Fault
 from fsm.input_file import read_failure, read_input_file
 from fsm.scene.units import parse_unit
 
-__all__ = ["cells_of", "columns_of", "first_row_faults", "heading", "headings_of", "number_in", "separator_of", "text_rows"]
-
 MOST_FAULTS = 8
 _ALIKE = 5
 """Number of further rows with the same mistake that a message names."""

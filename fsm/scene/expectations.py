@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from fsm.errors import Fault
 from fsm.scene.units import did_you_mean
 
-__all__ = ["SUMMARY_NUMBERS", "expectation_faults"]
-
 SUMMARY_NUMBERS = (
     "peak_force", "peak_travel", "dynamic_peak_force", "dynamic_peak_travel", "largest_magnitude",
     "largest_magnitude_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",

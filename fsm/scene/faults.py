@@ -14,8 +14,6 @@ from fsm.errors import Fault
 from fsm.scene.schema import Place, locate, tags
 from fsm.scene.units import SYSTEMS, did_you_mean, parse_unit, unit_in, with_unit
 
-__all__ = ["MOST_UNKNOWN", "dotted", "faults_of", "unknown_key"]
-
 MOST_UNKNOWN = 20
 """Largest number of unknown keys with a message each."""
 _MOST_FAULTS = 40

@@ -11,8 +11,6 @@ from fsm.scene.model import Model, Name
 from fsm.scene.sheet_parts import Box
 from fsm.scene.units import Count, Density, Length, Number, Stress, Time
 
-__all__ = ["Edge", "SceneBeam", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam", "unstressed_length"]
-
 Position = tuple[Length, Length, Length]
 Quaternion = tuple[Number, Number, Number, Number]
 Edge = Literal["left", "right", "bottom", "top", "corners"]

@@ -16,11 +16,6 @@ from fsm.scene.known_names import nearest_name
 from fsm.scene.patterns.touching import SheetPoint
 from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 
-__all__ = [
-    "as_assembled", "cable_axes", "frame_faults", "nearest_body", "norm_faults", "quaternion_matrix", "quaternion_product",
-    "with_frames",
-]  # fmt: skip
-
 
 def norm_faults(path: str, quaternion: Quaternion) -> Iterator[Fault]:
     """Fault of a quaternion whose norm is not 1."""

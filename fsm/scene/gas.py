@@ -11,8 +11,6 @@ from fsm.scene.model import Model, Name
 from fsm.scene.time_program import Table, TimeFunction
 from fsm.scene.units import Angle, Area, GasConstant, Length, Mass, MassFlow, Number, Stress, Temperature
 
-__all__ = ["OUTSIDE", "SUPPLIES", "Closing", "Gas", "Orifice"]
-
 SUPPLIES = ("supply_pressure", "supply_flow", "supply_mass")
 """Keys that give the amount of gas; a chamber may have only one of them."""
 OUTSIDE = "outside"

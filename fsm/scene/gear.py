@@ -7,8 +7,6 @@ from pydantic import Field
 from fsm.scene.model import Model
 from fsm.scene.units import AngularDamping, AngularStiffness
 
-__all__ = ["Gear"]
-
 
 class Gear(Model):
     """Spring and damper between the angles of two joints, U = k/2 (phi_1 - n phi_2)^2."""

@@ -18,8 +18,6 @@ from fsm.scene.key_facts import facts_of, plain
 from fsm.scene.schema import Place, metadata_of
 from fsm.scene.units import Unit
 
-__all__ = ["case_schema"]
-
 _QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[^\d\s]?.*$"
 """Pattern of a number with a unit."""
 _COMPLETED = {"Contact": {"stiffness"}, "LinearCrease": {"stiffness"}, "FamilyCrease": {"file"}}

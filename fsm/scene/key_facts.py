@@ -19,8 +19,6 @@ from pydantic.fields import FieldInfo
 
 from fsm.scene.schema import Place, metadata_of, tags
 
-__all__ = ["KeyFacts", "facts_of", "plain", "section_of"]
-
 
 class KeyFacts(NamedTuple):
     """Facts of a key, as texts; an empty text states that there is nothing to say.

@@ -16,8 +16,6 @@ from fsm.scene.key_facts import facts_of, plain, section_of
 from fsm.scene.schema import Place
 from fsm.scene.units import did_you_mean
 
-__all__ = ["all_keys", "help_lines", "type_text"]
-
 _NAMES = {str: "text", bool: "true or false", int: "whole number", float: "number", dict: "section"}
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 
-__all__ = ["nearest_name"]
-
 _NAMED = 8
 """Largest number of names in a message."""
 

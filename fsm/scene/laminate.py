@@ -16,8 +16,6 @@ import numpy as np
 
 from fsm.scene.sheet_parts import SheetPly
 
-__all__ = ["Laminate", "laminate_of"]
-
 
 class Laminate(NamedTuple):
     """Stiffness of a laminate: A (N/m), B (N), D (N m), each (3, 3), and its mass per area, kg/m^2."""

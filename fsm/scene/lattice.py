@@ -9,8 +9,6 @@ from pydantic import Field, model_validator
 from fsm.scene.model import Model
 from fsm.scene.units import Angle, AngularStiffness, Count, Density, Length, Stiffness, Time
 
-__all__ = ["Edge", "Lattice"]
-
 MOST_SQUARES = 20_000
 
 Edge = Literal["bottom", "top", "left", "right"]

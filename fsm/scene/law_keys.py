@@ -10,8 +10,6 @@ from pydantic_core import PydanticCustomError, PydanticKnownError
 
 from fsm.scene.units import with_unit
 
-__all__ = ["MISSING", "LawKeys", "check_key", "mark_missing", "without_unused"]
-
 
 class LawKeys(NamedTuple):
     """Required and optional keys of a law."""

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from fsm.errors import CaseError, Fault
 from fsm.registry import BUILDERS, load_extensions
-from fsm.scene.case import Analysis, Case, Save, Solve, contact_of_strip
+from fsm.scene.case import Analysis, Case, contact_of_strip
 from fsm.scene.checks import check_sections
 from fsm.scene.crease_data import check_curve, read_crease_data
 from fsm.scene.expectations import expectation_faults
@@ -24,12 +24,11 @@ from fsm.scene.overrides import Given, apply_overrides, split_override
 from fsm.scene.program_data import with_program
 from fsm.scene.scene import Scene
 from fsm.scene.sections import Sections
+from fsm.scene.solve import Save, Solve
 from fsm.scene.toml_file import read_toml
 from fsm.scene.toml_text import case_text
 from fsm.scene.units import SYSTEMS
 from fsm.short_repr import ShortRepr
-
-__all__ = ["LoadedCase", "first_faults", "load_case", "load_tables", "read_case"]
 
 _MOST_ITEMS = 20
 """Number of faulty items in a list of sections after which the remaining items are not checked."""

@@ -8,10 +8,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.scene.model import Model, Name
-from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, normalised, steepest
+from fsm.scene.time_program import Constant, Ramp, Table, TimeFunction, normalised, steepest
 from fsm.scene.units import Angle, AngularSpeed, Count, Force, ForceOfLine, Length, Moment, Number, Speed, Stress
-
-__all__ = ["Constant", "Cycle", "Drive", "Load", "Ramp", "Table", "TimeFunction", "Vector"]
 
 Vector = tuple[float, float, float]
 Box = tuple[tuple[Length, Length, Length], tuple[Length, Length, Length]]

@@ -12,9 +12,6 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from fsm.scene.model import Model
 from fsm.scene.units import Angle, AngularStiffness, Density, Length, Moment, Number, StiffnessOfLine, Stress, Time, to_si
 
-__all__ = ["UNREAD", "Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
-
-
 _LAW = (
     '"linear": M = k (psi - rest); "spline": a measured curve from `data` or lists; "family": a curve from a `file` of '
     "`fsm calibrate crease`"

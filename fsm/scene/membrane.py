@@ -13,12 +13,6 @@ from pydantic import Field, model_validator
 from fsm.scene.model import Model, Name
 from fsm.scene.units import Count, Density, Force, Length, Number, Stress, Time, Unit
 
-__all__ = [
-    "Air", "Cable", "CentrePatch", "CornerCable", "Damping", "Deployed", "DiagonalPatch", "DiagonalsPatch", "EdgeCable",
-    "GridPatch", "HalfSinePulse", "Impact", "MeasuredPulse", "Membrane", "Patch", "Place", "PositionPatch",
-    "RectanglePulse", "Support", "Tension", "Vibration",
-]  # fmt: skip
-
 _PLACE = "position of the patches"
 _DISTANCE = "distance of the centre of a patch from the centre of the film"
 _PLACE_OF_CABLE = (

@@ -10,10 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from fsm.scene.loads import Constant
 from fsm.scene.scene import ForceElement, Scene
-
-__all__ = ["MAX_STATIC_PACE", "automatic_method", "dynamic_method", "pace"]
+from fsm.scene.time_program import Constant
 
 MAX_STATIC_PACE = 1e-5
 """Largest pace for which statics is selected; statics neglects inertia."""

@@ -9,8 +9,6 @@ from pydantic import Field, model_validator
 from fsm.scene.model import Model, Name
 from fsm.scene.units import Length, Number
 
-__all__ = ["Obstacle"]
-
 _SIZES = {"plane": (), "box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 _Extent = Annotated[Length, Field(gt=0)]
 

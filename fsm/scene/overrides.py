@@ -13,7 +13,6 @@ from fsm.errors import Fault
 from fsm.scene.case import root
 from fsm.scene.faults import unknown_key
 
-__all__ = ["REMOVE", "Given", "apply_overrides", "check_path", "parse_value", "split_override"]
 
 @dataclass(frozen=True)
 class Given:

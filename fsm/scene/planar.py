@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from fsm.scene.scene import Scene
 
-__all__ = ["out_of_plane"]
-
 _TOLERANCE = 1e-12
 
 

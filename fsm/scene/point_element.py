@@ -12,8 +12,6 @@ from fsm.scene.added_laws import check_kind, check_parameters, with_parameters
 from fsm.scene.model import Model, Name
 from fsm.scene.units import Length
 
-__all__ = ["BodyPoint", "PointElement"]
-
 
 class BodyPoint(Model):
     """Point of a body, of a frame, or of the ground."""

@@ -22,8 +22,6 @@ from fsm.scene.model import Model
 from fsm.scene.time_program import AMOUNTS, Table
 from fsm.scene.units import did_you_mean, to_si
 
-__all__ = ["read_program", "with_program"]
-
 _SI = {"time": "s", "value": "", "travel": "m", "turn": "rad", "force": "N", "moment": "N m", "pressure": "Pa"}
 _NEEDED = f"the file needs a header with `time` and one of value, {', '.join(AMOUNTS)}, for example: time (s), travel (mm)"
 MOST_ROWS = 100_000

@@ -6,8 +6,6 @@ import math
 
 from fsm.errors import CaseError, Fault
 
-__all__ = ["MOST_RECORDS", "record_count"]
-
 MOST_RECORDS = 1_000_000
 """Largest number of records of a run."""
 

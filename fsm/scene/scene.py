@@ -48,8 +48,6 @@ if TYPE_CHECKING:
     from fsm.scene.patterns.fold_data import FoldData
     from fsm.scene.patterns.touching import TouchingSheet
 
-__all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "PlateGroup", "Plate", "Scene", "Surface"]
-
 GROUND = "ground"
 """Name of the fixed body of every scene, at the origin with inertial axes."""
 

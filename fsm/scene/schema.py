@@ -12,8 +12,6 @@ from pydantic.fields import FieldInfo
 
 from fsm.scene.units import Unit
 
-__all__ = ["Place", "locate", "metadata_of", "tags"]
-
 
 @dataclass(frozen=True)
 class Place:

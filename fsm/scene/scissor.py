@@ -11,8 +11,8 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.scene.loads import Constant, Table, TimeFunction
 from fsm.scene.model import Model
+from fsm.scene.time_program import Constant, Table, TimeFunction
 from fsm.scene.units import (
     Angle,
     AngularDamping,
@@ -26,8 +26,6 @@ from fsm.scene.units import (
     StopStiffness,
     TimePerAngle,
 )
-
-__all__ = ["BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"]
 
 RIGHT_ANGLE = 1.5707963267948966
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from fsm.errors import Fault
-from fsm.scene.case import Analysis, Release, Save, Solve, Strip
+from fsm.scene.case import Analysis, Release, Strip
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.lattice import Lattice
 from fsm.scene.loads import Drive, Load
@@ -15,9 +15,8 @@ from fsm.scene.membrane import Cable, Impact, Membrane, Patch, Support, Tension,
 from fsm.scene.scene import Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.scene.sheet import Sheet
+from fsm.scene.solve import Save, Solve
 from fsm.scene.steps import Step
-
-__all__ = ["Sections", "method_faults", "static_faults", "static_keys"]
 
 
 @dataclass(frozen=True)

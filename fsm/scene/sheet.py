@@ -12,8 +12,6 @@ from fsm.scene.model import Model
 from fsm.scene.sheet_parts import BarsOfSheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
 from fsm.scene.units import Angle, Count, Length, Number, StiffnessOfLine
 
-__all__ = ["MOST_FACETS", "SHELLS", "Sheet"]
-
 MOST_FACETS = 20_000
 """Largest number of facets of a sheet."""
 

@@ -11,8 +11,6 @@ from fsm.scene.model import Model, Name
 from fsm.scene.truss import AxialLaw
 from fsm.scene.units import Angle, Area, Density, Length, Number, StiffnessOfLine, Stress
 
-__all__ = ["Axis", "BarsOfSheet", "Box", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"]
-
 Box = tuple[tuple[Length, Length, Length], tuple[Length, Length, Length]]
 Axis = Literal["x", "y", "z"]
 

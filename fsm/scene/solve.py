@@ -9,8 +9,6 @@ from pydantic import Field, model_validator
 from fsm.scene.model import Model, Name
 from fsm.scene.units import Count, Force, Length, Number, Time
 
-__all__ = ["Method", "Save", "SavedPoint", "Solve"]
-
 Method = Literal[
     "auto", "static", "arc-length", "generalized-alpha", "mean-force", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"
 ]  # fmt: skip

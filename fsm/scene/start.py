@@ -8,8 +8,6 @@ from fsm.scene.case import Case, Start
 from fsm.scene.materials import SplineCrease
 from fsm.scene.scene import ForceElement, Scene
 
-__all__ = ["creases_at_rest", "start_of"]
-
 _SAME_ANGLE = 1e-9
 """Difference below which two angles are the same, rad."""
 

@@ -11,10 +11,6 @@ from fsm.scene.case import Case
 from fsm.scene.check_steps import step_names
 from fsm.scene.loads import Drive, Load
 
-__all__ = [
-    "DrivePart", "acting_steps", "drive_parts", "drives_of", "loads_of", "releases", "steps_from", "with_paths_of_steps",
-]  # fmt: skip
-
 
 @dataclass(frozen=True)
 class DrivePart:

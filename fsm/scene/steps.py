@@ -11,8 +11,6 @@ from fsm.scene.model import Model, Name
 from fsm.scene.solve import Save, Solve
 from fsm.scene.units import Count, Time
 
-__all__ = ["Kind", "Step"]
-
 Kind = Literal["static", "dynamic", "modes", "relax"]
 
 

@@ -30,8 +30,6 @@ from fsm.scene.toml_file import read_text, read_toml
 from fsm.scene.toml_text import case_text
 from fsm.short_repr import ShortRepr
 
-__all__ = ["COLLECTED", "EXTREMES", "OVERLAY", "STUDY", "TableCase", "load_reference", "load_table"]
-
 NAME = "case"
 BASE = "case.toml"
 

@@ -11,8 +11,6 @@ from pydantic import Field, model_validator
 from fsm.scene.model import Model
 from fsm.scene.units import Angle, Force, Length, Moment, Number, Stress, Time
 
-__all__ = ["AMOUNTS", "Constant", "Cycle", "Ramp", "Table", "TimeFunction", "end_of", "normalised", "shifted", "steepest"]
-
 AMOUNTS = ("travel", "turn", "force", "moment", "pressure")
 """Columns of a table that have a unit."""
 

@@ -11,8 +11,6 @@ from typing import Any
 from fsm.errors import CaseError, Fault
 from fsm.input_file import read_failure, read_input_file
 
-__all__ = ["is_too_deep", "parse_toml", "read_text", "read_toml"]
-
 DEEPEST = 40
 """Largest nesting depth of lists and sections; cases have fewer than ten levels."""
 _TOO_DEEP = f"lists or sections are nested more than {DEEPEST} levels deep; a case needs fewer than 10 levels"

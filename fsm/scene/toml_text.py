@@ -9,8 +9,6 @@ from typing import Any
 
 from fsm.scene.case import Case
 
-__all__ = ["case_text", "tables_text"]
-
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 

@@ -10,8 +10,6 @@ from pydantic import Field, model_validator
 from fsm.scene.model import Model, Name
 from fsm.scene.units import Angle, AngularStiffness, Count, Force, Length, Mass, Number, Time
 
-__all__ = ["AXIAL_LAWS", "AxialLaw", "SceneTruss"]
-
 AXIAL_LAWS = {
     "linear": "force in proportion to the elongation", "green": "stress in proportion to the Green strain",
     "ogden": "Ogden law",

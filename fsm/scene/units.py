@@ -21,8 +21,6 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-__all__ = ["Count", "Unit", "did_you_mean", "parse_unit", "to_si", "unit_in", "with_unit"]
-
 # exponents of (length, mass, time, angle)
 Dimension = tuple[float, float, float, float]
 

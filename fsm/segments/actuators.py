@@ -17,8 +17,6 @@ from fsm.segments.arrays import DAMPING, FORCE, POSES, RATES, STIFFNESS, STORED
 from fsm.segments.element_group import LAST, ElementKernels, bodies_of, slots_of
 from fsm.segments.hinges import AFTER_HINGE, AXES_INNER, AXES_OUTER, OFFSET, HingeGroup, keep_spatial, spatial_angles
 
-__all__ = ["ActuatorGroup"]
-
 _MOMENT, _UNIT, _LAWS = range(AFTER_HINGE, AFTER_HINGE + 3)
 _TIME = _LAWS + len(CreaseLaws._fields)
 _ANGLE = 10.0

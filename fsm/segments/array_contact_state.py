@@ -34,11 +34,6 @@ from fsm.segments.contact_arrays import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = [
-    "Weighed", "add_forces", "column_of", "elastic_force", "evaluate", "find_pressed", "find_slots", "geometry_of",
-    "increments", "measure_slots", "renew_search", "values_at",
-]  # fmt: skip
-
 
 class Weighed(NamedTuple):
     """Rows of contacts whose weights change with the poses, and derivatives of these weights with respect to the poses."""

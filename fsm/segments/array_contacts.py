@@ -51,8 +51,6 @@ from fsm.segments.contact_arrays import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["CONTACTS"]
-
 
 @kernel
 def _mark(g: ContactArrays, count: int) -> None:

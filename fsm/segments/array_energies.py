@@ -39,8 +39,6 @@ from fsm.segments.arrays import (
 from fsm.stepping.model import CREASES, DRIVES, INERTIAL, KINETIC, PANELS, STEADY
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["accept_elements", "energies", "input_powers", "powers", "present_energies", "present_powers"]
-
 
 @kernel
 def energies(

@@ -34,8 +34,6 @@ from fsm.segments.arrays import (
 )
 from fsm.segments.contact_arrays import keep_loaded
 
-__all__ = ["factors_of", "force", "place", "renewed_force", "retract", "sum_forces", "sum_tangents"]
-
 
 @kernel
 def place(table: np.ndarray, t: float, q: np.ndarray, u: np.ndarray) -> None:

@@ -28,8 +28,6 @@ from fsm.segments.contact_arrays import have_opened, lack_pairs
 from fsm.stepping.model import Calls
 from fsm.stepping.vectors import copy_into, kept, scaled
 
-__all__ = ["KERNELS"]
-
 # equations --------------------------------------------------------------------------------------------------------------
 
 

@@ -51,8 +51,6 @@ from fsm.stepping.path_end import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["PATH"]
-
 
 @kernel
 def _end_of_step(

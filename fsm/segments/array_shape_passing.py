@@ -29,8 +29,6 @@ from fsm.segments.contact_arrays import (
     ContactArrays,
 )
 
-__all__ = ["passed_planar", "passed_spatial"]
-
 _TINY = 1e-12
 """Round-off of distances, m."""
 

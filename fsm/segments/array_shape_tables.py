@@ -11,11 +11,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers1, Integers2, follows
 from fsm.segments.contact_arrays import OWN_STATE, ContactArrays
 
-__all__ = [
-    "EDGES_NEAR", "GROUND", "POINTS_NEAR", "UNITS_NEAR", "ShapeArrays", "edge_pairs_of", "edges_of", "near_edges",
-    "near_points", "points_of", "shape_arrays_of", "shapes_planar", "shapes_spatial",
-]  # fmt: skip
-
 GROUND = 0
 """Index of the ground."""
 

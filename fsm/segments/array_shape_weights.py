@@ -20,8 +20,6 @@ from fsm.segments.contact_arrays import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["settle", "tapered"]
-
 
 @kernel
 def _sloped(in_force: np.ndarray, unit: int) -> bool:

@@ -53,9 +53,6 @@ from fsm.segments.contact_arrays import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["PLANAR_SHAPES", "SPATIAL_SHAPES"]
-
-
 # broad phase ------------------------------------------------------------------------------------------------------------
 
 

@@ -14,8 +14,6 @@ from fsm.interactions.box_pairs import overlapping_sorted
 from fsm.kernels.jit import kernel
 from fsm.segments.array_sheet_tables import CLEARANCE, FACETS, LONGEST, OWN_DISTANCE, SheetArrays
 
-__all__ = ["Near", "near_features", "position_of"]
-
 
 class Near(NamedTuple):
     """Possible contacts, in the order of their keys.

@@ -12,11 +12,6 @@ from typing import NamedTuple
 from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers1, Integers2, follows
 from fsm.segments.contact_arrays import ContactArrays
 
-__all__ = [
-    "BY_SLOT", "CLEARANCE", "FACE", "FACETS", "KEPT", "LISTED", "LONGEST", "NUMBER", "OWN_DISTANCE", "POINTS", "RENEWALS",
-    "SELECTED", "SIDES", "SLOTS", "WANTED", "WANTED_LISTED", "SheetArrays", "sheets_of",
-]  # fmt: skip
-
 
 class SheetArrays(NamedTuple):
     """Arrays of flexible facets, after `ContactArrays`.

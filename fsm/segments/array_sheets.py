@@ -44,8 +44,6 @@ from fsm.segments.contact_arrays import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["SHEETS"]
-
 _PARALLEL = 0.01
 """Squared sine of the angle between two edges below which they count as nearly parallel."""
 

@@ -28,8 +28,6 @@ from fsm.segments.contact_arrays import restore_depths
 from fsm.stepping.quasi_static import StaticCalls
 from fsm.stepping.vectors import copy_into, subtracted
 
-__all__ = ["STATICS", "per_second_of", "place_mean"]
-
 
 @kernel
 def per_second_of(table: np.ndarray) -> float:

@@ -36,8 +36,6 @@ from fsm.segments.contact_arrays import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["PLANAR_SURFACES", "SPATIAL_SURFACES", "TAPERS", "SurfaceArrays"]
-
 
 class SurfaceArrays(NamedTuple):
     """Arrays of surfaces, after `ContactArrays`; see `Probes`, `Surfaces` and `Corners`.

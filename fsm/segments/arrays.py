@@ -15,15 +15,9 @@ from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
-from fsm.kernels.pieces import Pieces, pieces_at
+from fsm.kernels.pieces import pieces_at
+from fsm.kernels.programs import Pieces
 from fsm.segments.contact_arrays import ContactKernels, ContactParts
-
-__all__ = [
-    "ACCEPT_BY", "BEFORE", "DAMPING", "DOF", "FACTORS", "FORCE", "FORCE_BY", "FORCE_SCALE", "FREE", "INERTIA", "INTERVAL",
-    "KEEP_BY", "KEPT_DAMPING", "KEPT_STIFFNESS", "LAST_Q", "LOST_BY", "MASS", "MATRIX", "PAIR_ENERGY", "PATTERN", "POSES",
-    "RATES", "STIFFNESS", "STORED", "STORED_BY", "TANGENT_BY", "TURNED", "WEIGHT", "Arrays", "Loads", "Segments",
-    "SpringKernels", "Springs", "driven_of", "flat_arrays", "loads_of", "pattern_of", "springs_of",
-]  # fmt: skip
 
 
 class SpringKernels(NamedTuple):

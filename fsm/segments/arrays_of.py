@@ -40,8 +40,6 @@ from fsm.system_records import Ready
 if TYPE_CHECKING:
     from fsm.segments.force_system import SegmentForces
 
-__all__ = ["arrays_of", "change_pattern", "segments_of"]
-
 _PLANAR_SPRINGS = SpringKernels(
     force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar
 )

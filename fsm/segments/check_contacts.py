@@ -15,8 +15,6 @@ from fsm.scene.patterns.touching import MOST_POINTS
 from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 from fsm.shown_units import shown
 
-__all__ = ["contact_faults"]
-
 
 def contact_faults(scene: Scene) -> Iterator[Fault]:
     """All faults of contact and friction."""

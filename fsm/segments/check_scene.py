@@ -12,8 +12,6 @@ from fsm.scene.scene import GROUND, ForceElement, Scene
 from fsm.segments.check_contacts import contact_faults
 from fsm.segments.element_angles import angle_faults
 
-__all__ = ["check_scene"]
-
 
 def check_scene(scene: Scene) -> list[Fault]:
     """All faults of a scene; empty when it can be compiled."""

@@ -39,9 +39,6 @@ from fsm.segments.point_elements import PointGroup
 from fsm.segments.system import SegmentSystem
 from fsm.segments.time_function import time_function
 
-__all__ = ["SceneCompiler", "compile_scene"]
-
-
 _COUPLINGS = {"gear": GEAR}
 """Kinds of couplings of the package, `fsm.scene.coupling.OWN_COUPLINGS`."""
 

@@ -16,8 +16,6 @@ from fsm.segments.contacts import ContactGroup
 from fsm.segments.friction_force import FrictionForce
 from fsm.segments.normal_force import NormalForce
 
-__all__ = ["compile_contacts"]
-
 
 def compile_contacts(
     scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool

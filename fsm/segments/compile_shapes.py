@@ -24,8 +24,6 @@ from fsm.segments.sheet_contacts import SheetContacts
 from fsm.segments.sheet_tables import SheetSurface
 from fsm.segments.side_contacts import Side, SideContacts
 
-__all__ = ["compile_shapes"]
-
 
 def compile_shapes(
     scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool

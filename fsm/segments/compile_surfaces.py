@@ -18,8 +18,6 @@ from fsm.segments.corner_sides import Corners, find_corners
 from fsm.segments.panel_points import PanelPoints
 from fsm.segments.surface_contacts import Probes, SurfaceContacts, SurfaceKernels, Surfaces
 
-__all__ = ["compile_surfaces"]
-
 _DEEPEST = 0.05
 """Depth above which a point counts as passed through a panel, relative to the panel's length."""
 _SEGMENTS_DEEP = 4.0

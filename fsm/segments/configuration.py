@@ -24,8 +24,6 @@ from fsm.system_records import PreviousState
 if TYPE_CHECKING:
     from scipy import sparse
 
-__all__ = ["Bodies", "Configuration"]
-
 _TIMES = 8
 """Number of times whose travels are cached."""
 

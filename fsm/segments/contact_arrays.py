@@ -18,14 +18,6 @@ from fsm.interactions.shapes import ContactForces
 from fsm.kernels.jit import kernel
 from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers1, Integers2, table_in
 
-__all__ = [
-    "ACTIVE", "BELOW", "BRISTLE", "CHANGES", "COMMITTED_AT", "EVALUATIONS", "FOUND", "FRICTION", "KIND", "LACKS", "LOSSY",
-    "MARGIN", "MEASURED", "MOST", "OF_SLOTS", "OWN_STATE", "REFERRED", "RENEWAL", "RESTITUTION", "SHAPES", "SHEETS",
-    "STARTED", "STATES", "SURFACES", "ContactArrays", "ContactKernels", "ContactParts", "GeometryKernels", "LawKernels",
-    "contacts_at", "exponent_of", "floor_of", "forces_of", "have_opened", "index_of", "keep_loaded", "lack_pairs",
-    "must_renew", "resolves", "restore_depths", "rules_of",
-]  # fmt: skip
-
 
 class GeometryKernels(NamedTuple):
     """Kernels of a geometry. The first argument of each kernel is its table `g`.

@@ -51,8 +51,6 @@ from fsm.segments.sheet_contacts import SheetContacts
 from fsm.segments.sheet_tables import bodies_of_slots, is_full, own_memory, roomier, set_sides
 from fsm.segments.surface_contacts import SurfaceContacts
 
-__all__ = ["ContactModel"]
-
 _AHEAD = 2
 """Number of further pieces, beyond the near ones, that the pattern couples with a probe. The pattern then remains valid
 while the probe slides."""

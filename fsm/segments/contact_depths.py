@@ -12,8 +12,6 @@ from fsm.kernels.keys import find_keys
 from fsm.segments.contact_geometry import ContactKinematics
 from fsm.segments.normal_force import NormalForce
 
-__all__ = ["ContactDepths"]
-
 
 class ContactDepths(NamedTuple):
     """Depths at which the normal law of contacts is linearised.

@@ -14,8 +14,6 @@ import numpy as np
 from fsm.interactions.shapes import ContactForces
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["ActiveContacts", "ContactGeometry", "ContactKinematics", "Tapered"]
-
 
 class ActiveContacts(NamedTuple):
     """Slots whose gap is below a bound.

@@ -8,8 +8,6 @@ import numpy as np
 
 from fsm.kernels.keys import find_keys
 
-__all__ = ["ContactMemory"]
-
 
 class ContactMemory(NamedTuple):
     """Memory of some slots; the memory of all other slots is zero.

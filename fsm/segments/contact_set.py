@@ -12,8 +12,6 @@ from fsm.segments.group import PreviousPoses
 from fsm.shown_units import shown
 from fsm.system_records import PairState, StepRejection
 
-__all__ = ["ContactSet"]
-
 
 class ContactSet(tuple[ContactGroup, ...]):
     """Contact groups of a scene; may be empty. Poses and rates include all bodies."""

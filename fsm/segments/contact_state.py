@@ -10,8 +10,6 @@ from fsm.interactions.shapes import ContactForces
 from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics
 from fsm.segments.contact_memory import ContactMemory
 
-__all__ = ["ContactState"]
-
 
 @dataclass
 class ContactState:

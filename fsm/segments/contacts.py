@@ -25,8 +25,6 @@ from fsm.segments.normal_force import NormalForce
 from fsm.segments.pattern import BodyPattern
 from fsm.system_records import PairState
 
-__all__ = ["ContactGroup"]
-
 _PRESLIDING = 1e-6
 """Tolerance of positions, relative to the deflection at which bristles slip."""
 

@@ -21,8 +21,6 @@ import numpy as np
 
 from fsm.scene.scene import ContactPair
 
-__all__ = ["Corners", "find_corners"]
-
 
 class Corners(NamedTuple):
     """Relations between the sides of probes at corners of joined panels. Ends of surfaces have the numbers 0 (start) and 1

@@ -28,11 +28,6 @@ from fsm.kernels.scatter import add_block
 from fsm.segments.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
 from fsm.segments.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
-__all__ = [
-    "ANGLES", "DISSIPATED", "EFFORTS", "ENERGIES", "FIRST_PARAMETER", "SPEEDS", "STIFFNESSES", "VISCOSITIES", "Coupling",
-    "CouplingGroup", "Joints",
-]  # fmt: skip
-
 _ENDS, _INNER, _OUTER, _OFFSET, _LAW, ANGLES, SPEEDS, ENERGIES, DISSIPATED, EFFORTS, STIFFNESSES, VISCOSITIES = range(
     OWN, OWN + 12
 )

@@ -17,8 +17,6 @@ from fsm.interpolation import interpolate
 from fsm.scene.materials import SplineCrease
 from fsm.scene.scene import ForceElement, Scene
 
-__all__ = ["crease_faults", "crease_warnings"]
-
 _SUBDIVISIONS = 32
 """Number of points in each interval of the data where the slope is checked; as in `add_flexibility`."""
 _LEVEL = 0.01

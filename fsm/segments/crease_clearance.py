@@ -19,8 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["CommonLines", "Tapers", "common_lines", "edge_tapers", "pairs_of_equal", "tapers_of"]
-
 _NEARLY = 1e-6
 """Sine of the angle of nearly parallel edges, and excess of a crossing over the end of an edge, relative to its length."""
 

@@ -12,8 +12,6 @@ from fsm.laws.crease import MomentCurve, add_flexibility, curve_from_data
 from fsm.laws.crease_hysteresis import hysteresis_stiffness, strength_curve
 from fsm.scene.materials import UNREAD, Crease, FamilyCrease, LinearCrease, SplineCrease
 
-__all__ = ["Hysteresis", "curve_of", "hysteresis_of"]
-
 _POINTS = 400
 """Number of openings at which the branches are compared."""
 _REVERSAL = 0.02

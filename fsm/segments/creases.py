@@ -26,8 +26,6 @@ from fsm.segments.hinges import (
     spatial_angles,
 )
 
-__all__ = ["CreaseGroup"]
-
 _LAWS = AFTER_HINGE
 _FLEXIBILITY = _LAWS + len(CreaseLaws._fields)
 

@@ -15,8 +15,6 @@ from fsm.scene.loads import Drive
 from fsm.scene.time_program import end_of
 from fsm.segments.time_function import time_function
 
-__all__ = ["Axis", "PrescribedMotion", "Travel", "parts", "program_of", "run_up", "run_up_of", "unit"]
-
 _SAME = 1e-12
 """Difference of travels that is round-off, relative to the whole travel."""
 _NO_RUN_UP = 1e-15

@@ -12,8 +12,6 @@ from fsm.scene.frame_bodies import quaternion_product
 from fsm.scene.materials import LinearCrease
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 
-__all__ = ["angle_faults", "half_way_swings", "initial_twists", "rest_twists", "side_of"]
-
 _AGREED = 1e-3
 """Tolerance of `initial_angle` against the given poses of the bodies, rad."""
 _FLAT = 1e-9

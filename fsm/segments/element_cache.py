@@ -13,8 +13,6 @@ from fsm.kernels.scatter import pair_slots
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["TwoBodyGroup"]
-
 
 class ElementCache:
     """Results for the last pattern and the last previous state; both are compared by identity."""

@@ -25,8 +25,6 @@ from fsm.segments.arrays import DAMPING, DOF, FORCE, PATTERN, POSES, RATES, STIF
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["LAST", "OWN", "ElementArrays", "ElementGroup", "ElementKernels", "bodies_of", "nothing", "slots_of"]
-
 _BODIES, _SLOTS, LAST, OWN = range(4)
 """Rows of the table of a group."""
 _EMPTY = np.zeros((0, 0, 0))

@@ -31,8 +31,6 @@ from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["BushingGroup"]
-
 Kernel = Callable[..., Any]
 
 

@@ -36,8 +36,6 @@ from fsm.system_records import DriveState, Linearised, PreviousState
 if TYPE_CHECKING:
     from scipy import sparse
 
-__all__ = ["EndAtRest", "SegmentForces"]
-
 
 class EndAtRest(Protocol):
     """What compiled statics know of the end of a step (`fsm.segments.static_arrays.StaticSegments`)."""

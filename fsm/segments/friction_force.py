@@ -18,8 +18,6 @@ import numpy as np
 
 from fsm.laws.friction import FrictionLaw
 
-__all__ = ["FrictionForce", "FrictionForces"]
-
 
 @dataclass(frozen=True)
 class FrictionForces:

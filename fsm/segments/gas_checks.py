@@ -13,8 +13,6 @@ from fsm.segments.plan import Plan
 from fsm.segments.time_function import time_function
 from fsm.shown_units import shown
 
-__all__ = ["gas_faults"]
-
 _TIMES = 1001
 """Number of times at which the mass of a gas is computed, besides the points of its function of time."""
 _NO_GAS = 1e-9

@@ -23,8 +23,6 @@ from fsm.segments.couplings import (
     Coupling,
 )
 
-__all__ = ["GEAR"]
-
 
 @kernel
 def _law(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:

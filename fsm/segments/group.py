@@ -9,8 +9,6 @@ import numpy as np
 
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["Group", "GroupSteps", "PreviousPoses"]
-
 
 class PreviousPoses(NamedTuple):
     """Last state of a quasi-static path: poses of all bodies, and the elapsed time, s."""

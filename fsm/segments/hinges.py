@@ -14,11 +14,6 @@ from fsm.kernels.jit import kernel
 from fsm.segments.arrays import DAMPING, DOF, POSES, RATES, STIFFNESS, pattern_of
 from fsm.segments.element_group import LAST, OWN, ElementGroup, bodies_of
 
-__all__ = [
-    "AFTER_HINGE", "AXES_INNER", "AXES_OUTER", "OFFSET", "HingeGroup", "keep_planar", "keep_spatial", "planar_angles",
-    "planar_tangents", "spatial_angles", "spatial_tangents",
-]  # fmt: skip
-
 AXES_INNER, AXES_OUTER, OFFSET, AFTER_HINGE = range(OWN, OWN + 4)
 """Rows of the table of a group: axes of the hinge in both bodies (empty in the plane), offset of the angle."""
 

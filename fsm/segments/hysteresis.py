@@ -24,8 +24,6 @@ from fsm.segments.hinges import (
     spatial_tangents,
 )
 
-__all__ = ["HysteresisGroup"]
-
 _LAWS = AFTER_HINGE
 _FLEXIBILITY = _LAWS + len(CreaseLaws._fields)
 _SLIDERS = _FLEXIBILITY + 1

@@ -12,8 +12,6 @@ from fsm.segments.contact_geometry import ActiveContacts, ContactGeometry, Conta
 from fsm.segments.contact_memory import ContactMemory
 from fsm.segments.normal_force import NormalForce
 
-__all__ = ["Impacts"]
-
 _STEPS, _FEWER_STEPS = 90, 30
 """Approximate minimum number of steps in an impact: first for laws with a coefficient of restitution, then for other
 laws."""

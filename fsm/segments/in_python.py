@@ -15,8 +15,6 @@ from fsm.report_text import count
 from fsm.scene.loads import Load
 from fsm.scene.scene import ForceElement, Scene
 
-__all__ = ["COMPILED", "InPython", "cost_in_python", "of_bodies", "parts_in_python"]
-
 _MARCHING = ("generalized-alpha", "newmark", "mean-force")
 """Methods for motions whose steps a kernel can compute."""
 _OVERHEAD = 1000.0

@@ -16,8 +16,6 @@ from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["ElementLaw", "LawGroup"]
-
 _IN_PLANE = [0, 2, 4]
 """Indices of the three planar components among the six deformations of an element in space."""
 

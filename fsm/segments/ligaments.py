@@ -21,9 +21,6 @@ from fsm.kernels.jit import kernel
 from fsm.segments.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
 from fsm.segments.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
-__all__ = ["LigamentGroup"]
-
-
 _CONSTANTS = OWN
 
 

@@ -17,8 +17,6 @@ from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.time_function import time_function
 
-__all__ = ["AppliedLoad", "GravityGroup", "LoadGroup", "applied"]
-
 
 @dataclass(frozen=True)
 class AppliedLoad:

@@ -12,8 +12,6 @@ import numpy as np
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group
 
-__all__ = ["merged"]
-
 
 def merged(groups: Iterable[Group]) -> tuple[Group, ...]:
     """Groups with one group for all linear springs, at the place of the first; compiled steps have one group of springs."""

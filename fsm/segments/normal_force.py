@@ -8,8 +8,6 @@ import numpy as np
 
 from fsm.laws.normal import NormalLaw
 
-__all__ = ["NormalForce"]
-
 
 class NormalForce(NamedTuple):
     """Normal law with its parameters; `exponent` and `speed_floor` (m/s) as in `fsm.scene.contact.Contact`."""

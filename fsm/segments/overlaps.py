@@ -12,8 +12,6 @@ from fsm.interactions.shapes import Shapes
 from fsm.kernels.keys import find_keys
 from fsm.segments.shape_tables import Kit, Units
 
-__all__ = ["Overlaps"]
-
 _SHARES, _SLOPES = slice(SHARE, SHARE + COLUMNS), slice(SHARE + COLUMNS, ROW)
 
 

@@ -11,8 +11,6 @@ import numpy as np
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.scene import Body, Plate
 
-__all__ = ["PanelPoints"]
-
 
 @dataclass(frozen=True)
 class PanelPoints:

@@ -10,8 +10,6 @@ from fsm.blocks import BlockPattern
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 
-__all__ = ["BodyPattern", "body_pattern"]
-
 
 @dataclass(frozen=True, eq=False)
 class BodyPattern(BlockPattern):

@@ -28,8 +28,6 @@ from fsm.segments.drive import Travel, parts, program_of
 from fsm.segments.in_python import COMPILED, InPython, parts_in_python
 from fsm.segments.time_function import time_function
 
-__all__ = ["ALL", "Plan", "PlannedStep", "plan_of"]
-
 ALL = "all"
 """Name of all bodies, drives and loads in `hold` and `release`."""
 HOLD = 0.01

@@ -11,8 +11,6 @@ from fsm.scene.step_items import loads_of
 from fsm.segments.drive import program_of
 from fsm.segments.plan import Plan
 
-__all__ = ["plan_warnings"]
-
 _SHORT = 1e-6
 """Fraction of a travel that may be missing when the travel counts as complete."""
 

@@ -13,8 +13,6 @@ from fsm.scene.scene import Body, Plate
 from fsm.segments.crease_clearance import common_lines, edge_tapers, pairs_of_equal, tapers_of
 from fsm.segments.shape_tables import Kit, Shape, as_polygon, as_rectangle, shape_edges
 
-__all__ = ["corner_neighbours", "plate_shapes", "with_tapers"]
-
 _SAME = 1e-6
 """Distance of two corners, relative to the size of the plates, below which they are one vertex."""
 

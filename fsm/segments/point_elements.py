@@ -23,8 +23,6 @@ from fsm.kernels.scatter import add_block
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["PointGroup", "PointKind"]
-
 
 class PointKind(NamedTuple):
     """Kind of element between points, without damping.

@@ -45,7 +45,6 @@ from fsm.segments.report_view import CheckContext
 from fsm.segments.save_times import save_times
 from fsm.shown_units import shown, shown_points
 
-__all__ = ["describe"]
 
 def describe(case: Case, source: str = "") -> list[str]:
     """Lines of the report: the model, the parts left out with the reason, and the approximations.

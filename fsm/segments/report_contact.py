@@ -18,16 +18,6 @@ from fsm.scene.scene import Body
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown
 
-__all__ = [
-    "SURFACE_TIP",
-    "approximations_of_contact",
-    "approximations_of_friction",
-    "contact_lines",
-    "friction_lines",
-    "soft_contact",
-    "stick_slip",
-]
-
 SURFACE_TIP = 0.025
 """Copy of `fsm.interactions.surface.TIP`, whose module imports the compiler; a test compares both values."""
 

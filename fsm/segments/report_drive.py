@@ -10,8 +10,6 @@ from fsm.scene.loads import Drive
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown
 
-__all__ = ["drive_of_strip_lines", "drives_line", "pulled_beyond_length", "taut_travel"]
-
 _ENDS = ("first end", "last end")
 _LOCKED = 1e-9
 """Travel relative to the length of a panel, below which panels are taut at the start."""

@@ -20,8 +20,6 @@ from fsm.scene.sheet_parts import Box
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown, shown_points, shown_range, shown_size
 
-__all__ = ["cut_lines", "facet_lines", "facet_support_lines", "pressure_line"]
-
 _LISTED = 4
 """Number of nodes of a place whose positions are listed."""
 

@@ -10,8 +10,6 @@ from fsm.scene.flexible import unstressed_length
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown, shown_size
 
-__all__ = ["approximations_of_films", "beam_lines", "cable_lines", "film_lines", "truss_lines"]
-
 
 def film_lines(view: CheckContext) -> Iterator[str]:
     """Sizes, mesh and material of every film."""

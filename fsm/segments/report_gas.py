@@ -13,8 +13,6 @@ from fsm.scene.patterns.flexible_facets import FlexibleFacets
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown
 
-__all__ = ["gas_lines"]
-
 _CELSIUS = 273.15
 
 

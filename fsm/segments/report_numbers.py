@@ -12,8 +12,6 @@ from fsm.segments.element_angles import initial_twists, rest_twists
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown, shown_points, shown_range, shown_size
 
-__all__ = ["body_lines", "crease_lines", "element_lines", "lattice_lines", "material_lines", "strip_lines"]
-
 _LISTED = 8
 """Largest number of bodies or elements of a scene with a line each."""
 

@@ -24,8 +24,6 @@ from fsm.segments.report_facets import cut_lines, facet_lines, facet_support_lin
 from fsm.segments.report_view import CheckContext
 from fsm.shown_units import shown, shown_points, shown_range, shown_size
 
-__all__ = ["sheet_lines", "sheet_support_lines"]
-
 _LISTED = 4
 """Number of vertices of a place whose positions are listed."""
 _NAMED = 20

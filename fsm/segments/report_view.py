@@ -15,8 +15,6 @@ from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.drive import PrescribedMotion, program_of, unit
 from fsm.segments.plan import Plan, PlannedStep
 
-__all__ = ["CheckContext"]
-
 
 @dataclass(frozen=True)
 class CheckContext:

@@ -10,8 +10,6 @@ from fsm.scene.record_count import record_count
 from fsm.scene.solve import Save
 from fsm.segments.drive import Travel
 
-__all__ = ["save_times"]
-
 _INTERVALS = 200
 """Number of intervals between the records of a step whose spacing is not given."""
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.segments.system import SegmentSystem
 
-__all__ = ["overlaps", "separate", "shallowest"]
-
 _NOTHING = 1e-6
 """Tolerance of overlaps, relative to the typical length."""
 _ROUNDS = 50

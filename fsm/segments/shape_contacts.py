@@ -22,8 +22,6 @@ from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_tables import Kit, Tables, Units, ranges
 
-__all__ = ["DEEP", "ShapeContacts"]
-
 Kernel = Callable[..., Any]
 
 

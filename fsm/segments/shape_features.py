@@ -10,8 +10,6 @@ from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.shape_distance import BOX, CYLINDER, POLYGON, RECTANGLE, SPHERE
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
-__all__ = ["add_features", "is_round", "plate_grid"]
-
 CIRCLE_POINTS = 8
 """Points of each circle of a cap."""
 

@@ -13,19 +13,6 @@ from fsm.interactions.shapes import EdgePairs, Edges, Points, Shapes
 from fsm.kernels.rotation import rotation_matrix
 from fsm.segments.crease_clearance import Tapers
 
-__all__ = [
-    "Kit",
-    "Shape",
-    "TableBuilder",
-    "Tables",
-    "Units",
-    "as_polygon",
-    "as_rectangle",
-    "nearly_parallel",
-    "ranges",
-    "shape_edges",
-]
-
 
 @dataclass(frozen=True)
 class Shape:

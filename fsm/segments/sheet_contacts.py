@@ -37,8 +37,6 @@ from fsm.segments.sheet_tables import (
     set_sides,
 )
 
-__all__ = ["SheetContacts"]
-
 _MARGIN = 0.25
 """Margin over the mean length of an edge."""
 

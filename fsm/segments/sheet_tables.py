@@ -26,10 +26,6 @@ from fsm.segments.array_sheet_tables import (
 from fsm.segments.contact_arrays import OF_SLOTS, ContactArrays
 from fsm.segments.crease_clearance import Tapers, common_lines, tapers_of
 
-__all__ = [
-    "SheetSurface", "arrays_of_mesh", "bodies_of_slots", "is_full", "left_out", "own_memory", "roomier", "set_sides",
-]  # fmt: skip
-
 _APART = 2.0
 """Distance along a facet over the longest edge, beyond which it may touch itself."""
 _TIP, _BEYOND = 0.1, 1e-3

@@ -40,8 +40,6 @@ from fsm.segments.shape_contacts import DEEP, ShapeContacts
 from fsm.segments.shape_features import add_features, is_round
 from fsm.segments.shape_tables import Shape, TableBuilder
 
-__all__ = ["Side", "SideContacts"]
-
 _EDGE_SHARE = 0.25
 """Fraction of a face that a pair of edges of tilted plates represents, divided among the four edges of a face."""
 

@@ -44,8 +44,6 @@ from fsm.system_records import Energy, Observation, PairState, PreviousState, Re
 if TYPE_CHECKING:
     from fsm.segments.force_system import SegmentForces
 
-__all__ = ["StaticSegments"]
-
 _PATTERNS: dict[tuple[int, bytes, bytes, bytes], BodyPattern] = {}
 """Patterns of earlier steps, also of other cases, whose eliminations are known (`fsm.solve.linear`)."""
 _MOST_PATTERNS, _MOST_BLOCKS = 64, 20_000

@@ -18,8 +18,6 @@ from fsm.segments.plan import Plan
 from fsm.segments.system import SegmentSystem
 from fsm.segments.turns import turned_pose
 
-__all__ = ["system_in_step", "whole_system"]
-
 
 def whole_system(system: SegmentSystem, scene: Scene, plan: Plan) -> SegmentSystem:
     """System of all bodies that are free in any step, with the motions of all drives over the whole run."""

@@ -18,8 +18,6 @@ from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics, Tap
 from fsm.segments.corner_sides import Corners
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["Probes", "SurfaceContacts", "SurfaceKernels", "Surfaces"]
-
 Kernel = Callable[..., Any]
 
 _RENEWAL = 0.4

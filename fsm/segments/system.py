@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from fsm.segments.contact_arrays_of import ContactModel
     from fsm.segments.static_arrays import StaticSegments
 
-__all__ = ["SegmentSystem"]
-
 
 class SegmentSystem(SegmentForces):
     """Finite segments with the `System` protocol; created by `compile_scene`.

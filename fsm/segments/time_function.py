@@ -10,8 +10,6 @@ from fsm.interpolation import hermite_cubic, monotone_slopes
 from fsm.kernels.programs import CONSTANT, Piece, Program, rest
 from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, end_of
 
-__all__ = ["time_function"]
-
 
 def time_function(function: TimeFunction | None) -> Program:
     """Program of a function of time; None is the constant 1. Its pieces have the same value on both sides of a break."""

@@ -20,8 +20,6 @@ import numpy as np
 from fsm.kernels.rotation import multiply, rotation_matrix
 from fsm.segments.drive import Axis, PrescribedMotion
 
-__all__ = ["Turns", "turned_pose"]
-
 
 @dataclass(frozen=True)
 class _Turning:

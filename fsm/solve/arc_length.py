@@ -30,8 +30,6 @@ from fsm.solve.newton import equilibrium
 from fsm.system import MixedSystem, System
 from fsm.system_records import Depths
 
-__all__ = ["ArcSettings", "PathPoint", "limit_point_before", "trace"]
-
 _ITERATIONS = 10
 _WANTED = 6
 """Desired number of Newton iterations of a step."""

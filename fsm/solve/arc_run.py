@@ -19,8 +19,6 @@ from fsm.solve.newton import equilibrium
 from fsm.solve.run_io import CurvePoint, SavedState, Statistics
 from fsm.system_records import Observation
 
-__all__ = ["ArcRun"]
-
 
 class ArcRun:
     """Path of equilibria by arc length.

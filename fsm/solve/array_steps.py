@@ -19,8 +19,6 @@ from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEPPED, UNABLE
 from fsm.system import ArraySystem, System
 from fsm.system_records import Observation
 
-__all__ = ["StepMethod"]
-
 
 @cache
 def _has_arrays(kind: type) -> bool:

@@ -13,8 +13,6 @@ from fsm.solve.status import StepFailed
 from fsm.system import System
 from fsm.system_records import Linearised, PreviousState, StepRejection
 
-__all__ = ["DampedSystem", "come_to_rest"]
-
 _DECAY = 8.0
 """Damping rate times the time since the start; the energy decreases with this power of that time."""
 _AT_FIRST = 1e-3

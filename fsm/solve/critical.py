@@ -11,8 +11,6 @@ from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.linear import LinearSolver
 from fsm.system import System
 
-__all__ = ["Critical", "critical_point", "softest_mode", "stable_branch"]
-
 _ITERATIONS = 30
 _ALONG = 0.1
 """Component of the response along the critical mode, below which the point is a bifurcation."""

@@ -18,8 +18,6 @@ from fsm.solve.scipy_ivp import FirstOrder, make_solver, resume, solver_state
 from fsm.solve.status import Outcome
 from fsm.system_records import Energy
 
-__all__ = ["DenseRun", "stretch"]
-
 _NODES = 0.5 + 0.5 * np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 _ENDS_AT_SAVES = ("Radau", "Radau-blocks")

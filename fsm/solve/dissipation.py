@@ -7,8 +7,6 @@ import numpy as np
 from fsm.system import System
 from fsm.system_records import PreviousState
 
-__all__ = ["mean_dissipation"]
-
 
 def mean_dissipation(
     system: System, begin: PreviousState, end: PreviousState, pairs: int, halfway: bool = False

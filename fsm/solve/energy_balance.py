@@ -9,8 +9,6 @@ import numpy as np
 from fsm.stepping.march import balanced
 from fsm.system_records import Energy
 
-__all__ = ["JUDGED_FROM", "EnergyBalance"]
-
 _ROUND_OFF = 1e-12
 """Round-off of the energy after many steps, relative to the stored energy at the start."""
 JUDGED_FROM = 0.1

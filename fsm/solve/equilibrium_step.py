@@ -27,9 +27,6 @@ from fsm.stepping.quasi_static import NewtonRules, Settled, StaticCalls, StaticM
 from fsm.system import ArrayStaticSystem, MixedSystem, System
 from fsm.system_records import Depths, Linearised, PreviousState
 
-__all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
-
-
 _PATTERNS = 20
 """Largest number of repetitions of a step because bodies came near each other whose block the pattern lacks."""
 

@@ -9,8 +9,6 @@ import numpy as np
 from fsm.solve.restart_points import State
 from fsm.system import System
 
-__all__ = ["History", "Prediction"]
-
 _KEPT = 3
 """Number of stored states: three for a parabola."""
 

@@ -15,8 +15,6 @@ from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
 from fsm.system import System
 
-__all__ = ["Coefficients", "GeneralizedAlpha"]
-
 _NEWTON, _LOOSEST = 1e-2, 1e-3
 """Tolerance of Newton's method relative to the tolerance of a step, and the largest relative tolerance for it."""
 _GROWTH = 2.0

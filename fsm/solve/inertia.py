@@ -22,8 +22,6 @@ from fsm.kernels.fronts import Supernodes, count_negative_pivots, factorise_fron
 from fsm.solve.supernodes import supernodes
 from fsm.stepping.accuracy import ACCURATE, trial_vector
 
-__all__ = ["negative_eigenvalues", "negative_pivots_of_unsymmetric"]
-
 _SHIFTS = (0.0, 1e-12, 1e-11, 1e-10, 1e-9)
 """Eigenvalues of the scaled matrix, whose largest entry in each row is about 1, that may count as zero."""
 _PASSES = 4

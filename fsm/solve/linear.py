@@ -40,8 +40,6 @@ from fsm.solve.low_rank import LowRankSolution, shifted
 from fsm.solve.supernodes import supernodes
 from fsm.stepping.accuracy import ACCURATE, trial_vector
 
-__all__ = ["Backend", "LinearSolver", "few_by_minimum_degree", "many_by_minimum_degree"]
-
 Backend = Literal["block", "splu", "pardiso"]
 
 _REAL = np.dtype(np.float64)

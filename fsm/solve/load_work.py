@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.system import System
 
-__all__ = ["load_work"]
-
 
 def load_work(system: System, one: tuple[float, np.ndarray], two: tuple[float, np.ndarray]) -> float:
     """Work of loads between two states (time of the loads in s, q) by the trapezoidal rule, J.

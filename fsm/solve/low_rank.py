@@ -14,8 +14,6 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix, LowRank
 
-__all__ = ["LowRankSolution", "shifted"]
-
 _REFINE_ABOVE = 1e-13
 """Residual relative to the right side from which a solution is refined."""
 _NO_WEIGHT = 1e-14

@@ -14,8 +14,6 @@ from fsm.stepping.mean_newton import MeanMotion, MeanRules
 from fsm.system import System
 from fsm.system_records import DriveState, Observation
 
-__all__ = ["MeanForce"]
-
 _NEWTON, _LOOSEST = 1e-3, 1e-6
 """Tolerance of Newton's method relative to the scales and rtol, and the largest rtol for it. The residual does work in every
 step: with 1e-4, a strip after an impact gained 5 % of its energy in 2640 steps (2026-11-23)."""

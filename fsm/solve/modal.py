@@ -23,8 +23,6 @@ from fsm.errors import NotConverged
 from fsm.solve.linear import LinearSolver
 from fsm.system import System
 
-__all__ = ["Modes", "modes"]
-
 _DENSE_SIZE = 60
 """Largest number of unknowns for the dense solver."""
 _DENSE_PART = 0.25

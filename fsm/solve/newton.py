@@ -14,8 +14,6 @@ from fsm.solve.linear import LinearSolver
 from fsm.stepping.equilibrium import RestCalls, RestModel, find, follow_arrays, predicted
 from fsm.system import ArrayRestSystem, System
 
-__all__ = ["equilibrium", "negative_pivots", "tangent_prediction"]
-
 
 def equilibrium(
     system: System,

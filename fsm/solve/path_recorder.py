@@ -15,9 +15,6 @@ from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputReque
 from fsm.system import System
 from fsm.system_records import DriveState, Observation, PreviousState
 
-__all__ = ["PathRecorder"]
-
-
 _AT_FIRST = 5e-3
 """Displacement relative to the extent of the structure; the largest reaction times this displacement is the first scale
 of energy."""

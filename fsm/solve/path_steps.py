@@ -21,8 +21,6 @@ from fsm.solve.status import TORN, Event, Outcome
 from fsm.system import System
 from fsm.system_records import Observation
 
-__all__ = ["CUT", "EXACT", "LARGEST_CORRECTION", "MOVING", "SHORT", "Mark", "PathSteps", "Reason", "mark"]
-
 _FORCES = 1e-3
 """Residual at an equilibrium, relative to the largest reaction and rtol."""
 _FAR = 8.0

@@ -30,8 +30,6 @@ from fsm.kernels.jit import kernel
 from fsm.solve.linear import LinearSolver
 from fsm.system import System
 
-__all__ = ["SecondOrderJacobian", "StructuredRadau", "second_order_jacobian"]
-
 
 @dataclass(frozen=True, eq=False)
 class _Kinematics:

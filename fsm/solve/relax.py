@@ -30,8 +30,6 @@ from fsm.solve.linear import LinearSolver
 from fsm.system import System
 from fsm.system_records import Linearised
 
-__all__ = ["Relaxed", "relaxed"]
-
 _SMALLEST = 1e-10
 """Smallest mu that is not zero, relative to the largest ratio of stiffness to mass."""
 _RAISED, _LOWERED = 4.0, 0.25

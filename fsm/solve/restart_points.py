@@ -12,8 +12,6 @@ import numpy as np
 
 from fsm.system_records import DriveState, Energy, Observation, PairState
 
-__all__ = ["State", "observation_from", "observation_state", "steps_between"]
-
 State = dict[str, np.ndarray]
 """Restart data besides time, q and u, by name."""
 

@@ -35,8 +35,6 @@ from fsm.solve.status import TORN, Outcome
 from fsm.system import System
 from fsm.system_records import Observation
 
-__all__ = ["Run", "just_after"]
-
 _FAST = 1e-2
 """Kinetic energy relative to the reference energy, above which a force of the drives is dynamic."""
 _HOPELESS = 0.5

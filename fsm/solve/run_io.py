@@ -18,11 +18,6 @@ from fsm.stepping.model import INERTIAL
 from fsm.system import System
 from fsm.system_records import DriveState, Observation, PreviousState
 
-__all__ = [
-    "InitialState", "CurvePoint", "SavedState", "Statistics", "AcceptedStep", "OutputRequest", "inertia_counts",
-    "time_and_travel",
-]  # fmt: skip
-
 
 @dataclass(frozen=True, repr=False)
 class SavedState(ShortRepr):

@@ -25,8 +25,6 @@ from fsm.solve.radau_structured import SecondOrderJacobian, StructuredRadau, sec
 from fsm.solve.restart_points import State
 from fsm.system import System
 
-__all__ = ["FirstOrder", "resume", "make_solver", "solver_state"]
-
 _FIRST_STEP = 1e-6
 """LSODA's first step relative to the remaining time, and that of other methods from a state at rest without forces."""
 _FIRST_PART = 1e-2

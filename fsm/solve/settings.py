@@ -10,8 +10,6 @@ import numpy as np
 from fsm.solve.energy_balance import JUDGED_FROM
 from fsm.system_records import DriveState
 
-__all__ = ["RHO_INF", "PathSettings", "Settings"]
-
 RHO_INF = 0.6
 """Default spectral radius of generalized-alpha at infinite frequency."""
 

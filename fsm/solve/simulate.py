@@ -14,8 +14,6 @@ from fsm.solve.static import follow
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK, StepwiseRun
 from fsm.system import System
 
-__all__ = ["simulate"]
-
 
 def simulate(
     system: System,

@@ -21,8 +21,6 @@ from fsm.solve.settings import PathSettings
 from fsm.solve.status import Outcome, StepFailed
 from fsm.system import System
 
-__all__ = ["RestCriterion", "move_until_rest", "slide"]
-
 _CALM = 1e-4
 """Kinetic energy relative to its largest value since the snap, below which the motion is nearly at rest."""
 _AS_THE_PATH = 4.0

@@ -32,8 +32,6 @@ from fsm.solve.snap_through import RestCriterion, move_until_rest, slide
 from fsm.solve.status import Outcome, StepFailed
 from fsm.system import System
 
-__all__ = ["follow"]
-
 _DRIVEN = 1e-2
 """Kinetic energy of all bodies at the speed of the drives, relative to the largest kinetic energy that the drives may
 cause."""

@@ -7,8 +7,6 @@ from enum import Enum
 
 from fsm.errors import NotConverged
 
-__all__ = ["TORN", "Event", "Outcome", "StepFailed"]
-
 TORN = 0.1
 """Largest separation of the two sides of a joint relative to the length of a segment, for all methods."""
 

@@ -18,8 +18,6 @@ from fsm.stepping.march import POWER, SHORTEST
 from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
 from fsm.system_records import DriveState, Energy
 
-__all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
-
 GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-force"
 
 _MARCH, _MARCH_WORK = 1024, 500_000

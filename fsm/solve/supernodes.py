@@ -9,8 +9,6 @@ import numpy as np
 from fsm.blocks import BlockPattern, Elimination
 from fsm.kernels.fronts import Supernodes
 
-__all__ = ["supernodes"]
-
 _PANEL = 36
 """Rows of a panel. Products are slower with shorter panels; the inverse of the pivot is slower with longer panels."""
 _ZEROS = ((1, 1.0), (2, 0.3), (5, 0.1))

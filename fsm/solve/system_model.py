@@ -16,8 +16,6 @@ from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY
 from fsm.system import System
 from fsm.system_records import Linearised, Observation, PreviousState
 
-__all__ = ["SystemModel"]
-
 
 class SystemModel:
     """Model of a system for time steps (`fsm.stepping.model`), with its tangent, factorisation and last rejection."""

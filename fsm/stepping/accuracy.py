@@ -6,8 +6,6 @@ from functools import lru_cache
 
 import numpy as np
 
-__all__ = ["ACCURATE", "trial_vector"]
-
 ACCURATE = 1e-4
 """Largest error of a test vector with entries of size 1, up to which the signs of pivots hold."""
 

@@ -15,8 +15,6 @@ from fsm.kernels.pointers import Pointer, typed_by
 from fsm.kernels.vector import largest_ratio
 from fsm.stepping.vectors import copy_into, scaled, subtracted
 
-__all__ = ["RestCalls", "RestModel", "find", "follow_arrays", "predicted"]
-
 _REACH = 0.5
 """Largest step relative to the size of a segment or to a radian: range of the linearisation."""
 _SMALLEST = 1e-300

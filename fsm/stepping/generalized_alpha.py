@@ -55,12 +55,6 @@ from fsm.stepping.model import (
 from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 from fsm.stepping.vectors import copy_into, correct, newton_weight, predict, scaled, slope_and_bend, start_a, subtracted
 
-__all__ = [
-    "BEFORE", "CONTRACTION", "DIVISION", "FACTORISATIONS", "FACTORISED", "FAILED", "FORCES", "GROWTH_OF_STEADY_STEPS",
-    "ITERATIONS", "LAST_ERROR", "LINEARISATIONS", "LONGEST", "MAX_STEP", "PRESENT", "REJECTED", "SLOW", "STARTED", "STEPS",
-    "STEP_SIZE", "TANGENT", "TIME", "Motion", "Rules", "take_step",
-]  # fmt: skip
-
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
 """Indices of `Motion.sizes`, in s; the last error and the contraction have no unit."""
 STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, FACTORISATIONS, DIVISION, STARTED, SLOW, TANGENT = range(11)

@@ -16,11 +16,6 @@ from fsm.stepping.model import energies
 from fsm.stepping.outcomes import STEPPED
 from fsm.stepping.vectors import copy_into
 
-__all__ = [
-    "ALLOWED", "DISSIPATED", "DRIVEN", "ERROR", "GAINED", "KINETIC_WORST", "LOSSES", "POWER", "ROUND_OFF", "SHORTEST",
-    "START", "TURNOVER", "WORK", "WORST", "add_to_balance", "balanced", "march", "march_arrays", "note_step",
-]  # fmt: skip
-
 (
     START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, ROUND_OFF, POWER, SHORTEST, ALLOWED, LOSSES,
     DRIVEN,

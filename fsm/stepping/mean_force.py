@@ -88,8 +88,6 @@ from fsm.stepping.model import (
 from fsm.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 from fsm.stepping.vectors import end_velocity, scaled, subtracted
 
-__all__ = ["BETWEEN", "divide", "march_mean_force", "march_mean_force_arrays", "take_step"]
-
 _FINEST = 64
 """Largest number of parts of a step for which Newton's method did not converge."""
 _FACTORS = 5.0

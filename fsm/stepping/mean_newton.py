@@ -27,13 +27,6 @@ from fsm.stepping.model import (
 from fsm.stepping.secants import add, clear, improved, no_secants
 from fsm.stepping.vectors import changed_rate, copy_into, end_velocity, inner, mean_balance, moved, scaled, subtracted
 
-__all__ = [
-    "COST", "DISSIPATED", "DIVISION", "ERROR_BEFORE", "FACTORED", "FACTORISATIONS", "FAILED", "FORCES", "ITERATIONS",
-    "KNOWN", "LAST", "LAST_BEFORE", "LINEARISATIONS", "LONGEST", "NEXT", "OFF", "REJECTED", "ROUND_OFF", "START", "STEPS",
-    "STORED", "TIME", "TURNOVER", "WORK", "MeanMotion", "MeanRules", "StepEnergies", "accept_step", "quadrature_error",
-    "predicted_rate", "reference", "same_size", "solved", "step_energies",
-]  # fmt: skip
-
 (
     TIME, LAST, LAST_BEFORE, NEXT, ERROR_BEFORE, STORED, START, TURNOVER, OFF, ROUND_OFF, COST, FACTORED, LONGEST, WORK,
     DISSIPATED,

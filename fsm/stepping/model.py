@@ -13,13 +13,6 @@ import numpy as np
 from fsm.kernels.jit import compiled_as
 from fsm.kernels.pointers import Pointer, typed_by
 
-__all__ = [
-    "CREASES", "DRIVES", "INERTIAL", "KINETIC", "PANELS", "STEADY", "TIME", "TURNOVER", "ArrayModel", "Calls",
-    "accept", "contacts_opened", "damping_times", "energies", "factorise", "factorise_mass", "force", "keep_tangent",
-    "longest_step", "mapped", "mass_times", "part_of_step", "powers", "renewed_force", "retract", "solve",
-    "stiffness_times", "stored", "unable",
-]  # fmt: skip
-
 TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
 """Indices of the record of a step. First are time (s), turnover before the step, kinetic energy, and elastic energies of
 panels and creases (J). `STEADY` is 1 for a state near a stable equilibrium, else 0. From `DRIVES` on, the record contains

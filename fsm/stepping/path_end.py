@@ -9,11 +9,6 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer, typed_by
 
-__all__ = [
-    "CONTACT", "CONTACT_SUMS", "CROSSED", "DISSIPATED", "GRAVITY", "JOINTS", "LOADS", "NEGATIVE", "NEGATIVE_AT_REST",
-    "SLIDING_JOINTS", "UNKNOWN", "PathCalls", "PathModel", "accept_state", "contact_force", "end_of_step",
-]  # fmt: skip
-
 CROSSED, NEGATIVE, NEGATIVE_AT_REST, DISSIPATED, LOADS, SLIDING_JOINTS, CONTACT, GRAVITY, JOINTS = range(9)
 """Indices of the record of `end_of_step`. CROSSED is 1 if sides of a contact have passed through each other. NEGATIVE is the
 number of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at

@@ -17,11 +17,6 @@ from fsm.kernels.pointers import Pointer, typed_by
 from fsm.kernels.vector import largest_ratio
 from fsm.stepping.vectors import inner, scaled
 
-__all__ = [
-    "EVALUATED", "FACTORISED", "FOUND", "ITERATION", "NOT_FINITE", "SINGULAR", "SOLVED", "TOO_MANY", "NewtonRules",
-    "Settled", "StaticCalls", "StaticModel", "settle", "settle_arrays",
-]  # fmt: skip
-
 FOUND, NOT_FINITE, SINGULAR, TOO_MANY = range(4)
 """Outcomes of Newton's method; the last one means too many iterations."""
 

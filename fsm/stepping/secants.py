@@ -9,8 +9,6 @@ import numpy as np
 from fsm.kernels.jit import kernel, shared
 from fsm.stepping.vectors import copy_into, inner
 
-__all__ = ["Secants", "add", "clear", "improved", "no_secants"]
-
 _CURVED = 0.1
 """Smallest ratio of the predicted change to a correction for which an update is made."""
 _PAIRS, _LAST = 0, 1

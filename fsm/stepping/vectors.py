@@ -6,11 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = [
-    "changed_rate", "copy_into", "correct", "end_velocity", "inner", "kept", "mean_balance", "moved", "newton_weight",
-    "predict", "scaled", "slope_and_bend", "start_a", "subtracted",
-]  # fmt: skip
-
 
 @kernel
 def copy_into(values: np.ndarray, out: np.ndarray) -> None:

@@ -19,7 +19,7 @@ from fsm.run import run_case
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Drive
 from fsm.segments.plan import plan_of
-from fsm.solve.static import PathSettings
+from fsm.solve.settings import PathSettings
 
 BLOCK = """
 [[scene.bodies]]

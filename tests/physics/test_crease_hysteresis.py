@@ -7,17 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from fsm.scene.loads import Load, Table
+from fsm.scene.loads import Load
 from fsm.scene.materials import SplineCrease
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.scene.time_program import Table
 from fsm.segments.compile import compile_scene
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.system import SegmentSystem
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import SavedState
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.static import follow
 
 ANGLE = np.radians(np.linspace(0.0, 80.0, 41))
 LOADING = 4e-3 * np.sin(ANGLE)

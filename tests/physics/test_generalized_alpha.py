@@ -18,9 +18,10 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case, Strip
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.load_case import load_case
-from fsm.scene.loads import Drive, Load, Ramp
+from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import LinearCrease, Material
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.scene.time_program import Ramp
 from fsm.segments.compile import compile_scene
 from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem

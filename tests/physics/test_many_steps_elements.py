@@ -25,10 +25,10 @@ from fsm.assembly.system import JoinedSystem
 from fsm.compile_case import compile_case
 from fsm.scene.check_scissor import default_holds
 from fsm.scene.load_case import load_case
-from fsm.scene.loads import Ramp
 from fsm.scene.materials import Material
 from fsm.scene.patterns.fold_data import FoldData
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
+from fsm.scene.time_program import Ramp
 from fsm.solve.array_steps import StepMethod
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce

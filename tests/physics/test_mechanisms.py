@@ -12,7 +12,8 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.solve.path_steps import PathSteps, Reason
 from fsm.solve.run_io import SavedState
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.settings import PathSettings
+from fsm.solve.static import follow
 from validation.strip_trial.check import CASE
 
 

@@ -11,9 +11,9 @@ from fsm.compile_case import compile_case
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import peaks
 from fsm.scene.load_case import load_case
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.static import follow
 
 CASE = """
 [strip]

@@ -16,7 +16,8 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import PathPoint, trace
 from fsm.solve.newton import negative_pivots
 from fsm.solve.run_io import CurvePoint, SavedState, Statistics
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.settings import PathSettings
+from fsm.solve.static import follow
 from validation.closed_forms.beams import POST_BUCKLING as ELASTICA
 from validation.closed_forms.chains import column
 

@@ -21,9 +21,8 @@ from fsm.segments.compile import compile_scene
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.restart_points import steps_between
 from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings
 from fsm.system import System
 from tests.physics.test_crease_hysteresis import CYCLE, crease, flap
 from tests.physics.test_paths import truss

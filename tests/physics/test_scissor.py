@@ -16,9 +16,9 @@ from fsm.scene.builders.scissor_bodies import build_bodies
 from fsm.scene.case import Case
 from fsm.scene.check_scissor import default_holds
 from fsm.scene.load_case import LoadedCase
-from fsm.scene.loads import Ramp, Table
 from fsm.scene.materials import Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
+from fsm.scene.time_program import Ramp, Table
 from fsm.segments.compile import compile_scene
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate

@@ -15,9 +15,9 @@ from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surfa
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.run_io import SavedState
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.static import follow
 
 G, MU, V_STATIC = 9.81, 0.3, 1e-4
 LENGTH, WIDTH, THICK = 0.02, 0.02, 1e-3

@@ -20,9 +20,9 @@ from fsm.solve import path_steps
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.newton import negative_pivots
 from fsm.solve.run_io import SavedState, Statistics
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.static import follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 

@@ -10,7 +10,8 @@ import pytest
 from fsm.compile_case import compile_case
 from fsm.scene.load_case import load_case
 from fsm.solve.run_io import SavedState
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.settings import PathSettings
+from fsm.solve.static import follow
 
 MU = 0.3
 CASE = f"""

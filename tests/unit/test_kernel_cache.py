@@ -80,7 +80,7 @@ RUN = """
         return [numba.config.CACHE_DIR, numba.config.CACHE_LOCATOR_CLASSES]
 
     before = settings()
-    from toy.kernels import jit
+    from toy.kernels import cache_folder, jit
     compiled = []
     forget = jit.on_compile(compiled.append)
     from toy.laws.caller import Params, effort
@@ -91,7 +91,7 @@ RUN = """
     extra = {}
 """
 REPORT = """
-    folder = jit.cache_folder()
+    folder = cache_folder.cache_folder()
     clock = clock.duration if clock.done else 0.0
     report = dict(value=value, compiled=compiled, clock=clock, config_kept=config_kept)
     report |= dict(misses=jit.cache_misses(), compile_time=jit.compile_time(), known=jit.kernel_names())

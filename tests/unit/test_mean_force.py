@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from fsm.assembly.compile import compile_model
-from fsm.scene.loads import Drive, Load, Ramp
+from fsm.scene.loads import Drive, Load
 from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.scene.time_program import Ramp
 from fsm.segments.system import SegmentSystem
 from fsm.solve.mean_force import MeanForce
 from fsm.solve.settings import Settings

@@ -10,7 +10,8 @@ from fsm.compile_case import compile_case
 from fsm.scene.load_case import load_case
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.linear import LinearSolver
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.settings import PathSettings
+from fsm.solve.static import follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SQUARES = CASE.parents[1] / "rotating_squares" / "case.toml"

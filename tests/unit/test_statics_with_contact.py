@@ -11,7 +11,8 @@ import pytest
 from fsm.compile_case import compile_case
 from fsm.scene.load_case import load_case
 from fsm.solve.run_io import SavedState
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.settings import PathSettings
+from fsm.solve.static import follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SOFT = ["expect=none", "strip.segments_per_panel=4", "contact.stiffness=3e6 N/m^1.5"]

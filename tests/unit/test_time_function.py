@@ -10,8 +10,7 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from fsm.kernels.programs import half_sine, program_at, ramp, rectangle, sampled, table_of
-from fsm.scene.loads import Constant, Cycle, Ramp, Table, TimeFunction
-from fsm.scene.time_program import steepest
+from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, steepest
 from fsm.segments.drive import Travel, parts, run_up
 from fsm.segments.time_function import time_function
 

@@ -18,7 +18,8 @@ from fsm.compile_case import compile_case
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.settings import PathSettings
+from fsm.solve.static import follow
 from validation.benchmarks.demo import machine
 from validation.strip_trial.check import CASE
 

@@ -12,8 +12,9 @@ import numpy as np
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.load_case import load_case
-from fsm.scene.loads import Load, Ramp
+from fsm.scene.loads import Load
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scene, Surface
+from fsm.scene.time_program import Ramp
 from fsm.segments.compile import compile_scene
 from fsm.solve.run_io import SavedState
 from validation.benchmarks.problem import Problem, Tight

@@ -8,9 +8,10 @@ import numpy as np
 
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case, Strip
-from fsm.scene.loads import Drive, Load, Ramp
+from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import LinearCrease, Material
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.scene.time_program import Ramp
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import equilibrium

@@ -12,7 +12,8 @@ from fsm.compile_case import compile_case
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.solve.run_io import SavedState
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.settings import PathSettings
+from fsm.solve.static import follow
 
 __all__ = ["CASE", "Pull", "as_thick", "curve_difference", "pull"]
 

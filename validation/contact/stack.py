@@ -10,17 +10,18 @@ import numpy as np
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case, Strip
 from fsm.scene.contact import Contact, Friction
-from fsm.scene.loads import Load, Table
+from fsm.scene.loads import Load
 from fsm.scene.materials import LinearCrease, Material
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
+from fsm.scene.time_program import Table
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.static import follow
 
 __all__ = ["CONTACT", "END", "FOLD", "LENGTH", "RTOL", "THICKNESS", "PressedStack", "crossings", "press", "stack_scene"]
 

@@ -21,7 +21,8 @@ from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
 try:
-    from fsm.solve.static import PathSettings, follow
+    from fsm.solve.settings import PathSettings
+    from fsm.solve.static import follow
 except ImportError:  # not there yet
     follow = None  # type: ignore[assignment]
 

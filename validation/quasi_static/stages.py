@@ -18,7 +18,8 @@ import numpy as np
 from matplotlib.image import imread
 
 from fsm.plots.style import figure
-from fsm.results.solution import Floats, Solution
+from fsm.results.film import Floats
+from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from validation.gallery.record import Check, Place, below
 from validation.quasi_static.drawn_strips import draw_geometries, solve

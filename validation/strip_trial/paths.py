@@ -26,7 +26,8 @@ from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import negative_pivots
 from fsm.solve.run_io import SavedState
-from fsm.solve.static import PathSettings, follow
+from fsm.solve.settings import PathSettings
+from fsm.solve.static import follow
 from fsm.system_records import DriveState
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"

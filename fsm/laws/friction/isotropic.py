@@ -6,8 +6,6 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["length", "set_effort"]
-
 
 @kernel(inline=True)
 def length(vectors: np.ndarray, i: int) -> float:

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-__all__ = ["FrictionDescription", "FrictionLaw"]
-
 
 class FrictionDescription(Protocol):
     """Parameters of friction in a case; each law reads only its own parameters.

@@ -29,9 +29,6 @@ from fsm.laws.friction.law import FrictionDescription, FrictionLaw
 from fsm.laws.friction.stribeck import stribeck_curve
 from fsm.laws.step import step
 
-__all__ = ["LUGRE", "lugre"]
-
-
 _ELASTIC = 0.8
 """Elastic limit of the bristle deflection, relative to its largest value."""
 

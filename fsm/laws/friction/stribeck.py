@@ -15,8 +15,6 @@ from fsm.laws.friction.isotropic import length, set_effort
 from fsm.laws.friction.law import FrictionDescription, FrictionLaw
 from fsm.laws.friction.tanh import smooth_sign
 
-__all__ = ["STRIBECK", "stribeck", "stribeck_curve"]
-
 
 @kernel(inline=True)
 def stribeck_curve(speed: float, mu_static: float, mu_dynamic: float, v_stribeck: float) -> tuple[float, float]:

@@ -11,8 +11,6 @@ from fsm.kernels.jit import kernel
 from fsm.laws.friction.isotropic import length, set_effort
 from fsm.laws.friction.law import FrictionDescription, FrictionLaw
 
-__all__ = ["TANH", "smooth_sign", "tanh"]
-
 
 @kernel(inline=True)
 def smooth_sign(speed: float, v_static: float) -> tuple[float, float]:

@@ -14,8 +14,6 @@ from fsm.laws.friction.isotropic import length, set_effort
 from fsm.laws.friction.law import FrictionDescription, FrictionLaw
 from fsm.laws.step import step
 
-__all__ = ["TWO_STEP", "two_step"]
-
 
 @kernel
 def two_step(

@@ -21,8 +21,6 @@ from fsm.kernels.jit import kernel
 from fsm.laws.normal.hertz import power_energy
 from fsm.laws.normal.law import ContactDescription, NormalLaw
 
-__all__ = ["dissipative", "restitution_law"]
-
 
 @kernel
 def dissipative(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from fsm.laws.normal.dissipative import restitution_law
 
-__all__ = ["FLORES", "damping_factor"]
-
 
 def damping_factor(restitution: float) -> float:
     """Damping factor h = 8 (1 - c)/(5 c)."""

@@ -14,8 +14,6 @@ from fsm.kernels.jit import kernel
 from fsm.laws.normal.law import ContactDescription, NormalLaw
 from fsm.laws.step import step
 
-__all__ = ["HERTZ", "hertz", "power_energy"]
-
 
 @kernel
 def hertz(

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from fsm.laws.normal.dissipative import restitution_law
 
-__all__ = ["HUNT_CROSSLEY", "damping_factor"]
-
 
 def damping_factor(restitution: float) -> float:
     """Damping factor h = 3/2 (1 - c)."""

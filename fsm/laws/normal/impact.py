@@ -9,6 +9,4 @@ from __future__ import annotations
 
 from fsm.laws.normal.hertz import HERTZ
 
-__all__ = ["IMPACT"]
-
 IMPACT = HERTZ

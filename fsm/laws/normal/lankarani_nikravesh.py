@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from fsm.laws.normal.dissipative import restitution_law
 
-__all__ = ["LANKARANI_NIKRAVESH", "damping_factor"]
-
 
 def damping_factor(restitution: float) -> float:
     """Damping factor h = 3/4 (1 - c^2)."""

@@ -7,8 +7,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-__all__ = ["ContactDescription", "NormalLaw"]
-
 Force = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 Energy = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 

@@ -13,8 +13,6 @@ from fsm.kernels.jit import kernel
 from fsm.laws.normal.law import ContactDescription, NormalLaw
 from fsm.laws.step import step
 
-__all__ = ["LINEAR", "linear", "linear_energy"]
-
 
 @kernel
 def linear(

@@ -14,8 +14,6 @@ import math
 
 from fsm.laws.normal.dissipative import restitution_law
 
-__all__ = ["RESTITUTION", "damping_factor"]
-
 
 def damping_factor(restitution: float) -> float:
     """Damping factor h, the root of h (1 + c) = ln[(1 + h)/(1 - h c)], to 1e-13 relative or absolute.

@@ -30,8 +30,6 @@ from fsm.scene.point_element import BodyPoint, PointElement
 from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 from fsm.scene.sheet_parts import Box
 
-__all__ = ["frame_of_mesh", "points_on_facets", "with_sheet_frames"]
-
 
 def with_sheet_frames(case: Case, scene: Scene, more: Scene) -> tuple[Scene, Scene]:
     """Scene of a sheet and the [scene] beside it; frames and seams on the sheet refer to its facets or points.

@@ -14,8 +14,6 @@ from fsm.scene.patterns.flexible_mesh import flexible_mesh
 from fsm.scene.patterns.mesh_places import MeshPlace, mesh_place
 from fsm.scene.patterns.places import facets_named
 
-__all__ = ["load_parts", "loads_on_mesh", "place_points", "pressed_facets"]
-
 
 def loads_on_mesh(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
     """Loads that each act on a body; for a load on a place, this body is a frame of the mesh.

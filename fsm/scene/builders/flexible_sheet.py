@@ -36,8 +36,6 @@ from fsm.scene.sheet_parts import Box, SheetSupport
 from fsm.scene.step_items import releases, steps_from
 from fsm.scene.time_program import Ramp
 
-__all__ = ["build_flexible"]
-
 _DRIVEN = 1e3
 """Total stiffness of the springs between a driven place and its nodes, relative to E t."""
 _JOINED = 100.0

@@ -11,8 +11,6 @@ from fsm.scene.lattice import Edge, Lattice
 from fsm.scene.loads import Drive
 from fsm.scene.scene import Body, ForceElement, Plate, Scene
 
-__all__ = ["block_name", "build_lattice", "edge_blocks"]
-
 
 def block_name(column: int, row: int) -> str:
     """Name of a square; columns are numbered from 1 at the left, rows from 1 at the bottom."""

@@ -11,10 +11,6 @@ from fsm.errors import Fault
 from fsm.scene.membrane import CentrePatch, DiagonalPatch, DiagonalsPatch, Membrane, Patch, PositionPatch
 from fsm.shown_units import shown, shown_points
 
-__all__ = [
-    "COARSEST", "MeshLines", "PlacedPatch", "check_film", "coarser_lines", "finer_lines", "mesh_lines", "place_patches",
-]  # fmt: skip
-
 COARSEST = 5.0
 """Largest ratio of the widths of two neighbouring elements at the edge of a patch."""
 _SAME = 1e-9

@@ -9,8 +9,6 @@ from fsm.scene.frame_bodies import frame_faults, with_frames
 from fsm.scene.scene import Scene
 from fsm.scene.step_items import acting_steps, drives_of, loads_of
 
-__all__ = ["build_scene"]
-
 
 def build_scene(case: Case) -> Scene:
     """Scene of a case: from its strip, lattice or sheet, or its [scene] with the contact, loads and drives of the case.

@@ -20,8 +20,6 @@ from dataclasses import dataclass
 from fsm.errors import Fault
 from fsm.scene.scissor import Scissor
 
-__all__ = ["Array", "Bar", "array_at", "build_array"]
-
 Point = tuple[float, float]
 
 

@@ -16,8 +16,6 @@ from fsm.scene.materials import Material
 from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor
 
-__all__ = ["build_bodies"]
-
 _JOINED = 200.0
 """Stiffness of the springs that join rigid bars, relative to the axial stiffness EA/L of a bar of mean length."""
 

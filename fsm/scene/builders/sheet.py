@@ -28,8 +28,6 @@ from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, Plat
 from fsm.scene.sheet import Sheet
 from fsm.scene.time_program import Ramp
 
-__all__ = ["RIGID", "build_sheet", "rigid_factor", "sheet_place", "vertex_springs"]
-
 RIGID = 3e8
 """Stiffness of the joints of rigid facets, relative to the stiffest crease k: k over its length squared in translation, k
 in rotation across the crease. The flexibility of the joints causes an error of the force in inverse proportion to this

@@ -27,8 +27,6 @@ from fsm.scene.sheet import Sheet
 from fsm.scene.sheet_parts import BarsOfSheet
 from fsm.scene.truss import SceneTruss
 
-__all__ = ["SHEET", "bar_areas", "build_bars"]
-
 SHEET = "sheet"
 """Name of the truss of a sheet."""
 _RIGID = 1e3

@@ -9,8 +9,6 @@ from fsm.scene.case import Case
 from fsm.scene.patterns.flexible_facets import SHEET
 from fsm.scene.scene import ContactPair
 
-__all__ = ["contact_of_nodes"]
-
 
 def contact_of_nodes(case: Case) -> dict[str, Any]:
     """Contact keys of the scene of a sheet of flexible facets or bars.

@@ -15,8 +15,6 @@ from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.sheet import Sheet
 
-__all__ = ["Folds", "crease_damping", "crease_of_length", "facet_damping", "fold_turn", "is_motion", "time_of_folding"]
-
 _DAMPING_OF_FOLDING = 1e-2
 """Ratio of the default Kelvin-Voigt time to the time in which a sheet folds itself; the fold angles lag by this part."""
 

@@ -19,8 +19,6 @@ from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.scene import Scene
 from fsm.scene.time_program import Ramp, Table
 
-__all__ = ["with_gas", "with_gas_of_panels"]
-
 
 def with_gas_of_panels(
     case: Case, scene: Scene, pattern: Pattern, frames: FacetFrames, held: Mapping[int, set[int]]

@@ -15,8 +15,6 @@ from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.sheet import Sheet
 from fsm.scene.sheet_parts import SheetCrease
 
-__all__ = ["SheetJoint", "rest_angle", "sheet_joints"]
-
 _LETTERS = {ASSIGNMENTS[letter]: letter for letter in "MVUFJ"}
 _NUMBERED = re.compile(r"(crease|bend line)s?\s+(\d+(?:\s*,\s*\d+)*)")
 

@@ -15,8 +15,6 @@ from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import Place, facets_named, place_of
 
-__all__ = ["facet_name", "facets_of_vertices", "placed_loads", "vertex_name"]
-
 
 def facet_name(number: int) -> str:
     """Name of the body of a facet; facet numbers start at 0 here, and at 1 in names."""

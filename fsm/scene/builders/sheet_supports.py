@@ -10,8 +10,6 @@ from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import place_of
 from fsm.shown_units import shown_points
 
-__all__ = ["check_supports", "free_motions"]
-
 _FREE = 1e-7
 """Relative singular value below which a motion is free; the reference is the largest singular value."""
 

@@ -22,8 +22,6 @@ from fsm.scene.method_selection import automatic_method
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.scene.step_items import releases, steps_from
 
-__all__ = ["bending_stiffness", "build_strip", "segment_lengths", "strip_damping"]
-
 _DAMPING_OF_DRIVE = 5e-5
 """Ratio of the default Kelvin-Voigt time to the duration of the drive."""
 

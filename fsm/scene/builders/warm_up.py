@@ -6,12 +6,6 @@ from typing import Any, NamedTuple
 
 from fsm.scene.case import Case
 
-__all__ = [
-    "WHOLE", "WarmUp", "warm_up_lattice", "warm_up_membrane", "warm_up_plates", "warm_up_scissor", "warm_up_springs",
-    "warm_up_strip",
-]  # fmt: skip
-
-
 _TOUCH = (
     "contact.law=linear", "contact.stiffness=1e4", "friction.mu_static=0.3", "friction.mu_dynamic=0.2",
     "friction.v_static=0.01", "friction.v_dynamic=0.02",

@@ -17,8 +17,6 @@ from fsm.scene.patterns.facet_mesh import FacetMesh, MeshCrease
 from fsm.scene.patterns.plates import bent_mesh, cells_of, displacements
 from fsm.scene.sheet import Sheet
 
-__all__ = ["boom_mesh", "seam_angle"]
-
 
 def boom_mesh(sheet: Sheet) -> FacetMesh:
     """Mesh of a boom: "tape-spring", "stem" or "lenticular".

@@ -22,8 +22,6 @@ from fsm.scene.gas import Gas
 from fsm.scene.patterns.places import facets_named
 from fsm.shown_units import shown_points
 
-__all__ = ["SheetSurface", "chamber_of"]
-
 _NEAR = 1e-9
 """Distance of a node from a plane, relative to the size of the sheet, below which the node lies in the plane."""
 _EMPTY = 1e-12

@@ -12,8 +12,6 @@ import numpy as np
 
 from fsm.scene.sheet import MOST_FACETS
 
-__all__ = ["crossings", "points_on_lines"]
-
 _DIRECTIONS = 32
 """Number of directions; parallel lines are compared in a direction within 3 degrees of their normal."""
 _MOST_CROSSINGS = 5 * MOST_FACETS

@@ -14,8 +14,6 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern
 
-__all__ = ["facets_across_cuts", "open_cuts", "sides_of_cuts"]
-
 
 def open_cuts(pattern: Pattern) -> Pattern:
     """Pattern with open cuts; a pattern in which no cut lies between two facets is returned as it is.

@@ -15,10 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = [
-    "MOST_TRIANGLES", "FacetMesh", "MeshCrease", "MeshFaces", "MeshPoint", "facet_vectors", "graded", "many",
-]  # fmt: skip
-
 MOST_TRIANGLES = 100_000
 """Largest number of triangles of a sheet."""
 _ALIGNED = 0.1

@@ -8,8 +8,6 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern
 
-__all__ = ["FacetFrames", "facet_areas", "facet_frames", "quaternions"]
-
 
 class FacetFrames(NamedTuple):
     """Body axes of facets, along the principal axes of their area.

@@ -15,8 +15,6 @@ from fsm.scene.patterns.reading import PatternFault, Reading
 from fsm.scene.patterns.svg_file import read_svg
 from fsm.scene.sheet import MOST_FACETS, Sheet
 
-__all__ = ["with_pattern"]
-
 _MOST_TEXT = 16 * 2**20
 """Largest size of a pattern file, bytes."""
 _READ = {"pattern": None, "scale": None, "frame": None, "part": None, "merge": None}

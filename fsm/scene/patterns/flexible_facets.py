@@ -8,8 +8,6 @@ from fsm.scene.laminate import Laminate
 from fsm.scene.patterns.facet_mesh import FacetMesh, MeshPoint
 from fsm.scene.patterns.fold_data import FoldData
 
-__all__ = ["SHEET", "FlexibleFacets"]
-
 SHEET = "sheet"
 """Name of the part that carries the frames of flexible facets."""
 

@@ -20,8 +20,6 @@ from fsm.scene.patterns.places import place_of
 from fsm.scene.patterns.plates import plate_mesh
 from fsm.scene.sheet import Sheet
 
-__all__ = ["flexible_mesh", "mesh_as_pattern", "mesh_of_result"]
-
 
 @lru_cache(maxsize=4)
 def flexible_mesh(sheet: Sheet) -> FacetMesh:

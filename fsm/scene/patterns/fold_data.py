@@ -9,8 +9,6 @@ import numpy as np
 
 from fsm.scene.materials import Crease, LinearCrease
 
-__all__ = ["UNIT", "FoldData"]
-
 UNIT = LinearCrease(stiffness=1.0)
 """Law of linear folds; the share of such a fold is its stiffness."""
 

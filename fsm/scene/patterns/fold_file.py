@@ -26,8 +26,6 @@ from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.planar import planar_pattern
 from fsm.scene.patterns.reading import PatternFault, Reading
 
-__all__ = ["read_fold"]
-
 
 def read_fold(text: str, scale: float | None, number: int | None = None, reading: Reading | None = None) -> Pattern:
     """Pattern of a FOLD file: the first folded frame in space; without a folded frame, the first flat frame.

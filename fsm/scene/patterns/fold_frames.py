@@ -14,22 +14,6 @@ from fsm.scene.patterns.lines import others, unit_targets
 from fsm.scene.patterns.pattern import ASSIGNMENTS
 from fsm.scene.patterns.reading import PatternFault
 
-__all__ = [
-    "UNITS",
-    "Edge",
-    "classes",
-    "edges_of",
-    "faces_of",
-    "fault_of",
-    "frames_of",
-    "parsed",
-    "scale_of",
-    "short",
-    "size_of",
-    "vertices_of",
-    "with_edges",
-]
-
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "pt": 0.0254 / 72.0}
 """Lengths of `frame_unit`, m; "unit" has no length."""
 _MOST_VERTICES = 40_000

@@ -16,8 +16,6 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern
 
-__all__ = ["Foldability", "bad_lines", "bad_vertices", "foldability"]
-
 _CREASES = "MVU"
 _EITHER = "UFJ"
 """Letters of creases and bend lines that can fold to either side or remain flat."""

@@ -17,8 +17,6 @@ from fsm.scene.patterns.planar import check_size
 from fsm.scene.patterns.reading import PatternFault, Reading
 from fsm.shown_units import shown
 
-__all__ = ["FLAT", "NEAR", "folded_pattern"]
-
 FLAT = 1e-6
 """Height relative to the size below which a pattern is flat."""
 _PLANE = 1e-4

@@ -11,8 +11,6 @@ import numpy as np
 from fsm.scene.patterns.facets import facet_frames
 from fsm.scene.patterns.pattern import Pattern, polygon_normal
 
-__all__ = ["fold_pattern"]
-
 _WEIGHT = 10.0
 """Weight of the lengths and the planarity of facets relative to fold angles, in radians, along the path. A
 large weight shortens the steps of the iteration; the last state is projected onto states with rigid facets."""

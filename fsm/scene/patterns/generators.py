@@ -8,8 +8,6 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern, edge_groups
 
-__all__ = ["cone", "flasher", "kresling", "miura", "miura_cell", "miura_tube", "tube", "waterbomb", "yoshimura", "zigzag"]
-
 
 def miura_cell(a: float, b: float, sector_angle: float, fold_angle: float) -> tuple[float, float, float, float]:
     """Sizes (S, L, V, H) of a Miura panel in space, m (Schenk and Guest, 2013, eqs. 1 to 4).

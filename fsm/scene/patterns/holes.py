@@ -14,8 +14,6 @@ import numpy as np
 
 from fsm.scene.sheet import MOST_FACETS
 
-__all__ = ["area", "joining_lines", "loops"]
-
 _MOST_GROUPS = 1000
 """Largest number of groups of lines that do not touch each other."""
 

@@ -13,8 +13,6 @@ from fsm.scene.patterns.reading import Reading
 from fsm.scene.patterns.svg_file import parsed
 from fsm.scene.patterns.svg_shapes import short
 
-__all__ = ["LINE_FILES"]
-
 _MOST_LINES = 20_000
 _NUMBERED = {1: "B", 2: "M", 3: "V"}
 """Letters of the kinds of lines of ORIPA; all others are auxiliary lines."""

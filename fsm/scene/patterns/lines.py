@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-__all__ = ["RANK", "TOLERANCE", "Line", "counted", "others", "unit_targets"]
-
 TOLERANCE = 1e-3
 """Distance relative to the size of the pattern below which points are one vertex."""
 RANK = "BCMVUFJ"

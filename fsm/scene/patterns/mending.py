@@ -14,8 +14,6 @@ from fsm.scene.patterns.reading import PatternFault
 from fsm.scene.sheet import MOST_FACETS
 from fsm.shown_units import shown
 
-__all__ = ["SAME", "Edges", "last_digit", "merged", "tolerances", "without_loose"]
-
 SAME = 1e-9
 """Distance relative to the size up to which points coincide by round-off."""
 _MOST_TRIED = 5_000

@@ -10,8 +10,6 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.patterns.facet_mesh import FacetMesh
 
-__all__ = ["MeshPlace", "mesh_place", "mirrored_place"]
-
 _PLANE = 1e-6
 """Distance of nodes from a plane of symmetry, relative to the size of the sheet, up to which they lie in it."""
 _NUMBERS = re.compile(r"(?:vertex|vertices)\s+(\d+(?:\s*,\s*\d+)*)")

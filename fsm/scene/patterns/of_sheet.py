@@ -16,8 +16,6 @@ from fsm.scene.patterns.generators import cone, flasher, kresling, miura, miura_
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, edge_groups
 from fsm.scene.sheet import Sheet
 
-__all__ = ["bend_stiffness_per_length", "folding_letters", "pattern_of"]
-
 
 @lru_cache(maxsize=4)
 def pattern_of(sheet: Sheet) -> Pattern:

@@ -17,8 +17,6 @@ import numpy as np
 
 from fsm.scene.chambers import Lid
 
-__all__ = ["panel_triangles", "sealed"]
-
 Faces = Sequence[Sequence[int]]
 
 

@@ -14,8 +14,6 @@ import numpy as np
 
 from fsm.scene.patterns.reading import PatternFault
 
-__all__ = ["ASSIGNMENTS", "Pattern", "edge_groups", "polygon_normal", "triangles_of_face"]
-
 ASSIGNMENTS = {
     "B": "boundary", "M": "mountain", "V": "valley", "F": "flat", "U": "unassigned", "C": "cut", "J": "bend line",
 }  # fmt: skip

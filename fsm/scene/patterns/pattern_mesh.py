@@ -27,8 +27,6 @@ from fsm.scene.patterns.facets import facet_frames
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.smooth_normals import smooth_normals
 
-__all__ = ["pattern_mesh"]
-
 _EQUAL = 1e-9
 """Relative difference below which two diagonals have equal lengths."""
 _SMOOTH = math.cos(math.radians(22.5))

@@ -9,8 +9,6 @@ import numpy as np
 
 from fsm.scene.patterns.pattern import Pattern
 
-__all__ = ["Place", "facets_named", "place_of"]
-
 _NUMBERS = re.compile(r"(vertex|vertices|facet)\s+(\d+(?:\s*,\s*\d+)*)")
 _FACETS = re.compile(r"facets?\s+(\d+(?:\s*,\s*\d+)*)")
 

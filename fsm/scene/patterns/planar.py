@@ -15,8 +15,6 @@ from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern, edge_groups
 from fsm.scene.patterns.reading import PatternFault, Reading
 from fsm.shown_units import shown_points
 
-__all__ = ["check_size", "planar_pattern"]
-
 _SIZES = 1e-6, 1e4
 """Smallest and largest size of a pattern, m."""
 

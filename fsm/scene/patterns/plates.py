@@ -11,8 +11,6 @@ from fsm.errors import CaseError, Fault
 from fsm.scene.patterns.facet_mesh import MOST_TRIANGLES, FacetMesh, graded, many
 from fsm.scene.sheet import Sheet
 
-__all__ = ["annulus_mesh", "bent_mesh", "cells_of", "disc_mesh", "displacements", "plate_mesh", "rectangle_mesh"]
-
 
 def rectangle_mesh(
     length: float, width: float, mesh: tuple[int, int], radius: float | None = None, moved: np.ndarray | None = None

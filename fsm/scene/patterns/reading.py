@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["PatternFault", "Reading"]
-
 
 @dataclass(frozen=True)
 class Reading:

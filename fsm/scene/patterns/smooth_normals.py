@@ -14,8 +14,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-__all__ = ["smooth_normals"]
-
 _DETERMINED = 0.03
 """Least singular value, relative to the largest, of the equations of a paraboloid that count as independent."""
 _UNKNOWN = 5

@@ -7,8 +7,6 @@ import math
 import re
 from typing import NamedTuple
 
-__all__ = ["COLOURS", "Colour", "colour_of", "letter_of"]
-
 COLOURS = {
     "#ff0000": "M", "#0000ff": "V", "#000000": "B", "#00ff00": "C", "#ffff00": "J", "#ff00ff": "U",
 }  # fmt: skip

@@ -24,8 +24,6 @@ from fsm.scene.patterns.svg_colour import COLOURS, colour_of, letter_of
 from fsm.scene.patterns.svg_shapes import Viewport, length, numbers, pieces, short, transform
 from fsm.scene.patterns.svg_style import Styles, tag_of
 
-__all__ = ["read_svg"]
-
 _MOST_LINES = 20_000
 _MOST_ELEMENTS = 100_000
 """Largest number of elements, with those that <use> repeats, and of lines that are not part of the pattern."""

@@ -10,8 +10,6 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-__all__ = ["Viewport", "length", "numbers", "pieces", "short", "transform"]
-
 _CURVE_PARTS = 8
 """Number of straight lines in place of a curve; an arc has at least as many."""
 _ARC_PART = math.pi / 16.0

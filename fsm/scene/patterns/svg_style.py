@@ -7,8 +7,6 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
-__all__ = ["Styles", "tag_of"]
-
 PROPERTIES = ("stroke", "stroke-opacity", "stroke-width", "opacity", "display", "visibility", "color")
 """Properties that are read."""
 _MOST_TESTS = 2_000_000

@@ -11,8 +11,6 @@ import numpy as np
 
 from fsm.scene.flexible import SceneFrame
 
-__all__ = ["MOST_POINTS", "SheetPoint", "TouchingSheet"]
-
 MOST_POINTS = 20_000
 """Largest number of points of a sheet that touch bodies and obstacles."""
 
