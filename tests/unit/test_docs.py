@@ -20,6 +20,7 @@ from fsm.calibrate.report import Options
 from fsm.cli import CALIBRATIONS, cli
 from fsm.run import run_case
 from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
+from fsm.scene.coupling import OWN_COUPLINGS
 from fsm.scene.crease_family import read_family
 from fsm.scene.key_facts import facts_of
 from fsm.scene.load_case import load_case
@@ -63,7 +64,10 @@ def test_tables_of_keys_are_those_of_the_models() -> None:
     models = {model for model in below(Model) if model is not Model and model.__module__.startswith("fsm.scene.")}
     # bases of other models have names with an underscore
     models = {model for model in models if not model.__name__.startswith("_")}
-    assert models == {model for section in sections(text).values() for model in section.all_models()}
+    kinds = {kind.parameters for kind in OWN_COUPLINGS.values()}  # the text lists their keys
+    assert models - kinds == {model for section in sections(text).values() for model in section.all_models()}
+    of_couplings = text.split("### `[[scene.couplings]]`")[1].split("###")[0]
+    assert all(f"`{key}`" in of_couplings for kind in kinds for key in kind.model_fields)
 
 
 def test_kinds_of_sheets_need_the_stated_keys() -> None:
