@@ -77,13 +77,21 @@ def panel_of_body(scene: Scene) -> dict[str, str]:
     return panel
 
 
-def find_overlaps(panels: Case | Scene | Sequence[Outline]) -> list[tuple[str, str, float]]:
+def find_overlaps(
+    panels: Case | Scene | Sequence[Outline], thickness_in_gap: bool | None = None
+) -> list[tuple[str, str, float]]:
     """Pairs of panels that overlap as folded, with the depth.
 
     Two panels without a common crease must not overlap. Two panels with a common crease necessarily overlap close to it,
     up to t/(2 tan(opening/2)) from the crease. This zone may be at most a quarter of the shorter panel; beyond it the
-    panels must not overlap. The thickness counts as in the contact section of a case or scene (not without contact), and for
-    outlines. If the thickness does not count, only the middle lines must not cross.
+    panels must not overlap. If the thickness does not count, only the middle lines must not cross.
+
+    Parameters
+    ----------
+    panels : a case, a scene, or outlines
+    thickness_in_gap : bool, optional
+        Whether the thickness counts. Absent: as in the contact section of the case (false without contact); true for
+        outlines.
 
     Returns
     -------
@@ -98,13 +106,13 @@ def find_overlaps(panels: Case | Scene | Sequence[Outline]) -> list[tuple[str, s
     """
     if isinstance(panels, Case):
         panels = build_scene(panels)
-    thickness_in_gap = True
     if isinstance(panels, Scene):
-        thickness_in_gap = panels.contact is not None and panels.contact.thickness_in_gap
+        if thickness_in_gap is None:
+            thickness_in_gap = panels.contact is not None and panels.contact.thickness_in_gap
         panels = outlines(panels)
     if len(panels) < 2:
         return []
-    thick = np.array([p.thickness for p in panels]) * thickness_in_gap
+    thick = np.array([p.thickness for p in panels]) * (thickness_in_gap is not False)
     low = np.array([p.points.min(axis=0) for p in panels]) - thick[:, None] / 2
     high = np.array([p.points.max(axis=0) for p in panels]) + thick[:, None] / 2
     tolerance = 1e-9 * float(np.max(high - low))

@@ -191,7 +191,8 @@ def test_crossing_lines_are_those_of_all_with_all() -> None:
         (i, j) for i in range(80) for j in range(i + 1, 80) if all(0 < s < 1 for s in cut_at(lines[i], lines[j]))
     ]  # fmt: skip
     assert len(wanted) > 50
-    assert [tuple(pair) for pair in _crossing(start, end)] == wanted
+    found = _crossing(start[None], end[None], np.arange(80))
+    assert [tuple(pair) for pair in found[:, 1:]] == wanted
 
 
 @pytest.mark.nightly
