@@ -25,32 +25,32 @@ if TYPE_CHECKING:
     from fsm.api.result import Curve, Result
     from fsm.api.result import open_result as open
     from fsm.api.series import Series
+    from fsm.case.loading.load_case import LoadedCase, load_case
+    from fsm.case.loading.table import TableCase, load_table
+    from fsm.case.models.case import Expect, Release, Strip
+    from fsm.case.models.contact import Contact, Friction
+    from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
+    from fsm.case.models.lattice import Lattice
+    from fsm.case.models.loads import Drive, Load
+    from fsm.case.models.materials import FamilyCrease, LinearCrease, Material, SplineCrease
+    from fsm.case.models.membrane import Membrane, Tension, Vibration
+    from fsm.case.models.obstacle import Obstacle
+    from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
+    from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+    from fsm.case.models.sheet import Sheet
+    from fsm.case.models.sheet_parts import BarsOfSheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
+    from fsm.case.models.solve import Save, Solve
+    from fsm.case.models.steps import Step
+    from fsm.case.models.time_program import Constant, Cycle, Ramp, Table
+    from fsm.case.models.truss import SceneTruss
     from fsm.errors import CannotWrite, CaseError, EnergyAbort, ExpectationFailed, Fault, FsmError, NotConverged, NotInResult
+    from fsm.model.compile.compile import compile_scene
     from fsm.results.channel import Channel, ChannelInfo, Dim
     from fsm.results.solution import Layout, Record, Solution
     from fsm.results.store import read_solution
-    from fsm.run import run_case
-    from fsm.scene.case import Expect, Release, Strip
-    from fsm.scene.contact import Contact, Friction
-    from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
-    from fsm.scene.lattice import Lattice
-    from fsm.scene.load_case import LoadedCase, load_case
-    from fsm.scene.loads import Drive, Load
-    from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
-    from fsm.scene.membrane import Membrane, Tension, Vibration
-    from fsm.scene.obstacle import Obstacle
-    from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
-    from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-    from fsm.scene.sheet import Sheet
-    from fsm.scene.sheet_parts import BarsOfSheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
-    from fsm.scene.solve import Save, Solve
-    from fsm.scene.steps import Step
-    from fsm.scene.table import TableCase, load_table
-    from fsm.scene.time_program import Constant, Cycle, Ramp, Table
-    from fsm.scene.truss import SceneTruss
-    from fsm.segments.compile import compile_scene
+    from fsm.run.run_case import run_case
+    from fsm.run.table import run_table
     from fsm.solve.simulate import simulate
-    from fsm.table import run_table
 
     __version__: str
 
@@ -67,28 +67,28 @@ _MODULES = {
     "fsm.results.channel": ("Channel", "ChannelInfo", "Dim"),
     "fsm.results.solution": ("Layout", "Record", "Solution"),
     "fsm.results.store": ("read_solution",),
-    "fsm.run": ("run_case",),
-    "fsm.scene.case": ("Expect", "Release", "Strip"),
-    "fsm.scene.contact": ("Contact", "Friction"),
-    "fsm.scene.flexible": ("SceneBeam", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam"),
-    "fsm.scene.lattice": ("Lattice",),
-    "fsm.scene.load_case": ("LoadedCase", "load_case"),
-    "fsm.scene.loads": ("Drive", "Load"),
-    "fsm.scene.materials": ("FamilyCrease", "LinearCrease", "Material", "SplineCrease"),
-    "fsm.scene.membrane": ("Membrane", "Tension", "Vibration"),
-    "fsm.scene.obstacle": ("Obstacle",),
-    "fsm.scene.scene": ("Body", "ContactPair", "ForceElement", "Plate", "PlateGroup", "Scene", "Surface"),
-    "fsm.scene.scissor": ("BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"),
-    "fsm.scene.sheet": ("Sheet",),
-    "fsm.scene.sheet_parts": ("BarsOfSheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"),
-    "fsm.scene.solve": ("Save", "Solve"),
-    "fsm.scene.steps": ("Step",),
-    "fsm.scene.table": ("TableCase", "load_table"),
-    "fsm.scene.time_program": ("Constant", "Cycle", "Ramp", "Table"),
-    "fsm.scene.truss": ("SceneTruss",),
-    "fsm.segments.compile": ("compile_scene",),
+    "fsm.run.run_case": ("run_case",),
+    "fsm.case.models.case": ("Expect", "Release", "Strip"),
+    "fsm.case.models.contact": ("Contact", "Friction"),
+    "fsm.case.models.flexible": ("SceneBeam", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam"),
+    "fsm.case.models.lattice": ("Lattice",),
+    "fsm.case.loading.load_case": ("LoadedCase", "load_case"),
+    "fsm.case.models.loads": ("Drive", "Load"),
+    "fsm.case.models.materials": ("FamilyCrease", "LinearCrease", "Material", "SplineCrease"),
+    "fsm.case.models.membrane": ("Membrane", "Tension", "Vibration"),
+    "fsm.case.models.obstacle": ("Obstacle",),
+    "fsm.case.models.scene": ("Body", "ContactPair", "ForceElement", "Plate", "PlateGroup", "Scene", "Surface"),
+    "fsm.case.models.scissor": ("BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"),
+    "fsm.case.models.sheet": ("Sheet",),
+    "fsm.case.models.sheet_parts": ("BarsOfSheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"),
+    "fsm.case.models.solve": ("Save", "Solve"),
+    "fsm.case.models.steps": ("Step",),
+    "fsm.case.loading.table": ("TableCase", "load_table"),
+    "fsm.case.models.time_program": ("Constant", "Cycle", "Ramp", "Table"),
+    "fsm.case.models.truss": ("SceneTruss",),
+    "fsm.model.compile.compile": ("compile_scene",),
     "fsm.solve.simulate": ("simulate",),
-    "fsm.table": ("run_table",),
+    "fsm.run.table": ("run_table",),
 }
 """Public names by the module that defines them."""
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
@@ -109,7 +109,7 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        value: object = _import_module("fsm.version").fsm_version()
+        value: object = _import_module("fsm.io.version").fsm_version()
     elif name == "calibrate":  # this package can also be called as a function
         value = _import_module("fsm.calibrate")
     elif name in _HOME:

@@ -6,26 +6,19 @@ all that such a file imports from the package, also the units of its keys, the p
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from fsm.channels.offer import Model, Offer, State, offers
-from fsm.channels.rigid import motion_of_bodies
-from fsm.errors import CaseError, Fault
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
-from fsm.kernels.jit import kernel
-from fsm.laws.friction import FRICTION_LAWS as OWN_FRICTION_LAWS
-from fsm.laws.friction import FrictionLaw
-from fsm.laws.normal import NORMAL_LAWS, NormalLaw
-from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS, AddedBuilder, AddedLaw
-from fsm.results.channel import AXES, Dim
-from fsm.scene.case import Case
-from fsm.scene.coupling import OWN_COUPLINGS
-from fsm.scene.model import Model as Section
-from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.scene.units import (
+from fsm.case.models import scene as _scene
+from fsm.case.models.case import Case
+from fsm.case.models.coupling import OWN_COUPLINGS
+from fsm.case.models.scene import Body, ForceElement, Scene
+from fsm.case.schema import units as _units
+from fsm.case.schema.model import Model as Section
+from fsm.case.schema.units import (
     Acceleration,
     Angle,
     AngularDamping,
@@ -47,7 +40,15 @@ from fsm.scene.units import (
     Temperature,
     Time,
 )
-from fsm.segments.couplings import (
+from fsm.channels.offer import Model, Offer, State, offers
+from fsm.channels.rigid import motion_of_bodies
+from fsm.errors import CaseError, Fault
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
+from fsm.kernels.jit import kernel
+from fsm.laws.friction import FRICTION_LAWS as OWN_FRICTION_LAWS
+from fsm.laws.friction import FrictionLaw
+from fsm.laws.normal import NORMAL_LAWS, NormalLaw
+from fsm.model.elements.couplings import (
     ANGLES,
     DISSIPATED,
     EFFORTS,
@@ -58,8 +59,10 @@ from fsm.segments.couplings import (
     VISCOSITIES,
     Coupling,
 )
-from fsm.segments.law_elements import ElementLaw
-from fsm.segments.point_elements import PointKind
+from fsm.model.elements.law_elements import ElementLaw
+from fsm.model.elements.point_elements import PointKind
+from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS, AddedBuilder, AddedLaw
+from fsm.results.channel import AXES, Dim
 
 __all__ = [
     "ANGLES", "AXES", "DISSIPATED", "EFFORTS", "ENERGIES", "FIRST_PARAMETER", "SPEEDS", "STIFFNESSES", "VISCOSITIES",
@@ -71,6 +74,10 @@ __all__ = [
     "add_element_law", "add_friction_law", "add_point_element", "floats_1d", "floats_2d", "floats_3d", "kernel",
     "motion_of_bodies", "offers",
 ]  # fmt: skip
+
+# modules that extensions of earlier versions import
+sys.modules.setdefault("fsm.scene.scene", _scene)
+sys.modules.setdefault("fsm.scene.units", _units)
 
 Built = TypeVar("Built", bound=BaseModel)
 

@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any, Final, NamedTuple
 
 from fsm.errors import Fault
-from fsm.input_file import read_failure, read_input_file
+from fsm.io.input_file import read_failure, read_input_file
 
 _MOST_CODE = 2**20
 """Largest size of an extension, bytes."""

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-import fsm.run
-from fsm.plots.figures import remove_figures
+import fsm.run.run_case
 from fsm.results.solution import Solution
+from fsm.views.plots.figures import remove_figures
 
 # a shell that starts tests in the background ignores interrupts, and so would all processes that the tests interrupt
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -23,7 +23,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 settings.register_profile("fsm", deadline=None)  # the first call may compile kernels, and processors differ in speed
 settings.load_profile("fsm")
 
-_draw = fsm.run.draw
+_draw = fsm.run.run_case.draw
 
 
 def _no_figures(solution: Solution, out: Path, alone: bool = False) -> None:
@@ -34,7 +34,7 @@ def _no_figures(solution: Solution, out: Path, alone: bool = False) -> None:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
     """Runs of a test draw figures only if the test or its module has the mark `figures`; also runs in fixtures."""
-    fsm.run.draw = _draw if item.get_closest_marker("figures") else _no_figures
+    fsm.run.run_case.draw = _draw if item.get_closest_marker("figures") else _no_figures
     return (yield)
 
 

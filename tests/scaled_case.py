@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import BaseModel
 
 import fsm
-from fsm.scene.toml_text import tables_text
-from fsm.scene.units import Unit, parse_unit
+from fsm.case.loading.toml_text import tables_text
+from fsm.case.schema.units import Unit, parse_unit
 
 _KEPT = {"law", "gas_constant", "density", "duration"}
 """Fields that are written also if they have their default: laws, and defaults with a dimension."""

@@ -10,9 +10,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from fsm.scene.case import root
-from fsm.scene.key_facts import facts_of, section_of
-from fsm.scene.schema import Place
+from fsm.case.models.case import root
+from fsm.case.schema.key_facts import facts_of, section_of
+from fsm.case.schema.schema import Place
 
 PAGE = Path(__file__).parents[1] / "case_file.md"
 _TABLE = re.compile(r"^<!-- keys ?([\w.]*) -->\n\n((?:\|.*\n)*)", re.MULTILINE)

@@ -9,13 +9,13 @@ import numpy as np
 
 from fsm.analyses.comparison import Comparison, Statement
 from fsm.analyses.run_step import RunStep, States
+from fsm.model.plan.in_python import InPython
 from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
-from fsm.segments.in_python import InPython
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
+from fsm.solve.interface.system import System
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
-from fsm.system import System
 
 MODAL = "modal"
 """Name of the method of a reduced model."""
@@ -52,7 +52,7 @@ class Analysis(Protocol):
 
     @property
     def kernels(self) -> tuple[str, ...]:
-        """Names of the required kernels in `fsm.warm_up.KINDS`."""
+        """Names of the required kernels in `fsm.run.warm_up.KINDS`."""
         ...
 
     def initialise(self, warnings: list[str]) -> None:
@@ -161,7 +161,7 @@ class OneStep(Analysis, Protocol):
 
     def in_python(self) -> tuple[str, ...]:
         """See `Analysis`."""
-        from fsm.ancf.arrays_of import parts_in_python  # imports all kinds of elements
+        from fsm.model.nodes.system.arrays_of import parts_in_python  # imports all kinds of elements
 
         method, system = self.method()[0], cast(Any, self.system)
         own = getattr(system, "in_python", None) or InPython(parts_in_python(system))

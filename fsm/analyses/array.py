@@ -6,18 +6,18 @@ import math
 
 import numpy as np
 
-from fsm.ancf.bars import BarMaterial, BarMesh, BarNodes
-from fsm.ancf.end_to_end import end_to_end
-from fsm.ancf.group import ElementGroup
-from fsm.ancf.hinge import HingeGroup
-from fsm.ancf.latch import Latches
-from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.mesh import Mesh, node_pattern
-from fsm.ancf.scissor_system import ScissorSystem
-from fsm.scene.builders.scissor import Array, array_at
-from fsm.scene.materials import DAMPING, Material
-from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-from fsm.segments.time_function import time_function
+from fsm.case.derived.scissor import Array, array_at
+from fsm.case.models.materials import DAMPING, Material
+from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.model.bodies.time_function import time_function
+from fsm.model.nodes.beams.bars import BarMaterial, BarMesh, BarNodes
+from fsm.model.nodes.beams.end_to_end import end_to_end
+from fsm.model.nodes.beams.hinge import HingeGroup
+from fsm.model.nodes.beams.latch import Latches
+from fsm.model.nodes.group import ElementGroup
+from fsm.model.nodes.loading import Forcing, Loading
+from fsm.model.nodes.mesh import Mesh, node_pattern
+from fsm.model.nodes.system.scissor_system import ScissorSystem
 
 
 def compile_array(
@@ -30,7 +30,7 @@ def compile_array(
     stop: Stop | None = None,
     gravity: tuple[float, float] = (0.0, 0.0),
 ) -> ScissorSystem:
-    """System of an array with flexible bars, from a checked case (`fsm.scene.check_scissor`)."""
+    """System of an array with flexible bars, from a checked case (`fsm.case.checks.check_scissor`)."""
     array = array_at(scissor, scissor.initial_angle)
     damping = DAMPING if material.damping is None else material.damping
     bar_material = BarMaterial(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.system import System
+from fsm.solve.equations.newton import equilibrium, negative_pivots
+from fsm.solve.interface.system import System
 
 _RESTING = 1e-12
 """Distance to the equilibrium, relative to the size of an element or a radian, below which a configuration counts as the
@@ -20,7 +20,7 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
     """Stable equilibrium at a time near a configuration, or the configuration itself if it is one.
 
     The result of Newton's method is accepted if it is near and stable and no body has passed through a face. Otherwise the
-    energy is minimised without passing through faces (`fsm.solve.relax`), which ends in a stable state. If the
+    energy is minimised without passing through faces (`fsm.solve.equations.relax`), which ends in a stable state. If the
     minimisation takes too many iterations, for example for heavy panels with large displacements, a damped motion is
     integrated until it comes to rest. The minimisation then starts again from that state.
 
@@ -53,7 +53,7 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
         pass
     try:
         _reset(system, q, t, memory)
-        from fsm.solve.artificial_damping import come_to_rest
+        from fsm.solve.time.artificial_damping import come_to_rest
 
         return _downhill(system, come_to_rest(system, t, q), t, memory)
     except NotConverged as error:
@@ -61,7 +61,7 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
 
 
 def _downhill(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> np.ndarray:
-    from fsm.solve.relax import relaxed
+    from fsm.solve.equations.relax import relaxed
 
     _reset(system, q, t, memory)
     return relaxed(system, t, q, max_iterations=_ITERATIONS, watched=True).q

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.deploy import Deployment
-from fsm.scene.case import Case
+from fsm.case.models.case import Case
 
 
 def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None) -> Analysis:

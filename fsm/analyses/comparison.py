@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
+from fsm.case.models.case import Case
+from fsm.case.models.sheet import Sheet
+from fsm.case.models.solve import Solve
 from fsm.results.solution import Solution
-from fsm.scene.case import Case
-from fsm.scene.sheet import Sheet
-from fsm.scene.solve import Solve
 
 MOST_WORK = 5e9
 """Work of a run up to which "auto" compares, about five seconds: Newton iterations (or steps) times the square of the

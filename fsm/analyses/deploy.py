@@ -13,29 +13,29 @@ from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_me
 from fsm.analyses.deploy_warnings import DEEP, deploy_warnings, unstable_end
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
-from fsm.compile_case import compile_case, compile_planned, path_settings
+from fsm.case.models.case import Case
+from fsm.case.models.sheet import SHELLS
+from fsm.case.plan.start import start_of
 from fsm.errors import FsmError, NotConverged
+from fsm.model.compile.compile_case import compile_case, compile_planned, path_settings
+from fsm.model.elements.creases import CreaseGroup
+from fsm.model.elements.hysteresis import HysteresisGroup
+from fsm.model.elements.ligaments import LigamentGroup
+from fsm.model.faults.separate import shallowest
+from fsm.model.plan.plan import PlannedStep, plan_of
+from fsm.model.plan.save_times import save_times
+from fsm.model.system.step_system import system_in_step, whole_system
+from fsm.model.system.system import SegmentSystem
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import bent_energy, summarise, summarise_contacts, summarise_drives
 from fsm.results.solution import Layout, Solution
-from fsm.scene.case import Case
-from fsm.scene.sheet import SHELLS
-from fsm.scene.start import start_of
-from fsm.segments.creases import CreaseGroup
-from fsm.segments.hysteresis import HysteresisGroup
-from fsm.segments.ligaments import LigamentGroup
-from fsm.segments.plan import PlannedStep, plan_of
-from fsm.segments.save_times import save_times
-from fsm.segments.separate import shallowest
-from fsm.segments.step_system import system_in_step, whole_system
-from fsm.segments.system import SegmentSystem
-from fsm.shown_units import shown
-from fsm.solve.arc_length import ArcSettings
-from fsm.solve.linear import LinearSolver
-from fsm.solve.newton import negative_pivots
-from fsm.solve.run_io import Statistics
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.newton import negative_pivots
+from fsm.solve.interface.system import System
+from fsm.solve.outcome.run_io import Statistics
 from fsm.solve.settings import PathSettings, Settings
-from fsm.system import System
+from fsm.solve.statics.arc_length import ArcSettings
+from fsm.text.shown_units import shown
 
 _NAMED = 3
 _FEWER = 0.7
@@ -367,7 +367,7 @@ class Deployment(Analysis):
 
     def _folded(self, solution: Solution) -> dict[str, Any]:
         """Fractions of the rest angles that creases have reached with `sheet.fold_to`."""
-        from fsm.sheet_motion import folded_parts  # imports all parts of patterns
+        from fsm.analyses.sheet_motion import folded_parts  # imports all parts of patterns
 
         assert self.case.sheet is not None
         if not self.case.sheet.fold_to or self.scene.facets is None:

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.extrapolation_warnings import extrapolation_warnings
+from fsm.analyses.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.analyses.pulls import pull_warnings
-from fsm.panel_crossing import lattice_overlap, unwatched_crossings
-from fsm.report_text import count
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
+from fsm.model.plan.plan import Plan
+from fsm.model.system.system import SegmentSystem
 from fsm.results.quantities import in_motion
 from fsm.results.solution import Solution
-from fsm.scene.case import Case
-from fsm.scene.scene import Scene
-from fsm.segments.plan import Plan
-from fsm.segments.system import SegmentSystem
-from fsm.shown_units import shown
+from fsm.text.report_text import count
+from fsm.text.shown_units import shown
 
 _NAMED = 3
 """Largest number of pairs of panels named in a warning."""
@@ -59,7 +59,7 @@ def deploy_warnings(
     found += _crossed(unwatched_crossings(solution, scene), solution)
     found += _stretched(solution, case, system, same_throughout) + _torn(summary, case, system)
     if case.sheet is not None:
-        from fsm.sheet_motion import fold_warning  # imports all parts of patterns
+        from fsm.analyses.sheet_motion import fold_warning  # imports all parts of patterns
 
         found += fold_warning(solution, summary.get("folded", {}))
     meeting = lattice_overlap(solution, scene)

@@ -9,21 +9,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.analyses.film import FilmMesh
-from fsm.ancf.air import air_mass
-from fsm.ancf.build import FilmGrid
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
+from fsm.builders.strip import segment_lengths
+from fsm.case.derived.membrane import MeshLines
+from fsm.case.models.case import Case, Strip
+from fsm.case.models.materials import Crease, LinearCrease, SplineCrease
+from fsm.case.models.membrane import Deployed
 from fsm.errors import NotConverged
-from fsm.interpolation import interpolate
+from fsm.kernels.interpolation import interpolate
+from fsm.model.nodes.films.air import air_mass
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.system.build import FilmGrid
+from fsm.model.nodes.system.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
+from fsm.model.system.system import SegmentSystem
 from fsm.results.film import Floats
 from fsm.results.solution import Solution
-from fsm.scene.builders.membrane import MeshLines
-from fsm.scene.builders.strip import segment_lengths
-from fsm.scene.case import Case, Strip
-from fsm.scene.materials import Crease, LinearCrease, SplineCrease
-from fsm.scene.membrane import Deployed
-from fsm.segments.system import SegmentSystem
-from fsm.solve.relax import relaxed
+from fsm.solve.equations.relax import relaxed
 
 _SAME_PLACE = 1e-6
 """Distance, relative to the length of a panel, below which two mesh lines coincide."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.case.models.materials import SplineCrease
+from fsm.case.models.scene import ForceElement, Scene
+from fsm.model.elements.creases import CreaseGroup
+from fsm.model.system.system import SegmentSystem
 from fsm.results.solution import Solution
-from fsm.scene.materials import SplineCrease
-from fsm.scene.scene import ForceElement, Scene
-from fsm.segments.creases import CreaseGroup
-from fsm.segments.system import SegmentSystem
 
 _MARGIN = 0.01
 """Excess, relative to the range of angles, below which there is no warning (half a degree for a range of 50 degrees)."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.assembly.system import JoinedSystem
+from fsm.case.models.facet_mesh import MeshPoint
+from fsm.case.models.flexible_facets import FlexibleFacets
+from fsm.model.joined.system import JoinedSystem
+from fsm.model.system.system import SegmentSystem
 from fsm.results.solution import Solution
-from fsm.scene.patterns.facet_mesh import MeshPoint
-from fsm.scene.patterns.flexible_facets import FlexibleFacets
-from fsm.segments.system import SegmentSystem
 
 
 def mesh_point(system: SegmentSystem, point: MeshPoint, q: np.ndarray) -> np.ndarray:

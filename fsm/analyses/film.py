@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.ancf.air import air_mass
-from fsm.ancf.build import CableMaterial, FilmGrid, MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.mesh import Mesh
-from fsm.ancf.shape import membrane_shape
-from fsm.scene.builders.membrane import MeshLines, PlacedPatch, coarser_lines, finer_lines, mesh_lines, place_patches
-from fsm.scene.case import Case
-from fsm.scene.membrane import CornerCable, EdgeCable, Membrane, Support
+from fsm.case.derived.membrane import MeshLines, PlacedPatch, coarser_lines, finer_lines, mesh_lines, place_patches
+from fsm.case.models.case import Case
+from fsm.case.models.membrane import CornerCable, EdgeCable, Membrane, Support
+from fsm.model.nodes.films.air import air_mass
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.mesh import Mesh
+from fsm.model.nodes.shape import membrane_shape
+from fsm.model.nodes.system.build import CableMaterial, FilmGrid, MeshBuilder
 
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 """Signs of x and y at the corners, in order."""

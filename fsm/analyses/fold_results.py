@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from fsm.ancf.folds import FoldGroup
+from fsm.case.models.fold_data import FoldData
+from fsm.case.models.scene import Scene
+from fsm.model.nodes.facets.folds import FoldGroup
 from fsm.results.solution import Solution
-from fsm.scene.patterns.fold_data import FoldData
-from fsm.scene.scene import Scene
-from fsm.system_records import PreviousState
+from fsm.solve.interface.records import PreviousState
 
 
 @dataclass(frozen=True, eq=False)

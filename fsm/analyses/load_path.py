@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from fsm.model.system.system import SegmentSystem
 from fsm.results.solution import Solution
-from fsm.segments.system import SegmentSystem
-from fsm.solve.run_io import CurvePoint
+from fsm.solve.outcome.run_io import CurvePoint
 
 
 def static_load_path(
@@ -27,7 +27,7 @@ def static_load_path(
     Returns
     -------
     dict
-        Arrays as in `fsm.solve.arc_run.ArcRun.loads`; the dict is empty if no load changes in the step.
+        Arrays as in `fsm.solve.statics.arc_run.ArcRun.loads`; the dict is empty if no load changes in the step.
     """
     records = np.flatnonzero(solution.step == number)
     moving = {point.time for point in points if point.path % 2}

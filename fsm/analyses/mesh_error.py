@@ -22,8 +22,8 @@ import numpy as np
 
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.reduced import reduced_model
-from fsm.ancf.reduced import ReducedModel
-from fsm.ancf.system import AncfSystem
+from fsm.model.nodes.system.reduced import ReducedModel
+from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.modal import Modes
 
 _MODES = 40

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsm.ancf.system import AncfSystem
+from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.modal import Modes, modes
 
 

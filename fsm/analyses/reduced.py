@@ -13,17 +13,17 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.sparse.linalg import splu
 
 from fsm.analyses.analysis import MODAL
-from fsm.ancf.reduced import ModalResponse, ReducedModel
-from fsm.ancf.system import AncfSystem
 from fsm.errors import NotConverged
-from fsm.shown_units import shown
-from fsm.solve.energy_balance import EnergyBalance
+from fsm.model.nodes.system.reduced import ModalResponse, ReducedModel
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.interface.records import DriveState, Energy, Observation, PairState
 from fsm.solve.modal import Modes
-from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.stepwise_run import MEAN_FORCE
-from fsm.system_records import DriveState, Energy, Observation, PairState
+from fsm.solve.time.stepwise_run import MEAN_FORCE
+from fsm.text.shown_units import shown
 
 _PER_PERIOD = 60.0
 """Steps in a period of the highest mode."""

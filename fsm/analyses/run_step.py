@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from fsm.scene.steps import Kind
-from fsm.solve.arc_length import ArcSettings
+from fsm.case.models.steps import Kind
 from fsm.solve.settings import PathSettings, Settings
+from fsm.solve.statics.arc_length import ArcSettings
 
 States = dict[str, np.ndarray]
 """Poses, rates, nodes and memory at the end of a step, from which the next step begins."""
@@ -21,7 +21,7 @@ class RunStep:
 
     Attributes
     ----------
-    name, kind : see `fsm.scene.steps.Step`
+    name, kind : see `fsm.case.models.steps.Step`
     start, end : s
     method, reason : method of the solver, and the reason
     settings : settings of the solver; None if nothing is solved
@@ -51,7 +51,7 @@ class StepResult:
     counters : counters of the solver
     n_points : number of points of the curve at the end of the step
     events, frequencies : events, and natural frequencies in Hz
-    path : program time, stability and loads at all points of a path by arc length (`fsm.solve.arc_run`)
+    path : program time, stability and loads at all points of a path by arc length (`fsm.solve.statics.arc_run`)
     loads : size of every load at the end, and displacement of its point along the load since the start of the step
     """
 

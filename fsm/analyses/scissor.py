@@ -12,18 +12,18 @@ from scipy.interpolate import CubicSpline
 from fsm.analyses.analysis import OneStep, StatedErrors, Watch
 from fsm.analyses.array import compile_array
 from fsm.analyses.comparison import Statement
-from fsm.ancf.scissor_system import ScissorSystem
+from fsm.builders.scissor_bodies import build_bodies
+from fsm.case.checks.check_scissor import default_holds
+from fsm.case.derived.scissor import Array, array_at
+from fsm.case.models.case import Case
+from fsm.case.plan.record_count import record_count
 from fsm.errors import FsmError
+from fsm.model.compile.compile import compile_scene
+from fsm.model.nodes.system.scissor_system import ScissorSystem
+from fsm.model.system.system import SegmentSystem
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism, largest_differences
 from fsm.results.solution import Layout, Solution
-from fsm.scene.builders.scissor import Array, array_at
-from fsm.scene.builders.scissor_bodies import build_bodies
-from fsm.scene.case import Case
-from fsm.scene.check_scissor import default_holds
-from fsm.scene.record_count import record_count
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.run_io import SavedState, Statistics
+from fsm.solve.outcome.run_io import SavedState, Statistics
 from fsm.solve.settings import RHO_INF, PathSettings, Settings
 from fsm.solve.simulate import simulate
 

@@ -18,16 +18,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fsm.builders.strip import bending_stiffness
+from fsm.case.models.case import Strip
+from fsm.case.models.materials import Material
 from fsm.errors import NotConverged
 from fsm.kernels.rotation import multiply
+from fsm.model.system.system import SegmentSystem
 from fsm.results.solution import Solution
-from fsm.scene.builders.strip import bending_stiffness
-from fsm.scene.case import Strip
-from fsm.scene.materials import Material
-from fsm.segments.system import SegmentSystem
-from fsm.solve.linear import LinearSolver
-from fsm.solve.newton import negative_pivots
-from fsm.solve.status import Event
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.newton import negative_pivots
+from fsm.solve.outcome.status import Event
 
 _FACTOR = 2.0
 """Ratio of the stated error of the force to its first-order estimate."""

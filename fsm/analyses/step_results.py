@@ -14,9 +14,9 @@ from fsm.results.curve import ForceCurve
 from fsm.results.quantities import peaks
 from fsm.results.solution import Solution
 from fsm.results.step_data import StepModes
-from fsm.solve.run_io import CurvePoint, Statistics
-from fsm.solve.status import Event, Outcome
-from fsm.system import System
+from fsm.solve.interface.system import System
+from fsm.solve.outcome.run_io import CurvePoint, Statistics
+from fsm.solve.outcome.status import Event, Outcome
 
 _SUMMED = (
     "steps", "force_evaluations", "jacobian_evaluations", "factorisations", "newton_iterations", "wall_time", "rejected",

@@ -9,15 +9,15 @@ import numpy as np
 
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import CORNERS, FilmMesh, mean_strain
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.system import AncfSystem
-from fsm.ancf.wrinkle import corner_wrinkles, lifted
+from fsm.analyses.pretension import tensioned
+from fsm.case.models.case import Case
+from fsm.case.models.membrane import CornerCable, Support
 from fsm.errors import NotConverged
 from fsm.kernels.programs import CONSTANT
-from fsm.pretension import tensioned
-from fsm.scene.case import Case
-from fsm.scene.membrane import CornerCable, Support
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.films.wrinkle import corner_wrinkles, lifted
+from fsm.model.nodes.loading import Forcing, Loading
+from fsm.model.nodes.system.system import AncfSystem
 
 _IMPERFECTION = 0.1
 """Height of the initial waves without a closed form, relative to the thickness."""

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fsm.ancf.system import AncfSystem
 from fsm.errors import EnergyAbort, NotConverged
-from fsm.shown_units import shown
+from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from fsm.text.shown_units import shown
 
 _COMPARED = 80
 """Number of steps that are solved again; with the default step these take twice the duration of a pulse."""

@@ -19,24 +19,24 @@ from fsm.analyses.natural import natural_modes
 from fsm.analyses.reduced import ModelError, ReducedSolve, error_against_full, reduced_model
 from fsm.analyses.stretch import as_deployed, stretched
 from fsm.analyses.summary_errors import SummaryErrors, summary_errors
-from fsm.ancf.film import FilmStress, MembraneGroup
-from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.reduced import ReducedModel
-from fsm.ancf.system import AncfSystem
-from fsm.ancf.tension_state import TensionState, tension_state
+from fsm.case.models.case import Case
+from fsm.case.models.membrane import HalfSinePulse, Impact, MeasuredPulse, Vibration
+from fsm.case.plan.record_count import record_count
 from fsm.errors import CaseError, Fault, NotConverged
 from fsm.kernels.programs import Program, half_sine, rectangle, sampled
+from fsm.model.nodes.films.film import FilmStress, MembraneGroup
+from fsm.model.nodes.loading import Forcing, Loading
+from fsm.model.nodes.system.reduced import ReducedModel
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.model.nodes.system.tension_state import TensionState, tension_state
+from fsm.model.plan.save_times import save_times
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
 from fsm.results.vibration import frequency_warnings, summarise_vibration
-from fsm.scene.case import Case
-from fsm.scene.membrane import HalfSinePulse, Impact, MeasuredPulse, Vibration
-from fsm.scene.record_count import record_count
-from fsm.segments.save_times import save_times
 from fsm.solve.modal import Modes
-from fsm.solve.run_io import Statistics
+from fsm.solve.outcome.run_io import Statistics
 from fsm.solve.settings import PathSettings, Settings
-from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK
+from fsm.solve.time.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK
 
 _PER_PERIOD = 10.0
 """Default number of samples in a period of the highest requested mode."""

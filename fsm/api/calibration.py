@@ -145,7 +145,7 @@ class Calibrated:
         NotInResult
             There is no such figure, or the format of `out` is unknown.
         """
-        from fsm.plots.drawing import FORMATS
+        from fsm.views.plots.drawing import FORMATS
 
         chosen = name or next(iter(self._plots), "")
         if chosen not in self._plots:

@@ -8,15 +8,15 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fsm.case.loading.load_case import LoadedCase, load_tables
+from fsm.case.loading.overrides import Given, apply_overrides, check_path
+from fsm.case.loading.toml_file import is_too_deep, parse_toml, read_toml
+from fsm.case.schema.model import Model
 from fsm.errors import CaseError, ExpectationFailed
-from fsm.scene.load_case import LoadedCase, load_tables
-from fsm.scene.model import Model
-from fsm.scene.overrides import Given, apply_overrides, check_path
-from fsm.scene.toml_file import is_too_deep, parse_toml, read_toml
 
 if TYPE_CHECKING:
     from fsm.api.result import Result
-    from fsm.scene.sheet import Sheet
+    from fsm.case.models.sheet import Sheet
 
 _NAME = "case"
 """Name of a case without a file, in messages."""
@@ -83,7 +83,7 @@ class Case:
 
     Attributes
     ----------
-    model : fsm.scene.case.Case
+    model : fsm.case.models.case.Case
         All sections with values in SI.
     path : Path
         Case file, or the name "case".
@@ -175,7 +175,7 @@ class Case:
         CaseError
             Faults that are found only when the model is compiled.
         """
-        from fsm.describe import describe
+        from fsm.check.describe import describe
 
         try:
             return CaseCheck(tuple(describe(self.model)))
@@ -218,14 +218,14 @@ class Case:
         ExpectationFailed
             A number is outside its bounds in ``[expect]``; its attribute `result` is the complete result.
         """
-        from fsm.threads import one_thread
+        from fsm.io.threads import one_thread
 
         if channels is not None:
             patterns = [channels] if isinstance(channels, str) else list(channels)
             return self.set("save.channels", patterns).run(out, figures=figures, progress=progress, resume=resume)
         with one_thread():
             from fsm.api.result import Result
-            from fsm.run import run_case
+            from fsm.run.run_case import run_case
 
         kept = tempfile.TemporaryDirectory(prefix="fsm-") if out is None else None
         folder = Path(kept.name if kept else out)  # type: ignore[arg-type]
@@ -242,7 +242,7 @@ class Case:
 
     def write(self, path: str | Path) -> Path:
         """Write the complete case as a TOML file, which needs no other files; return its path."""
-        from fsm.atomic_write import atomic_write
+        from fsm.io.atomic_write import atomic_write
 
         with atomic_write(path) as part:
             part.write_text(self.text, encoding="utf-8")

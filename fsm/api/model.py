@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from fsm.api.case import Case, load
+from fsm.case.loading.overrides import check_path
+from fsm.case.models.case import root
+from fsm.case.schema.model import Model as Section
+from fsm.case.schema.schema import Place
 from fsm.errors import CaseError
-from fsm.scene.case import root
-from fsm.scene.model import Model as Section
-from fsm.scene.overrides import check_path
-from fsm.scene.schema import Place
 
 if TYPE_CHECKING:
     from fsm.api.case import CaseCheck

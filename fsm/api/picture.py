@@ -37,7 +37,7 @@ class Picture:
 
     def save(self, path: str | Path) -> Path:
         """Write the image; return its path."""
-        from fsm.atomic_write import atomic_write
+        from fsm.io.atomic_write import atomic_write
 
         with atomic_write(path) as part:
             part.write_bytes(self.data)
@@ -65,8 +65,8 @@ def draw_picture(solution: Solution, names: Sequence[str], what: Sequence[str], 
     NotInResult
         There is no such figure or channel, or the format of `out` is unknown.
     """
-    from fsm.plots.channels import plot_channels
-    from fsm.plots.figures import figures_of
+    from fsm.views.plots.channels import plot_channels
+    from fsm.views.plots.figures import figures_of
 
     figures = {name.removesuffix(".png"): (name, plot) for name, plot in figures_of(solution).items()}
     if not what and not figures:

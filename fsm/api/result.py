@@ -19,7 +19,7 @@ from fsm.results.all_channels import all_channels
 from fsm.results.channel import Channel, select_channels
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.summary_text import summary_lines
+from fsm.run.summary_text import summary_lines
 
 if TYPE_CHECKING:
     import pandas
@@ -150,7 +150,7 @@ class Result:
             The case has extensions, and the result was opened without ``allow_extensions=True``; nothing was executed.
         """
         import fsm
-        from fsm.scene.toml_file import parse_toml
+        from fsm.case.loading.toml_file import parse_toml
 
         source = self._solution or next(iter(self.stages.values())).solution
         name = str(self.path / _FILE)
@@ -293,7 +293,7 @@ class Result:
         CaseError
             `out` is not the name of an HTML file.
         """
-        from fsm.report.write import write_report
+        from fsm.views.report.write import write_report
 
         parts = [str(stage.path) for stage in self.stages.values()] or [str(self._file)]
         return write_report(parts, self.path / "report.html" if out is None else out, channels, title)
@@ -312,7 +312,7 @@ class Result:
         CaseError
             The format is unknown, the result has nothing to show, or a package is not installed.
         """
-        from fsm.exporters import export, numbered
+        from fsm.views.exporters import export, numbered
 
         if self.stages:
             targets = {name: None if out is None else numbered(Path(out), name, 2) for name in self.stages}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fsm.optional import optional_module
+from fsm.io.optional import optional_module
 from fsm.results.all_channels import all_channels
 from fsm.results.solution import Solution
 

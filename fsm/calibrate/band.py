@@ -19,10 +19,10 @@ from scipy.stats import norm
 from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import Response, force_response, peak_of
 from fsm.calibrate.uncertainty import Estimate
+from fsm.case.models.case import Case
 from fsm.errors import CaseError, FsmError
-from fsm.pool import run_jobs
-from fsm.scene.case import Case
-from fsm.short_repr import ShortRepr
+from fsm.run.pool import run_jobs
+from fsm.text.short_repr import ShortRepr
 
 
 @dataclass(frozen=True, repr=False)

@@ -28,16 +28,16 @@ from scipy.optimize import least_squares
 from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.report import Calibration, Options, Quantity
 from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples, laplace
+from fsm.case.models.loads import Load
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.case.models.time_program import Table as TimeTable
 from fsm.errors import CaseError, Fault
 from fsm.kernels import jit
-from fsm.plots.calibration import FitPlot, plot_fit
-from fsm.progress import Progress
-from fsm.scene.loads import Load
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.scene.time_program import Table as TimeTable
-from fsm.segments.compile import compile_scene
-from fsm.solve.linear import LinearSolver
-from fsm.solve.newton import equilibrium
+from fsm.model.compile.compile import compile_scene
+from fsm.run.progress import Progress
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.newton import equilibrium
+from fsm.views.plots.calibration import FitPlot, plot_fit
 
 QUANTITIES = {
     "force": "force",

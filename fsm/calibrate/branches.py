@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.calibrate.data import MeasuredTable
+from fsm.case.loading.csv_columns import first_row_faults
 from fsm.errors import CaseError, Fault
-from fsm.scene.csv_columns import first_row_faults
 
 FLAG_EXCLUDED = "excluded"
 FLAG_USED = "used; --without-flagged excludes it"

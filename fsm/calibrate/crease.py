@@ -24,10 +24,10 @@ from fsm.calibrate.crease_report import FAMILY, curve_plot, lines, numbers, quan
 from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.relaxation import calibrate_relaxation
 from fsm.calibrate.report import Calibration, Options
+from fsm.case.loading.crease_family import CreaseFamily, Relaxation, write_family
 from fsm.errors import CaseError, Fault
-from fsm.plots.calibration import CurvePlot, plot_curves, plot_loops, plot_residuals
-from fsm.progress import Progress
-from fsm.scene.crease_family import CreaseFamily, Relaxation, write_family
+from fsm.run.progress import Progress
+from fsm.views.plots.calibration import CurvePlot, plot_curves, plot_loops, plot_residuals
 
 QUANTITIES = {
     "angle": "angle",

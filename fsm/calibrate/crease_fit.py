@@ -12,8 +12,8 @@ from fsm.calibrate.branches import Sweep
 from fsm.calibrate.report import Options
 from fsm.calibrate.smoothing import GRID, MIN_POINTS, CurveFit, fit_curve, smoothing_for
 from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples
+from fsm.case.loading.crease_family import FamilyCurve
 from fsm.errors import CaseError, Fault
-from fsm.scene.crease_family import FamilyCurve
 
 _DRAWS = 1000
 """Bootstrap samples."""

@@ -12,8 +12,8 @@ from fsm.calibrate.branches import FLAG_EXCLUDED, FLAG_USED, Flag, Sweep
 from fsm.calibrate.crease_fit import Branch, FittedCurve, gap_covariance
 from fsm.calibrate.report import Options, Quantity
 from fsm.calibrate.uncertainty import Estimate
-from fsm.plots.calibration import CurvePlot
-from fsm.scene.crease_family import CreaseFamily, time_text
+from fsm.case.loading.crease_family import CreaseFamily, time_text
+from fsm.views.plots.calibration import CurvePlot
 
 FAMILY = "crease.h5"
 """Name of the family file."""

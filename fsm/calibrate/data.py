@@ -23,11 +23,19 @@ from typing import Any
 
 import numpy as np
 
+from fsm.case.loading.csv_columns import (
+    cells_of,
+    columns_of,
+    first_row_faults,
+    headings_of,
+    number_in,
+    separator_of,
+    text_rows,
+)
+from fsm.case.loading.toml_file import read_toml
+from fsm.case.schema.faults import unknown_key
+from fsm.case.schema.units import did_you_mean, to_si, with_unit
 from fsm.errors import CaseError, Fault
-from fsm.scene.csv_columns import cells_of, columns_of, first_row_faults, headings_of, number_in, separator_of, text_rows
-from fsm.scene.faults import unknown_key
-from fsm.scene.toml_file import read_toml
-from fsm.scene.units import did_you_mean, to_si, with_unit
 
 SI = {"length": "m", "force": "N", "angle": "rad", "moment": "N m", "time": "s", "number": "", "branch": ""}
 """SI unit of every kind of quantity."""

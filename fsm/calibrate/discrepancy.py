@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-from fsm.short_repr import ShortRepr
+from fsm.text.short_repr import ShortRepr
 
 _WHITE_NOISE = 0.4
 """Sign changes per interval above which residuals count as independent; independent residuals have 0.5 on average."""

@@ -21,14 +21,14 @@ from fsm.calibrate.report import Calibration, Options, quantities_of
 from fsm.calibrate.response import force_response
 from fsm.calibrate.study import MeasuredCurve, Predict, Study, read_study
 from fsm.calibrate.uncertainty import Estimate
+from fsm.case.loading.load_case import load_case
+from fsm.case.loading.toml_file import read_toml
+from fsm.case.models.case import Case
+from fsm.case.schema.units import to_si
 from fsm.errors import CaseError, Fault
 from fsm.kernels import jit
-from fsm.plots.identification import TestPlot, plot_tests
-from fsm.progress import Progress
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
-from fsm.scene.toml_file import read_toml
-from fsm.scene.units import to_si
+from fsm.run.progress import Progress
+from fsm.views.plots.identification import TestPlot, plot_tests
 
 QUANTITIES = {"displacement": "length", "force": "force", "half_band": "force", "repeat": "number"}
 _REWEIGHTINGS, _MIN_VARIANCE = 10, 1e-6

@@ -26,8 +26,8 @@ from fsm.calibrate.discrepancy import LinearisedTest, ParameterSpread, parameter
 from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.response import Response, force_response
 from fsm.calibrate.uncertainty import Estimate, fit_gain, identifiability
+from fsm.case.models.case import Case
 from fsm.errors import CaseError, Fault, FsmError
-from fsm.scene.case import Case
 
 _UNSOLVED = 1e3
 """Weighted residual of parameters for which the case cannot be solved."""

@@ -7,9 +7,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from fsm.case.models.case import Case, root
+from fsm.case.schema.schema import Place
 from fsm.errors import CaseError, Fault
-from fsm.scene.case import Case, root
-from fsm.scene.schema import Place
 
 
 def value_at(case: Case, path: str) -> float:

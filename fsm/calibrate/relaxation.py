@@ -20,9 +20,9 @@ from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.report import Calibration, Options, Quantity
 from fsm.calibrate.smoothing import bin_points
 from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples, laplace
+from fsm.case.loading.crease_family import time_text
 from fsm.errors import CaseError, Fault
-from fsm.plots.calibration import FitPlot, plot_fit
-from fsm.scene.crease_family import time_text
+from fsm.views.plots.calibration import FitPlot, plot_fit
 
 QUANTITIES = {"angle": "angle", "time": "time", "repeat": "number"}
 NAMES = ("theta_r0", "A", "log tau")

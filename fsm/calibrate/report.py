@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from fsm.atomic_write import file_to_replace
-from fsm.provenance import provenance
+from fsm.io.atomic_write import file_to_replace
+from fsm.io.provenance import provenance
 
 REPORT = "calibration.json"
 """Name of the report file."""

@@ -8,19 +8,19 @@ from typing import Literal
 
 import numpy as np
 
+from fsm.builders.scene import build_scene
 from fsm.calibrate.sensitivity import PathSensitivity, vary_parameters
-from fsm.compile_case import path_settings
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
+from fsm.case.plan.method_selection import automatic_method
 from fsm.errors import CaseError, Fault
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.method_selection import automatic_method
-from fsm.scene.scene import Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.hysteresis import HysteresisGroup
-from fsm.segments.system import SegmentSystem
-from fsm.short_repr import ShortRepr
-from fsm.solve.newton import equilibrium
-from fsm.solve.static import follow
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_case import path_settings
+from fsm.model.elements.hysteresis import HysteresisGroup
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.equations.newton import equilibrium
+from fsm.solve.statics.static import follow
+from fsm.text.short_repr import ShortRepr
 
 _FIRST_LOOK_BACK = 10
 """Number of states before the peak at which rate-dependent derivatives begin; doubled until the start error is small."""

@@ -24,15 +24,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from fsm.blocks import BlockMatrix
+from fsm.builders.scene import build_scene
 from fsm.calibrate.parameters import value_at, with_values
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
 from fsm.errors import CaseError, Fault
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.scene import Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.system_records import PreviousState
+from fsm.kernels.blocks import BlockMatrix
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.interface.records import PreviousState
 
 _RELATIVE_STEP = 1e-6
 """Relative step of a parameter in the central differences."""

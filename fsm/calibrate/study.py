@@ -7,11 +7,11 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from fsm.case.loading.toml_file import read_toml
+from fsm.case.schema.faults import dotted, unknown_key
+from fsm.case.schema.model import Model
+from fsm.case.schema.units import Count, Force, Length, Number
 from fsm.errors import CaseError, Fault
-from fsm.scene.faults import dotted, unknown_key
-from fsm.scene.model import Model
-from fsm.scene.toml_file import read_toml
-from fsm.scene.units import Count, Force, Length, Number
 
 Value = float | str
 """Number in the case's units, or text with a unit."""

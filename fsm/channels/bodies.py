@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from fsm.builders.sheet.beside_sheet import points_on_facets
+from fsm.case.schema.known_names import nearest_name
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import in_space, motion_of_bodies, placed, positions, quaternions, rotated, rotation_since
 from fsm.errors import CaseError, Fault
+from fsm.model.system.system import SegmentSystem
 from fsm.results.channel import AXES, Dim
-from fsm.scene.builders.beside_sheet import points_on_facets
-from fsm.scene.known_names import nearest_name
-from fsm.segments.system import SegmentSystem
 
 _QUATERNION = Dim("quaternion", ("w", "x", "y", "z"), "1", "component of the unit quaternion, scalar part first")
 

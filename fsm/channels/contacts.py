@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fsm.channels.offer import Model, Offer, State, offers
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.contact.sheets.sheet_contacts import SheetContacts
 from fsm.results.all_channels import CONTACT_QUANTITIES
 from fsm.results.channel import Dim
 from fsm.results.quantities import FACET_FORCES
-from fsm.segments.contacts import ContactGroup
-from fsm.segments.sheet_contacts import SheetContacts
 
 
 @offers

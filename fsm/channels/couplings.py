@@ -8,8 +8,8 @@ import numpy as np
 
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import placed
+from fsm.model.elements.couplings import CouplingGroup
 from fsm.results.channel import Dim
-from fsm.segments.couplings import CouplingGroup
 
 Values = dict[str, tuple[np.ndarray, np.ndarray]]
 

@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from fsm.case.models.scene import ForceElement
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import in_space, past_of, placed, positions, quaternions, rotated
 from fsm.laws.crease import crease_moment
+from fsm.model.bodies.group import PreviousPoses
+from fsm.model.elements.actuators import ActuatorGroup
+from fsm.model.elements.creases import CreaseGroup
+from fsm.model.elements.element_angles import initial_twists, rest_twists, side_of
+from fsm.model.elements.elements import BushingGroup
+from fsm.model.elements.hysteresis import HysteresisGroup
+from fsm.model.elements.law_elements import LawGroup
+from fsm.model.elements.ligaments import LigamentGroup
 from fsm.results.channel import AXES, Dim
-from fsm.scene.scene import ForceElement
-from fsm.segments.actuators import ActuatorGroup
-from fsm.segments.creases import CreaseGroup
-from fsm.segments.element_angles import initial_twists, rest_twists, side_of
-from fsm.segments.elements import BushingGroup
-from fsm.segments.group import PreviousPoses
-from fsm.segments.hysteresis import HysteresisGroup
-from fsm.segments.law_elements import LawGroup
-from fsm.segments.ligaments import LigamentGroup
 
 Values = dict[str, np.ndarray]
 

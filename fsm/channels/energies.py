@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from fsm.channels.offer import Model, Offer, State, offers
+from fsm.model.bodies.loads import GravityGroup
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.elements.element_group import ElementGroup
+from fsm.model.elements.elements import BushingGroup
+from fsm.model.elements.law_elements import LawGroup
 from fsm.results.solution import ENERGIES
-from fsm.segments.contacts import ContactGroup
-from fsm.segments.element_group import ElementGroup
-from fsm.segments.elements import BushingGroup
-from fsm.segments.law_elements import LawGroup
-from fsm.segments.loads import GravityGroup
 
 
 @offers

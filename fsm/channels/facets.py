@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fsm.analyses.facet_results import mesh_point
-from fsm.assembly.pressure import Pressure
-from fsm.assembly.system import JoinedSystem
+from fsm.case.models.facet_mesh import MeshPoint
+from fsm.case.models.loads import Load
+from fsm.case.plan.step_items import loads_of
 from fsm.channels.offer import Model, Offer, State, offers
+from fsm.model.joined.pressure import Pressure
+from fsm.model.joined.system import JoinedSystem
 from fsm.results.channel import AXES
-from fsm.scene.loads import Load
-from fsm.scene.patterns.facet_mesh import MeshPoint
-from fsm.scene.step_items import loads_of
 
 
 @offers

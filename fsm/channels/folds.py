@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.analyses.fold_results import folds_of
 from fsm.channels.offer import Model, Offer, State, offers
-from fsm.segments.element_angles import side_of
+from fsm.model.elements.element_angles import side_of
 
 
 @offers

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from fsm.assembly.gas import GasState
-from fsm.assembly.panel_gas import PanelGasSystem
-from fsm.assembly.system import JoinedSystem
 from fsm.channels.offer import Model, Offer, State, offers
+from fsm.model.joined.gas import GasState
+from fsm.model.joined.panel_gas import PanelGasSystem
+from fsm.model.joined.system import JoinedSystem
 
 _QUANTITIES = {
     "pressure": ("Pa", "absolute pressure of the gas"),

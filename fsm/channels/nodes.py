@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from fsm.ancf.cable import CableGroup
-from fsm.ancf.film import MembraneGroup
-from fsm.ancf.hinge import HingeGroup
-from fsm.ancf.scissor_system import ScissorSystem
+from fsm.case.derived.scissor import array_at
 from fsm.channels.offer import Model, Offer, State, offers
+from fsm.model.nodes.beams.hinge import HingeGroup
+from fsm.model.nodes.cable import CableGroup
+from fsm.model.nodes.films.film import MembraneGroup
+from fsm.model.nodes.system.scissor_system import ScissorSystem
 from fsm.results.channel import AXES, Dim
-from fsm.scene.builders.scissor import array_at
 
 _PRINCIPAL = Dim("principal_axis", ("larger", "smaller"), "1", "principal stress resultant")
 

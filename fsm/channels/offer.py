@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.film import FilmMesh
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
+from fsm.model.plan.plan import Plan
 from fsm.results.channel import ChannelInfo, Dim
-from fsm.scene.case import Case
-from fsm.scene.scene import Scene
-from fsm.segments.plan import Plan
-from fsm.short_repr import ShortRepr
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
+from fsm.text.short_repr import ShortRepr
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.channels.offer import State
 from fsm.kernels.rotation import multiply, rotate_by
-from fsm.segments.group import PreviousPoses
+from fsm.model.bodies.group import PreviousPoses
 
 
 def placed(state: State) -> tuple[np.ndarray, np.ndarray]:

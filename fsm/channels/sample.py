@@ -9,15 +9,15 @@ import numpy as np
 
 from fsm.analyses.scissor import ScissorArray
 from fsm.analyses.vibrate import VibrationAnalysis
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case
 from fsm.channels.offer import Model, Offer, State, offers_of
-from fsm.compile_case import compile_whole
 from fsm.errors import CaseError
+from fsm.model.compile.compile_case import compile_whole
+from fsm.model.plan.plan import plan_of
+from fsm.model.system.step_system import whole_system
 from fsm.results.channel import ChannelInfo, select_channels
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.segments.plan import plan_of
-from fsm.segments.step_system import whole_system
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
 
 _LISTED = 20
 """Largest number of names that `fsm check` lists."""

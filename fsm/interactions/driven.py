@@ -1,4 +1,6 @@
-"""Bodies with a prescribed motion, for kernels: poses, rates and reactions; see `fsm.segments.turns` for the equations."""
+"""Bodies with a prescribed motion, for kernels: poses, rates and reactions; see `fsm.model.bodies.turns` for the
+equations.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,7 @@ class Driven(NamedTuple):
     start : (m, 3 or 7) array
         Poses without travel.
     scale : (n_motions,) array
-        Divisors that convert forces of motions to N; see `fsm.scales.Scales`.
+        Divisors that convert forces of motions to N; see `fsm.solve.interface.scales.Scales`.
     """
 
     programs: Pieces

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.shapes import BlockIndex
+from fsm.interactions.contact.shapes import BlockIndex
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.contact.shapes import BlockIndex
 from fsm.interactions.hinge_spatial import rotation_derivatives
 from fsm.interactions.pose_planar import MeasureTangents
-from fsm.interactions.shapes import BlockIndex
 from fsm.interactions.swing_twist import increments, relative_quaternion, swing_measures, twist_measure
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.blocks import BlockPattern, Elimination
 from fsm.kernels.addresses import integers_1d
 from fsm.kernels.block_lu import MAX_ERROR, REFINE_ABOVE, SYMMETRY_TOLERANCE, factorise, is_symmetric, solve_refined
+from fsm.kernels.blocks import BlockPattern, Elimination
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 

@@ -35,7 +35,7 @@ from numba.core.runtime import rtsys
 from numba.core.types import containers
 from numba.core.types.misc import unliteral
 
-from fsm.gc_startup import keep_garbage
+from fsm.io.gc_startup import keep_garbage
 from fsm.kernels.cache_folder import (
     OPTIONS,
     cache_folder,

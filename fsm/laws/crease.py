@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interpolation import PiecewiseCubic, hermite_cubic, interpolate
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.interpolation import PiecewiseCubic, hermite_cubic, interpolate
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 

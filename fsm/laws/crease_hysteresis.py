@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interpolation import hermite_cubic, monotone_slopes
+from fsm.kernels.interpolation import hermite_cubic, monotone_slopes
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 from fsm.laws.crease import MomentCurve, curve_from_cubic

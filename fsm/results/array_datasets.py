@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.hdf5_checked import names_in, numbers_in
+from fsm.io.hdf5_checked import names_in, numbers_in
 from fsm.results.array import ArrayMotion, PointMotion
 from fsm.results.datasets import add_data, add_scale
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.hdf5_checked import attribute, fixed_text, write_attribute
+from fsm.io.hdf5_checked import attribute, fixed_text, write_attribute
 
 SUFFIX = "_json"
 

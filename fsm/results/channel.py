@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.atomic_write import atomic_write
 from fsm.errors import Fault
-from fsm.short_repr import ShortRepr
+from fsm.io.atomic_write import atomic_write
+from fsm.text.short_repr import ShortRepr
 
 MOST_CHANNELS = 10_000
 """Largest number of channels of a run; each one is a dataset of the results file."""

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from fsm.atomic_write import atomic_write
 from fsm.errors import CaseError
-from fsm.hdf5_checked import attribute, fixed_text, numbers_in, written_from_memory
+from fsm.io.atomic_write import atomic_write
+from fsm.io.hdf5_checked import attribute, fixed_text, numbers_in, written_from_memory
 from fsm.results.attributes import read_attributes, write_attributes
 from fsm.results.store import open_hdf5
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fsm.results.film import Floats, Integers
-from fsm.short_repr import ShortRepr
+from fsm.text.short_repr import ShortRepr
 
 if TYPE_CHECKING:
-    from fsm.solve.run_io import CurvePoint
+    from fsm.solve.outcome.run_io import CurvePoint
 
 MAX_POINTS = 4000
 """Approximate number of curve points in a results file, at most."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from h5py import h5d, h5ds, h5p, h5s, h5t
 
-from fsm.hdf5_checked import kinds_of, names_in, numbers_in, space_of, write_attribute
+from fsm.io.hdf5_checked import kinds_of, names_in, numbers_in, space_of, write_attribute
 from fsm.results.attributes import write_attributes
 from fsm.results.curve import ForceCurve
 from fsm.results.film import STATES, Film, ProbeSamples

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.atomic_write import atomic_write
+from fsm.io.atomic_write import atomic_write
 from fsm.results.film import Floats
 from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Solution

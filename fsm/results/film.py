@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fsm.short_repr import ShortRepr
+from fsm.text.short_repr import ShortRepr
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

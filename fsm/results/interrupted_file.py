@@ -12,7 +12,7 @@ import io
 import struct
 from pathlib import Path
 
-from fsm.hdf5_checked import SIGNATURE
+from fsm.io.hdf5_checked import SIGNATURE
 
 SUPERBLOCK = struct.Struct("<8sBBBBQQQQ")
 """First block: signature, version (3), sizes (offsets, lengths), marks, base, extension, end, root; a checksum follows."""

@@ -66,8 +66,8 @@ def peaks(curve: ForceCurve) -> Peaks:
     """Quasi-static and dynamic peaks of a force curve.
 
     A force is quasi-static on an equilibrium path, and in a motion whose inertial forces are small compared with it
-    (`fsm.solve.run_io.inertia_counts`). After a snap it is quasi-static once the motion is near a stable equilibrium.
-    Dynamic forces within the start-up phase (`START_UP`) are ignored.
+    (`fsm.solve.outcome.run_io.inertia_counts`). After a snap it is quasi-static once the motion is near a stable
+    equilibrium. Dynamic forces within the start-up phase (`START_UP`) are ignored.
 
     Raises
     ------

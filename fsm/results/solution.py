@@ -17,8 +17,8 @@ from fsm.results.channel import Channel, ChannelInfo
 from fsm.results.curve import ForceCurve
 from fsm.results.film import Film, Floats, Integers, ProbeSamples
 from fsm.results.step_data import LoadPath, StepModes
-from fsm.short_repr import ShortRepr
-from fsm.shown_units import travel_text
+from fsm.text.short_repr import ShortRepr
+from fsm.text.shown_units import travel_text
 
 FILM, LINE, BEAM = -1, -2, -3
 """Values of `panel` for other quads of a scene: films, lines of cables (quads without width), and beams."""

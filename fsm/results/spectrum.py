@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from fsm.results.film import Floats
-from fsm.short_repr import ShortRepr
+from fsm.text.short_repr import ShortRepr
 
 _BINS = 4.0
 """Half width, in bins, of the frequency range of the fit about the highest bin of the spectrum."""

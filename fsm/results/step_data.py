@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from fsm.atomic_write import atomic_write
-from fsm.hdf5_checked import names_in, numbers_in
-from fsm.load_names import load_units
+from fsm.io.atomic_write import atomic_write
+from fsm.io.hdf5_checked import names_in, numbers_in
 from fsm.results.datasets import add_data, add_scale
-from fsm.short_repr import ShortRepr
+from fsm.text.load_names import load_units
+from fsm.text.short_repr import ShortRepr
 
 
 @dataclass(frozen=True, repr=False)

@@ -47,7 +47,7 @@ import h5py
 import numpy as np
 
 from fsm.errors import CaseError
-from fsm.hdf5_checked import READ_ERRORS, attribute, check_contents, has_checksums, names_in, numbers_in, text_in
+from fsm.io.hdf5_checked import READ_ERRORS, attribute, check_contents, has_checksums, names_in, numbers_in, text_in
 from fsm.results.array_datasets import read_array
 from fsm.results.attributes import read_attributes
 from fsm.results.channel import Channel, ChannelInfo, Dim

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fsm.atomic_write import atomic_write
 from fsm.errors import CaseError
+from fsm.io.atomic_write import atomic_write
 
 SUMMARY = "summary.json"
 """Name of the summary file; a folder that has it holds a solved case."""

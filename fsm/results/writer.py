@@ -15,9 +15,9 @@ from typing import Any, Self
 import h5py
 import numpy as np
 
-from fsm.atomic_write import atomic_write
 from fsm.errors import CannotWrite, CaseError, FsmError, NotConverged
-from fsm.hdf5_checked import close_discarding, fixed_text, is_finite, written_from_memory
+from fsm.io.atomic_write import atomic_write
+from fsm.io.hdf5_checked import close_discarding, fixed_text, is_finite, written_from_memory
 from fsm.results.array_datasets import write_array
 from fsm.results.attributes import write_attributes
 from fsm.results.channel import Dim

@@ -18,10 +18,10 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
-from fsm.solve.linear import LinearSolver
-from fsm.system import System
+from fsm.kernels.blocks import BlockMatrix
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.interface.system import System
 
 _DENSE_SIZE = 60
 """Largest number of unknowns for the dense solver."""
@@ -94,7 +94,7 @@ def modes(system: System, t: float, q: np.ndarray, count: int = 10, shift: float
     t : s
         Time at which loads and drives are evaluated.
     q : (nq,) array
-        Equilibrium there; see `fsm.solve.newton.equilibrium`.
+        Equilibrium there; see `fsm.solve.equations.newton.equilibrium`.
     count : number of modes; at most nu are returned
     shift : rad^2/s^2
         Selects the modes with omega^2 nearest to this value; absent: the modes with the lowest omega^2, negative values

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.solve.energy_balance import JUDGED_FROM
-from fsm.system_records import DriveState
+from fsm.solve.interface.records import DriveState
+from fsm.solve.outcome.energy_balance import JUDGED_FROM
 
 RHO_INF = 0.6
 """Default spectral radius of generalized-alpha at infinite frequency."""
@@ -16,7 +16,7 @@ RHO_INF = 0.6
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of time integration; see `fsm.scene.case.Solve`.
+    """Settings of time integration; see `fsm.case.models.case.Solve`.
 
     Attributes
     ----------

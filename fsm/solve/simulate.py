@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run import Run
-from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
+from fsm.solve.interface.system import System
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
-from fsm.solve.static import follow
-from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK, StepwiseRun
-from fsm.system import System
+from fsm.solve.statics.static import follow
+from fsm.solve.time.run import Run
+from fsm.solve.time.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK, StepwiseRun
 
 
 def simulate(
@@ -45,7 +45,7 @@ def simulate(
         return follow(system, settings, save_times, on_save, on_step, start, energy_balance, points, after)
     kind: type[Run] = StepwiseRun
     if settings.method not in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE):
-        from fsm.solve.dense_run import DenseRun  # imports SciPy's integrators
+        from fsm.solve.time.dense_run import DenseRun  # imports SciPy's integrators
 
         kind = DenseRun
     initial_state = InitialState(start, energy_balance, [] if points is None else points, after)

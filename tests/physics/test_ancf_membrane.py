@@ -7,16 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from fsm.ancf.air import air_mass
-from fsm.ancf.build import FilmGrid, MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Loading, SupportMotion
-from fsm.ancf.reduced import ReducedModel
-from fsm.ancf.system import AncfSystem
+from fsm.analyses.pretension import tensioned
 from fsm.kernels.programs import ramp
-from fsm.pretension import tensioned
+from fsm.model.nodes.films.air import air_mass
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.loading import Loading, SupportMotion
+from fsm.model.nodes.system.build import FilmGrid, MeshBuilder
+from fsm.model.nodes.system.reduced import ReducedModel
+from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.modal import modes
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

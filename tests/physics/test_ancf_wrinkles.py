@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.ancf.build import CableMaterial, MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.system import AncfSystem
-from fsm.ancf.tension_state import tension_state
-from fsm.ancf.wrinkle import strip_wrinkles
+from fsm.analyses.pretension import settled, tensioned
 from fsm.kernels.programs import ramp
-from fsm.pretension import settled, tensioned
-from fsm.solve.newton import negative_pivots
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.films.wrinkle import strip_wrinkles
+from fsm.model.nodes.loading import Forcing, Loading
+from fsm.model.nodes.system.build import CableMaterial, MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.model.nodes.system.tension_state import tension_state
+from fsm.solve.equations.newton import negative_pivots
 from validation.membrane.strip import FILM, HEIGHT, SHEAR, sheared_strip, wrinkled_strip
 
 

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from fsm.analyses.choose import analysis_of
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.scene import build_scene
+from fsm.builders.sheet.sheet_bars import bar_areas
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.builders.sheet_bars import bar_areas
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
-from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.run.run_case import run_case
 
 KRESLING = Path(__file__).parents[2] / "folding_cases" / "kresling" / "case.toml"
 MIURA = """

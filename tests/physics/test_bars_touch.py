@@ -11,12 +11,12 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import fsm
-from fsm.compile_case import compile_case
+from fsm.builders.patterns.generators import kresling, miura_tube
+from fsm.case.pattern_files.pattern import Pattern
+from fsm.model.compile.compile_case import compile_case
 from fsm.results.quantities import contact_rows
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.scene.patterns.generators import kresling, miura_tube
-from fsm.scene.patterns.pattern import Pattern
 
 A, B, SECTOR = 0.04, 0.06, math.radians(70.0)
 COLUMNS = 3

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from fsm.analyses.deploy import Deployment
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.loads import Drive
 from fsm.errors import CaseError, NotConverged
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.plan.plan import plan_of
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.scene.loads import Drive
-from fsm.segments.plan import plan_of
+from fsm.run.run_case import run_case
 from fsm.solve.settings import PathSettings
 
 BLOCK = """

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.case.loading.load_case import load_case
+from fsm.cli.command_line import cli
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 STIFFNESS = 9e-3
 STRIP = f"""

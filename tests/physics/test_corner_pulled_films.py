@@ -12,15 +12,15 @@ import pytest
 
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.natural import natural_modes
+from fsm.analyses.pretension import settled
 from fsm.analyses.vibrate import VibrationAnalysis
-from fsm.ancf.cable import CableGroup
-from fsm.ancf.film import MembraneGroup
+from fsm.case.loading.load_case import load_case
 from fsm.errors import CaseError, NotConverged
-from fsm.pretension import settled
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.model.nodes.cable import CableGroup
+from fsm.model.nodes.films.film import MembraneGroup
+from fsm.run.run_case import run_case
+from fsm.solve.equations.newton import negative_pivots
 from fsm.solve.modal import Modes
-from fsm.solve.newton import negative_pivots
 
 SAIL = """
 analysis = "vibrate"

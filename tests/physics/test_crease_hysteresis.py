@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from fsm.scene.loads import Load
-from fsm.scene.materials import SplineCrease
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.scene.time_program import Table
-from fsm.segments.compile import compile_scene
-from fsm.segments.hysteresis import HysteresisGroup
-from fsm.segments.system import SegmentSystem
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import SavedState
+from fsm.case.models.loads import Load
+from fsm.case.models.materials import SplineCrease
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.case.models.time_program import Table
+from fsm.model.compile.compile import compile_scene
+from fsm.model.elements.hysteresis import HysteresisGroup
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 ANGLE = np.radians(np.linspace(0.0, 80.0, 41))
 LOADING = 4e-3 * np.sin(ANGLE)

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.analyses.sheet_motion import sheet_of, vertices_of
+from fsm.builders.patterns.cuts import open_cuts
+from fsm.builders.patterns.flexible_mesh import flexible_mesh
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.case.loading.load_case import load_case
+from fsm.case.pattern_files.fold_file import read_fold
+from fsm.cli.command_line import cli
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.scene.patterns.cuts import open_cuts
-from fsm.scene.patterns.flexible_mesh import flexible_mesh
-from fsm.scene.patterns.fold_file import read_fold
-from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.sheet_motion import sheet_of, vertices_of
+from fsm.run.run_case import run_case
 
 SIDES = [(-4, 0), (60, 0), (100, 0), (100, 20), (100, 40), (60, 40), (4, 40), (0, 20)]
 CUT: dict[str, Any] = {

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import NotConverged
-from fsm.segments.drive import run_up
+from fsm.model.bodies.drive import run_up
 from tests.physics.test_steps import BLOCK, run
 
 HEAD = """

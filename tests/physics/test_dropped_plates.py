@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fsm.case.loading.load_case import load_case
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "dropped_plates" / "case.toml"
 

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.vibrate import VibrationAnalysis
-from fsm.scene.load_case import load_case
+from fsm.case.loading.load_case import load_case
 
 LENGTH, WIDTH, THICKNESS, YOUNG, DENSITY = 0.3, 0.2, 50e-6, 3e9, 1400.0
 DIAMETER, STIFF, HEAVY = 1e-3, 7e10, 2000.0

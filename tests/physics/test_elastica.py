@@ -12,8 +12,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.segments.compile import compile_scene
-from fsm.solve.newton import equilibrium
+from fsm.model.compile.compile import compile_scene
+from fsm.solve.equations.newton import equilibrium
 from validation.closed_forms.beams import ELASTICA
 from validation.closed_forms.chains import cantilever, tip
 

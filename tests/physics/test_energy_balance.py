@@ -8,16 +8,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case, Strip
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.loads import Drive
-from fsm.scene.materials import LinearCrease, Material
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import SavedState
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case, Strip
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.loads import Drive
+from fsm.case.models.materials import LinearCrease, Material
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.ancf.build import CableMaterial, MeshBuilder
-from fsm.ancf.loading import Forcing, Loading, SupportMotion, point_force
-from fsm.ancf.system import AncfSystem
 from fsm.errors import NotConverged
 from fsm.kernels.programs import ramp
-from fsm.solve.linear import LinearSolver
-from fsm.solve.newton import equilibrium
+from fsm.model.nodes.loading import Forcing, Loading, SupportMotion, point_force
+from fsm.model.nodes.system.build import CableMaterial, MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.newton import equilibrium
 
 TIMES = np.linspace(0.0, 1.0, 5)
 

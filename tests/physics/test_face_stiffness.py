@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Plate, Scene
-from fsm.segments.compile import compile_scene
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, Plate, Scene
+from fsm.model.compile.compile import compile_scene
 
 STIFFNESS = 3e7
 DIMENSIONS = pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])

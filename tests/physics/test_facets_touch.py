@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fsm.case.loading.load_case import load_case
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 ZIGZAG = """
 [sheet]

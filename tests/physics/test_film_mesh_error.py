@@ -14,10 +14,10 @@ from fsm.analyses.film import build_film, on_other_mesh
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.stretch import stretched
 from fsm.analyses.vibrate import VibrationAnalysis
-from fsm.ancf.loading import Loading
-from fsm.cli import cli
-from fsm.scene.builders.membrane import MeshLines
-from fsm.scene.load_case import load_case
+from fsm.case.derived.membrane import MeshLines
+from fsm.case.loading.load_case import load_case
+from fsm.cli.command_line import cli
+from fsm.model.nodes.loading import Loading
 
 FILM = """
 analysis = "vibrate"

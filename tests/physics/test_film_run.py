@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from fsm.analyses.vibrate import VibrationAnalysis
+from fsm.case.loading.load_case import load_case
 from fsm.errors import CaseError
-from fsm.plots.figures import draw
 from fsm.results.store import read_solution
 from fsm.results.summary_file import read_summary
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
+from fsm.views.plots.figures import draw
 
 FILM = """
 title = "held at its edges"
@@ -267,7 +267,7 @@ def test_what_is_written(tmp_path: Path) -> None:
 
 @pytest.mark.nightly
 def test_a_full_run_that_is_cut_off_goes_on_to_the_same_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fsm import recorder
+    from fsm.run import recorder
 
     quick = ["vibration.model=full", "solve.step=0.5 ms", "solve.energy_abort=10", "vibration.duration=30 ms"]
     whole = run(tmp_path, *quick, name="whole")

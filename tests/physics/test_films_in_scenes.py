@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fsm.assembly.compile import compile_model
-from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
-from fsm.scene.loads import Load
-from fsm.scene.materials import LinearCrease
-from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
+from fsm.case.models.loads import Load
+from fsm.case.models.materials import LinearCrease
+from fsm.case.models.scene import Body, ForceElement, Scene
+from fsm.model.compile.compile_joined import compile_model
+from fsm.solve.equations.newton import equilibrium
 from fsm.solve.modal import modes
-from fsm.solve.newton import equilibrium
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 
 LENGTH, DIAMETER, YOUNG, DENSITY = 0.3, 2e-3, 2e9, 1200.0
 AREA, SECOND = math.pi * DIAMETER**2 / 4.0, math.pi * DIAMETER**4 / 64.0

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import fsm
+from fsm.case.loading.load_case import load_case
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 KINDS = {"flexible": {"mesh_size": 1.0}, "bars": {"bend_stiffness_per_length": 1e5, "bars": {"young": 1e9}}}

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import fsm
+from fsm.builders.scene import build_scene
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 from validation.sheets.strip import by_flexible_facets, by_rigid_facets, by_segments, elastica, forces_of
 
 CASES = Path(__file__).parents[2] / "folding_cases"

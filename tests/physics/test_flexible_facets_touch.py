@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 from fsm.api.case import load
-from fsm.assembly.compile import compile_model
-from fsm.assembly.system import JoinedSystem
+from fsm.builders.scene import build_scene
+from fsm.case.models.contact import Contact, Friction
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
+from fsm.model.compile.compile_joined import compile_model
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.contact.friction_force import FrictionForce
+from fsm.model.contact.normal_force import NormalForce
+from fsm.model.contact.sheets.sheet_contacts import SheetContacts
+from fsm.model.contact.sheets.sheet_tables import SheetSurface
+from fsm.model.joined.system import JoinedSystem
 from fsm.results.store import read_solution
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.contact import Contact, Friction
-from fsm.segments.contacts import ContactGroup
-from fsm.segments.friction_force import FrictionForce
-from fsm.segments.normal_force import NormalForce
-from fsm.segments.sheet_contacts import SheetContacts
-from fsm.segments.sheet_tables import SheetSurface
 
 SIDE, THICKNESS, STIFFNESS = 0.1, 1e-3, 1e5
 LAW = Contact.model_validate(Contact.completed({"law": "hertz", "exponent": 1.0, "stiffness": STIFFNESS}))

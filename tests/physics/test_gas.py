@@ -11,8 +11,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import fsm
-from fsm.compile_case import compile_case
 from fsm.errors import CaseError
+from fsm.model.compile.compile_case import compile_case
 from fsm.solve.modal import modes
 
 BOX = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])

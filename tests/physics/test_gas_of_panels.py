@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import fsm
-from fsm.assembly.panel_gas import PanelGasSystem
-from fsm.blocks import BlockMatrix, LowRank
-from fsm.compile_case import compile_case
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.case.models.sheet import Sheet
 from fsm.errors import CaseError
-from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.sheet import Sheet
+from fsm.kernels.blocks import BlockMatrix, LowRank
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.joined.panel_gas import PanelGasSystem
 from tests.physics.test_gas import box, case
 
 A, B, SECTOR, FOLD, COLUMNS = 0.05, 0.04, math.radians(60.0), math.radians(20.0), 3

@@ -11,26 +11,26 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
+from fsm.builders.scene import build_scene
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case, Strip
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.materials import LinearCrease, Material
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.case.models.time_program import Ramp
 from fsm.errors import NotConverged
 from fsm.kernels.rotation import rotation_matrix
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case, Strip
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.load_case import load_case
-from fsm.scene.loads import Drive, Load
-from fsm.scene.materials import LinearCrease, Material
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.scene.time_program import Ramp
-from fsm.segments.compile import compile_scene
-from fsm.segments.save_times import save_times
-from fsm.segments.system import SegmentSystem
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.generalized_alpha import Coefficients, GeneralizedAlpha
-from fsm.solve.run_io import SavedState, Statistics
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.plan.save_times import save_times
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.interface.records import Linearised
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.system_records import Linearised
+from fsm.solve.time.generalized_alpha import Coefficients, GeneralizedAlpha
 from validation.closed_forms.bodies import top_scene
 
 ALPHA = "generalized-alpha"

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from fsm.api.case import load
+from fsm.case.loading.load_case import load_case
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 STRIP = """
 [strip]

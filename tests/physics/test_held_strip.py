@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.case.loading.load_case import load_case
+from fsm.run.run_case import run_case
 
 CASE = """
 [strip]

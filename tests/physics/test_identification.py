@@ -15,8 +15,8 @@ from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import force_response
 from fsm.calibrate.study import MeasuredCurve
 from fsm.calibrate.uncertainty import Estimate
+from fsm.case.models.case import Case
 from fsm.errors import CaseError
-from fsm.scene.case import Case
 
 TRUTH = {"lattice.axial": 4e4, "lattice.shear": 1500.0, "lattice.rotational": 1.2e-3}
 PARAMETERS = [Parameter(path, 0.05 * value, 20.0 * value, 1.5 * value) for path, value in TRUTH.items()]

@@ -10,16 +10,16 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
+from fsm.case.models.contact import Contact
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.scene.contact import Contact
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.run_io import SavedState
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 
 LENGTH, THICK, MASS, G = 0.02, 1e-4, 4e-5, 9.81
 TARGETS = ("surface", "plate", "plane")

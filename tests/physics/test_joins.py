@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.case.loading.load_case import load_case
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 BALANCED = 1e-5

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import fsm
+from fsm.builders.patterns.flexible_mesh import flexible_mesh
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.case.models.laminate import laminate_of
+from fsm.case.models.sheet import Sheet
+from fsm.case.models.sheet_parts import SheetPly
 from fsm.errors import CaseError
-from fsm.scene.laminate import laminate_of
-from fsm.scene.patterns.flexible_mesh import flexible_mesh
-from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.sheet import Sheet
-from fsm.scene.sheet_parts import SheetPly
 
 PLY = {"young": 140e9, "young_across": 10e9, "shear": 5e9, "poisson": 0.3}
 SIDE, DENSITY = 0.2, 1600.0

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fsm.case.loading.load_case import load_case
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.summary_text import summary_lines
+from fsm.run.run_case import run_case
+from fsm.run.summary_text import summary_lines
 
 SPRING = """
 [[scene.bodies]]

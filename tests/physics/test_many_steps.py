@@ -12,34 +12,34 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.ancf.build import CableMaterial, MeshBuilder
-from fsm.ancf.cable import CableGroup
-from fsm.ancf.film import FilmMaterial, MembraneGroup
-from fsm.ancf.folds import BETWEEN_POINTS, FoldGroup
-from fsm.ancf.loading import Forcing, Loading, SupportMotion, point_force
-from fsm.ancf.system import AncfSystem
-from fsm.ancf.tension_field import MOVING
-from fsm.assembly.fold_laws_of import fold_laws_of
+from fsm.builders.lattice import build_lattice
+from fsm.builders.strip import build_strip
+from fsm.case.models.case import Case
+from fsm.case.models.fold_data import FoldData
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.materials import SplineCrease
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.case.models.time_program import Cycle, Ramp, Table
 from fsm.kernels.programs import CONSTANT, half_sine, ramp, rectangle, sampled
-from fsm.scene.builders.lattice import build_lattice
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.scene.loads import Drive, Load
-from fsm.scene.materials import SplineCrease
-from fsm.scene.patterns.fold_data import FoldData
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.scene.time_program import Cycle, Ramp, Table
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.newton import negative_pivots
-from fsm.solve.run_io import inertia_counts
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.fold_laws_of import fold_laws_of
+from fsm.model.nodes.cable import CableGroup
+from fsm.model.nodes.facets.folds import BETWEEN_POINTS, FoldGroup
+from fsm.model.nodes.films.film import FilmMaterial, MembraneGroup
+from fsm.model.nodes.loading import Forcing, Loading, SupportMotion, point_force
+from fsm.model.nodes.system.build import CableMaterial, MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.model.nodes.tension_field import MOVING
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.equations.newton import negative_pivots
+from fsm.solve.outcome.run_io import inertia_counts
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.stepping import march as balances
-from fsm.stepping.march import march
-from fsm.stepping.model import DRIVES, STEADY, TIME
-from fsm.stepping.outcomes import STEPPED
+from fsm.solve.stepping import march as balances
+from fsm.solve.stepping.march import march
+from fsm.solve.stepping.model import DRIVES, STEADY, TIME
+from fsm.solve.stepping.outcomes import STEPPED
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 
 SPLINE = {"law": "spline", "angle": [-1.0, 0.0, 0.7, 1.5, 3.0], "moment": [-3e-4, 0.0, 1e-4, 1.5e-4, 4e-4]}
 
@@ -354,8 +354,8 @@ def test_steps_near_equilibria() -> None:
 def test_without_the_compiler() -> None:
     """Where kernels are not compiled, systems step in Python."""
     code = """
-from fsm.scene.scene import Body, Scene
-from fsm.segments.compile import compile_scene
+from fsm.case.models.scene import Body, Scene
+from fsm.model.compile.compile import compile_scene
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 body = Body(name="free", mass=0.1, inertia=(1e-4, 2e-4, 3e-4))

@@ -12,30 +12,30 @@ import numpy as np
 import pytest
 
 from fsm.analyses.array import compile_array
-from fsm.ancf.build import MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.folds import BETWEEN_POINTS, FoldGroup
-from fsm.ancf.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
-from fsm.ancf.loading import Loading
-from fsm.ancf.scissor_system import ScissorSystem
-from fsm.ancf.system import AncfSystem
-from fsm.ancf.truss import BarGroup
-from fsm.assembly.fold_laws_of import fold_laws_of
-from fsm.assembly.system import JoinedSystem
-from fsm.compile_case import compile_case
-from fsm.scene.check_scissor import default_holds
-from fsm.scene.load_case import load_case
-from fsm.scene.materials import Material
-from fsm.scene.patterns.fold_data import FoldData
-from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
-from fsm.scene.time_program import Ramp
-from fsm.solve.array_steps import StepMethod
-from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.mean_force import MeanForce
-from fsm.stepping import march as balances
-from fsm.stepping.march import march
-from fsm.stepping.mean_force import march_mean_force
-from fsm.stepping.outcomes import STEPPED
+from fsm.case.checks.check_scissor import default_holds
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.fold_data import FoldData
+from fsm.case.models.materials import Material
+from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
+from fsm.case.models.time_program import Ramp
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.compile.fold_laws_of import fold_laws_of
+from fsm.model.joined.system import JoinedSystem
+from fsm.model.nodes.facets.folds import BETWEEN_POINTS, FoldGroup
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.loading import Loading
+from fsm.model.nodes.system.build import MeshBuilder
+from fsm.model.nodes.system.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
+from fsm.model.nodes.system.scissor_system import ScissorSystem
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.model.nodes.truss import BarGroup
+from fsm.solve.stepping import march as balances
+from fsm.solve.stepping.march import march
+from fsm.solve.stepping.mean_force import march_mean_force
+from fsm.solve.stepping.outcomes import STEPPED
+from fsm.solve.time.array_steps import StepMethod
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
+from fsm.solve.time.mean_force import MeanForce
 
 STEEL = Material(young=2.07e11, poisson=0.0, density=7850.0, damping=1e-5)
 

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.assembly.system import JoinedSystem
-from fsm.compile_case import compile_case
-from fsm.scene.load_case import load_case
-from fsm.solve.array_steps import StepMethod
-from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.mean_force import MeanForce
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.joined.system import JoinedSystem
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.stepping import march as balances
-from fsm.stepping.march import march
-from fsm.stepping.mean_force import march_mean_force
-from fsm.stepping.model import DRIVES
-from fsm.stepping.outcomes import STEPPED
+from fsm.solve.stepping import march as balances
+from fsm.solve.stepping.march import march
+from fsm.solve.stepping.mean_force import march_mean_force
+from fsm.solve.stepping.model import DRIVES
+from fsm.solve.stepping.outcomes import STEPPED
+from fsm.solve.time.array_steps import StepMethod
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
+from fsm.solve.time.mean_force import MeanForce
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 SMALL = {

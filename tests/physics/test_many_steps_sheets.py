@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 from fsm.api.case import load
-from fsm.assembly.array_kernels import KERNELS
-from fsm.assembly.compile import compile_model
-from fsm.assembly.system import JoinedSystem
-from fsm.scene.builders.scene import build_scene
-from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.linear import LinearSolver
-from fsm.solve.mean_force import MeanForce
-from fsm.stepping import march as balances
-from fsm.stepping.march import march
-from fsm.stepping.mean_force import march_mean_force
-from fsm.stepping.model import DRIVES
-from fsm.stepping.outcomes import STEPPED
+from fsm.builders.scene import build_scene
+from fsm.model.compile.compile_joined import compile_model
+from fsm.model.joined.array_kernels import KERNELS
+from fsm.model.joined.system import JoinedSystem
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.stepping import march as balances
+from fsm.solve.stepping.march import march
+from fsm.solve.stepping.mean_force import march_mean_force
+from fsm.solve.stepping.model import DRIVES
+from fsm.solve.stepping.outcomes import STEPPED
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
+from fsm.solve.time.mean_force import MeanForce
 from tests.physics.test_flexible_facets_touch import closed, zigzag
 from tests.physics.test_many_steps_joined import opened
 

@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Drive, Plate, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.builders.strip import build_strip
+from fsm.case.models.case import Case
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, Drive, Plate, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.stepping import march as balances
-from fsm.stepping.march import march
-from fsm.stepping.model import STEADY
-from fsm.stepping.outcomes import STEPPED
+from fsm.solve.stepping import march as balances
+from fsm.solve.stepping.march import march
+from fsm.solve.stepping.model import STEADY
+from fsm.solve.stepping.outcomes import STEPPED
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 
 FLOOR = Obstacle(name="floor", shape="plane")
 DAMPED = {"law": "impact", "stiffness": 1e6, "exponent": 1.5, "damping": 50.0, "ramp": 1e-5}

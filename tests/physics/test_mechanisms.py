@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.loads import Drive
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
 from fsm.errors import NotConverged
-from fsm.scene.load_case import load_case
-from fsm.scene.loads import Drive
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
-from fsm.solve.path_steps import PathSteps, Reason
-from fsm.solve.run_io import SavedState
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_case import compile_case
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
+from fsm.solve.statics.path_steps import PathSteps, Reason
+from fsm.solve.statics.static import follow
 from validation.strip_trial.check import CASE
 
 

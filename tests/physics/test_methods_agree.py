@@ -8,13 +8,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case, Strip
-from fsm.scene.contact import Contact
-from fsm.scene.loads import Drive
-from fsm.scene.materials import LinearCrease, Material
-from fsm.segments.compile import compile_scene
-from fsm.solve.run_io import SavedState
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case, Strip
+from fsm.case.models.contact import Contact
+from fsm.case.models.loads import Drive
+from fsm.case.models.materials import LinearCrease, Material
+from fsm.model.compile.compile import compile_scene
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

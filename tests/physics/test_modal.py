@@ -13,18 +13,18 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from fsm.blocks import BlockMatrix
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.loads import Load
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.pattern import body_pattern
-from fsm.segments.system import SegmentSystem
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case
+from fsm.case.models.loads import Load
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.kernels.blocks import BlockMatrix
+from fsm.model.bodies.pattern import body_pattern
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
 from fsm.solve import modal
+from fsm.solve.equations.newton import equilibrium, negative_pivots
+from fsm.solve.interface.records import Linearised
 from fsm.solve.modal import Modes, modes
-from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.system_records import Linearised
 
 STIFF = 1e7
 BETA = {

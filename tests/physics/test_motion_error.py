@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import fsm
+from fsm.case.loading.load_case import load_case
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.summary import state_errors
+from fsm.run.run_case import run_case
+from fsm.run.summary import state_errors
 
 CASE = """
 gravity = [0, 0, "-9.81 m/s^2"]

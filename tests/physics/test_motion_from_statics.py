@@ -7,9 +7,9 @@ import math
 from pathlib import Path
 
 from fsm.analyses.deploy import Deployment
-from fsm.scene.load_case import read_case
+from fsm.case.loading.load_case import read_case
 from fsm.solve.settings import Settings
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 OPENING = [math.radians(x) for x in range(-30, 181, 10)]
 MOMENT = [

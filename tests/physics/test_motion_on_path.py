@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.compile_case import compile_case
-from fsm.scene.load_case import load_case
-from fsm.solve.newton import equilibrium
-from fsm.solve.snap_through import _on_path
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
+from fsm.solve.equations.newton import equilibrium
+from fsm.solve.statics.snap_through import _on_path
 
 TRIAL = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 

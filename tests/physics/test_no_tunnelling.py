@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.case.models.contact import Contact
+from fsm.case.models.loads import Drive
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.errors import NotConverged
-from fsm.scene.contact import Contact
-from fsm.scene.loads import Drive
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.run_io import SavedState
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 LENGTH, THICK, HEIGHT = 0.02, 1e-4, 5e-3
 MASS = LENGTH**2 * THICK * 1000

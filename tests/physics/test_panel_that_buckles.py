@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import peaks
-from fsm.scene.load_case import load_case
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 CASE = """
 [strip]

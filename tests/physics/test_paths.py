@@ -8,16 +8,16 @@ from functools import cache
 import numpy as np
 import pytest
 
+from fsm.case.models.loads import Drive
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
 from fsm.errors import NotConverged
-from fsm.scene.loads import Drive
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.arc_length import PathPoint, trace
-from fsm.solve.newton import negative_pivots
-from fsm.solve.run_io import CurvePoint, SavedState, Statistics
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.equations.newton import negative_pivots
+from fsm.solve.outcome.run_io import CurvePoint, SavedState, Statistics
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
+from fsm.solve.statics.arc_length import PathPoint, trace
+from fsm.solve.statics.static import follow
 from validation.closed_forms.beams import POST_BUCKLING as ELASTICA
 from validation.closed_forms.chains import column
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import fsm
+from fsm.builders.scene import build_scene
+from fsm.case.derived.contact_points import points_inside, sheet_parts, sheet_spacing
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.contact_points import points_inside, sheet_parts, sheet_spacing
 
 SIDE, WIDTH, THICKNESS, DOWN = 0.08, 0.06, 1e-3, 5e-4
 """Sides and thickness of a sheet, and travel of the ball, m."""

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import fsm
-from fsm.ancf.assembly import slots_of
-from fsm.ancf.facet_group import FacetGroup
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.mesh import node_pattern
-from fsm.ancf.pressure import PressedFaces
-from fsm.blocks import BlockMatrix
+from fsm.builders.patterns.plates import rectangle_mesh
+from fsm.case.models.facet_mesh import facet_vectors
 from fsm.errors import CaseError
-from fsm.scene.patterns.facet_mesh import facet_vectors
-from fsm.scene.patterns.plates import rectangle_mesh
+from fsm.kernels.blocks import BlockMatrix
+from fsm.model.nodes.assembly import slots_of
+from fsm.model.nodes.facets.facet_group import FacetGroup
+from fsm.model.nodes.facets.pressure import PressedFaces
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.mesh import node_pattern
 
 POINTS = np.array([[0.0, 0.0], [1.0, 0.1], [1.1, 0.9], [0.1, 1.0], [0.4, 0.5]])
 TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])

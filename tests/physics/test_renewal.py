@@ -10,20 +10,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-import fsm.solve.path_steps
-import fsm.solve.run
-import fsm.solve.stepwise_run
-from fsm.assembly.compile import compile_model
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.flexible import SceneFilm
-from fsm.scene.scene import Body, ContactPair, Plate, Scene
-from fsm.segments.compile import compile_scene
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.restart_points import steps_between
-from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
+import fsm.solve.statics.path_steps
+import fsm.solve.time.run
+import fsm.solve.time.stepwise_run
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.flexible import SceneFilm
+from fsm.case.models.scene import Body, ContactPair, Plate, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_joined import compile_model
+from fsm.solve.interface.system import System
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.restart_points import steps_between
+from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.system import System
 from tests.physics.test_crease_hysteresis import CYCLE, crease, flap
 from tests.physics.test_paths import truss
 
@@ -78,9 +78,9 @@ def check(
     make: Callable[[], System], settings: Settings | PathSettings, monkeypatch: pytest.MonkeyPatch, every: int = 5
 ) -> Way:
     """Continue from the first, a middle and the last restart point."""
-    for module in (fsm.solve.run, fsm.solve.path_steps):
+    for module in (fsm.solve.time.run, fsm.solve.statics.path_steps):
         monkeypatch.setattr(module, "steps_between", lambda nu: every)
-    monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", every)
+    monkeypatch.setattr(fsm.solve.time.stepwise_run, "_MARCH", every)
     times = list(np.linspace(0.0, settings.end_time, 21))
     whole = Way().go(make(), settings, times)
     assert len(whole.renewals) > 2

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fsm.case.models.contact import Contact, Friction
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
 from fsm.laws.normal.flores import damping_factor as flores
 from fsm.laws.normal.hunt_crossley import damping_factor as hunt_crossley
 from fsm.laws.normal.lankarani_nikravesh import damping_factor as lankarani_nikravesh
-from fsm.scene.contact import Contact, Friction
 from validation.closed_forms.impacts import delivered, impact
 
 FACTORS = {"hunt-crossley": hunt_crossley, "lankarani-nikravesh": lankarani_nikravesh, "flores": flores}

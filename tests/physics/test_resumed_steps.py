@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import fsm.recorder
-from fsm.compile_case import compile_case
+import fsm.run.recorder
+from fsm.case.loading.load_case import load_case
 from fsm.errors import EnergyAbort
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.plan.plan import plan_of
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.segments.plan import plan_of
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import AcceptedStep, CurvePoint
+from fsm.run.run_case import run_case
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from tests.scene_text import BLOCK_AND_HAND, ROPE
@@ -32,7 +32,7 @@ def test_the_last_record_is_written_after_a_restart(tmp_path: Path, monkeypatch:
     loaded = load_case(tmp_path / "case.toml")
     run_case(loaded, tmp_path / "whole", progress=False)
     whole = read_solution(tmp_path / "whole" / "result.h5")
-    monkeypatch.setattr(fsm.recorder, "CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr(fsm.run.recorder, "CHECKPOINT_EVERY", 0.0)
 
     def stop(fraction: float) -> None:
         if fraction > 0.95:

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
 from validation.closed_forms import bodies
 from validation.closed_forms.rigid import ADAMS, TOP_ENERGY, TOP_POSITION, TOP_QUATERNION
 

@@ -8,12 +8,12 @@ import sys
 import numpy as np
 import pytest
 
-from fsm.interactions.shape_distance import BOX, CYLINDER, SPHERE
+from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, SPHERE
 from fsm.kernels.rotation import multiply, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.shape_contacts import ShapeContacts
-from fsm.segments.shape_tables import Shape, as_rectangle
-from fsm.segments.side_contacts import SideContacts
+from fsm.model.contact.shapes.shape_contacts import ShapeContacts
+from fsm.model.contact.shapes.shape_tables import Shape, as_rectangle
+from fsm.model.contact.shapes.side_contacts import SideContacts
 
 STIFFNESS, THICK = 2e8, 4e-3
 SIZES = np.array([[0.2, 0.1], [0.16, 0.12]])

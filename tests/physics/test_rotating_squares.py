@@ -12,7 +12,7 @@ from fsm.calibrate.identify import identify
 from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import force_response
 from fsm.calibrate.study import read_study
-from fsm.scene.load_case import load_case
+from fsm.case.loading.load_case import load_case
 from validation.rotating_squares.check import REFERENCE
 from validation.rotating_squares.check import SOURCE as STIFFNESS
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Plate, Scene
-from fsm.segments.compile import compile_scene
-from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.run_io import SavedState
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, Plate, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 
 DIMENSIONS = pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
 G = 9.81

@@ -10,11 +10,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fsm
-from fsm.interactions.shape_distance import CYLINDER, HALF_SPACE
+from fsm.interactions.shapes.shape_distance import CYLINDER, HALF_SPACE
+from fsm.model.contact.shapes.shape_contacts import ShapeContacts
+from fsm.model.contact.shapes.shape_tables import Shape, as_polygon, as_rectangle
+from fsm.model.contact.shapes.side_contacts import SideContacts
 from fsm.results.store import read_solution
-from fsm.segments.shape_contacts import ShapeContacts
-from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
-from fsm.segments.side_contacts import SideContacts
 
 RADIUS, HALF = 0.05, 0.005
 SQUARE = np.array([[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]])

@@ -9,17 +9,17 @@ from scipy.integrate import solve_ivp
 
 from fsm.analyses.array import compile_array
 from fsm.analyses.scissor import ScissorArray
-from fsm.ancf.end_to_end import end_to_end
-from fsm.recorder import RecordedSolve
-from fsm.scene.builders.scissor import array_at, build_array
-from fsm.scene.builders.scissor_bodies import build_bodies
-from fsm.scene.case import Case
-from fsm.scene.check_scissor import default_holds
-from fsm.scene.load_case import LoadedCase
-from fsm.scene.materials import Material
-from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
-from fsm.scene.time_program import Ramp, Table
-from fsm.segments.compile import compile_scene
+from fsm.builders.scissor_bodies import build_bodies
+from fsm.case.checks.check_scissor import default_holds
+from fsm.case.derived.scissor import array_at, build_array
+from fsm.case.loading.load_case import LoadedCase
+from fsm.case.models.case import Case
+from fsm.case.models.materials import Material
+from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
+from fsm.case.models.time_program import Ramp, Table
+from fsm.model.compile.compile import compile_scene
+from fsm.model.nodes.beams.end_to_end import end_to_end
+from fsm.run.recorder import RecordedSolve
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

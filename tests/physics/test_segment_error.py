@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fsm.analyses.segment_error import SegmentError
-from fsm.compile_case import compile_case
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
+from fsm.run.run_case import run_case
 
 TRIAL = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 

@@ -7,8 +7,8 @@ import pytest
 
 from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.response import Response, force_response, peak_of, peak_response
+from fsm.case.models.case import Case
 from fsm.errors import CaseError
-from fsm.scene.case import Case
 
 STRIP = {
     "strip": {"length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": 1.4, "segments_per_panel": 4},

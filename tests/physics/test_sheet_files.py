@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.analyses.sheet_motion import vertices_of
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.scene import build_scene
+from fsm.case.loading.load_case import load_case
+from fsm.case.pattern_files.fold_file import read_fold
+from fsm.case.pattern_files.pattern import Pattern
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.load_case import load_case
-from fsm.scene.patterns.fold_file import read_fold
-from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.patterns.pattern import Pattern
-from fsm.sheet_motion import vertices_of
+from fsm.run.run_case import run_case
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 MIURA = ["sheet.columns=4", "sheet.rows=3", "drive.0.travel=1.0", "save.every=0.5"]

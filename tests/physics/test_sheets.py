@@ -11,16 +11,16 @@ from scipy.optimize import fsolve
 
 import fsm
 from fsm.analyses.choose import analysis_of
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.scene import build_scene
+from fsm.builders.sheet import sheet as builder
+from fsm.builders.sheet.sheet_joints import sheet_joints
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
 from fsm.errors import CaseError, NotConverged
-from fsm.run import run_case
-from fsm.scene.builders import sheet as builder
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.builders.sheet_joints import sheet_joints
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
-from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.segments.actuators import ActuatorGroup
-from fsm.solve.newton import equilibrium
+from fsm.model.elements.actuators import ActuatorGroup
+from fsm.run.run_case import run_case
+from fsm.solve.equations.newton import equilibrium
 from validation.sheets.origami import miura_force
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "miura_push" / "case.toml"
@@ -297,7 +297,7 @@ def test_folded_parts_are_in_the_summary(tmp_path: Path) -> None:
 
 def test_flasher_folds_around_its_hub(tmp_path: Path) -> None:
     """Facets with bend lines reach the folded state; rigid facets cannot leave the flat state, and the run warns."""
-    case = Path(builder.__file__).parents[2] / "commands" / "templates" / "flasher.toml"
+    case = Path(builder.__file__).parents[2] / "cli" / "templates" / "flasher.toml"
     summary = run_case(load_case(case, ["save.interval=50"]), tmp_path / "bends", progress=False, figures=False)
     assert summary["folded"]["least"] > 0.9 and summary["folded"]["creases"] == {}
     changes = ["save.interval=50", 'sheet.facets="rigid"', "sheet.sides=4"]
@@ -410,7 +410,7 @@ def test_rigid_facets_that_cannot_follow_a_drive(tmp_path: Path) -> None:
 
 def test_a_vertex_that_does_not_move_cannot_be_driven(tmp_path: Path) -> None:
     """Vertex 5 belongs to the fixed facet; the springs of its drive count as joints that open."""
-    template = Path(fsm.__file__).parent / "commands" / "templates" / "pattern.toml"
+    template = Path(fsm.__file__).parent / "cli" / "templates" / "pattern.toml"
     drive = "drive=[{at='vertex 5', direction=[1, 0, 0], guide=false, speed='1 mm/s', travel='12 mm'}]"
     changes = ["sheet.fold_to=none", "sheet.fold=0.5", "sheet.facets=rigid", drive, "solve.end_time=none", "save=none"]
     case = load_case(template, changes)

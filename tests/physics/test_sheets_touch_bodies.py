@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import fsm
-from fsm.compile_case import compile_case
 from fsm.errors import CaseError
+from fsm.model.compile.compile_case import compile_case
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 

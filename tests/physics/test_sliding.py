@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.loads import Drive, Load
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.run_io import SavedState
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 G, MU, V_STATIC = 9.81, 0.3, 1e-4
 LENGTH, WIDTH, THICK = 0.02, 0.02, 1e-3

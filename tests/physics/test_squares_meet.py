@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from fsm.case.loading.load_case import load_case
 from fsm.errors import EnergyAbort, NotConverged
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 LATTICE = """
 [lattice]

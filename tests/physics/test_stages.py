@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.load_case import load_case
-from fsm.segments.compile import compile_scene
-from fsm.solve.newton import equilibrium
+from fsm.builders.scene import build_scene
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile import compile_scene
+from fsm.solve.equations.newton import equilibrium
 from validation.quasi_static.drawn_strips import draw_geometries, solve
 from validation.quasi_static.stages import LEVEL, SAG, SUNK, TIP, Begin, begin_of
 from validation.strip_trial.check import CASE

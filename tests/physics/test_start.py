@@ -13,13 +13,13 @@ from click.testing import CliRunner, Result
 
 from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.deploy import Deployment
-from fsm.cli import cli
+from fsm.case.loading.load_case import LoadedCase, load_case, read_case
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import LoadedCase, load_case, read_case
-from fsm.solve.newton import negative_pivots
+from fsm.run.run_case import run_case
+from fsm.solve.equations.newton import negative_pivots
 
 LENGTH, WIDTH, THICKNESS, DENSITY, YOUNG, CREASE = 0.08, 0.04, 3e-4, 800.0, 3e9, 9e-3
 CASE = f"""

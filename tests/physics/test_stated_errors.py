@@ -10,10 +10,10 @@ import pytest
 
 import fsm
 from fsm.analyses.comparison import Comparison, compared, not_compared
+from fsm.case.loading.load_case import load_case
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 from tests.case_texts import kresling_of_bars
 
 PLATE = """

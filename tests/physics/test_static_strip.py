@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
 from fsm.errors import NotConverged
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.system.system import SegmentSystem
 from fsm.results.quantities import peak
-from fsm.scene.load_case import load_case
-from fsm.segments.system import SegmentSystem
-from fsm.solve import path_steps
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.newton import negative_pivots
-from fsm.solve.run_io import SavedState, Statistics
+from fsm.solve.equations.newton import negative_pivots
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import follow
+from fsm.solve.statics import path_steps
+from fsm.solve.statics.static import follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 

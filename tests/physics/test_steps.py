@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fsm.recorder
+import fsm.run.recorder
+from fsm.case.loading.load_case import load_case
 from fsm.errors import NotConverged
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 from tests.scene_text import BLOCK_AND_HAND, ROPE, spring
 
 BLOCK = BLOCK_AND_HAND + spring("wall", "block", "ground", 300.0) + ROPE
@@ -293,7 +293,7 @@ duration = "0.3 s"
 hold = ["block"]
 """
     whole, summary = run(tmp_path, text)
-    monkeypatch.setattr(fsm.recorder, "CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr(fsm.run.recorder, "CHECKPOINT_EVERY", 0.0)
     stopped = tmp_path / "stopped"
 
     def stop(fraction: float) -> None:

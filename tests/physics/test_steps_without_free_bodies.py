@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.time_program import Cycle, Ramp
+from fsm.model.bodies.drive import Travel, parts, run_up
+from fsm.model.bodies.time_function import time_function
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.scene.time_program import Cycle, Ramp
-from fsm.segments.drive import Travel, parts, run_up
-from fsm.segments.time_function import time_function
+from fsm.run.run_case import run_case
 
 MASS, STIFFNESS = 2.0, 300.0
 BLOCK = f"""

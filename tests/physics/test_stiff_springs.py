@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.case.loading.load_case import load_case
+from fsm.cli.command_line import cli
 from fsm.errors import NotConverged
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 STRIP = """
 [strip]

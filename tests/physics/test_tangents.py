@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.interactions.surface import STRAIGHT, TIP, overshoot
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.scene.scene import Body, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.contacts import ContactGroup
-from fsm.segments.loads import LoadGroup
-from fsm.segments.surface_contacts import SurfaceContacts
-from fsm.segments.system import SegmentSystem
-from fsm.solve.scipy_ivp import FirstOrder
+from fsm.builders.strip import build_strip
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Body, Scene
+from fsm.interactions.surfaces.surface import STRAIGHT, TIP, overshoot
+from fsm.model.bodies.loads import LoadGroup
+from fsm.model.compile.compile import compile_scene
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.time.scipy_ivp import FirstOrder
 
 RELATIVE = 1e-6
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])

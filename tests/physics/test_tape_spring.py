@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import fsm
+from fsm.builders.patterns.booms import boom_mesh
+from fsm.case.models.sheet import Sheet
 from fsm.errors import CaseError
-from fsm.scene.patterns.booms import boom_mesh
-from fsm.scene.sheet import Sheet
 from validation.boom.tape import HUB, NU, RADIUS, STEEL, YOUNG, arm_turns, opening, tape_spring
 
 CASES = Path(__file__).parents[2] / "folding_cases" / "tape_spring"

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
-from fsm.scene.load_case import load_case
-from fsm.solve.run_io import SavedState
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 MU = 0.3
 CASE = f"""

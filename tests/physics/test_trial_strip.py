@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from fsm.case.loading.load_case import load_case
 from fsm.results.quantities import peak
-from fsm.scene.load_case import load_case
 from validation.strip_trial.check import CASE, RIGID, Setting, by_default, followed, pulled
 from validation.strip_trial.half_model import HalfModel
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.cli.command_line import cli
 from fsm.results.store import read_solution
 
 PANEL, WIDTH, THICKNESS, DENSITY, CREASE = 0.08, 0.04, 3e-4, 800.0, 8e-3

@@ -10,9 +10,9 @@ from click.testing import CliRunner, Result
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fsm.cli import cli
+from fsm.case.loading.load_case import load_case
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.scene.load_case import load_case
 
 CASE = """
 [strip]
@@ -359,7 +359,7 @@ def test_internal_errors_and_interrupts_are_told_apart(tmp_path, monkeypatch):
         def load(*arguments):
             raise error
 
-        monkeypatch.setattr("fsm.scene.load_case.load_case", load)
+        monkeypatch.setattr("fsm.case.loading.load_case.load_case", load)
         return CliRunner()
 
     result = fail(ZeroDivisionError("a\nb")).invoke(cli, ["check", str(case)])

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from fsm.calibrate.report import Calibration, Options, write_calibration
-from fsm.cli import cli
+from fsm.cli.command_line import cli
 
 UP = [(a, 2.0 * math.sin(math.radians(a))) for a in range(0, 91, 5)]
 DOWN = [(a, m - 0.2 * (1.0 - (a / 90.0) ** 2)) for a, m in UP[-2::-1]]

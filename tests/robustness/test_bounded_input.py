@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from fsm.cli import cli
+from fsm.case.loading.crease_family import CreaseFamily, FamilyCurve, read_family, write_family
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.results.checkpoint_file import read_checkpoint, write_checkpoint
-from fsm.scene.crease_family import CreaseFamily, FamilyCurve, read_family, write_family
 from tests.robustness.test_bad_input import CASE, SPLINE
 
 MANY = 30_000

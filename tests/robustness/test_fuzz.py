@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.case.loading.crease_family import CreaseFamily, FamilyCurve, Relaxation, read_family, write_family
+from fsm.case.loading.load_case import load_case
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.results.checkpoint_file import read_checkpoint, write_checkpoint
 from fsm.results.store import read_solution
-from fsm.scene.crease_family import CreaseFamily, FamilyCurve, Relaxation, read_family, write_family
-from fsm.scene.load_case import load_case
 from validation.fuzz.campaign import run_fuzz
 from validation.fuzz.seeds import seeds
 from validation.fuzz.targets import TARGETS

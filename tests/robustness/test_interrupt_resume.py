@@ -17,16 +17,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fsm.recorder
-import fsm.solve.stepwise_run
+import fsm.run.recorder
+import fsm.solve.time.stepwise_run
+from fsm.case.loading.load_case import load_case
 from fsm.errors import CannotWrite, CaseError, FsmError
-from fsm.folder_lock import LOCK, locked_folder
+from fsm.io.folder_lock import LOCK, locked_folder
 from fsm.results.checkpoint_file import read_checkpoint, write_checkpoint
 from fsm.results.solution import Solution
 from fsm.results.store import part_path, read_solution
 from fsm.results.summary_file import read_summary
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 
 CASE = """
 [strip]
@@ -62,7 +62,7 @@ rtol = 1e-6
 every = "0.1 mm"
 """
 
-EAGER = "import fsm.recorder; fsm.recorder.CHECKPOINT_EVERY = 0.05; from fsm.cli import main; main()"
+EAGER = "import fsm.run.recorder; fsm.run.recorder.CHECKPOINT_EVERY = 0.05; from fsm.cli.command_line import main; main()"
 """`fsm` with a checkpoint every twentieth of a second."""
 PATIENCE = 120.0
 CASES = Path(__file__).resolve().parents[2] / "folding_cases"
@@ -245,7 +245,7 @@ def test_a_fresh_start_takes_the_old_checkpoint_and_summary_away(
     def killed(*_: object, **__: object) -> None:
         raise OSError("killed here")
 
-    monkeypatch.setattr(fsm.recorder, "simulate", killed)
+    monkeypatch.setattr(fsm.run.recorder, "simulate", killed)
     with pytest.raises(OSError, match="killed here"):
         run_case(load_case(case), tmp_path, progress=False)
     assert not (tmp_path / "checkpoint.h5").exists()
@@ -345,7 +345,7 @@ def test_a_checkpoint_of_other_code_is_not_resumed(
 ) -> None:
     """The stored values may have another meaning in the present code."""
     with monkeypatch.context() as older:
-        older.setattr(fsm.recorder, "made_by", lambda: {"fsm": "0.0.1"})
+        older.setattr(fsm.run.recorder, "made_by", lambda: {"fsm": "0.0.1"})
         interrupt(case, tmp_path, 0.62)
     summary = run_case(load_case(case), tmp_path, progress=False, resume=True)
     assert sum("was written by another version" in warning for warning in summary["warnings"]) == 1
@@ -381,7 +381,7 @@ def test_interrupted_with_other_methods(case: Path, tmp_path: Path, method: str)
 def test_interrupted_where_friction_remembers(
     sticking: Path, tmp_path: Path, spatial: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", 64)  # the whole run has fewer steps than one kernel takes
+    monkeypatch.setattr(fsm.solve.time.stepwise_run, "_MARCH", 64)  # the whole run has fewer steps than one kernel takes
     check_cuts(sticking, tmp_path, "solve.method=generalized-alpha", f"solve.spatial={str(spatial).lower()}")
 
 
@@ -398,7 +398,7 @@ def test_interrupted_where_friction_remembers(
 def test_interrupted_in_a_flexible_structure(
     tmp_path: Path, overrides: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", 16)  # the whole run has fewer steps than one kernel takes
+    monkeypatch.setattr(fsm.solve.time.stepwise_run, "_MARCH", 16)  # the whole run has fewer steps than one kernel takes
     folder, *keys = overrides
     check_cuts(CASES / folder / "case.toml", tmp_path, *keys)
 
@@ -472,7 +472,7 @@ def test_a_damaged_checkpoint_is_no_internal_error(
     case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With any missing or changed entry the run continues, or it ends with a message."""
-    monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", 64)
+    monkeypatch.setattr(fsm.solve.time.stepwise_run, "_MARCH", 64)
     overrides = ("solve.method=generalized-alpha", "drive.0.travel=2 mm", "solve.max_steps=400")
     interrupt(case, tmp_path / "out", 0.3, False, *overrides)
     good = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}

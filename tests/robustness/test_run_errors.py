@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from fsm.cli import cli
+from fsm.cli.command_line import cli
 from fsm.results.store import part_path, read_solution
 
 CASE = """
@@ -178,7 +178,7 @@ def test_unknown_expectation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     def solve(*_: object, **__: object) -> None:
         raise AssertionError("it solves")
 
-    monkeypatch.setattr("fsm.recorder.simulate", solve)
+    monkeypatch.setattr("fsm.run.recorder.simulate", solve)
     result, out = run(tmp_path, "expect.peak_farce={value=1,rtol=0.1}", "expect.dof={value=30,atol=0}")
     assert result.exit_code == 2
     (line,) = result.stderr.splitlines()

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.case.loading.load_case import LoadedCase
+from fsm.case.models.case import Case
 from fsm.results.solution import Solution
-from fsm.scene.case import Case
-from fsm.scene.load_case import LoadedCase
 from validation.stress.attempt import Attempt, attempt
 from validation.stress.campaign import examine, read_lines, run_campaign
 from validation.stress.feasible import largest_turn, turned_right_over

@@ -14,14 +14,14 @@ from fsm.analyses.choose import analysis_of
 from fsm.analyses.film import build_film
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.stretch import stretched
-from fsm.ancf.loading import Loading
 from fsm.errors import CaseError, NotConverged
+from fsm.model.nodes.loading import Loading
 from fsm.results.solution import Solution
-from fsm.solve import scipy_ivp
+from fsm.solve.equations.newton import negative_pivots
 from fsm.solve.modal import modes
-from fsm.solve.newton import negative_pivots
-from fsm.solve.path_recorder import PathRecorder
-from fsm.solve.run_io import InitialState, OutputRequest, Statistics
+from fsm.solve.outcome.run_io import InitialState, OutputRequest, Statistics
+from fsm.solve.statics.path_recorder import PathRecorder
+from fsm.solve.time import scipy_ivp
 from validation.stress.attempt import attempt
 from validation.stress.campaign import examine
 from validation.stress.scenes import draw, loaded

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fsm.threads import one_thread
+from fsm.io.threads import one_thread
 
 CASE = """
 analysis = "vibrate"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from fsm.plots import style
+from fsm.views.plots import style
 
 
 @pytest.fixture

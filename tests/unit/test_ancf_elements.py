@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fsm.ancf.build import CableMaterial, FilmGrid, MeshBuilder
-from fsm.ancf.film import FilmMaterial, MembraneGroup
-from fsm.ancf.loading import Loading, SupportMotion
-from fsm.ancf.system import AncfSystem
-from fsm.ancf.tension_field import REMAINDER, SLACK, TAUT, WRINKLED
 from fsm.kernels.programs import Program, half_sine, ramp, rectangle, sampled
+from fsm.model.nodes.films.film import FilmMaterial, MembraneGroup
+from fsm.model.nodes.loading import Loading, SupportMotion
+from fsm.model.nodes.system.build import CableMaterial, FilmGrid, MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.model.nodes.tension_field import REMAINDER, SLACK, TAUT, WRINKLED
 
 FILM = FilmMaterial(2.5e9, 0.34, 1420.0, 2e-4)
 PATCH = FilmMaterial(7e10, 0.3, 2700.0, 1e-3)

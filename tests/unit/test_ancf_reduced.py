@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.ancf.reduced import _transition, march, nonlinear_force
+from fsm.model.nodes.system.reduced import _transition, march, nonlinear_force
 
 
 def test_damped_oscillators_move_as_they_have_to() -> None:

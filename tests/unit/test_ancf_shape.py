@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.ancf.shape import CORNERS, cable_shape, gauss, membrane_shape
+from fsm.model.nodes.shape import CORNERS, cable_shape, gauss, membrane_shape
 
 
 def printed(x: np.ndarray, y: np.ndarray, b: float, c: float) -> np.ndarray:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from fsm.ancf.build import MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.wrinkle import corner_wrinkles, lifted, strip_wrinkles
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.films.wrinkle import corner_wrinkles, lifted, strip_wrinkles
+from fsm.model.nodes.system.build import MeshBuilder
 
 FILM = FilmMaterial(3.0e9, 0.31, 1420.0, 25e-6)
 

@@ -14,15 +14,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from fsm.analyses.choose import analysis_of
-from fsm.ancf.scissor_system import ScissorSystem
-from fsm.plots import scissor
-from fsm.plots.style import figure
+from fsm.builders.scissor_bodies import build_bodies
+from fsm.case.models.case import Case
+from fsm.case.models.scissor import Stop
+from fsm.model.nodes.system.scissor_system import ScissorSystem
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism
-from fsm.scene.builders.scissor_bodies import build_bodies
-from fsm.scene.case import Case
-from fsm.scene.scissor import Stop
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from fsm.views.plots import scissor
+from fsm.views.plots.style import figure
 
 UNITS = 8
 

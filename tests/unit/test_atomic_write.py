@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsm.atomic_write import atomic_write, remove_partial_files
+from fsm.io.atomic_write import atomic_write, remove_partial_files
 
 
 def names(folder: Path) -> list[str]:

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fsm.ancf.bars import BarMaterial, BarMesh
-from fsm.ancf.beam_bernoulli import bernoulli_rows, bernoulli_shape
-from fsm.ancf.beam_shape import beam_rows, beam_shape
-from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.mesh import Mesh, node_pattern
-from fsm.ancf.system import AncfSystem
 from fsm.kernels.programs import ramp
-from fsm.solve.newton import equilibrium
+from fsm.model.nodes.beams.bars import BarMaterial, BarMesh
+from fsm.model.nodes.beams.beam_bernoulli import bernoulli_rows, bernoulli_shape
+from fsm.model.nodes.beams.beam_shape import beam_rows, beam_shape
+from fsm.model.nodes.loading import Forcing, Loading
+from fsm.model.nodes.mesh import Mesh, node_pattern
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.equations.newton import equilibrium
 
 STEEL = BarMaterial(2e11, 0.3, 7850.0, 0.02, 0.01, damping=1e-3)
 ELEMENTS = ("section", "green", "cable")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fsm.solve.linear import LinearSolver
+from fsm.solve.equations.linear import LinearSolver
 from validation.benchmarks.linear_algebra import TOUCHING, chain, linear_table, measure_linear, touching_chain
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.box_pairs import ListedPairs, overlapping_boxes
-from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
-from fsm.interactions.shape_distance import BOX, HALF_SPACE
-from fsm.interactions.shapes import Shapes
+from fsm.interactions.contact.shapes import Shapes
+from fsm.interactions.search.box_pairs import ListedPairs, overlapping_boxes
+from fsm.interactions.shapes.shape_boxes import shape_boxes_planar, shape_boxes_spatial
+from fsm.interactions.shapes.shape_distance import BOX, HALF_SPACE
 from fsm.kernels.rotation import rotation_matrix
 
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.interactions.box_tree import fit_tree, nearest_piece, window_pieces
-from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar, chords_spatial
-from fsm.interactions.surface import pieces_of
+from fsm.interactions.search.box_tree import fit_tree, nearest_piece, window_pieces
+from fsm.interactions.search.chord import chord_boxes, chord_distance, chords_planar, chords_spatial
+from fsm.interactions.surfaces.surface import pieces_of
 from fsm.kernels.rotation import rotation_matrix
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])

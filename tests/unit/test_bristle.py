@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.bristle import add_way_stiffness, carried
+from fsm.interactions.contact.bristle import add_way_stiffness, carried
 from fsm.kernels.rotation import rotation_matrix
 
 

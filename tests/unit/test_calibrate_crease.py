@@ -14,11 +14,11 @@ from click.testing import CliRunner, Result
 from fsm.calibrate.crease import calibrate_crease
 from fsm.calibrate.report import Options
 from fsm.calibrate.smoothing import bin_points, fit_curve
-from fsm.cli import cli
+from fsm.case.loading.crease_family import CreaseFamily, FamilyCurve, family_curve, read_family, write_family
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.materials import SplineCrease
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.scene.crease_family import CreaseFamily, FamilyCurve, family_curve, read_family, write_family
-from fsm.scene.load_case import load_case
-from fsm.scene.materials import SplineCrease
 
 DEG = math.pi / 180
 ANGLE = np.linspace(0.0, 90.0, 31)

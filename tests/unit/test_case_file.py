@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case, root
+from fsm.case.models.materials import LinearCrease, SplineCrease
+from fsm.case.schema.schema import locate
 from fsm.errors import CaseError
-from fsm.scene.case import Case, root
-from fsm.scene.load_case import load_case
-from fsm.scene.materials import LinearCrease, SplineCrease
-from fsm.scene.schema import locate
 
 CASE = """
 title = "a strip, 80°, \\"low\\""
@@ -142,7 +142,7 @@ def test_the_text_gives_the_same_case_again(tmp_path, text):
 def test_text_of_awkward_strings(tmp_path):
     case = load_case(write(tmp_path, CASE)).case
     title = 'quote " backslash \\ newline \n tab \t del \x7f bell \x07 \U0001f98b'
-    from fsm.scene.toml_text import case_text
+    from fsm.case.loading.toml_text import case_text
 
     odd = case.model_copy(update={"title": title, "expect": {'odd "key".x': case.expect["peak_force"]}})
     read = tomllib.loads(case_text(odd))  # a case would not have these keys; the text contains whatever it is given
@@ -305,7 +305,7 @@ def test_the_schema_knows_every_path_of_the_models():
 def test_reading_a_case_imports_nothing_heavy(tmp_path):
     write(tmp_path, CASE)
     code = (
-        "import sys, fsm.cli, fsm.scene.load_case as m; m.load_case(sys.argv[1]);"
+        "import sys, fsm.cli.command_line, fsm.case.loading.load_case as m; m.load_case(sys.argv[1]);"
         "print([n for n in ('numpy', 'numba', 'scipy', 'matplotlib', 'h5py') if n in sys.modules])"
     )
     done = subprocess.run(
@@ -317,7 +317,8 @@ def test_reading_a_case_imports_nothing_heavy(tmp_path):
 
 def test_help_imports_only_click(tmp_path):
     code = (
-        "import sys, click.testing, fsm.cli; r = click.testing.CliRunner().invoke(fsm.cli.cli, ['--help']);"
+        "import sys, click.testing, fsm.cli.command_line; "
+        "r = click.testing.CliRunner().invoke(fsm.cli.command_line.cli, ['--help']);"
         "print(r.exit_code, [n for n in ('pydantic', 'numpy', 'numba') if n in sys.modules])"
     )
     done = subprocess.run(

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
-from fsm.interactions.chord import chords_planar, largest_bulge
-from fsm.interactions.surface import blend
-from fsm.scene.load_case import load_case
-from fsm.segments.surface_contacts import SurfaceContacts
-from fsm.segments.system import SegmentSystem
+from fsm.case.loading.load_case import load_case
+from fsm.interactions.search.chord import chords_planar, largest_bulge
+from fsm.interactions.surfaces.surface import blend
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
+from fsm.model.system.system import SegmentSystem
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SHARES = np.linspace(0.0, 1.0, 201)

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fsm.interactions.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
-from fsm.interactions.feature_contact import parallel_weights, tangent_features, write_features
-from fsm.interactions.shapes import ContactForces
-from fsm.interactions.triangles_pass import edge_passes_edge, point_passes_triangle, work_space
-from fsm.segments.pattern import body_pattern
+from fsm.interactions.contact.shapes import ContactForces
+from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
+from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
+from fsm.interactions.triangles.triangles_pass import edge_passes_edge, point_passes_triangle, work_space
+from fsm.model.bodies.pattern import body_pattern
 
 ONE, NODES = np.zeros(1, dtype=np.int64), np.arange(4)
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.2, 0.9, -0.1]])

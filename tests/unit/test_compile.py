@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
+from fsm.builders.strip import build_strip
+from fsm.case.models.case import Case
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.errors import CaseError
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.scene.loads import Drive, Load
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.contacts import ContactGroup
-from fsm.segments.creases import CreaseGroup
-from fsm.segments.elements import BushingGroup
-from fsm.segments.loads import GravityGroup, LoadGroup
-from fsm.segments.system import SegmentSystem
+from fsm.model.bodies.loads import GravityGroup, LoadGroup
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.elements.creases import CreaseGroup
+from fsm.model.elements.elements import BushingGroup
+from fsm.model.system.system import SegmentSystem
 
 CONTACT = {"stiffness": 1e6}
 FRICTION = {"law": "tanh", "mu_dynamic": 0.2, "v_static": 1e-3}

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from fsm.compile_beside import _started
+from fsm.run.compile_beside import _started
 
 
 def test_a_helper_ends_when_its_standard_input_is_closed(tmp_path: Path) -> None:
     """Otherwise the process would survive a run that is killed."""
-    command = [sys.executable, "-m", "fsm.compile_helper", "lattice"]
+    command = [sys.executable, "-m", "fsm.run.compile_helper", "lattice"]
     quiet, environment = subprocess.DEVNULL, os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, env=environment) as helper:
         assert helper.stdin is not None

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
+from fsm.case.loading.load_case import read_case
+from fsm.case.loading.toml_text import case_text
+from fsm.case.models.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction, hertz_stiffness
 from fsm.errors import CaseError
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction, hertz_stiffness
-from fsm.scene.load_case import read_case
-from fsm.scene.toml_text import case_text
 
 CASE: dict[str, Any] = {
     "strip": {"length": "480 mm", "width": "40 mm", "thickness": "0.3 mm", "panels": 6, "fold_angle": "80 deg"},
@@ -210,7 +210,7 @@ def test_the_same_is_refused_in_python() -> None:
 
 
 def test_no_compiler_is_needed_to_read_laws() -> None:
-    program = "import sys, fsm.scene.load_case; sys.exit(any(name in sys.modules for name in ('numba', 'fsm.laws')))"
+    program = "import sys, fsm.case.loading.load_case; sys.exit(any(name in sys.modules for name in ('numba', 'fsm.laws')))"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
 
 

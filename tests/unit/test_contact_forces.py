@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.interactions.surface import STRAIGHT, TIP, overshoot
+from fsm.builders.strip import build_strip
+from fsm.case.models.case import Case
+from fsm.interactions.surfaces.surface import STRAIGHT, TIP, overshoot
 from fsm.kernels.rotation import rotation_matrix
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.segments.compile import compile_scene
-from fsm.segments.contacts import ContactGroup
-from fsm.segments.surface_contacts import SurfaceContacts
-from fsm.segments.system import SegmentSystem
+from fsm.model.compile.compile import compile_scene
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
+from fsm.model.system.system import SegmentSystem
 
 PARTS = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])

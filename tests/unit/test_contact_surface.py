@@ -7,11 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.interactions.closest_planar import find_contacts_planar
-from fsm.interactions.closest_spatial import find_contacts_spatial
-from fsm.interactions.gap_planar import measure_gap_planar
-from fsm.interactions.gap_spatial import measure_gap_spatial
-from fsm.interactions.surface import BARE, STRAIGHT, TIP, blend, overshoot, pieces_of
+from fsm.interactions.surfaces.closest_planar import find_contacts_planar
+from fsm.interactions.surfaces.closest_spatial import find_contacts_spatial
+from fsm.interactions.surfaces.gap_planar import measure_gap_planar
+from fsm.interactions.surfaces.gap_spatial import measure_gap_spatial
+from fsm.interactions.surfaces.surface import BARE, STRAIGHT, TIP, blend, overshoot, pieces_of
 
 PARTS = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
 SIDES = pytest.mark.parametrize("side", [1.0, -1.0])

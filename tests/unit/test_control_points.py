@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fsm.interactions.control_points import (
+from fsm.interactions.search.control_points import (
     ROW,
     ROW_S,
     ROW_SS,
@@ -18,7 +18,7 @@ from fsm.interactions.control_points import (
     turned_planar,
     turned_spatial,
 )
-from fsm.interactions.surface import blend, pieces_of
+from fsm.interactions.surfaces.surface import blend, pieces_of
 from fsm.kernels.rotation import rotate_by
 
 LENGTHS = np.array([0.02, 0.03, 0.025])

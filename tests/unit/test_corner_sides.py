@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
-from fsm.interactions.probe_sides import turned_sides
-from fsm.scene.load_case import load_case
-from fsm.segments.corner_sides import Corners
-from fsm.segments.surface_contacts import SurfaceContacts
-from fsm.segments.system import SegmentSystem
+from fsm.case.loading.load_case import load_case
+from fsm.interactions.surfaces.probe_sides import turned_sides
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.contact.surfaces.corner_sides import Corners
+from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
+from fsm.model.system.system import SegmentSystem
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 DEEP = 0.5

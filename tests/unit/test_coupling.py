@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.contact_body_pairs import coupled_bodies
+from fsm.interactions.search.contact_body_pairs import coupled_bodies
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -11,16 +11,16 @@ import pytest
 from pydantic import ValidationError
 
 import fsm
+from fsm.case.loading.load_case import LoadedCase
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
 from fsm.errors import CaseError
-from fsm.run import run_case
-from fsm.scene.case import Case
-from fsm.scene.load_case import LoadedCase
-from fsm.scene.scene import Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.couplings import CouplingGroup
-from fsm.segments.group import PreviousPoses
-from fsm.segments.pattern import body_pattern
-from fsm.solve.linear import LinearSolver
+from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.pattern import body_pattern
+from fsm.model.compile.compile import compile_scene
+from fsm.model.elements.couplings import CouplingGroup
+from fsm.run.run_case import run_case
+from fsm.solve.equations.linear import LinearSolver
 
 RATIO, STIFFNESS, DAMPING = -2.5, 3.0, 0.02
 FIRST, SECOND = 2e-3, 5e-3

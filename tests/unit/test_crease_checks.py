@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from fsm.cli import cli
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.scene.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
 
 CASE = """
 [strip]

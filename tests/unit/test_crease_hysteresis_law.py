@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fsm.case.models.materials import SplineCrease
 from fsm.errors import CaseError
 from fsm.laws.crease import join_curves
 from fsm.laws.crease_hysteresis import hysteresis_stiffness, slip_energy, slip_moment, slip_power, strength_curve
-from fsm.scene.materials import SplineCrease
-from fsm.segments.crease_curves import curve_of, hysteresis_of
+from fsm.model.elements.crease_curves import curve_of, hysteresis_of
 
 POINTS = np.linspace(0.0, 1.5, 16)
 STRENGTH = 1e-3 * np.array([2, 2, 2.2, 2.5, 2.4, 1.0, 0.9, 0.8, 0.8, 1.2, 1.4, 1.0, 0.6, 0.4, 0.1, 0.0])

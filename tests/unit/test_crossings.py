@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from fsm.scene.patterns import crossings as module
-from fsm.scene.patterns.crossings import crossings, points_on_lines
-from fsm.scene.patterns.lines import Line
-from fsm.scene.patterns.planar import planar_pattern
+from fsm.case.pattern_files import crossings as module
+from fsm.case.pattern_files.crossings import crossings, points_on_lines
+from fsm.case.pattern_files.lines import Line
+from fsm.case.pattern_files.planar import planar_pattern
 
 
 def cross(ends: np.ndarray, vertices: np.ndarray | None = None, near: float = 1e-6) -> np.ndarray:

@@ -17,20 +17,20 @@ from pydantic import BaseModel
 from docs._ext.key_tables import sections, with_tables
 from fsm.calibrate.crease import calibrate_crease
 from fsm.calibrate.report import Options
-from fsm.cli import CALIBRATIONS, cli
-from fsm.run import run_case
-from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
-from fsm.scene.coupling import OWN_COUPLINGS
-from fsm.scene.crease_family import read_family
-from fsm.scene.key_facts import facts_of
-from fsm.scene.load_case import load_case
-from fsm.scene.materials import SplineCrease
-from fsm.scene.model import Model
-from fsm.scene.schema import Place
-from fsm.scene.sheet import _KEYS as KEYS_OF_SHEETS
-from fsm.scene.sheet import BOOMS, Sheet
-from fsm.scene.solve import Solve
-from fsm.solve.status import Event
+from fsm.case.loading.crease_family import read_family
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
+from fsm.case.models.coupling import OWN_COUPLINGS
+from fsm.case.models.materials import SplineCrease
+from fsm.case.models.sheet import _KEYS as KEYS_OF_SHEETS
+from fsm.case.models.sheet import BOOMS, Sheet
+from fsm.case.models.solve import Solve
+from fsm.case.schema.key_facts import facts_of
+from fsm.case.schema.model import Model
+from fsm.case.schema.schema import Place
+from fsm.cli.command_line import CALIBRATIONS, cli
+from fsm.run.run_case import run_case
+from fsm.solve.outcome.status import Event
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "case_file.md"
@@ -61,7 +61,7 @@ def test_tables_of_keys_are_those_of_the_models() -> None:
         for child in model.__subclasses__():
             yield from below(child)
 
-    models = {model for model in below(Model) if model is not Model and model.__module__.startswith("fsm.scene.")}
+    models = {model for model in below(Model) if model is not Model and model.__module__.startswith("fsm.case.")}
     # bases of other models have names with an underscore
     models = {model for model in models if not model.__name__.startswith("_")}
     kinds = {kind.parameters for kind in OWN_COUPLINGS.values()}  # the text lists their keys

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsm.plots import beside
+from fsm.views.plots import beside
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="a process cannot be copied")
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.load_case import load_case
-from fsm.segments.drive import Travel, run_up
+from fsm.builders.scene import build_scene
+from fsm.case.loading.load_case import load_case
+from fsm.model.bodies.drive import Travel, run_up
 
 
 def motion(speed: float = 0.002, travel: float = 0.15, over: float = 0.003) -> Travel:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from fsm.case.loading.load_case import load_case
 from fsm.errors import CaseError
-from fsm.scene.load_case import load_case
 
 CASE = """
 [strip]

@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fsm.recorder
-from fsm import atomic_write
+import fsm.run.recorder
+from fsm.case.loading.load_case import load_case
+from fsm.case.loading.table import load_table
 from fsm.errors import NotConverged
+from fsm.io import atomic_write
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.results.writer import ResultWriter
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.scene.table import load_table
-from fsm.table import Job, run_row
+from fsm.run.run_case import run_case
+from fsm.run.table import Job, run_row
 from tests.unit.test_results import LAYOUT, record
 
 CASES = Path(__file__).parents[2] / "folding_cases"
@@ -68,8 +68,8 @@ every = 5e-4
 channels = ["crease.*.angle", "support.*"]
 """
 STAGES = {
-    "read_case": "fsm.scene.load_case", "build_scene": "fsm.scene.builders.scene", "plan_of": "fsm.segments.plan",
-    "compile_whole": "fsm.compile_case", "open_hdf5": "fsm.results.store",
+    "read_case": "fsm.case.loading.load_case", "build_scene": "fsm.builders.scene", "plan_of": "fsm.model.plan.plan",
+    "compile_whole": "fsm.model.compile.compile_case", "open_hdf5": "fsm.results.store",
 }  # fmt: skip
 
 
@@ -92,7 +92,7 @@ def stages(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
         for module in [module for key, module in sys.modules.items() if key.startswith("fsm.")]:
             if getattr(module, name, None) is function:
                 monkeypatch.setattr(module, name, counted(name, function))
-    monkeypatch.setattr(fsm.recorder, "CHECKPOINT_EVERY", 1e9)  # a busy machine would write one
+    monkeypatch.setattr(fsm.run.recorder, "CHECKPOINT_EVERY", 1e9)  # a busy machine would write one
     monkeypatch.setattr(atomic_write, "_flush_entries", counted("to the disk", atomic_write._flush_entries))
     return counts
 

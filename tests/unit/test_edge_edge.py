@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from fsm.interactions.edge_edge import find_edges
-from fsm.interactions.shapes import EdgePairs, Edges
-from fsm.interactions.swept import edges_pass, local_edges
+from fsm.interactions.contact.shapes import EdgePairs, Edges
+from fsm.interactions.shapes.edge_edge import find_edges
+from fsm.interactions.shapes.swept import edges_pass, local_edges
 from fsm.kernels.rotation import exponential, multiply
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.shape_tables import Units, as_rectangle
-from fsm.segments.side_contacts import SideContacts
+from fsm.model.contact.shapes.shape_tables import Units, as_rectangle
+from fsm.model.contact.shapes.side_contacts import SideContacts
 
 STIFFNESS = 1e5
 

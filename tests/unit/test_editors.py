@@ -11,13 +11,13 @@ import jsonschema
 import pytest
 from click.testing import CliRunner, Result
 
-from fsm.cli import cli
-from fsm.commands.init import _ALSO, kinds
-from fsm.scene.case import Strip, root
-from fsm.scene.json_schema import case_schema
-from fsm.scene.key_facts import facts_of, section_of
-from fsm.scene.key_help import all_keys, help_lines
-from fsm.scene.sheet import Sheet
+from fsm.case.loading.json_schema import case_schema
+from fsm.case.loading.key_help import all_keys, help_lines
+from fsm.case.models.case import Strip, root
+from fsm.case.models.sheet import Sheet
+from fsm.case.schema.key_facts import facts_of, section_of
+from fsm.cli.command_line import cli
+from fsm.cli.init import _ALSO, kinds
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = sorted((ROOT / "folding_cases").glob("*/case.toml"))
@@ -59,13 +59,13 @@ def test_a_new_case_runs(kind: str, validator: Any, tmp_path: Path) -> None:
 def test_every_builder_has_a_case() -> None:
     built = {name: name for name in ("strip", "lattice", "sheet", "scene")} | {"membrane": "film", "scissor": "array"}
     assert set(built.values()) <= set(kinds())
-    builders = {path.stem for path in (ROOT / "fsm" / "scene" / "builders").glob("[a-z]*.py")}
+    builders = {path.stem for path in (ROOT / "fsm" / "builders").glob("[a-z]*.py")} | {"sheet", "membrane", "scissor"}
     parts = {"beside_sheet", "flexible_loads", "flexible_sheet"}  # of a sheet
     parts |= {f"sheet_{part}" for part in ("bars", "contact", "folding", "gas", "joints", "loads", "supports")}
     sheet = Sheet.model_fields
     for kind in (*get_args(get_args(sheet["kind"].annotation)[0]), *get_args(sheet["facets"].annotation)):
         assert _ALSO.get(kind, kind) in kinds(), kind
-    texts = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "fsm" / "commands" / "templates").glob("*.toml"))
+    texts = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "fsm" / "cli" / "templates").glob("*.toml"))
     for name in ("bodies", "elements", "pairs", "cables", "beams", "trusses", "frames"):
         assert f"[[scene.{name}]]" in texts
     assert builders - parts - {"warm_up", "scissor_bodies"} == set(built), "a new builder needs a template"
@@ -168,7 +168,7 @@ def test_shipped_cases_fit_the_schema(path: Path, validator: Any) -> None:
     ],
 )  # fmt: skip
 def test_mistakes_are_found_by_the_schema(change: tuple[str, str], place: str, validator: Any) -> None:
-    text = (ROOT / "fsm" / "commands" / "templates" / "strip.toml").read_text(encoding="utf-8")
+    text = (ROOT / "fsm" / "cli" / "templates" / "strip.toml").read_text(encoding="utf-8")
     assert change[0] in text
     assert place in faults(validator, text.replace(*change, 1))
 
@@ -194,8 +194,8 @@ def test_descriptions_have_units(tmp_path: Path) -> None:
 EXTENSION = """
 from pydantic import Field
 from fsm.extend import Section, add_builder, add_element_law
-from fsm.scene.scene import Scene
-from fsm.scene.units import Force, Length
+from fsm.case.models.scene import Scene
+from fsm.case.schema.units import Force, Length
 
 class Wire(Section):
     "Section [wire_of_a_test]."

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.case.models.scene import Body, ForceElement, Scene
 from fsm.errors import CaseError
-from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
+from fsm.model.compile.compile import compile_scene
 
 CURVE = {"law": "spline", "interpolation": "pchip", "angle": [-4.0, 0.0, 4.0], "moment": [-4.0, 0.0, 12.0]}
 LINEAR = {"law": "linear", "stiffness": 2.0}

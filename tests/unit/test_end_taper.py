@@ -6,12 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.end_taper import TAPER, end_taper
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.scene import Body, ContactPair, Plate, Scene, Surface
 from fsm.interactions.quadrature import gauss_lobatto
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.scene import Body, ContactPair, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
+from fsm.interactions.surfaces.end_taper import TAPER, end_taper
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 LENGTH, THICK, STIFFNESS = 0.02, 1e-3, 1e6

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fsm.case.loading.load_case import load_case
 from fsm.kernels.body_poses import retract_poses
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.segments.elements import BushingGroup
-from fsm.segments.group import PreviousPoses
-from fsm.segments.pattern import body_pattern
+from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.pattern import body_pattern
+from fsm.model.elements.elements import BushingGroup
+from fsm.run.run_case import run_case
 
 BODIES = np.array([[0, 1]])
 DAMPING = 0.7

@@ -19,11 +19,11 @@ from PIL import Image
 from vtk.util.numpy_support import vtk_to_numpy
 
 import fsm
-from fsm.cli import cli
-from fsm.exporters import EXPORTERS, export
-from fsm.exporters.mesh import Mesh, mesh_of
+from fsm.builders.patterns.flexible_mesh import flexible_mesh
+from fsm.cli.command_line import cli
 from fsm.results.all_channels import all_channels
-from fsm.scene.patterns.flexible_mesh import flexible_mesh
+from fsm.views.exporters import EXPORTERS, export
+from fsm.views.exporters.mesh import Mesh, mesh_of
 
 ROOT = Path(__file__).parents[2]
 CASES = {
@@ -280,7 +280,7 @@ def test_flexible_facets_are_hinged_at_creases_only(tmp_path: Path) -> None:
     """Every triangle was hinged to its neighbours, and the edges of a slit were joined: the exported structure was wrong."""
     ring = fsm.load(ROOT / "folding_cases" / "slit_annulus" / "case.toml")
     ring = ring.set({"sheet.mesh": [2, 8], "load.0.force_per_length": [0, 0, 0.01]})
-    folded = fsm.load(ROOT / "fsm" / "commands" / "templates" / "flexible.toml").set("drive.0.travel", "0.5 mm")
+    folded = fsm.load(ROOT / "fsm" / "cli" / "templates" / "flexible.toml").set("drive.0.travel", "0.5 mm")
     for case in (ring, folded):
         result = case.run()
         text = result.export("inp", tmp_path / "x.inp").read_text()

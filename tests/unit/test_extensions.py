@@ -12,16 +12,16 @@ import pytest
 
 import fsm
 from fsm import registry
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import LoadedCase, load_case
 from fsm.errors import CaseError
-from fsm.run import run_case
-from fsm.scene.load_case import LoadedCase, load_case
-from fsm.table import run_table
+from fsm.model.compile.compile_case import compile_case
+from fsm.run.run_case import run_case
+from fsm.run.table import run_table
 
 LAW = """
 import numpy as np
 from fsm.extend import ElementLaw, Section, add_element_law
-from fsm.scene.units import Length, Stiffness
+from fsm.scene.units import Length, Stiffness  # the place of earlier versions
 
 class Cubic(Section):
     stiffness: Stiffness

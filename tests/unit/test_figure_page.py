@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from fsm.plots import figures
-from fsm.plots.style import COLOURS
-from fsm.scene.table import OVERLAY, STUDY
+from fsm.case.loading.table import OVERLAY, STUDY
+from fsm.views.plots import figures
+from fsm.views.plots.style import COLOURS
 
 DOCS = Path(__file__).parents[2] / "docs"
 

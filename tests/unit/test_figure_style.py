@@ -14,25 +14,25 @@ from click.testing import CliRunner
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from fsm.cli import cli
-from fsm.plots.channels import plot_channels
-from fsm.plots.contact_map import plot_contact_map
-from fsm.plots.drawing import drawing
-from fsm.plots.energy import STACK, plot_energy
-from fsm.plots.figures import draw
-from fsm.plots.force import plot_force, plot_overlay
-from fsm.plots.marks import stage_shade
-from fsm.plots.motion import plot_motion
-from fsm.plots.parts import colours_of_parts, handles_of_parts, polygons
-from fsm.plots.style import COLOURS, rounded
-from fsm.plots.vibration import plot_modes, plot_tension
+from fsm.case.models.scene import Body, Plate, Scene
+from fsm.cli.command_line import cli
+from fsm.model.compile.compile import compile_scene
 from fsm.results.channel import Channel, ChannelInfo
 from fsm.results.film import Film
 from fsm.results.quantities import STAGES
 from fsm.results.solution import Layout, Solution
 from fsm.results.writer import ResultWriter
-from fsm.scene.scene import Body, Plate, Scene
-from fsm.segments.compile import compile_scene
+from fsm.views.plots.channels import plot_channels
+from fsm.views.plots.contact_map import plot_contact_map
+from fsm.views.plots.drawing import drawing
+from fsm.views.plots.energy import STACK, plot_energy
+from fsm.views.plots.figures import draw
+from fsm.views.plots.force import plot_force, plot_overlay
+from fsm.views.plots.marks import stage_shade
+from fsm.views.plots.motion import plot_motion
+from fsm.views.plots.parts import colours_of_parts, handles_of_parts, polygons
+from fsm.views.plots.style import COLOURS, rounded
+from fsm.views.plots.vibration import plot_modes, plot_tension
 from tests.unit.plot_runs import strip_run, undriven, words
 from tests.unit.test_report_page import records_of, saved
 

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from fsm.analyses.report import MINAMI
-from fsm.cli import cli
+from fsm.case.loading.load_case import load_case
+from fsm.check.film import MINAMI
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.scene.load_case import load_case
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "membrane_impact" / "case.toml"
 STAGES = Path(__file__).parents[2] / "folding_cases" / "deployed_strip" / "case.toml"
@@ -40,7 +40,7 @@ def test_the_case_is_read_in_si() -> None:
 def load_case_text(text: str) -> Any:
     import tomllib
 
-    from fsm.scene.load_case import read_case
+    from fsm.case.loading.load_case import read_case
 
     case, found = read_case(tomllib.loads(text), Path())
     assert not found
@@ -112,13 +112,13 @@ def test_check_says_what_will_be_built() -> None:
 
 def test_check_compiles_nothing() -> None:
     code = (
-        f"import sys; from fsm.cli import cli; cli(['check', {str(CASE)!r}], standalone_mode=False); "
+        f"import sys; from fsm.cli.command_line import cli; cli(['check', {str(CASE)!r}], standalone_mode=False); "
         "assert not {'numba', 'h5py', 'matplotlib'} & set(sys.modules), sorted(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
 def test_one_number_of_the_air() -> None:
-    from fsm.ancf import air
+    from fsm.model.nodes.films import air
 
     assert air.MINAMI == MINAMI

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.assembly.compile import compile_model
-from fsm.assembly.system import JoinedSystem
+from fsm.case.derived.contact_points import contact_points, penetration_between, points_along
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene
 from fsm.errors import CaseError
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.contact_points import contact_points, penetration_between, points_along
-from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene
+from fsm.model.compile.compile_joined import compile_model
+from fsm.model.joined.system import JoinedSystem
 
 STIFFNESS, THICKNESS = 1e6, 1e-4
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.scene.patterns.fold_file import read_fold
-from fsm.scene.patterns.reading import PatternFault, Reading
+from fsm.case.pattern_files.fold_file import read_fold
+from fsm.case.pattern_files.reading import PatternFault, Reading
 from tests.case_texts import FOLDED, SQUARE, fold
 
 

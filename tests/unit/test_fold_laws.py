@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.ancf.assembly import slots_of
-from fsm.ancf.folds import BETWEEN_POINTS, FoldGroup
-from fsm.ancf.mesh import node_pattern
-from fsm.ancf.truss import BarGroup
-from fsm.assembly.fold_laws_of import fold_laws_of
-from fsm.blocks import BlockMatrix
-from fsm.scene.materials import SplineCrease
-from fsm.scene.patterns.fold_data import UNIT, FoldData
+from fsm.case.models.fold_data import UNIT, FoldData
+from fsm.case.models.materials import SplineCrease
+from fsm.kernels.blocks import BlockMatrix
+from fsm.model.compile.fold_laws_of import fold_laws_of
+from fsm.model.nodes.assembly import slots_of
+from fsm.model.nodes.facets.folds import BETWEEN_POINTS, FoldGroup
+from fsm.model.nodes.mesh import node_pattern
+from fsm.model.nodes.truss import BarGroup
 
 POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.3, 0.9, -0.1], [1.2, 1.1, 0.3], [0.5, 0.4, 1.0]])
 CORNERS = 3 * np.array([[0, 1, 2, 3], [4, 0, 1, 2], [3, 1, 4, 0]])

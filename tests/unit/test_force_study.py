@@ -14,9 +14,9 @@ from fsm.calibrate.force import QUANTITIES, force_test, read_tests
 from fsm.calibrate.parameters import unit_of
 from fsm.calibrate.response import force_response
 from fsm.calibrate.study import MeasuredCurve, read_study
-from fsm.cli import cli
+from fsm.case.loading.load_case import load_case
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.scene.load_case import load_case
 
 CASES = Path(__file__).resolve().parents[2] / "folding_cases"
 CASE = """

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fsm.case.models.contact import FRICTION_KEYS, Friction
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.friction.lugre import _mean_decay
-from fsm.scene.contact import FRICTION_KEYS, Friction
 
 MU_S, MU_D, V_S, V_D, V_STRIBECK, PRESLIDING = 0.3, 0.2, 1e-3, 1e-2, 5e-3, 1e-5
 CASES = {

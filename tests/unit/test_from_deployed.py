@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fsm.ancf.crease_line import CreaseLineGroup
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
-from fsm.ancf.system import AncfSystem
+from fsm.model.nodes.facets.crease_line import CreaseLineGroup
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.system.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
+from fsm.model.nodes.system.system import AncfSystem
 
 SHEET = FilmMaterial(3e9, 0.3, 800.0, 3e-4)
 

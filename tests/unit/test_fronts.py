@@ -7,21 +7,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import fsm.blocks
-from fsm.ancf.build import MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Loading, SupportMotion
-from fsm.ancf.system import AncfSystem
-from fsm.blocks import BlockMatrix, BlockPattern, Elimination
+import fsm.kernels.blocks
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import fill_in
+from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.kernels.fronts import Supernodes, count_negative_pivots, factorise_fronts, solve_by_fronts, solve_columns
 from fsm.kernels.programs import ramp
-from fsm.segments.pattern import body_pattern
-from fsm.solve import linear
-from fsm.solve.linear import LinearSolver
-from fsm.solve.newton import equilibrium
-from fsm.solve.supernodes import supernodes
+from fsm.model.bodies.pattern import body_pattern
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.loading import Loading, SupportMotion
+from fsm.model.nodes.system.build import MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.equations import linear
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.newton import equilibrium
+from fsm.solve.equations.supernodes import supernodes
 
 
 def random_symmetric(rows: int, columns: int, size: int, links: int, seed: int) -> BlockMatrix:
@@ -123,7 +123,7 @@ def test_large_symmetric_matrices_take_fronts_and_all_others_do_not() -> None:
 def test_several_right_sides_are_refined_as_one_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """The factors have an error of 1e-6; one refinement reduces the error of every solution to about its square."""
     matrix = random_symmetric(12, 12, 9, 10, 3)
-    monkeypatch.setattr(fsm.blocks, "FRONTS_FROM", 0.0)
+    monkeypatch.setattr(fsm.kernels.blocks, "FRONTS_FROM", 0.0)
     solver = LinearSolver()
     solver.factorise(matrix)
     assert solver._supernodes is not None
@@ -146,8 +146,8 @@ def test_accurate_fronts_need_no_second_count_of_negative_pivots(monkeypatch: py
     """A second count takes several times as long as the factorisation by fronts."""
     matrix = random_symmetric(14, 14, 3, 0, 5)
     negative = int(np.sum(np.linalg.eigvalsh(matrix.bsr().toarray()) < 0.0))
-    monkeypatch.setattr(fsm.blocks, "FRONTS_FROM", 0.0)
-    monkeypatch.setattr("fsm.solve.inertia.negative_eigenvalues", lambda *_: -1)
+    monkeypatch.setattr(fsm.kernels.blocks, "FRONTS_FROM", 0.0)
+    monkeypatch.setattr("fsm.solve.equations.inertia.negative_eigenvalues", lambda *_: -1)
     solver = LinearSolver()
     solver.factorise(matrix)
     assert solver._supernodes is not None and negative > 0
@@ -159,7 +159,7 @@ def test_accurate_fronts_need_no_second_count_of_negative_pivots(monkeypatch: py
 def test_equilibrium_by_fronts_is_that_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
     for bound in (np.inf, 0.0):
-        monkeypatch.setattr(fsm.blocks, "FRONTS_FROM", bound)
+        monkeypatch.setattr(fsm.kernels.blocks, "FRONTS_FROM", bound)
         system = pulled(6)
         assert (system.arrays_at_rest(LinearSolver().ready) is None) == (bound == 0.0)
         found.append(equilibrium(system, system.start, np.array([0.0, 1.0])))
@@ -168,7 +168,7 @@ def test_equilibrium_by_fronts_is_that_by_blocks(monkeypatch: pytest.MonkeyPatch
 
 
 def test_superlu_takes_over_where_a_front_is_singular_or_the_residual_is_poor(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fsm.blocks, "FRONTS_FROM", 0.0)
+    monkeypatch.setattr(fsm.kernels.blocks, "FRONTS_FROM", 0.0)
     pattern = body_pattern(np.arange(40), [np.column_stack([np.arange(39), np.arange(1, 40)])], 3)
     solver = LinearSolver()
     with pytest.raises(NotConverged, match="mechanism"):

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.assembly.gas import Gases, nozzle
-from fsm.scene.gas import Gas, Orifice
-from fsm.scene.time_program import Ramp
+from fsm.case.models.gas import Gas, Orifice
+from fsm.case.models.time_program import Ramp
+from fsm.model.joined.gas import Gases, nozzle
 
 R, T0, G = 287.06, 293.15, 1.4
 CHOKED = math.sqrt(G) * (2.0 / (G + 1.0)) ** ((G + 1.0) / (2.0 * (G - 1.0)))

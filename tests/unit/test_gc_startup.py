@@ -19,7 +19,7 @@ def test_imports_are_put_aside_once(tmp_path):
         (tmp_path / f"{name}_of_ours.py").write_text("kept = [[k] for k in range(1000)]\n", encoding="utf-8")
     code = (
         "import gc, sys\n"
-        "from fsm.gc_startup import imports_outside_gc\n"
+        "from fsm.io.gc_startup import imports_outside_gc\n"
         f"sys.path.insert(0, {str(tmp_path)!r})\n"
         "for module in ('one_of_ours', 'one_of_ours', 'other_of_ours'):\n"
         "    with imports_outside_gc():\n"
@@ -37,21 +37,22 @@ def test_collections_are_rare_within_a_command_and_left_out_at_its_end():
     state = "print(gc.get_freeze_count(), gc.get_threshold()[0])"
     before, within, after = (
         [int(number) for number in line.split()]
-        for line in _printed(f"import gc\nfrom fsm.gc_startup import rare_gc\n{state}\nwith rare_gc(): {state}\n{state}")
+        for line in _printed(f"import gc\nfrom fsm.io.gc_startup import rare_gc\n{state}\nwith rare_gc(): {state}\n{state}")
     )
     assert within[0] == 0 and within[1] > 10 * before[1]
     assert after[0] > 0 and after[1] == before[1]
 
 
 def test_a_library_leaves_the_process_of_another_alone():
-    assert _printed("import gc, fsm.run, fsm.cli, fsm.table\nprint(gc.isenabled(), gc.get_freeze_count())") == ["True 0"]
+    code = "import gc, fsm.run.run_case, fsm.cli.command_line, fsm.run.table\nprint(gc.isenabled(), gc.get_freeze_count())"
+    assert _printed(code) == ["True 0"]
 
 
 @pytest.mark.nightly
 def test_a_pulled_strip_imports_no_part_of_scipy(tmp_path):
     """Its import takes longer than the solution of a small model."""
-    code = "import sys\nfrom pathlib import Path\nfrom fsm.run import run_case\n"
-    code += "from fsm.scene.load_case import load_case\n"
+    code = "import sys\nfrom pathlib import Path\nfrom fsm.run.run_case import run_case\n"
+    code += "from fsm.case.loading.load_case import load_case\n"
     code += f"run_case(load_case({str(STRIP)!r}), Path({str(tmp_path)!r}), progress=False)\n"
     parts = "'sparse', 'linalg', 'interpolate', 'optimize', 'integrate'"
     code += f"print([part for part in ({parts}) if f'scipy.{{part}}' in sys.modules])"
@@ -61,7 +62,8 @@ def test_a_pulled_strip_imports_no_part_of_scipy(tmp_path):
 
 def test_a_quick_import_leaves_matplotlib_as_it_is():
     """Tables of properties are restored after the block, and artists accept their properties."""
-    code = "from fsm.gc_startup import plain_matplotlib\nwith plain_matplotlib():\n    from matplotlib.lines import Line2D\n"
+    code = "from fsm.io.gc_startup import plain_matplotlib\nwith plain_matplotlib():\n"
+    code += "    from matplotlib.lines import Line2D\n"
     code += "from matplotlib.artist import Artist, kwdoc\nline = Line2D([], [])\nline.set(linewidth=3.0)\n"
     code += "class Later(Artist):\n    pass\n"
     code += "print(line.get_linewidth(), 'linewidth' in kwdoc(Line2D), 'alpha' in str(Later.set.__signature__))"

@@ -7,16 +7,16 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
 from fsm.kernels.rotation import rotation_matrix
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
-from fsm.segments.check_scene import check_scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.contact_memory import ContactMemory
-from fsm.segments.shape_tables import as_rectangle
-from fsm.segments.side_contacts import Side, SideContacts
-from fsm.segments.system import SegmentSystem
+from fsm.model.compile.compile import compile_scene
+from fsm.model.contact.contact_memory import ContactMemory
+from fsm.model.contact.shapes.shape_tables import as_rectangle
+from fsm.model.contact.shapes.side_contacts import Side, SideContacts
+from fsm.model.faults.check_scene import check_scene
+from fsm.model.system.system import SegmentSystem
 from validation.contact.box_of_plates import box_scene
 
 FLOOR = Obstacle(name="floor", shape="plane")

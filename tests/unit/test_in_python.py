@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from fsm.analyses.deploy import Deployment
-from fsm.describe import describe
-from fsm.run import run_case
-from fsm.scene.case import Case
-from fsm.scene.load_case import LoadedCase
-from fsm.segments.in_python import cost_in_python
-from fsm.solve.linear import LinearSolver
-from fsm.summary import _COSTLY
+from fsm.case.loading.load_case import LoadedCase
+from fsm.case.models.case import Case
+from fsm.check.describe import describe
+from fsm.model.plan.in_python import cost_in_python
+from fsm.run.run_case import run_case
+from fsm.run.summary import _COSTLY
+from fsm.solve.equations.linear import LinearSolver
 
 TABLE = {"law": "spline", "angle": [0.0, 1.0, 2.0], "moment": [0.0, 5e-3, 8e-3]}
 STRIP: dict[str, Any] = {
@@ -95,5 +95,5 @@ def test_the_cost_agrees_with_the_measured_strip() -> None:
 
 
 def test_the_reasons_are_found_without_the_compiler(tmp_path: Path) -> None:
-    lines = "import sys, fsm.segments.report; assert 'numba' not in sys.modules"
+    lines = "import sys, fsm.check.report; assert 'numba' not in sys.modules"
     subprocess.run([sys.executable, "-c", lines], check=True, cwd=tmp_path)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator
 
-from fsm.interpolation import hermite_cubic, monotone_cubic, spline
+from fsm.kernels.interpolation import hermite_cubic, monotone_cubic, spline
 
 CURVES = {"spline": (spline, CubicSpline), "monotone": (monotone_cubic, PchipInterpolator)}
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import is_interrupt
-from fsm.interrupts import ignore_repeated_interrupts
+from fsm.io.interrupts import ignore_repeated_interrupts
 from fsm.kernels.jit import kernel
 
 DUE = 1e-3
@@ -69,7 +69,7 @@ def test_between_calls_of_kernels() -> None:
 
 IMPATIENT = """
 import sys, time
-from fsm.interrupts import ignore_repeated_interrupts
+from fsm.io.interrupts import ignore_repeated_interrupts
 with ignore_repeated_interrupts():
     try:
         print("ready", flush=True)

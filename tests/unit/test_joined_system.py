@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.assembly.compile import compile_model
-from fsm.assembly.system import JoinedSystem
+from fsm.case.models.flexible import SceneCable, SceneFilm, SceneFrame
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.scene import Body, ForceElement, Plate, Scene
 from fsm.kernels.body_poses import pose_difference
-from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame
-from fsm.scene.loads import Drive, Load
-from fsm.scene.scene import Body, ForceElement, Plate, Scene
+from fsm.model.compile.compile_joined import compile_model
+from fsm.model.joined.system import JoinedSystem
 
 
 def scene(damped: bool = True) -> Scene:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.segments.compile import compile_scene
+from fsm.builders.strip import build_strip
+from fsm.case.models.case import Case
+from fsm.model.compile.compile import compile_scene
 
 
 def evaluate(spatial: bool) -> dict[str, Any]:

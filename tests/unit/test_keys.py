@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsm.kernels.keys import find_keys
-from fsm.segments.contact_memory import ContactMemory
+from fsm.model.contact.contact_memory import ContactMemory
 
 KEYS = st.lists(st.integers(0, 40), max_size=30, unique=True).map(lambda keys: np.array(keys, dtype=np.int64))
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from fsm.ancf.assembly import slots_of
-from fsm.ancf.hinge import HingeGroup
-from fsm.ancf.latch import Latches
-from fsm.ancf.mesh import node_pattern
-from fsm.blocks import BlockMatrix
+from fsm.kernels.blocks import BlockMatrix
+from fsm.model.nodes.assembly import slots_of
+from fsm.model.nodes.beams.hinge import HingeGroup
+from fsm.model.nodes.beams.latch import Latches
+from fsm.model.nodes.mesh import node_pattern
 
 LIMIT, STIFFNESS, DAMPING = 0.4, 3.0, 0.2
 INITIAL, SIGN = 0.7, -1.0

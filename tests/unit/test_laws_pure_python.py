@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fsm.case.models.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 
 GIVEN = {
     "damping": 40.0, "ramp": 1e-4, "restitution": 0.4, "mu_static": 0.3, "v_static": 1e-3, "v_dynamic": 1e-2,

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fsm.builders.lattice import build_lattice
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Body, ForceElement, Scene
 from fsm.errors import CaseError
 from fsm.interactions.ligament_planar import ligament_constants_planar, measure_ligament_planar, stored_ligament_planar
-from fsm.preview import preview
-from fsm.scene.builders.lattice import build_lattice
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
-from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.views.pictures.preview import preview
 
 
 def pair(damping: float = 0.0, swapped: bool = False) -> SegmentSystem:

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.linalg import splu
 
-from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import fill_in, is_symmetric
-from fsm.segments.pattern import body_pattern
-from fsm.solve.linear import LinearSolver, few_by_minimum_degree, many_by_minimum_degree
+from fsm.kernels.blocks import BlockMatrix
+from fsm.model.bodies.pattern import body_pattern
+from fsm.solve.equations.linear import LinearSolver, few_by_minimum_degree, many_by_minimum_degree
 
 
 def random_matrix(count: int, size: int, links: int, seed: int, symmetric: bool = False) -> BlockMatrix:
@@ -149,7 +149,7 @@ def second_differences(nodes: int, size: int, shift: float) -> tuple[BlockMatrix
 def test_no_full_matrix_where_the_blocks_were_replaced(shift: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(np.linalg, "eigvalsh", None)
     monkeypatch.setattr(np.linalg, "eigvals", None)
-    monkeypatch.setattr("fsm.solve.inertia._by_dense", None)
+    monkeypatch.setattr("fsm.solve.equations.inertia._by_dense", None)
     matrix, negative = second_differences(2000, 6, shift)
     solver = LinearSolver("splu")
     solver.factorise(matrix)

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.load_names import MOMENT, PRESSURE, force_name, load_units
-from fsm.report.plots import curves_of
+from fsm.case.models.loads import Load
+from fsm.model.bodies.loads import applied
 from fsm.results.step_data import LoadPath, write_load_path_csv
-from fsm.scene.loads import Load
-from fsm.segments.loads import applied
-from fsm.summary_text import summary_lines
+from fsm.run.summary_text import summary_lines
+from fsm.text.load_names import MOMENT, PRESSURE, force_name, load_units
+from fsm.views.report.plots import curves_of
 from tests.unit.plot_runs import strip_run
 
 

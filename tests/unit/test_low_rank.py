@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.blocks import BlockMatrix, BlockPattern, LowRank
-from fsm.solve.linear import LinearSolver
+from fsm.kernels.blocks import BlockMatrix, BlockPattern, LowRank
+from fsm.solve.equations.linear import LinearSolver
 
 COUNT = 8
 

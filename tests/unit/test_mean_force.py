@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.assembly.compile import compile_model
-from fsm.scene.loads import Drive, Load
-from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.scene.time_program import Ramp
-from fsm.segments.system import SegmentSystem
-from fsm.solve.mean_force import MeanForce
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.scene import Body, ForceElement, Scene
+from fsm.case.models.time_program import Ramp
+from fsm.model.compile.compile_joined import compile_model
+from fsm.model.system.system import SegmentSystem
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from fsm.solve.time.mean_force import MeanForce
 
 
 def free_body() -> SegmentSystem:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.ancf.build import MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.system import AncfSystem
-from fsm.solve.mean_force import MeanForce
-from fsm.stepping.mean_force import divide
-from fsm.stepping.mean_newton import predicted_rate
-from fsm.stepping.secants import add, improved, no_secants
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.system.build import MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.stepping.mean_force import divide
+from fsm.solve.stepping.mean_newton import predicted_rate
+from fsm.solve.stepping.secants import add, improved, no_secants
+from fsm.solve.time.mean_force import MeanForce
 
 
 def iterations(learning: bool) -> int:

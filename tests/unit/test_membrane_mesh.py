@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from fsm.scene.builders.membrane import COARSEST, check_film, mesh_lines, place_patches
-from fsm.scene.membrane import Membrane, Patch
+from fsm.case.derived.membrane import COARSEST, check_film, mesh_lines, place_patches
+from fsm.case.models.membrane import Membrane, Patch
 
 FILM = Membrane(length=0.3, width=0.3, thickness=25e-6)
 SHEET = {"thickness": 1e-3, "young": 2e11, "density": 7800}

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
-from fsm.scene.case import Case
-from fsm.segments.elements import BushingGroup
-from fsm.segments.merge import merged
+from fsm.case.models.case import Case
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.elements.elements import BushingGroup
+from fsm.model.system.merge import merged
 
 SPLINE = {"law": "spline", "angle": [0.0, 1.0, 2.0], "moment": [0.0, 5e-3, 8e-3], "interpolation": "pchip"}
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.load_case import read_case
-from fsm.scene.loads import Drive, Load
-from fsm.scene.materials import LinearCrease, SplineCrease
-from fsm.scene.method_selection import MAX_STATIC_PACE, automatic_method, pace
-from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.scene.time_program import Constant, Ramp, Table
+from fsm.builders.scene import build_scene
+from fsm.case.loading.load_case import read_case
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.materials import LinearCrease, SplineCrease
+from fsm.case.models.scene import Body, ForceElement, Scene
+from fsm.case.models.time_program import Constant, Ramp, Table
+from fsm.case.plan.method_selection import MAX_STATIC_PACE, automatic_method, pace
 
 MASS, STIFFNESS = 0.5, 2.0
 SLOW_SPEED = (0.5 * MAX_STATIC_PACE * STIFFNESS / MASS) ** 0.5

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case
 from fsm.errors import CaseError
-from fsm.plots.animation import animate
-from fsm.plots.motion import _title, leaves_plane, pick_records, plot_motion
-from fsm.plots.style import rounded
+from fsm.model.compile.compile import compile_scene
 from fsm.results.solution import Solution
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.segments.compile import compile_scene
+from fsm.views.plots.animation import animate
+from fsm.views.plots.motion import _title, leaves_plane, pick_records, plot_motion
+from fsm.views.plots.style import rounded
 from tests.unit.plot_runs import (
     CELLS,
     ink,
@@ -78,7 +78,7 @@ def test_film_of_a_scissor_array_lies_in_x_and_y(tmp_path: Path, monkeypatch: py
         drawn.append(Figure(**options))
         return drawn[-1]
 
-    monkeypatch.setattr("fsm.plots.animation.Figure", kept)
+    monkeypatch.setattr("fsm.views.plots.animation.Figure", kept)
     run = strip_run(3)
     run.layout = replace(run.layout, case_text="[scissor]\nunits = 2\n")
     animate(run, tmp_path / "motion.gif")

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from fsm.case.models.contact import NORMAL_KEYS, Contact
 from fsm.laws.normal import NORMAL_LAWS
 from fsm.laws.normal.flores import damping_factor as flores
 from fsm.laws.normal.hunt_crossley import damping_factor as hunt_crossley
 from fsm.laws.normal.lankarani_nikravesh import damping_factor as lankarani_nikravesh
 from fsm.laws.normal.restitution import damping_factor as exact
-from fsm.scene.contact import NORMAL_KEYS, Contact
 
 K, C, RAMP = 2e5, 40.0, 1e-4
 FLOOR = 1e-3

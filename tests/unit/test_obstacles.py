@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.scene.contact import Contact
-from fsm.scene.load_case import read_case
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.planar import out_of_plane
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
-from fsm.segments.check_scene import check_scene
-from fsm.segments.compile_shapes import compile_shapes
+from fsm.builders.scene import build_scene
+from fsm.builders.strip import build_strip
+from fsm.case.derived.planar import out_of_plane
+from fsm.case.loading.load_case import read_case
+from fsm.case.models.case import Case
+from fsm.case.models.contact import Contact
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
+from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
+from fsm.model.compile.compile_shapes import compile_shapes
+from fsm.model.faults.check_scene import check_scene
 
 CONTACT = Contact(stiffness=1e6)
 STRIP: dict[str, Any] = {

@@ -16,10 +16,10 @@ from fsm.interactions.pose_spatial import tangent_pose_spatial
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves
-from fsm.segments.creases import CreaseGroup
-from fsm.segments.elements import BushingGroup
-from fsm.segments.group import PreviousPoses
-from fsm.segments.pattern import BodyPattern, body_pattern
+from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.pattern import BodyPattern, body_pattern
+from fsm.model.elements.creases import CreaseGroup
+from fsm.model.elements.elements import BushingGroup
 
 BODIES = np.array([[1, 0], [1, 2], [3, 2], [4, 3], [5, 4], [5, 0], [2, 5], [1, 4]])
 DOF = np.array([-1, 0, 1, -1, 2, 3])  # the ground and a held body within

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.scene.patterns.cuts import facets_across_cuts, open_cuts, sides_of_cuts
-from fsm.scene.patterns.fold_file import read_fold
-from fsm.scene.patterns.generators import miura
-from fsm.scene.patterns.lines import Line
-from fsm.scene.patterns.pattern import Pattern
-from fsm.scene.patterns.places import place_of
-from fsm.scene.patterns.planar import planar_pattern
+from fsm.builders.patterns.cuts import facets_across_cuts, open_cuts, sides_of_cuts
+from fsm.builders.patterns.generators import miura
+from fsm.builders.patterns.places import place_of
+from fsm.case.pattern_files.fold_file import read_fold
+from fsm.case.pattern_files.lines import Line
+from fsm.case.pattern_files.pattern import Pattern
+from fsm.case.pattern_files.planar import planar_pattern
 
 
 def grid(columns: int, rows: int, letters: dict[tuple[tuple[int, int], tuple[int, int]], str]) -> Pattern:

@@ -7,14 +7,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.scene import Body, ContactPair, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.run_io import SavedState
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.scene import Body, ContactPair, Plate, Scene, Surface
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.interface.records import PairState
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.system_records import PairState
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 LENGTH, WIDTHS, COUNT, THICKNESS = 0.06, (0.04, 0.03), 3, 1e-3

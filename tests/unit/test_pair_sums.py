@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.displacement_bound import furthest_motion
-from fsm.interactions.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING, smallest_gaps, sums_of_pairs
+from fsm.interactions.contact.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING, smallest_gaps, sums_of_pairs
+from fsm.interactions.search.displacement_bound import furthest_motion
 
 
 @pytest.mark.parametrize("slips", [1, 3])

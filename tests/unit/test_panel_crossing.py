@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.panel_crossing import unwatched_crossings
+from fsm.analyses.panel_crossing import unwatched_crossings
 
 SCENE: Any = SimpleNamespace(contact=None)
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.scene.patterns.file import with_pattern
-from fsm.scene.patterns.fold_file import read_fold
-from fsm.scene.patterns.lines import Line
-from fsm.scene.patterns.planar import planar_pattern
-from fsm.scene.patterns.reading import PatternFault, Reading
-from fsm.scene.patterns.svg_file import read_svg
-from fsm.scene.sheet import Sheet
+from fsm.case.models.sheet import Sheet
+from fsm.case.pattern_files.file import with_pattern
+from fsm.case.pattern_files.fold_file import read_fold
+from fsm.case.pattern_files.lines import Line
+from fsm.case.pattern_files.planar import planar_pattern
+from fsm.case.pattern_files.reading import PatternFault, Reading
+from fsm.case.pattern_files.svg_file import read_svg
 from tests.case_texts import FOLDED, fold
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg">'

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.assembly.system import JoinedSystem
-from fsm.compile_case import compile_case
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case
 from fsm.errors import CaseError
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.joined.system import JoinedSystem
 
 KINDS: dict[str, dict[str, Any]] = {
     "zigzag": {"columns": 3, "a": 0.1, "b": 0.05, "fold_angle": 0.5, "mesh_size": 0.03},

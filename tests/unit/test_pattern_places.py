@@ -13,14 +13,14 @@ import pytest
 from matplotlib.figure import Figure
 
 import fsm
+from fsm.builders.patterns.generators import miura, waterbomb
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.case.models.sheet import Sheet
+from fsm.case.pattern_files.fold_file import read_fold
+from fsm.case.pattern_files.pattern import Pattern, edge_groups
+from fsm.case.pattern_files.reading import PatternFault
 from fsm.errors import CaseError
-from fsm.scene.patterns.fold_file import read_fold
-from fsm.scene.patterns.generators import miura, waterbomb
-from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.patterns.pattern import Pattern, edge_groups
-from fsm.scene.patterns.reading import PatternFault
-from fsm.scene.sheet import Sheet
-from fsm.sheet_picture import draw_fault, draw_sheet
+from fsm.views.pictures.sheet_picture import draw_fault, draw_sheet
 
 CASE = """
 [sheet]

@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fsm.builders.patterns.facets import facet_frames, quaternions
+from fsm.builders.patterns.foldability import foldability
+from fsm.builders.patterns.folding import fold_pattern
+from fsm.builders.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
+from fsm.builders.patterns.places import place_of
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.sheet import Sheet
+from fsm.case.pattern_files.pattern import Pattern
 from fsm.errors import CaseError
-from fsm.scene.load_case import load_case
-from fsm.scene.patterns.facets import facet_frames, quaternions
-from fsm.scene.patterns.foldability import foldability
-from fsm.scene.patterns.folding import fold_pattern
-from fsm.scene.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
-from fsm.scene.patterns.pattern import Pattern
-from fsm.scene.patterns.places import place_of
-from fsm.scene.sheet import Sheet
-from fsm.sheet_picture import draw_sheet
+from fsm.views.pictures.sheet_picture import draw_sheet
 
 SHAPES = {
     "miura": miura(4, 3, 0.03, 0.02, math.radians(55.0), math.radians(35.0)),

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.segments.static_arrays import StaticSegments
+from fsm.case.loading.load_case import load_case
+from fsm.model.system.static_arrays import StaticSegments
+from fsm.run.run_case import run_case
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "case.toml"
 

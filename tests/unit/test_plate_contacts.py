@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.face_overlap import COLUMNS
-from fsm.interactions.face_weights import SHARE
-from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
+from fsm.interactions.shapes.face_overlap import COLUMNS
+from fsm.interactions.shapes.face_weights import SHARE
+from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
 from fsm.kernels.rotation import exponential, multiply
-from fsm.segments.shape_contacts import ShapeContacts
-from fsm.segments.shape_features import plate_grid
-from fsm.segments.shape_tables import Shape, as_polygon, as_rectangle
-from fsm.segments.side_contacts import SideContacts
+from fsm.model.contact.shapes.shape_contacts import ShapeContacts
+from fsm.model.contact.shapes.shape_features import plate_grid
+from fsm.model.contact.shapes.shape_tables import Shape, as_polygon, as_rectangle
+from fsm.model.contact.shapes.side_contacts import SideContacts
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 THICK = 4e-3

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.shape_boxes import shape_boxes_spatial
-from fsm.interactions.shape_distance import POLYGON, RECTANGLE, shape_derivatives
-from fsm.interactions.swept import points_pass
-from fsm.scene.scene import Body, Plate
-from fsm.segments.plate_shapes import corner_neighbours, plate_shapes
-from fsm.segments.shape_features import add_features, plate_grid
-from fsm.segments.shape_tables import TableBuilder
+from fsm.case.models.scene import Body, Plate
+from fsm.interactions.shapes.shape_boxes import shape_boxes_spatial
+from fsm.interactions.shapes.shape_distance import POLYGON, RECTANGLE, shape_derivatives
+from fsm.interactions.shapes.swept import points_pass
+from fsm.model.contact.shapes.plate_shapes import corner_neighbours, plate_shapes
+from fsm.model.contact.shapes.shape_features import add_features, plate_grid
+from fsm.model.contact.shapes.shape_tables import TableBuilder
 
 HALF = np.array([0.4, 0.25])
 CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * HALF

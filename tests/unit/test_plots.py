@@ -12,15 +12,15 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from fsm.plots.contact_map import HALF_HEIGHT, plot_contact_map
-from fsm.plots.energy import STACK, plot_energy
-from fsm.plots.figures import draw
-from fsm.plots.force import plot_force, plot_overlay
-from fsm.plots.motion import pick_records, plot_motion
-from fsm.plots.png import write_png
-from fsm.plots.style import STYLE, WIDE, evolution, figure, figure_unit, label_decades, shortened
 from fsm.results.quantities import summarise
 from fsm.results.solution import ENERGIES, Layout, Solution
+from fsm.views.plots.contact_map import HALF_HEIGHT, plot_contact_map
+from fsm.views.plots.energy import STACK, plot_energy
+from fsm.views.plots.figures import draw
+from fsm.views.plots.force import plot_force, plot_overlay
+from fsm.views.plots.motion import pick_records, plot_motion
+from fsm.views.plots.png import write_png
+from fsm.views.plots.style import STYLE, WIDE, evolution, figure, figure_unit, label_decades, shortened
 from tests.unit.plot_runs import (
     ink,
     labels,

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from fsm.case.models.case import Case
 from fsm.errors import CaseError
 from fsm.extend import PointKind, add_point_element
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.rotation import rotation_matrix
-from fsm.scene.case import Case
-from fsm.segments.pattern import body_pattern
-from fsm.segments.point_elements import PointGroup
+from fsm.model.bodies.pattern import body_pattern
+from fsm.model.elements.point_elements import PointGroup
 
 
 def volume(x, stiffness):

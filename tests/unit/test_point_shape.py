@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsm.interactions.box_pairs import ListedPairs
-from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE, shape_distance
-from fsm.interactions.shapes import ContactForces
+from fsm.interactions.contact.shapes import ContactForces
+from fsm.interactions.search.box_pairs import ListedPairs
+from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE, shape_distance
 from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics
-from fsm.segments.pattern import body_pattern
-from fsm.segments.shape_contacts import ShapeContacts
-from fsm.segments.shape_tables import Shape, TableBuilder
+from fsm.model.bodies.pattern import body_pattern
+from fsm.model.contact.contact_geometry import ActiveContacts, ContactKinematics
+from fsm.model.contact.shapes.shape_contacts import ShapeContacts
+from fsm.model.contact.shapes.shape_tables import Shape, TableBuilder
 
 STIFFNESS, DAMPING, MU, CREEP = 3e5, 0.4, 0.3, 0.05
 

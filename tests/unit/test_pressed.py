@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.contact_depths import advance_depths
+from fsm.case.models.contact import Contact
+from fsm.interactions.contact.contact_depths import advance_depths
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.scene.contact import Contact
-from fsm.segments.contact_depths import ContactDepths
-from fsm.segments.system import SegmentSystem
+from fsm.model.contact.contact_depths import ContactDepths
+from fsm.model.system.system import SegmentSystem
 from tests.unit.test_contact_forces import SPATIAL, only_contacts, pressed, pressed_strip
 
 TIME = 0.5

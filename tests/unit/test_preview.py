@@ -14,15 +14,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from fsm import preview as module
-from fsm.cli import cli
+from fsm.analyses.panel_crossing import _crossing
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.overlap import Outline, find_overlaps, near_boxes, outlines
-from fsm.panel_crossing import _crossing
-from fsm.preview import preview
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.scene import Scene
+from fsm.model.faults.overlap import Outline, find_overlaps, near_boxes, outlines
+from fsm.views.pictures import preview as module
+from fsm.views.pictures.preview import preview
 
 ROOT = Path(__file__).parents[2]
 CONTACT = {"stiffness": 1e5}

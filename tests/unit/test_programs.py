@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fsm.case.loading.load_case import load_case
+from fsm.check.report import describe
 from fsm.errors import CaseError
-from fsm.scene.load_case import load_case
-from fsm.segments.report import describe
 from tests.scene_text import bodies, spring
 
 ARM = bodies(arm=1.0, hand=1.0) + spring("spring", "arm", "hand", 100.0)

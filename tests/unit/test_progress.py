@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-import fsm.progress
-from fsm.progress import Progress, report_compilation
+import fsm.run.progress
+from fsm.run.progress import Progress, report_compilation
 
 
 class Compiler:
@@ -26,7 +26,7 @@ class Compiler:
 
 def test_lines_now_and_then_and_while_compiling(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     clock, jit = [0.0], Compiler()
-    monkeypatch.setattr(fsm.progress.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(fsm.run.progress.time, "monotonic", lambda: clock[0])
     with Progress(True, 4.0, "strip", jit) as bar:
         for _ in range(11):
             jit.told[0]("a")
@@ -55,7 +55,7 @@ def test_a_further_solve_has_its_own_progress(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clock, seen = [0.0], list[float]()
-    monkeypatch.setattr(fsm.progress.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(fsm.run.progress.time, "monotonic", lambda: clock[0])
     for show in (True, seen.append):
         with Progress(show, 4.0, "array", Compiler()) as bar:
             bar.step(4.0, 1)

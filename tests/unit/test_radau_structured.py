@@ -8,21 +8,21 @@ import pytest
 from scipy import sparse
 from scipy.integrate import Radau, solve_ivp
 
-from fsm.blocks import BlockMatrix
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.pattern import body_pattern
-from fsm.segments.system import SegmentSystem
-from fsm.solve.dense_run import stretch
-from fsm.solve.radau_structured import StructuredRadau, _diagonal_blocks, second_order_jacobian
-from fsm.solve.run_io import SavedState, Statistics
-from fsm.solve.scipy_ivp import FirstOrder, make_solver
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
+from fsm.kernels.blocks import BlockMatrix
+from fsm.model.bodies.pattern import body_pattern
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.interface.records import Linearised
+from fsm.solve.outcome.run_io import SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.system_records import Linearised
+from fsm.solve.time.dense_run import stretch
+from fsm.solve.time.radau_structured import StructuredRadau, _diagonal_blocks, second_order_jacobian
+from fsm.solve.time.scipy_ivp import FirstOrder, make_solver
 
 LENGTH, WIDTH, THICKNESS = 0.02, 0.03, 1e-3
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fsm.analyses.pretension import tensioned
 from fsm.analyses.reduced import reduced_model, stretch_left_out
-from fsm.ancf.build import MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Forcing, Loading, SupportMotion
-from fsm.ancf.system import AncfSystem
 from fsm.kernels.programs import half_sine, ramp
-from fsm.pretension import tensioned
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.loading import Forcing, Loading, SupportMotion
+from fsm.model.nodes.system.build import MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.modal import modes
 
 

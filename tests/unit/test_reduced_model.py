@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fsm.ancf.reduced import ReducedModel
+from fsm.model.nodes.system.reduced import ReducedModel
 
 
 @pytest.mark.parametrize("damping", [0.0, 30.0, 99.9999, 100.0, 100.0001, 300.0, 1e5])

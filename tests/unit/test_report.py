@@ -10,16 +10,16 @@ from typing import Any
 
 import pytest
 
-from fsm.compile_case import compile_case
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Body, ForceElement, Scene
+from fsm.check import report
+from fsm.check.contact import SURFACE_TIP
+from fsm.check.report import describe
 from fsm.errors import CaseError
-from fsm.interactions.surface import TIP
-from fsm.scene.case import Case
-from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.segments import report
-from fsm.segments.report import describe
-from fsm.segments.report_contact import SURFACE_TIP
-from fsm.segments.save_times import save_times
-from fsm.segments.surface_contacts import SurfaceContacts
+from fsm.interactions.surfaces.surface import TIP
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
+from fsm.model.plan.save_times import save_times
 
 CONTACT = {"stiffness": 1e6, "damping": 3.0}
 STEP = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 1e-3, "v_dynamic": 1e-2}
@@ -59,7 +59,7 @@ def test_check_needs_no_compiler() -> None:
     """The command in a separate process does not import numba, h5py or matplotlib."""
     program = (
         "import sys\n"
-        "from fsm.cli import cli\n"
+        "from fsm.cli.command_line import cli\n"
         f"cli(['check', {str(CASE)!r}], standalone_mode=False)\n"
         "loaded = {'numba', 'llvmlite', 'h5py', 'matplotlib', 'pymunk'} & set(sys.modules)\n"
         "sys.exit(f'loaded: {loaded}' if loaded else 0)\n"

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.report.quantities import fold_angles
-from fsm.report.shapes import creases_of
-from fsm.report.write import report_page
+from fsm.case.loading.load_case import load_case
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
+from fsm.views.report.quantities import fold_angles
+from fsm.views.report.shapes import creases_of
+from fsm.views.report.write import report_page
 from tests.unit.plot_runs import strip_run, undriven
 from tests.unit.test_report_page import EVIL, strip
 from validation.benchmarks.reports import folded
@@ -252,7 +252,7 @@ def test_a_picture_needs_few_triangles(browser: Browser, tmp_path: Path) -> None
 @pytest.mark.nightly
 def test_a_bent_crease_is_one_object(browser: Browser, tmp_path: Path) -> None:
     """A crease between flexible facets has several pieces of line; a click on any of them selects it."""
-    file = Path(__file__).parents[2] / "fsm" / "commands" / "templates" / "flexible.toml"
+    file = Path(__file__).parents[2] / "fsm" / "cli" / "templates" / "flexible.toml"
     run_case(load_case(file, ["drive.0.travel=0.5 mm"]), tmp_path, progress=False, figures=False)
     opened(browser, tmp_path, {"sheet": read_solution(tmp_path / "result.h5")})
     assert browser.run("[fsmReport.page.player.data.creases.length, fsmReport.page.player.creases.count]") == [4, 16]

@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
-from fsm.report.libraries import library
-from fsm.report.packing import pack_doubles, pack_floats, pack_integers, pack_levels, safe_json
-from fsm.report.quantities import fold_angles, pair_sides
-from fsm.report.shapes import creases_of, parts_of, shown_shapes
-from fsm.report.write import report_page
+from fsm.cli.command_line import cli
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.results.writer import write_solution
+from fsm.views.report.libraries import library
+from fsm.views.report.packing import pack_doubles, pack_floats, pack_integers, pack_levels, safe_json
+from fsm.views.report.quantities import fold_angles, pair_sides
+from fsm.views.report.shapes import creases_of, parts_of, shown_shapes
+from fsm.views.report.write import report_page
 from tests.unit.plot_runs import FOLD, strip_run
 
 EVIL = '</script><script>document.title="owned"</script> $x$ ../../up <b>'
@@ -221,8 +221,8 @@ def test_parts_have_the_names_in_the_result(tmp_path: Path) -> None:
 
 
 def test_bodies_and_films_of_a_scene_are_parts() -> None:
-    from fsm.compile_case import compile_case
-    from fsm.scene.load_case import load_case
+    from fsm.case.loading.load_case import load_case
+    from fsm.model.compile.compile_case import compile_case
 
     cases = Path(__file__).parents[2] / "folding_cases"
     _, system = compile_case(load_case(cases / "plate_on_film" / "case.toml").case)
@@ -235,8 +235,8 @@ def test_bodies_and_films_of_a_scene_are_parts() -> None:
 
 def test_creases_of_a_sheet_are_those_of_their_channels(tmp_path: Path) -> None:
     """Names, corners and angles follow from the pattern in the case and from the shape; channels are not needed."""
-    from fsm.run import run_case
-    from fsm.scene.load_case import load_case
+    from fsm.case.loading.load_case import load_case
+    from fsm.run.run_case import run_case
 
     case = Path(__file__).parents[2] / "folding_cases" / "fold_file" / "case.toml"
     run_case(load_case(case, ['save.channels=["crease.*.angle"]']), tmp_path, progress=False, figures=False)
@@ -286,7 +286,7 @@ def test_creases_of_every_model_of_facets(kind: str, facets: int, tmp_path: Path
 
 @pytest.mark.parametrize("name", ["miura_push", "slit_annulus"])
 def test_a_sheet_whose_pattern_does_not_fit_has_no_creases(name: str) -> None:
-    from fsm.scene.load_case import load_case
+    from fsm.case.loading.load_case import load_case
 
     text = load_case(Path(__file__).parents[2] / "folding_cases" / name / "case.toml").text
     assert creases_of(strip(case_text=text)) == []

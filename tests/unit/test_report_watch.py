@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
-from fsm.report.watch import Watch
+from fsm.cli.command_line import cli
 from fsm.results.writer import ResultWriter
+from fsm.views.report.watch import Watch
 from tests.browser import CHROMIUM, Browser, NoBrowser
 from tests.unit.test_report_page import records_of, strip
 

@@ -7,16 +7,16 @@ import pytest
 from scipy.integrate import LSODA
 
 from fsm.analyses.choose import analysis_of
-from fsm.ancf.build import CableMaterial, MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Loading
-from fsm.ancf.system import AncfSystem
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.scipy_ivp import FirstOrder, _ReorderedLSODA, make_solver
-from fsm.system import System
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case
+from fsm.model.compile.compile import compile_scene
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.loading import Loading
+from fsm.model.nodes.system.build import CableMaterial, MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.interface.system import System
+from fsm.solve.time.scipy_ivp import FirstOrder, _ReorderedLSODA, make_solver
 
 END = 0.05
 ARRAY = {

@@ -4,14 +4,14 @@
 import numpy as np
 import pytest
 
-from fsm import recorder
 from fsm.analyses.choose import analysis_of
-from fsm.analyses.report_array import describe_array
+from fsm.case.loading.load_case import load_case
+from fsm.check.array import describe_array
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
 from fsm.results.summary_file import read_summary
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run import recorder
+from fsm.run.run_case import run_case
 
 CASE = """
 analysis = "scissor"

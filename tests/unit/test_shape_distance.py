@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from fsm.interactions.shape_distance import (
+from fsm.interactions.shapes.shape_distance import (
     BOX,
     CYLINDER,
     HALF_SPACE,

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from fsm.plots.style import figure_unit
 from fsm.results.summary_units import heading
-from fsm.shown_units import shown, shown_points, shown_range, shown_size, travel_text, turns
+from fsm.text.shown_units import shown, shown_points, shown_range, shown_size, travel_text, turns
+from fsm.views.plots.style import figure_unit
 
 
 @pytest.mark.parametrize(

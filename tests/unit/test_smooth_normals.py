@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from fsm.scene.patterns.facet_mesh import FacetMesh
-from fsm.scene.patterns.pattern import Pattern, edge_groups
-from fsm.scene.patterns.pattern_mesh import pattern_mesh
+from fsm.builders.patterns.pattern_mesh import pattern_mesh
+from fsm.case.models.facet_mesh import FacetMesh
+from fsm.case.pattern_files.pattern import Pattern, edge_groups
 
 
 def mesh_of(points: np.ndarray, quads: bool, size: float = 100.0, mirrors: dict[str, int] | None = None) -> FacetMesh:

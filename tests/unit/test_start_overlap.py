@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
+from fsm.case.models.contact import Contact
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, Plate, Scene, Surface
 from fsm.errors import CaseError
-from fsm.overlap import find_pierced
-from fsm.run import run_case
-from fsm.scene.case import Case
-from fsm.scene.contact import Contact
-from fsm.scene.load_case import load_case
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.separate import overlaps
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.faults.overlap import find_pierced
+from fsm.model.faults.separate import overlaps
+from fsm.run.run_case import run_case
 
 OUTLINE = Plate(length=0.02, width=0.015, thickness=1e-3)
 MASS = 0.02 * 0.015 * 1e-3 * 1000

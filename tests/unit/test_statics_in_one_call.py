@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
-from fsm.scene.load_case import load_case
-from fsm.solve.equilibrium_step import Ending, EquilibriumStep
-from fsm.solve.linear import LinearSolver
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
+from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
+from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SQUARES = CASE.parents[1] / "rotating_squares" / "case.toml"

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.compile_case import compile_case
-from fsm.scene.load_case import load_case
-from fsm.solve.run_io import SavedState
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SOFT = ["expect=none", "strip.segments_per_panel=4", "contact.stiffness=3e6 N/m^1.5"]

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from fsm.builders.strip import build_strip, strip_damping
+from fsm.case.loading.load_case import read_case
+from fsm.case.models.case import Case
 from fsm.errors import CaseError
-from fsm.scene.builders.strip import build_strip, strip_damping
-from fsm.scene.case import Case
-from fsm.scene.load_case import read_case
 
 BASE = {
     "strip": {"length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": 1.4, "segments_per_panel": 2},

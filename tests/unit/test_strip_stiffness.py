@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.builders.strip import build_strip
+from fsm.case.models.case import Case
+from fsm.case.models.contact import Contact
+from fsm.case.models.scene import Body, ContactPair, Plate, Scene, Surface
 from fsm.interactions.quadrature import gauss_lobatto
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.scene.contact import Contact
-from fsm.scene.scene import Body, ContactPair, Plate, Scene, Surface
-from fsm.segments.compile import compile_scene
-from fsm.segments.panel_points import PanelPoints
+from fsm.model.compile.compile import compile_scene
+from fsm.model.contact.surfaces.panel_points import PanelPoints
 
 LENGTH, WIDTH, THICKNESS, SEGMENTS = 0.08, 0.04, 3e-4, 5
 YOUNG, POISSON, DENSITY = 3e9, 0.3, 800.0

@@ -13,17 +13,17 @@ import pytest
 
 from fsm.analyses.deploy_warnings import _unstable_at_end
 from fsm.analyses.pulls import pull_warnings
+from fsm.case.loading.load_case import load_case
 from fsm.results.solution import ENERGIES, Layout, Solution
 from fsm.results.store import read_solution
-from fsm.round_off import RoundOff
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import Statistics
+from fsm.run.round_off import RoundOff
+from fsm.run.run_case import run_case
+from fsm.run.summary import summary_of, unstable_passages
+from fsm.run.summary_text import summary_lines
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import Statistics
+from fsm.solve.outcome.status import Event
 from fsm.solve.settings import Settings
-from fsm.solve.status import Event
-from fsm.summary import summary_of, unstable_passages
-from fsm.summary_text import summary_lines
 
 
 def warned(

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.scene.patterns.file import with_pattern
-from fsm.scene.patterns.svg_file import read_svg
-from fsm.scene.sheet import Sheet
+from fsm.case.models.sheet import Sheet
+from fsm.case.pattern_files.file import with_pattern
+from fsm.case.pattern_files.svg_file import read_svg
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg">'
 FRAME = '<rect x="10" y="20" width="100" height="60" fill="none" stroke="#000000"/>'

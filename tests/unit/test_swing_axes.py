@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.scene.loads import Load
-from fsm.scene.materials import LinearCrease
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.elements import BushingGroup
-from fsm.solve.newton import equilibrium
+from fsm.case.models.loads import Load
+from fsm.case.models.materials import LinearCrease
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.model.elements.elements import BushingGroup
+from fsm.solve.equations.newton import equilibrium
 
 ELASTIC: dict[str, Any] = {"rotation": (3.0, 1.0, 2.0)}
 HINGE: dict[str, Any] = {"rotation": (3.0, 0.0, 2.0)}

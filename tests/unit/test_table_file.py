@@ -13,15 +13,15 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.case.loading.table import load_table
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError, FsmError, NotConverged
-from fsm.folder_lock import locked_folder
-from fsm.pool import JobOutcome, run_jobs
+from fsm.io.folder_lock import locked_folder
 from fsm.results.summary_file import write_summary
-from fsm.scene.table import load_table
-from fsm.table import RESOLVED, failures, run_table
-from fsm.table_files import flat_numbers, write_extremes, write_summaries
-from fsm.table_text import format_table, progress_line
+from fsm.run.pool import JobOutcome, run_jobs
+from fsm.run.table import RESOLVED, failures, run_table
+from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
+from fsm.run.table_text import format_table, progress_line
 
 CASE = """
 [strip]
@@ -173,14 +173,14 @@ def fake_run(monkeypatch):
             except FsmError as error:
                 yield JobOutcome(index, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
 
-    module = types.ModuleType("fsm.run")
+    module = types.ModuleType("fsm.run.run_case")
     module.run_in_locked_folder = run_in_locked_folder  # type: ignore[attr-defined]
     module.ENDING = 0.0  # type: ignore[attr-defined]
-    ahead = types.ModuleType("fsm.warm_up")
+    ahead = types.ModuleType("fsm.run.warm_up")
     ahead.compile_ahead = lambda kinds, *_: calls.append(("compile ahead", *kinds))  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "fsm.warm_up", ahead)
-    monkeypatch.setitem(sys.modules, "fsm.run", module)
-    monkeypatch.setattr("fsm.table.run_jobs", run_here)
+    monkeypatch.setitem(sys.modules, "fsm.run.warm_up", ahead)
+    monkeypatch.setitem(sys.modules, "fsm.run.run_case", module)
+    monkeypatch.setattr("fsm.run.table.run_jobs", run_here)
     return calls
 
 
@@ -442,7 +442,7 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path):
         "except KeyboardInterrupt:\n    pathlib.Path({0!r} + '.saved').touch(); raise\n"
     )
     jobs = [job.format(str(tmp_path / name)) for name in "ab"]
-    code = f"from fsm.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2): print(outcome)"
+    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2): print(outcome)"
     process = subprocess.Popen([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}, start_new_session=True)
     deadline = time.monotonic() + 60
     while len(list(tmp_path.iterdir())) < 2 and time.monotonic() < deadline:
@@ -476,7 +476,7 @@ def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path):
         "except KeyboardInterrupt:\n    time.sleep(0.3); pathlib.Path({0!r} + '.saved').touch(); raise\n"
     )
     jobs = [job.format(str(tmp_path / name)) for name in "abc"]
-    code = f"from fsm.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2): print(outcome)"
+    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2): print(outcome)"
     process = subprocess.Popen(
         [sys.executable, "-c", code],
         stderr=subprocess.PIPE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.ancf.tension_field import film_energy, film_stress, film_tangent
+from fsm.model.nodes.tension_field import film_energy, film_stress, film_tangent
 
 NU, HALF = 0.34, np.array([1.0, 1.0, 0.5])
 

@@ -7,16 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from fsm.ancf.assembly import slots_of
-from fsm.ancf.fold_kernels import fold_efforts
-from fsm.ancf.folds import BETWEEN_POINTS, FoldGroup
-from fsm.ancf.mesh import node_pattern
-from fsm.ancf.truss import BarGroup
-from fsm.assembly.fold_laws_of import fold_laws_of
-from fsm.blocks import BlockMatrix
-from fsm.scene.patterns.fold_data import FoldData
-from fsm.scene.patterns.generators import miura, waterbomb
-from fsm.scene.patterns.pattern import Pattern
+from fsm.builders.patterns.generators import miura, waterbomb
+from fsm.case.models.fold_data import FoldData
+from fsm.case.pattern_files.pattern import Pattern
+from fsm.kernels.blocks import BlockMatrix
+from fsm.model.compile.fold_laws_of import fold_laws_of
+from fsm.model.nodes.assembly import slots_of
+from fsm.model.nodes.facets.fold_kernels import fold_efforts
+from fsm.model.nodes.facets.folds import BETWEEN_POINTS, FoldGroup
+from fsm.model.nodes.mesh import node_pattern
+from fsm.model.nodes.truss import BarGroup
 
 POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.3, 0.9, -0.1], [1.2, 1.1, 0.3], [0.5, 0.4, 1.0]])
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from fsm.scene.contact import Contact
-from fsm.scene.materials import Material
-from fsm.scene.scene import ForceElement
-from fsm.scene.units import UNITS, AngularStiffness, Count, parse_unit, to_si, unit_in
+from fsm.case.models.contact import Contact
+from fsm.case.models.materials import Material
+from fsm.case.models.scene import ForceElement
+from fsm.case.schema.units import UNITS, AngularStiffness, Count, parse_unit, to_si, unit_in
 
 
 @pytest.mark.parametrize(

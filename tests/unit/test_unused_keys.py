@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.cli.command_line import cli
 
 CASES = Path(__file__).resolve().parents[2] / "folding_cases"
 SCENE = """

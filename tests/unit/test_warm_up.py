@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fsm import warm_up
+from fsm.run import warm_up
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 
@@ -48,9 +48,9 @@ def test_no_kernel_is_left_for_a_run(case, overrides, tmp_path):
 from pathlib import Path
 from fsm.analyses.choose import analysis_of
 from fsm.kernels import jit
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.warm_up import KINDS
+from fsm.run.run_case import run_case
+from fsm.case.loading.load_case import load_case
+from fsm.run.warm_up import KINDS
 def known():
     return {{jit._name(d): set(d.signatures) for d in jit._kernels.values()}}
 loaded = load_case({str(CASES / case / "case.toml")!r}, ["expect=none", *{overrides!r}])

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 import fsm
+from fsm.builders.scene import build_scene
+from fsm.case.loading.table import load_table
 from fsm.results.store import read_solution
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.table import load_table
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 
 
 WRITTEN = sorted(path for path in CASES.glob("*/*.toml") if path.name != "calibration.toml")
-FILES = Path(__file__).parents[2] / "fsm" / "commands" / "templates"
+FILES = Path(__file__).parents[2] / "fsm" / "cli" / "templates"
 
 
 def same(one: Any, other: Any) -> bool:

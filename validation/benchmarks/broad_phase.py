@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from fsm.interactions.box_tree import fit_tree, window_pieces
-from fsm.interactions.chord import chord_boxes, chords_planar, chords_spatial
-from fsm.interactions.surface import pieces_of
-from fsm.segments.shape_tables import as_rectangle
-from fsm.segments.side_contacts import Side, SideContacts
+from fsm.interactions.search.box_tree import fit_tree, window_pieces
+from fsm.interactions.search.chord import chord_boxes, chords_planar, chords_spatial
+from fsm.interactions.surfaces.surface import pieces_of
+from fsm.model.contact.shapes.shape_tables import as_rectangle
+from fsm.model.contact.shapes.side_contacts import Side, SideContacts
 from validation.benchmarks.precision import Row, say
 from validation.benchmarks.segments import slope
 

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.benchmarks.problem import Problem

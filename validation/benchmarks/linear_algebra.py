@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import FsmError
-from fsm.segments.compile import compile_scene
-from fsm.solve.linear import Backend, LinearSolver
+from fsm.kernels.blocks import BlockMatrix, BlockPattern
+from fsm.model.compile.compile import compile_scene
+from fsm.solve.equations.linear import Backend, LinearSolver
 from validation.benchmarks.precision import Row, say
 from validation.benchmarks.scenes import cantilever
 from validation.membrane.film import tensioned_film

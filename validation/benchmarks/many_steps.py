@@ -20,18 +20,18 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from fsm.compile_case import compile_case
+from fsm.builders.strip import build_strip
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scene
+from fsm.case.models.time_program import Cycle
 from fsm.kernels import jit
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.load_case import load_case
-from fsm.scene.loads import Drive, Load
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scene
-from fsm.scene.time_program import Cycle
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.system.system import SegmentSystem
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.benchmarks.demo import machine

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
 from validation.benchmarks.methods import METHODS
 from validation.benchmarks.scenes import cantilever, roll_up, strip
 from validation.benchmarks.segments import newton_iterations, time_steps

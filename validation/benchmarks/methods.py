@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fsm.kernels import jit
-from fsm.segments.system import SegmentSystem
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 from validation.benchmarks.problem import Problem
 
 __all__ = ["METHODS", "QUICK_TOLERANCES", "Method", "Run", "TooSlow", "follower", "integrator"]

@@ -1,4 +1,4 @@
-"""Path of a strip without contact: Newton's method in one call (`fsm.stepping.quasi_static`) and kernel by kernel.
+"""Path of a strip without contact: Newton's method in one call (`fsm.solve.stepping.quasi_static`) and kernel by kernel.
 
     python -m validation.benchmarks.one_call [--segments 4 10 20] [--repeat 200]
 
@@ -15,9 +15,9 @@ import statistics
 import sys
 import time
 
-from fsm.compile_case import compile_case
 from fsm.kernels import jit
-from fsm.segments.system import SegmentSystem
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.system.system import SegmentSystem
 from validation.benchmarks.demo import machine
 from validation.peers.strip import static_path, strip_case
 

@@ -14,12 +14,12 @@ import time
 
 import numpy as np
 
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.system.system import SegmentSystem
 from fsm.results.quantities import peak
-from fsm.scene.load_case import load_case
-from fsm.segments.system import SegmentSystem
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 from validation.benchmarks.demo import machine
 from validation.strip_trial.check import CASE
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from fsm.plots.style import COLOURS, GREY, SINGLE, figure
+from fsm.views.plots.style import COLOURS, GREY, SINGLE, figure
 from validation.benchmarks.precision import Row
 
 __all__ = ["plot_all_scenes", "plot_scene", "plot_segments"]

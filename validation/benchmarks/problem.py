@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.scene.scene import Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.run_io import SavedState
+from fsm.case.models.scene import Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.run_io import SavedState
 
 __all__ = ["Problem", "Tight"]
 

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm import load
-from fsm.report.write import report_page
+from fsm.builders.patterns.of_sheet import pattern_of
 from fsm.results.solution import PAIRS, Layout, Record, Solution
-from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.views.report.write import report_page
 from tests.browser import CHROMIUM, Browser
 
 __all__ = ["Measured", "folded", "measure", "sheet"]

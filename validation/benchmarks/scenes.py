@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.load_case import load_case
-from fsm.scene.loads import Load
-from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scene, Surface
-from fsm.scene.time_program import Ramp
-from fsm.segments.compile import compile_scene
-from fsm.solve.run_io import SavedState
+from fsm.builders.scene import build_scene
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.loads import Load
+from fsm.case.models.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scene, Surface
+from fsm.case.models.time_program import Ramp
+from fsm.model.compile.compile import compile_scene
+from fsm.solve.outcome.run_io import SavedState
 from validation.benchmarks.problem import Problem, Tight
 from validation.closed_forms.bodies import top_scene
 

@@ -10,11 +10,11 @@ from contextlib import suppress
 
 import numpy as np
 
-from fsm.scene.scene import Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.pattern import body_pattern
-from fsm.segments.system import SegmentSystem
-from fsm.solve.linear import Backend, LinearSolver
+from fsm.case.models.scene import Scene
+from fsm.model.bodies.pattern import body_pattern
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.equations.linear import Backend, LinearSolver
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.benchmarks.precision import Row, say

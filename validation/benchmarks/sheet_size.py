@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.kernels.block_lu import factorise, fill_in
+from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.kernels.fronts import factorise_fronts, solve_by_fronts
-from fsm.solve.linear import LinearSolver
-from fsm.solve.newton import equilibrium
-from fsm.solve.supernodes import supernodes
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.newton import equilibrium
+from fsm.solve.equations.supernodes import supernodes
 from validation.membrane.film import pulled_film
 
 __all__ = ["exponent", "main", "nested_dissection", "orders"]

@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsm.ancf.bars import BarMaterial, BarMesh
-from fsm.ancf.build import CableMaterial, MeshBuilder
-from fsm.ancf.cable import CableGroup
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.group import MassPart
-from fsm.ancf.loading import Forcing, Loading, SupportMotion, point_force
-from fsm.ancf.mesh import Mesh, node_pattern
-from fsm.ancf.system import AncfSystem
 from fsm.kernels.programs import ramp
+from fsm.model.nodes.beams.bars import BarMaterial, BarMesh
+from fsm.model.nodes.cable import CableGroup
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.group import MassPart
+from fsm.model.nodes.loading import Forcing, Loading, SupportMotion, point_force
+from fsm.model.nodes.mesh import Mesh, node_pattern
+from fsm.model.nodes.system.build import CableMaterial, MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.equations.newton import equilibrium
 from fsm.solve.modal import modes
-from fsm.solve.newton import equilibrium
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

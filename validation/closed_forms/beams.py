@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.plots.style import COLOURS, WIDE, figure
+from fsm.views.plots.style import COLOURS, WIDE, figure
 from validation.closed_forms.chains import Section, buckled, cantilever, column, lateral_buckling, space_tip, tip
 from validation.gallery.drawing import beside, convergence
 from validation.gallery.record import Check, Place, against, below

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
-from fsm.solve.run_io import SavedState
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from fsm.scene.loads import Drive, Load
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.scene.time_program import Ramp
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.newton import equilibrium
-from fsm.solve.run_io import SavedState, Statistics
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.case.models.time_program import Ramp
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.equations.newton import equilibrium
+from fsm.solve.outcome.run_io import SavedState, Statistics
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 __all__ = ["Section", "buckled", "cantilever", "column", "lateral_buckling", "space_cantilever", "space_tip", "tip"]
 

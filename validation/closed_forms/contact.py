@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from fsm.case.models.contact import Contact, Friction
 from fsm.laws.normal.flores import damping_factor as flores
 from fsm.laws.normal.hunt_crossley import damping_factor as hunt_crossley
 from fsm.laws.normal.lankarani_nikravesh import damping_factor as lankarani_nikravesh
-from fsm.scene.contact import Contact, Friction
 from validation.closed_forms.impacts import G, bounces, delivered, impact, kelvin_voigt, slide
 from validation.gallery.drawing import beside
 from validation.gallery.record import Check, Place, against, below

@@ -6,15 +6,15 @@ import math
 
 import numpy as np
 
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case, Strip
-from fsm.scene.loads import Drive, Load
-from fsm.scene.materials import LinearCrease, Material
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.scene.time_program import Ramp
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.newton import equilibrium
+from fsm.builders.scene import build_scene
+from fsm.case.models.case import Case, Strip
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.materials import LinearCrease, Material
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.case.models.time_program import Ramp
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.equations.newton import equilibrium
 
 __all__ = ["CREASE", "FOLD", "PANEL", "TRAVELS", "miura", "miura_closed", "rigid_strip", "static_curve", "strip_force",
            "zfold", "zfold_closed", "zigzag"]  # fmt: skip

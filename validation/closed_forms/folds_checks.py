@@ -11,10 +11,10 @@ import numpy as np
 
 from fsm.calibrate.crease import calibrate_crease
 from fsm.calibrate.report import Options
-from fsm.plots.style import COLOURS, figure
-from fsm.scene.crease_family import read_family, rest_angle
-from fsm.scene.load_case import load_case
-from fsm.scene.materials import SplineCrease
+from fsm.case.loading.crease_family import read_family, rest_angle
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.materials import SplineCrease
+from fsm.views.plots.style import COLOURS, figure
 from validation.closed_forms.folds import (
     CREASE,
     PANEL,

@@ -8,15 +8,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, Plate, Scene
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Plate, Scene
-from fsm.segments.compile import compile_scene
-from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.run_io import SavedState
+from fsm.model.compile.compile import compile_scene
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 
 __all__ = ["bounces", "delivered", "impact", "kelvin_voigt", "slide"]
 

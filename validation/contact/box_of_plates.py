@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Plate, PlateGroup, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, Plate, PlateGroup, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 
-from fsm.plots.style import COLOURS, GREY, SINGLE, figure
+from fsm.views.plots.style import COLOURS, GREY, SINGLE, figure
 from validation.contact.box_of_plates import Fall
 from validation.contact.pulled_strip import Pull
 from validation.contact.stack import PressedStack

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
+from fsm.model.compile.compile_case import compile_case
 from fsm.results.quantities import peak
-from fsm.scene.load_case import load_case
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 __all__ = ["CASE", "Pull", "as_thick", "curve_difference", "pull"]
 

@@ -7,21 +7,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.scene.builders.strip import build_strip
-from fsm.scene.case import Case, Strip
-from fsm.scene.contact import Contact, Friction
-from fsm.scene.loads import Load
-from fsm.scene.materials import LinearCrease, Material
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
-from fsm.scene.time_program import Table
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.energy_balance import EnergyBalance
-from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
+from fsm.builders.strip import build_strip
+from fsm.case.models.case import Case, Strip
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.loads import Load
+from fsm.case.models.materials import LinearCrease, Material
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import GROUND, Body, ContactPair, ForceElement, Scene
+from fsm.case.models.time_program import Table
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.static import follow
+from fsm.solve.statics.static import follow
 
 __all__ = ["CONTACT", "END", "FOLD", "LENGTH", "RTOL", "THICKNESS", "PressedStack", "crossings", "press", "stack_scene"]
 

@@ -13,11 +13,11 @@ from fsm.analyses.film import build_film
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.stretch import stretched
 from fsm.analyses.vibrate import VibrationAnalysis
-from fsm.ancf.loading import Loading
+from fsm.case.derived.membrane import MeshLines, mesh_lines, place_patches
+from fsm.case.loading.load_case import load_tables
+from fsm.case.models.case import Case
 from fsm.errors import CaseError, NotConverged
-from fsm.scene.builders.membrane import MeshLines, mesh_lines, place_patches
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_tables
+from fsm.model.nodes.loading import Loading
 from validation.errors.coverage import Kind, Number
 
 __all__ = ["KINDS"]

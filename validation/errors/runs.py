@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from fsm.analyses.comparison import Comparison, compared
+from fsm.case.loading.load_case import load_tables
+from fsm.case.loading.overrides import Given
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_tables
-from fsm.scene.overrides import Given
+from fsm.run.run_case import run_case
 from validation.errors.coverage import Number
 
 __all__ = ["numbers"]

@@ -9,9 +9,9 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import fsm.recorder
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+import fsm.run.recorder
+from fsm.case.loading.load_case import load_case
+from fsm.run.run_case import run_case
 
 __all__ = ["Seeds", "seeds"]
 
@@ -99,14 +99,14 @@ def _solved() -> tuple[list[bytes], list[bytes]]:
             loaded = load_case(_CASES / name / "case.toml", overrides)
             run_case(loaded, folder / name, progress=False)
             results.append((folder / name / "result.h5").read_bytes())
-        every, fsm.recorder.CHECKPOINT_EVERY = fsm.recorder.CHECKPOINT_EVERY, 0.0
+        every, fsm.run.recorder.CHECKPOINT_EVERY = fsm.run.recorder.CHECKPOINT_EVERY, 0.0
         try:
             loaded = load_case(_CASES / "strip_pull" / "case.toml", [*_SMALL, *_MANY])
             run_case(loaded, folder / "cut", progress=_stopped)
         except KeyboardInterrupt:
             pass
         finally:
-            fsm.recorder.CHECKPOINT_EVERY = every
+            fsm.run.recorder.CHECKPOINT_EVERY = every
         return results, [(folder / "cut" / "checkpoint.h5").read_bytes()]
     finally:
         shutil.rmtree(folder)

@@ -14,12 +14,12 @@ from fsm.calibrate.crease import calibrate_crease
 from fsm.calibrate.relaxation import calibrate_relaxation
 from fsm.calibrate.report import Options
 from fsm.calibrate.study import read_study
-from fsm.describe import describe
-from fsm.plots.figures import draw
+from fsm.case.loading.load_case import load_case
+from fsm.case.loading.table import load_table
+from fsm.check.describe import describe
 from fsm.results.checkpoint_file import read_checkpoint
 from fsm.results.store import read_solution
-from fsm.scene.load_case import load_case
-from fsm.scene.table import load_table
+from fsm.views.plots.figures import draw
 from validation.fuzz.damage import damaged_bytes, damaged_cells, damaged_datasets, damaged_tree, toml_text
 from validation.fuzz.seeds import Seeds
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.plots.style import COLOURS, GREY, SINGLE, figure, label_decades
+from fsm.views.plots.style import COLOURS, GREY, SINGLE, figure, label_decades
 
 __all__ = ["bars", "beside", "convergence"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from fsm.plots.style import COLOURS, figure
+from fsm.views.plots.style import COLOURS, figure
 from validation.gallery.record import Check, below
 
 __all__ = ["with_margins"]

@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.sheet import Sheet
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.case.models.sheet import Sheet
 from validation.gallery.drawing import beside, convergence
 from validation.gallery.record import Check, NotCompared, Part, Place, Reason, against, below
 from validation.gas.beam import bent_beam, moments

@@ -26,8 +26,8 @@ from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import force_response
 from fsm.calibrate.study import MeasuredCurve
 from fsm.calibrate.uncertainty import Estimate
-from fsm.pool import run_jobs
-from fsm.scene.case import Case
+from fsm.case.models.case import Case
+from fsm.run.pool import run_jobs
 
 LEVEL = 0.95
 YOUNG, CREASE = 3e9, 0.02

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.plots.style import COLOURS, GREY, figure
+from fsm.views.plots.style import COLOURS, GREY, figure
 from validation.gallery.command import command
 from validation.gallery.record import Check, NotCompared, Part, Place, Reason, against, below
 from validation.kresling_tube.measured import FOLDER, RATIOS, compressions, tests_folder

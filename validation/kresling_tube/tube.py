@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.run import run_case
-from fsm.scene.load_case import LoadedCase, load_case
+from fsm.case.loading.load_case import LoadedCase, load_case
+from fsm.run.run_case import run_case
 
 __all__ = ["COMPRESSED", "RADIUS", "SIDES", "WALL", "angles", "force", "height", "preset", "tube_case", "wall_thickness"]
 

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.ancf.wrinkle import strip_wrinkles
+from fsm.model.nodes.films.wrinkle import strip_wrinkles
 from fsm.solve.modal import modes
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.gallery.command import command

@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 
-from fsm.ancf.build import FilmGrid, MeshBuilder
-from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Loading, SupportMotion
-from fsm.ancf.system import AncfSystem
+from fsm.analyses.pretension import tensioned
 from fsm.kernels.programs import ramp
-from fsm.pretension import tensioned
+from fsm.model.nodes.films.film import FilmMaterial
+from fsm.model.nodes.loading import Loading, SupportMotion
+from fsm.model.nodes.system.build import FilmGrid, MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.modal import modes
 
 FILM = FilmMaterial(2.5e9, 0.34, 1420.0, 25e-6)

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from fsm.solve.equations.newton import equilibrium
 from fsm.solve.modal import modes
-from fsm.solve.newton import equilibrium
 from validation.benchmarks.demo import machine
 from validation.membrane.film import pulled_film, tensioned_film
 

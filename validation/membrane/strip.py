@@ -12,15 +12,15 @@ from functools import cache
 
 import numpy as np
 
-from fsm.ancf.build import FilmGrid, MeshBuilder
-from fsm.ancf.film import FilmMaterial, MembraneGroup
-from fsm.ancf.loading import Loading, SupportMotion
-from fsm.ancf.shape import cable_shape
-from fsm.ancf.system import AncfSystem
-from fsm.ancf.wrinkle import lifted, strip_wrinkles
+from fsm.analyses.pretension import settled
 from fsm.kernels.programs import ramp
-from fsm.pretension import settled
-from fsm.solve.relax import relaxed
+from fsm.model.nodes.films.film import FilmMaterial, MembraneGroup
+from fsm.model.nodes.films.wrinkle import lifted, strip_wrinkles
+from fsm.model.nodes.loading import Loading, SupportMotion
+from fsm.model.nodes.shape import cable_shape
+from fsm.model.nodes.system.build import FilmGrid, MeshBuilder
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.equations.relax import relaxed
 
 FILM = FilmMaterial(3.5e9, 0.31, 1500.0, 25e-6)
 HEIGHT, SHEAR, PULL = 0.128, 1e-3, 5e-5

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.case.loading.load_case import load_case
+from fsm.run.run_case import run_case
 from validation.gallery.command import command
 from validation.gallery.drawing import beside
 from validation.gallery.record import Check, Part, Place, against

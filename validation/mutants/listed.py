@@ -7,7 +7,7 @@ from validation.mutants.mutant import Mutant, physics_test, unit_test
 
 __all__ = ["MUTANTS"]
 
-STRIP = "fsm/scene/builders/strip.py"
+STRIP = "fsm/builders/strip.py"
 STRIPS = (
     Mutant(
         "torsion stiffness of strips doubled",
@@ -25,7 +25,7 @@ STRIPS = (
     ),
     Mutant(
         "half segments beside creases without energy",
-        "fsm/segments/compile.py",
+        "fsm/model/compile/compile.py",
         'e.crease_flexibility * e.twist_stiffness if e.kind == "crease" else 1.0',
         '0.0 if e.kind == "crease" else 1.0',
         physics_test("stages", "test_half_segments_beside_a_crease_store_energy_of_the_panels"),
@@ -39,7 +39,7 @@ STRIPS = (
     ),
     Mutant(
         "nu = 0 in bending of strips as plates",
-        "fsm/scene/materials.py",
+        "fsm/case/models/materials.py",
         "/ (1 - self.poisson**2)",
         "/ 1.0",
         unit_test("strip_stiffness", "test_plates_bend_with_poissons_ratio"),
@@ -74,28 +74,28 @@ STRIPS = (
     ),
     Mutant(
         "share of a contact probe doubled",
-        "fsm/segments/panel_points.py",
+        "fsm/model/contact/surfaces/panel_points.py",
         "weight = rows(0.5 * weights * cell)",
         "weight = rows(weights * cell)",
         unit_test("strip_stiffness", "test_probes_of_a_panel_add_up_to_its_face"),
     ),
     Mutant(
         "shares of both panels of a pair doubled",
-        "fsm/segments/compile_surfaces.py",
+        "fsm/model/compile/compile_surfaces.py",
         "0.5 * weight / smaller",
         "weight / smaller",
         unit_test("strip_stiffness", "test_panels_that_lie_on_each_other_have_the_stiffness_of_one_face"),
     ),
     Mutant(
         "sign of gravity",
-        "fsm/segments/loads.py",
+        "fsm/model/bodies/loads.py",
         "+= self.mass[:, None] * self.acceleration",
         "-= self.mass[:, None] * self.acceleration",
         unit_test("strip_stiffness", "test_weight_acts_along_gravity"),
     ),
     Mutant(
         "energy of gravity doubled",
-        "fsm/segments/loads.py",
+        "fsm/model/bodies/loads.py",
         "-float(self.mass @ height)",
         "-2.0 * float(self.mass @ height)",
         unit_test("strip_stiffness", "test_weight_acts_along_gravity"),
@@ -109,7 +109,7 @@ STRIPS = (
     ),
     Mutant(
         "compiled steps without the input power of drives",
-        "fsm/segments/array_energies.py",
+        "fsm/model/bodies/array_energies.py",
         "power += of_drives",
         "power += 0.0 * of_drives",
         physics_test("many_steps", "test_same_steps"),
@@ -123,21 +123,21 @@ STRIPS = (
     ),
     Mutant(
         "drive at half its speed in the run-up",
-        "fsm/segments/drive.py",
+        "fsm/model/bodies/drive.py",
         "(0.0, 0.0, 0.0, speed / start**2, -0.5 * speed / start**3)",
         "(0.0, 0.0, 0.0, 0.5 * speed / start**2, -0.25 * speed / start**3)",
         unit_test("drive", "test_run_up_is_smooth"),
     ),
     Mutant(
         "drive reaction lost by a factor of two",
-        "fsm/segments/force_system.py",
+        "fsm/model/system/force_system.py",
         "np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))",
         "0.5 * np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))",
         physics_test("rigid_zigzag", "test_static_pull_with_the_strips_own_springs"),
     ),
     Mutant(
         "ramp of a load not smooth",
-        "fsm/segments/time_function.py",
+        "fsm/model/bodies/time_function.py",
         "else (0.0, 0.0, 3.0 / length**2, -2.0 / length**3)",
         "else (0.0, 1.0 / length)",
         unit_test("time_function", "test_ramp_is_zero_then_smooth_then_one"),
@@ -175,14 +175,14 @@ LAWS = (
     ),
     Mutant(
         "damping of a gear without its ratio",
-        "fsm/segments/gears.py",
+        "fsm/model/elements/gears.py",
         "effort[i, j] = way[j] * (stiffness * slip + damping * speed)",
         "effort[i, j] = way[j] * stiffness * slip + damping * speed",
         unit_test("couplings", "test_force_energy_and_tangent_agree"),
     ),
     Mutant(
         "couplings without the turning of their axes",
-        "fsm/segments/couplings.py",
+        "fsm/model/elements/couplings.py",
         "block[first + a, first + b] = efforts[i, j] * hessian[k, a, b]",
         "block[first + a, first + b] = 0.0",
         unit_test("couplings", "test_force_energy_and_tangent_agree"),
@@ -231,7 +231,7 @@ LAWS = (
     ),
     Mutant(
         "friction across a plate as along it",
-        "fsm/segments/friction_force.py",
+        "fsm/model/contact/friction_force.py",
         "return vectors + (across - 1.0)",
         "return vectors + 0.0 * (across - 1.0)",
         physics_test("sliding", "test_friction_across_a_plate"),
@@ -252,7 +252,7 @@ LAWS = (
     ),
 )
 
-CUTS = "fsm/scene/patterns/cuts.py"
+CUTS = "fsm/builders/patterns/cuts.py"
 SHEETS = (
     Mutant(
         "sides of cuts joined at their vertices",
@@ -263,14 +263,14 @@ SHEETS = (
     ),
     Mutant(
         "contact between both sides of a cut",
-        "fsm/segments/sheet_tables.py",
+        "fsm/model/contact/sheets/sheet_tables.py",
         "_to_segment(a[:, k], b) < 0.5 * reach",
         "_to_segment(a[:, k], b) < 0.0",
         physics_test("cuts", "test_both_sides_of_a_cut_do_not_press_each_other"),
     ),
     Mutant(
         "fold angles from a corner on the wrong side of a crease",
-        "fsm/scene/patterns/folding.py",
+        "fsm/builders/patterns/folding.py",
         "math.copysign(float(np.linalg.norm(area)), float(area @ normal))",
         "float(np.linalg.norm(area))",
         physics_test("cuts", "test_cards_start_folded"),
@@ -280,42 +280,42 @@ SHEETS = (
 SOLVERS = (
     Mutant(
         "beta of generalized-alpha",
-        "fsm/solve/generalized_alpha.py",
+        "fsm/solve/time/generalized_alpha.py",
         "1.0 / (1.0 + rho_inf) ** 2",
         "1.1 / (1.0 + rho_inf) ** 2",
         physics_test("generalized_alpha", "test_spectral_radius_at_infinity"),
     ),
     Mutant(
         "gamma of generalized-alpha",
-        "fsm/solve/generalized_alpha.py",
+        "fsm/solve/time/generalized_alpha.py",
         "0.5 * (3.0 - rho_inf) / (1.0 + rho_inf)",
         "0.5",
         physics_test("generalized_alpha", "test_first_step_is_as_good_as_the_others", "test_spectral_radius_at_infinity"),
     ),
     Mutant(
         "tangent of contacts in statics without the stiffness of the law",
-        "fsm/interactions/gap_planar.py",
+        "fsm/interactions/surfaces/gap_planar.py",
         "normal_x = -by_depth[i] * gradient[i, 0, n] -",
         "normal_x = -0.5 * by_depth[i] * gradient[i, 0, n] -",
         physics_test("tangents", "test_contact_alone"),
     ),
     Mutant(
         "numerical damping in Newmark's method",
-        "fsm/solve/generalized_alpha.py",
+        "fsm/solve/time/generalized_alpha.py",
         "cls._with(0.0, 0.0, 0.25, 0.5)",
         "cls._with(0.0, 0.0, 0.3025, 0.6)",
         physics_test("generalized_alpha", "test_newmark_is_the_method_without_its_two_shifts"),
     ),
     Mutant(
         "dissipation not counted",
-        "fsm/stepping/march.py",
+        "fsm/solve/stepping/march.py",
         "stored - start + dissipated - work",
         "stored - start - work",
         physics_test("energy_balance", "test_strip_with_contact_and_friction"),
     ),
     Mutant(
         "half of the work of a step counted",
-        "fsm/solve/energy_balance.py",
+        "fsm/solve/outcome/energy_balance.py",
         "self.work += work",
         "self.work += 0.5 * work",
         physics_test("energy_balance", "test_records_add_up"),

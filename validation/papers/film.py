@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from fsm.plots.style import COLOURS, WIDE, figure
-from fsm.table import run_table
+from fsm.run.table import run_table
+from fsm.views.plots.style import COLOURS, WIDE, figure
 from validation.gallery.record import Check, NotCompared, Place, Reason, against, said
 
 __all__ = ["position", "size", "tension"]

@@ -12,10 +12,10 @@ import numpy as np
 
 from fsm.analyses.reduced import reduced_model
 from fsm.analyses.vibrate import VibrationAnalysis
-from fsm.ancf.loading import Forcing
-from fsm.ancf.reduced import ReducedModel
+from fsm.case.loading.load_case import load_case
 from fsm.kernels.programs import half_sine
-from fsm.scene.load_case import load_case
+from fsm.model.nodes.loading import Forcing
+from fsm.model.nodes.system.reduced import ReducedModel
 from validation.papers.film import BIN, FOLDER
 
 AIR, STEEL = 1.2, 7850.0

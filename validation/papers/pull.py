@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from fsm.calibrate.response import force_response, peak_of
-from fsm.plots.style import COLOURS, WIDE, figure
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
-from fsm.scene.table import load_table
+from fsm.case.loading.load_case import load_case
+from fsm.case.loading.table import load_table
+from fsm.run.run_case import run_case
+from fsm.views.plots.style import COLOURS, WIDE, figure
 from validation.gallery.record import Check, NotCompared, Place, said
 
 __all__ = ["conditions", "factors"]

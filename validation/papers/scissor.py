@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.plots.style import COLOURS, WIDE, figure
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.case.loading.load_case import load_case
+from fsm.run.run_case import run_case
+from fsm.views.plots.style import COLOURS, WIDE, figure
 from validation.gallery.record import Check, NotCompared, Place, Reason, against, said
 from validation.scissor.arrays import move, rigid_angle, steel_array
 

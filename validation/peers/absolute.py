@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from fsm.ancf.loading import Forcing, Loading, point_force
-from fsm.ancf.system import AncfSystem
 from fsm.kernels.programs import ramp
+from fsm.model.nodes.loading import Forcing, Loading, point_force
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.equations.newton import equilibrium
 from fsm.solve.modal import modes
-from fsm.solve.newton import equilibrium
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.closed_forms.absolute import CABLE, PENDULUM

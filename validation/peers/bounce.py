@@ -11,11 +11,11 @@ from itertools import pairwise
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from fsm.scene.contact import Contact
-from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
+from fsm.case.models.contact import Contact
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Body, ContactPair, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
 from validation.peers.rigid import GRAVITY
 
 __all__ = [

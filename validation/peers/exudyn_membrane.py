@@ -21,11 +21,11 @@ from typing import Any
 
 import numpy as np
 
-from fsm.ancf.reduced import ReducedModel
-from fsm.ancf.system import AncfSystem
+from fsm.model.nodes.system.reduced import ReducedModel
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.equations.newton import equilibrium
 from fsm.solve.modal import Modes, modes
-from fsm.solve.newton import equilibrium
-from fsm.solve.run_io import SavedState
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.benchmarks.demo import machine

@@ -20,9 +20,9 @@ import numpy as np
 from exudyn import itemInterface as item
 from exudyn.advancedUtilities import CreateSymbolicUserFunction
 
-from fsm.scene.scene import Body, ForceElement, Scene
-from fsm.segments.drive import PrescribedMotion
-from fsm.segments.element_angles import initial_twists, rest_twists
+from fsm.case.models.scene import Body, ForceElement, Scene
+from fsm.model.bodies.drive import PrescribedMotion
+from fsm.model.elements.element_angles import initial_twists, rest_twists
 
 __all__ = ["Contact", "ExudynSettings", "ExudynStrip"]
 

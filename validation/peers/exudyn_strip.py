@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsm.compile_case import compile_case
 from fsm.errors import FsmError
-from fsm.plots.style import COLOURS, WIDE, figure
+from fsm.model.compile.compile_case import compile_case
+from fsm.views.plots.style import COLOURS, WIDE, figure
 from validation.benchmarks.demo import machine
 from validation.peers.strip import FSM_METHODS, Curve, Times, distance, fsm_curve, strip_case, timed_runs
 

@@ -14,10 +14,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.run_io import SavedState
+from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.model.compile.compile import compile_scene
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fsm.compile_case import compile_case
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
-from fsm.segments.system import SegmentSystem
-from fsm.solve.newton import equilibrium
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.system.system import SegmentSystem
+from fsm.solve.equations.newton import equilibrium
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
 try:
     from fsm.solve.settings import PathSettings
-    from fsm.solve.static import follow
+    from fsm.solve.statics.static import follow
 except ImportError:  # not there yet
     follow = None  # type: ignore[assignment]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from fsm.compile_case import compile_case
+from fsm.model.compile.compile_case import compile_case
 from validation.peers.common import EXUDYN, THERE
 from validation.peers.strip import distance, static_path, strip_case
 from validation.peers.sweep import FSM, PEER, PLAIN, PeerCase, Run, timed

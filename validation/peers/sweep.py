@@ -12,7 +12,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 from fsm.errors import FsmError
-from fsm.plots.style import COLOURS, GREY, figure
+from fsm.views.plots.style import COLOURS, GREY, figure
 
 __all__ = [
     "FSM", "PEER", "PLAIN", "TARGETS", "PeerCase", "Point", "Run", "measure", "plot", "ratio", "table", "time_to_error",

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from fsm.scene.table import load_table
-from fsm.table import run_table
+from fsm.case.loading.table import load_table
+from fsm.run.table import run_table
 from validation.gallery.command import command
 from validation.gallery.drawing import beside
 from validation.gallery.record import Check, Part, Place, below

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from fsm.table import run_table
+from fsm.run.table import run_table
 from validation.strangers.sheets import Sheet, crease_tables, strip_tables
 from validation.strangers.strips import draw_strip, drive_of
 from validation.strangers.typed import digits, nice

@@ -17,8 +17,8 @@ from unittest import mock
 import numpy as np
 from matplotlib.figure import Figure
 
-from fsm.plots.force import plot_force
 from fsm.results.store import read_solution
+from fsm.views.plots.force import plot_force
 from validation.gallery.drawing import beside
 from validation.gallery.record import Check, Place, below
 from validation.quasi_static.drawn_strips import draw_strips, solve

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from matplotlib.image import imread
 
-from fsm.plots.style import figure
 from fsm.results.film import Floats
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
+from fsm.views.plots.style import figure
 from validation.gallery.record import Check, Place, below
 from validation.quasi_static.drawn_strips import draw_geometries, solve
 

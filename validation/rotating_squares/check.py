@@ -20,9 +20,9 @@ from fsm.calibrate.identify import identify
 from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.response import force_response, peak_of, peak_response
 from fsm.calibrate.study import read_study
-from fsm.plots.style import COLOURS, WIDE, figure
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
+from fsm.views.plots.style import COLOURS, WIDE, figure
 from validation.gallery.command import command
 from validation.gallery.drawing import bars, beside
 from validation.gallery.record import Check, NotCompared, Part, Place, against, below

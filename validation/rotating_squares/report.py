@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fsm.builders.scene import build_scene
 from fsm.calibrate.band import linear_band
 from fsm.calibrate.force import calibrate_force, read_tests
 from fsm.calibrate.identify import ForceTest, Identification, Parameter, Prior, identify
@@ -26,13 +27,12 @@ from fsm.calibrate.report import Calibration, Options, table_lines, write_calibr
 from fsm.calibrate.response import force_response, peak_response
 from fsm.calibrate.study import read_study
 from fsm.calibrate.uncertainty import Estimate
-from fsm.compile_case import path_settings
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
-from fsm.segments.compile import compile_scene
-from fsm.solve.run_io import SavedState
-from fsm.solve.static import follow
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_case import path_settings
+from fsm.solve.outcome.run_io import SavedState
+from fsm.solve.statics.static import follow
 from validation.rotating_squares.check import FOLDER, GRADIENTS, HERE, SHEAR, SOURCE, STRIP, STUDY, TRAVEL
 
 UNITS = np.array([1e-3, 1e-3, 1e3])

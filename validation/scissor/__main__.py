@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.plots.style import WIDE, figure
+from fsm.views.plots.style import WIDE, figure
 from validation.scissor.arrays import move, rigid_angle, steel_array
 
 Check = tuple[str, float, float]

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.analyses.array import compile_array
-from fsm.ancf.scissor_system import ScissorSystem
-from fsm.scene.check_scissor import default_holds
-from fsm.scene.materials import Material
-from fsm.scene.scissor import BarSection, PointForce, Scissor
-from fsm.scene.time_program import Ramp
-from fsm.solve.energy_balance import EnergyBalance
+from fsm.case.checks.check_scissor import default_holds
+from fsm.case.models.materials import Material
+from fsm.case.models.scissor import BarSection, PointForce, Scissor
+from fsm.case.models.time_program import Ramp
+from fsm.model.nodes.system.scissor_system import ScissorSystem
+from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 

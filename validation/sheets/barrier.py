@@ -27,8 +27,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import fsm
+from fsm.case.schema.units import Length
 from fsm.extend import NormalLaw, Section, add_contact_law
-from fsm.scene.units import Length
 from validation.sheets.self_contact import closing_zigzag, intersecting, packed_miura, solved
 
 __all__ = ["BARRIER", "Run"]

@@ -21,7 +21,7 @@ import numpy as np
 
 import fsm
 from fsm.errors import NotConverged
-from fsm.plots.style import COLOURS, GREY, figure, label_decades
+from fsm.views.plots.style import COLOURS, GREY, figure, label_decades
 from validation.sheets.strip import PANEL, by_flexible_facets
 
 __all__ = ["Rung", "ladder", "main", "square_twist", "table"]

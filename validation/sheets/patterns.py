@@ -21,12 +21,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from fsm.plots.style import figure
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.case.loading.toml_text import tables_text
+from fsm.case.models.sheet import Sheet
+from fsm.case.pattern_files.file import with_pattern
 from fsm.results.store import read_solution
-from fsm.scene.patterns.file import with_pattern
-from fsm.scene.patterns.of_sheet import pattern_of
-from fsm.scene.sheet import Sheet
-from fsm.scene.toml_text import tables_text
+from fsm.views.plots.style import figure
 
 __all__ = ["Folded", "case_of_pattern", "draw", "fold", "main", "table"]
 

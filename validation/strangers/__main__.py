@@ -19,7 +19,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsm.warm_up import compile_ahead
+from fsm.run.warm_up import compile_ahead
 from validation.strangers.campaign import LIMIT, Line, course_of, fsm_command, run_campaign
 from validation.strangers.cases import FULL, KINDS, Row, rows
 from validation.strangers.launch import side_by_side

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fsm.scene.builders.scissor import array_at
-from fsm.scene.scissor import Scissor
+from fsm.case.derived.scissor import array_at
+from fsm.case.models.scissor import Scissor
 from validation.strangers.drawn import Drawn
 from validation.strangers.typed import deg, digits, gpa, mm, newton, nice
 from validation.stress.dice import Dice, Tables

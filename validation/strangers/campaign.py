@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from fsm.provenance import made_by
+from fsm.io.provenance import made_by
 from validation.strangers.cases import Row, draw
 from validation.strangers.drawn import Drawn
 from validation.strangers.family import crease_family
@@ -86,7 +86,7 @@ def row_key(drawn: Drawn) -> str:
 
 def fsm_command(command: Command) -> int:
     """Command line of fsm, in this process."""
-    from fsm.cli import cli
+    from fsm.cli.command_line import cli
 
     try:
         cli.main(list(command.arguments), prog_name="fsm")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fsm.scene.toml_text import tables_text
+from fsm.case.loading.toml_text import tables_text
 from validation.stress.dice import Tables
 
 __all__ = ["Drawn"]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from click.testing import CliRunner
 
-from fsm.cli import cli
+from fsm.cli.command_line import cli
 from validation.strangers.sheets import FAMILY_FILE, FAMILY_STIFFNESS
 
 __all__ = ["crease_family"]

@@ -20,7 +20,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fsm.warm_up import compile_ahead
+from fsm.run.warm_up import compile_ahead
 from validation.stress.campaign import examine, run_campaign
 from validation.stress.scenes import KINDS, MIXED, draw, loaded
 from validation.stress.summary import failed_of_feasible, summarised

@@ -16,12 +16,12 @@ from types import FrameType
 from typing import Any
 
 from fsm.analyses.choose import analysis_of
+from fsm.case.loading.load_case import LoadedCase
 from fsm.errors import CaseError, FsmError, raised_by_signal
 from fsm.kernels import jit
-from fsm.recorder import RecordedSolve
 from fsm.results.solution import Solution
-from fsm.run import run_case
-from fsm.scene.load_case import LoadedCase
+from fsm.run.recorder import RecordedSolve
+from fsm.run.run_case import run_case
 from validation.stress.scenes import loaded
 
 __all__ = ["Attempt", "attempt"]

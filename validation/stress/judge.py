@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
 from fsm.kernels.rotation import rotation_matrix
 from fsm.results.quantities import in_motion
 from fsm.results.solution import Solution
-from fsm.scene.case import Case
-from fsm.scene.scene import Scene
 from validation.sheets.self_contact import intersecting
 
 __all__ = ["TOLD", "Verdict", "free_of_ground", "judge", "momentum_error"]

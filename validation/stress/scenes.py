@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fsm.case.loading.load_case import LoadedCase, read_case
+from fsm.case.loading.toml_text import case_text
 from fsm.errors import CaseError
-from fsm.scene.load_case import LoadedCase, read_case
-from fsm.scene.toml_text import case_text
 from validation.stress.chains import draw_chain, draw_stack
 from validation.stress.dice import Dice, Tables
 from validation.stress.films import draw_film, draw_scissor

@@ -17,16 +17,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.compile_case import compile_case, path_settings
+from fsm.builders.scene import build_scene
+from fsm.case.loading.load_case import load_case
+from fsm.case.models.case import Case
+from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile_case import compile_case, path_settings
 from fsm.results.quantities import peak
-from fsm.run import run_case
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case
-from fsm.scene.load_case import load_case
-from fsm.segments.compile import compile_scene
-from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.solve.static import follow
-from fsm.system_records import DriveState
+from fsm.run.run_case import run_case
+from fsm.solve.equations.newton import equilibrium, negative_pivots
+from fsm.solve.interface.records import DriveState
+from fsm.solve.statics.static import follow
 from validation.gallery.command import command
 from validation.gallery.drawing import beside, convergence
 from validation.gallery.record import Check, Part, Place, against, below

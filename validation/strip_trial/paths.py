@@ -19,16 +19,16 @@ from types import FrameType
 
 import numpy as np
 
-from fsm.compile_case import compile_case
+from fsm.case.loading.load_case import load_case
 from fsm.errors import FsmError
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.system.system import SegmentSystem
 from fsm.results.quantities import peak
-from fsm.scene.load_case import load_case
-from fsm.segments.system import SegmentSystem
-from fsm.solve.newton import negative_pivots
-from fsm.solve.run_io import SavedState
+from fsm.solve.equations.newton import negative_pivots
+from fsm.solve.interface.records import DriveState
+from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings
-from fsm.solve.static import follow
-from fsm.system_records import DriveState
+from fsm.solve.statics.static import follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 EVERY, AT_REST = 2e-3, 1e-3

@@ -14,9 +14,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+from fsm.case.loading.load_case import load_case
 from fsm.errors import FsmError
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from fsm.run.run_case import run_case
 from validation.strangers.drawn import Drawn
 from validation.strangers.sheets import Sheet, crease_tables, strip_tables
 from validation.strangers.strips import drive_of

@@ -1,6 +1,6 @@
 """Laws of the normal force of a contact, by their names in case files.
 
-A new law needs one file here, one line below, and its keys in `fsm.scene.contact`.
+A new law needs one file here, one line below, and its keys in `fsm.case.models.contact`.
 """
 
 from __future__ import annotations

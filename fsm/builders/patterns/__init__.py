@@ -1,0 +1,1 @@
+"""Geometry of folded sheets: generated patterns, folded states, meshes, places, chambers."""

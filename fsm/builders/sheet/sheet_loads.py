@@ -1,0 +1,112 @@
+"""Loads on places of a sheet, as loads on its facets or on frames at its vertices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from fsm.builders.patterns.facets import facet_frames
+from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.patterns.places import Place, facets_named, place_of
+from fsm.builders.sheet.flexible_loads import loads_on_mesh
+from fsm.case.models.case import Case
+from fsm.case.models.loads import PART, Load
+from fsm.case.pattern_files.pattern import Pattern
+from fsm.errors import CaseError, Fault
+
+
+def facet_name(number: int) -> str:
+    """Name of the body of a facet; facet numbers start at 0 here, and at 1 in names."""
+    return f"facet {number + 1}"
+
+
+def vertex_name(number: int) -> str:
+    """Name of the frame at a vertex of a sheet of bars; numbers as in `facet_name`."""
+    return f"vertex {number + 1}"
+
+
+def facets_of_vertices(pattern: Pattern) -> dict[int, int]:
+    """First facet of each vertex, by number."""
+    return {vertex: face for face, vertices in reversed(list(enumerate(pattern.faces))) for vertex in vertices}
+
+
+def placed_loads(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
+    """Parts of the loads, each of which acts on one body; a force on several vertices of a sheet acts on each of them in
+    equal parts.
+
+    Raises
+    ------
+    CaseError
+        There is no such place, or the vertices of the place cannot carry the load.
+    """
+    loads = tuple(loads)
+    if case.sheet is None or not any(load.at is not None for load in loads):
+        return loads
+    if case.sheet.facets == "flexible":
+        return loads_on_mesh(case, loads)
+    pattern = pattern_of(case.sheet)
+    found: list[Load] = []
+    for number, load in enumerate(loads):
+        found += [load] if load.at is None else _placed(case, pattern, load, f"load.{number}")
+    return tuple(found)
+
+
+def _placed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
+    """Loads on the bodies of a place."""
+    assert case.sheet is not None and load.at is not None
+    if load.pressure is not None:
+        return _pressed(case, pattern, load, path)
+    try:
+        place = place_of(pattern, load.at)
+    except ValueError as error:
+        raise CaseError(Fault(f"{path}.at", str(error))) from None
+    bars = case.sheet.facets == "bars"
+    if place.facet is not None and not bars:
+        return [load.model_copy(update={"at": None, "body": facet_name(place.facet)})]
+    if any(load.moment):
+        raise CaseError(Fault(f"{path}.moment", "vertices carry no moment; give a facet of rigid facets, or a force only"))
+    if bars and load.follower:
+        text = 'vertices of facets = "bars" do not rotate, so a load cannot follow them; remove this key'
+        raise CaseError(Fault(f"{path}.follower", text))
+    if any(load.point):
+        raise CaseError(Fault(f"{path}.point", "is not used beside `at` with vertices; remove this key"))
+    return _on_vertices(pattern, load, place, bars)
+
+
+def _pressed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
+    """Pressure on facets; rigid facets have a force at each centroid that rotates with the facet."""
+    assert case.sheet is not None and isinstance(load.at, str) and load.pressure is not None
+    try:
+        facets = facets_named(load.at, len(pattern.faces))
+    except ValueError as error:
+        raise CaseError(Fault(f"{path}.at", str(error))) from None
+    if case.sheet.facets == "bars":
+        return [load]
+    area = facet_frames(pattern).area
+    return [
+        load.model_copy(
+            update={
+                "at": None, "pressure": None, "body": facet_name(facet), "follower": True,
+                "name": load.called if len(facets) == 1 else f"{load.called}{PART}{facet + 1}",
+                "force": (0.0, 0.0, load.pressure * float(area[facet])),
+            }
+        )
+        for facet in facets
+    ]  # fmt: skip
+
+
+def _on_vertices(pattern: Pattern, load: Load, place: Place, bars: bool) -> list[Load]:
+    vertices = place.vertices if place.facet is None else pattern.faces[place.facet]
+    share = tuple(component / len(vertices) for component in load.force)
+    frames, facets = (None, {}) if bars else (facet_frames(pattern), facets_of_vertices(pattern))
+    found = []
+    for vertex in vertices:
+        name = load.called if len(vertices) == 1 else f"{load.called}{PART}{vertex + 1}"
+        update = {"at": None, "name": name, "force": share, "body": vertex_name(vertex)}
+        if frames is not None:
+            facet = facets[vertex]
+            point = frames.local(np.array([facet]), pattern.vertices[vertex][None])[0]
+            update |= {"body": facet_name(facet), "point": tuple(point.tolist())}
+        found.append(load.model_copy(update=update))
+    return found

@@ -1,0 +1,1 @@
+"""Faults that involve several sections of a case."""

@@ -1,0 +1,1 @@
+"""What follows from the sections of a case: points and sides of contact, frames as bodies, outlines."""

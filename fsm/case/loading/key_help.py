@@ -1,0 +1,138 @@
+"""Pages of keys for `fsm help`, from the models that check cases."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import cache, reduce
+from operator import or_
+from typing import Literal, get_args, get_origin
+
+from fsm.case.models.case import root
+from fsm.case.models.coupling import OWN_COUPLINGS
+from fsm.case.schema.key_facts import facts_of, plain, section_of
+from fsm.case.schema.schema import Place
+from fsm.case.schema.units import did_you_mean
+from fsm.errors import CaseError
+from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS
+
+_NAMES = {str: "text", bool: "true or false", int: "whole number", float: "number", dict: "section"}
+
+
+def help_lines(key: str) -> list[str]:
+    """Lines of the help page of a key or a section; without a key, the page lists all sections. Sections and parameters of
+    extensions that this process has loaded are included.
+
+    Parameters
+    ----------
+    key : str
+        Dotted path such as "strip.fold_angle" or "drive.speed", or the last part of one.
+
+    Raises
+    ------
+    CaseError
+        No key has this path or name.
+    """
+    if not key:
+        *lines, hint = _section_lines("", root({}))
+        return [*lines[:-1], *(f"{name}  section of an extension" for name in BUILDERS), "", hint]
+    path = ".".join(part for part in key.strip("[]. ").split(".") if not part.isdigit())
+    pages = _pages()
+    if path in pages:
+        return _page(path, *pages[path])
+    if path in BUILDERS:
+        return [f"[{path}]", "", *_section_lines(path, dict(_added())[path])]
+    found = [known for known in pages if known.rpartition(".")[2] == path or known.endswith(f".{path}")]
+    if len(found) == 1:
+        return _page(found[0], *pages[found[0]])
+    if found:
+        width = max(len(known) for known in found)
+        return [f"{known:{width}}  {plain(facts_of(*pages[known]).meaning)}" for known in found]
+    names = {known.rpartition(".")[2]: None for known in pages} | dict.fromkeys(pages)
+    raise CaseError(f'unknown key "{key[:60]}"{did_you_mean(path, names)}; `fsm help` lists the sections', "help")
+
+
+def all_keys() -> tuple[str, ...]:
+    """Paths of all keys of a case; the paths have no item numbers."""
+    return tuple(_pages())
+
+
+def _pages() -> dict[str, tuple[Place, str]]:
+    """Place of the section and name of each key, by the path of the key without item numbers."""
+    added = {path: (section, key) for name, place in _added() for path, section, key in _walk(name, place)}
+    return _own_pages() | added
+
+
+@cache
+def _own_pages() -> dict[str, tuple[Place, str]]:
+    return {path: (section, key) for path, section, key in _walk("", root({}))}
+
+
+def _added() -> Iterator[tuple[str, Place]]:
+    """Sections of builders, laws and kinds of elements that extensions add, with their paths."""
+    for name, builder in BUILDERS.items():
+        yield name, Place(builder.section, None, {})
+    laws = (("contact", CONTACT_LAWS), ("friction", FRICTION_LAWS), ("scene.elements", ELEMENT_LAWS))
+    for path, known in (*laws, ("scene.point_elements", POINT_KINDS), ("scene.couplings", OWN_COUPLINGS | COUPLINGS)):
+        models = [law.parameters for law in known.values() if law.parameters is not None]
+        if models:
+            yield f"{path}.parameters", Place(reduce(or_, models), None, {})
+
+
+def _walk(path: str, section: Place) -> Iterator[tuple[str, Place, str]]:
+    for key in section.keys():  # noqa: SIM118
+        inner = section.step(key)
+        here = f"{path}.{key}" if path else key
+        yield here, section, key
+        below = section_of(inner)
+        if below is not None and here.count(".") < 4:
+            yield from _walk(here, below)
+
+
+def _page(path: str, section: Place, key: str) -> list[str]:
+    place = section.step(key)
+    assert place is not None
+    facts = facts_of(section, key)
+    below = section_of(place) or dict(_added()).get(path)
+    head = f"[[{path}]]" if place.is_list_of_sections() else f"[{path}]" if below is not None else path
+    rows = (
+        ("type", type_text(place)), ("unit", facts.unit), ("default", facts.default), ("range", facts.range),
+        ("only with", facts.used), ("meaning", facts.meaning),
+    )  # fmt: skip
+    lines = [head, *(f"  {name:9} {plain(text)}" for name, text in rows if text)]
+    return lines if below is None else [*lines, "", *_section_lines(path, below)]
+
+
+def _section_lines(path: str, section: Place) -> list[str]:
+    """One line for each key of a section."""
+    rows = []
+    for key in section.keys():  # noqa: SIM118
+        facts = facts_of(section, key)
+        kind = facts.unit or ("section" if section_of(section.step(key)) else "")
+        rows.append((key, kind, plain(facts.default), plain(facts.full_meaning)))
+    widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
+    lines = ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)) + f"  {row[3]}" for row in rows]
+    hint = f"fsm help {path}.KEY" if path else "fsm help SECTION"
+    return [*(line.rstrip() for line in lines), "", f"{hint} shows a key"]
+
+
+def type_text(place: Place) -> str:
+    """Type of a value in words."""
+    if place.is_list_of_sections():
+        return "list of sections"
+    if place.all_models():
+        return "section"
+    texts = []
+    for leaf in place.variants():
+        if leaf is type(None):
+            continue
+        if get_origin(leaf) is Literal:
+            texts.append("one of " + ", ".join(json.dumps(value) for value in get_args(leaf)))
+        elif get_origin(leaf) is tuple:
+            inner = get_args(leaf)
+            count = "list" if len(inner) == 2 and inner[1] is Ellipsis else f"list of {len(inner)}"
+            texts.append(count)
+        else:
+            name = _NAMES.get(get_origin(leaf) or leaf, "text")
+            texts.append("number, or text with a unit" if name == "number" and place.unit() else name)
+    return " or ".join(dict.fromkeys(texts))

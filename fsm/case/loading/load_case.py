@@ -1,0 +1,400 @@
+"""Reading of case files: from TOML to a checked `Case`, or to the list of all its faults."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import TypeAdapter, ValidationError
+
+from fsm.case.checks.checks import check_sections
+from fsm.case.checks.sections import Sections
+from fsm.case.loading.crease_data import check_curve, read_crease_data
+from fsm.case.loading.expectations import expectation_faults
+from fsm.case.loading.overrides import Given, apply_overrides, split_override
+from fsm.case.loading.program_data import with_program
+from fsm.case.loading.toml_file import read_toml
+from fsm.case.loading.toml_text import case_text
+from fsm.case.models.case import Analysis, Case, contact_of_strip
+from fsm.case.models.materials import FamilyCrease, SplineCrease
+from fsm.case.models.membrane import Vibration
+from fsm.case.models.scene import Scene
+from fsm.case.models.solve import Save, Solve
+from fsm.case.schema.faults import MOST_UNKNOWN, faults_of, unknown_key
+from fsm.case.schema.units import SYSTEMS
+from fsm.errors import CaseError, Fault
+from fsm.registry import BUILDERS, load_extensions
+from fsm.text.short_repr import ShortRepr
+
+_MOST_ITEMS = 20
+"""Number of faulty items in a list of sections after which the remaining items are not checked."""
+_MOST_FAULTS = 50
+"""Largest number of messages about a case."""
+
+
+@dataclass(frozen=True, repr=False)
+class LoadedCase(ShortRepr):
+    """Case with its source file.
+
+    Attributes
+    ----------
+    case : Case
+        All values in SI, with measured crease curves.
+    text : str
+        The case as TOML with overrides and defaults; this text gives the same case without other files.
+    path : Path
+        Case file.
+    """
+
+    case: Case
+    text: str
+    path: Path
+
+
+def load_case(path: str | Path, overrides: Sequence[str] = ()) -> LoadedCase:
+    """Read and check a case file.
+
+    Parameters
+    ----------
+    path : str or Path
+    overrides : sequence of str
+        Dotted path and value, for example ``"strip.fold_angle=75 deg"``; the value is a TOML value or plain text. Items of a
+        list have a number, ``drive.0.speed``. The value ``none`` removes a section or a key.
+
+    Raises
+    ------
+    CaseError
+        All faults of the file, of its crease data and of the overrides.
+    """
+    split = [split_override(text) for text in overrides]
+    return load_tables(
+        read_toml(path),
+        [item for item in split if not isinstance(item, Fault)],
+        Path(path),
+        [item for item in split if isinstance(item, Fault)],
+    )
+
+
+def load_tables(
+    tables: Mapping[str, Any],
+    values: Iterable[tuple[str, str | Given]],
+    path: Path,
+    faults: Sequence[Fault] = (),
+    label: str = "--set ",
+) -> LoadedCase:
+    """Check a case that is given as tables.
+
+    Parameters
+    ----------
+    tables : mapping
+        Tables from TOML.
+    values : iterable of (dotted path, value)
+        Values that are set in the tables; see `apply_overrides`.
+    path : Path
+        Case file, or its name in messages; names of data files are relative to its folder.
+    faults : sequence of Fault
+        Known faults, which are reported together with the faults of the case.
+    label : str
+        Text in front of the paths of `values` in messages.
+
+    Raises
+    ------
+    CaseError
+        All faults of the case.
+    """
+    data, unknown = apply_overrides(tables, values, label)
+    case, found = read_case(data, path.parent)
+    found = [*faults, *unknown, *found]
+    if found or case is None:
+        raise CaseError(first_faults(found), str(path))
+    return LoadedCase(case, case_text(case), path)
+
+
+def first_faults(faults: Sequence[Fault]) -> list[Fault]:
+    """First faults of a case, and a message with the number of the remaining faults."""
+    more = len(faults) - _MOST_FAULTS
+    return list(faults) if more <= 0 else [*faults[:_MOST_FAULTS], Fault("", f"and {more:,} more mistakes")]
+
+
+def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[Fault]]:
+    """Build a case from the tables of its file, section by section, so that all faults are found.
+
+    Parameters
+    ----------
+    data : mapping
+        Tables from TOML, with overrides.
+    folder : Path
+        Folder to which names of data files are relative.
+
+    Returns
+    -------
+    Case or None
+        None if there are faults.
+    list of Fault
+    """
+    units = data.get("units", "SI")
+    system = units if isinstance(units, str) and units in SYSTEMS else "SI"
+    data, added, begun = _with_extensions(data, folder)
+    known = list(Case.model_fields)
+    unknown = [key for key in data if key not in known and key not in added]
+    faults = begun + [Fault(key, unknown_key(key, known)) for key in unknown[:MOST_UNKNOWN]]
+    if len(unknown) > MOST_UNKNOWN:
+        faults.append(Fault("", f"and {len(unknown) - MOST_UNKNOWN:,} more unknown keys"))
+    valid: dict[str, Any] = {}
+    for name in known:
+        if name == "contact" and name in data and "strip" in data:
+            data = {**data, name: contact_of_strip(data[name], valid.get("strip"), valid.get("material"))}
+        if name in data:
+            valid[name], found = _read_section(name, data, system)
+            faults += found
+    data, found = _build(data, added, valid, system)
+    faults += found
+    valid, found = _read_curves(valid, folder, system)
+    faults += found
+    if valid.get("sheet") is not None:
+        # this module imports numpy, which cases without added laws do not need
+        from fsm.case.pattern_files.file import with_pattern
+
+        valid["sheet"], found = with_pattern(valid["sheet"], folder)
+        faults += found
+    valid, found = _read_programs(valid, folder, system)
+    faults += found
+    faults += check_sections(_sections(data, valid))
+    faults += expectation_faults(valid.get("expect") or ())
+    if faults:
+        return None, faults
+    values = {name: value for name, value in valid.items() if name != "units"}
+    values.update({name: tuple(values[name].values()) for name in _LISTS if name in values})
+    return Case(**values), []
+
+
+def _with_extensions(data: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], list[str], list[Fault]]:
+    """Tables with absolute names of extension files, the sections of builders that extensions add, and the faults of
+    extensions.
+    """
+    names = data.get("extensions", ())
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        return dict(data), [], []  # the section itself is faulty
+    files, faults = load_extensions(names, folder)
+    sections = [name for name in BUILDERS if name in data]
+    return dict(data) | ({"extensions": list(files)} if names else {}), sections, faults
+
+
+def _build(
+    data: Mapping[str, Any], sections: Sequence[str], valid: dict[str, Any], system: str
+) -> tuple[dict[str, Any], list[Fault]]:
+    """Scene that a builder of an extension makes from its section, in place of a [scene]."""
+    data = dict(data)
+    faults: list[Fault] = []
+    for name in sections:
+        raw, builder = data.pop(name), BUILDERS[name]
+        others = [f"[{other}]" for other in ("strip", "lattice", "sheet", "scene") if other in data]
+        if others:
+            text = f"[{name}] defines the whole scene and cannot be combined with {' and '.join(others)}; remove one of them"
+            faults.append(Fault(name, text))
+            continue
+        section, found = _validate(TypeAdapter(builder.section), raw, {name: raw}, (name,), system)
+        faults += found
+        if section is None:
+            continue
+        try:
+            valid["scene"] = builder.build(section, valid)
+        except CaseError as error:
+            faults += [Fault(f"{name}.{fault.path}" if fault.path else name, fault.message) for fault in error.faults]
+        data["scene"] = {}
+    return data, faults
+
+
+_LISTS = ("drive", "load", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")
+"""Sections that may appear several times."""
+
+
+@cache
+def _adapter(name: str, item: bool) -> TypeAdapter[Any]:
+    """Validator of a section, or of one item of a list of sections."""
+    field = Case.model_fields[name]
+    return TypeAdapter(get_args(field.annotation)[0] if item else field.rebuild_annotation())
+
+
+def _read_section(name: str, data: Mapping[str, Any], system: str) -> tuple[Any, list[Fault]]:
+    """One validated section, or None if it has faults; for a list of sections, its valid items by number."""
+    raw = data[name]
+    if name not in _LISTS or not isinstance(raw, list):
+        return _validate(_adapter(name, False), raw, data, (name,), system)
+    items: dict[int, Any] = {}
+    faults: list[Fault] = []
+    wrong = 0
+    for index, entry in enumerate(raw):
+        item, found = _validate(_adapter(name, True), entry, data, (name, index), system)
+        faults += found
+        wrong += bool(found)
+        if wrong == _MOST_ITEMS and index + 1 < len(raw):
+            unchecked = len(raw) - index - 1
+            faults.append(Fault(name, f"{wrong} items have faults; the {unchecked:,} items after them were not checked"))
+            break
+        if item is not None:
+            items[index] = item
+    return items, faults
+
+
+def _validate(
+    adapter: TypeAdapter[Any], raw: Any, data: Mapping[str, Any], path: tuple[str | int, ...], system: str
+) -> tuple[Any, list[Fault]]:
+    try:
+        return adapter.validate_python(raw, context={"units": system}), []
+    except ValidationError as error:
+        return None, faults_of(error, data, path, system, Case)
+
+
+def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
+    single = (
+        "strip", "lattice", "sheet", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact",
+        "scissor", "bar", "hinge", "stop", "release",
+    )  # fmt: skip
+    lists = {
+        "drives": "drive", "loads": "load", "steps": "step", "patches": "patch", "cables": "cable", "supports": "support",
+        "holds": "hold", "forces": "force",
+    }  # fmt: skip
+    items: dict[str, Any] = {field: valid[name] for field, name in lists.items() if isinstance(valid.get(name), dict)}
+    sections: dict[str, Any] = {name: valid.get(name) for name in single}
+    return Sections(
+        written=frozenset(name for name in data if data[name] != []),
+        stages=_stages(data, valid),
+        analysis=valid.get("analysis", "deploy"),
+        gravity=valid.get("gravity") or (),
+        solve=valid.get("solve") if "solve" in data else Solve(),
+        save=valid.get("save") if "save" in data else Save(),
+        faulty_steps="step" in data and len(data["step"] or ()) != len(valid.get("step") or ()),
+        vibration=valid.get("vibration") if "vibration" in data else Vibration(),
+        **items,
+        **sections,
+    )
+
+
+def _stages(data: Mapping[str, Any], valid: Mapping[str, Any]) -> tuple[Analysis, ...]:
+    """Analyses of a case; empty if they cannot be read."""
+    if "stages" in data:
+        stages: tuple[Analysis, ...] | None = valid["stages"]
+        return stages or ()
+    chosen: Analysis | None = valid["analysis"] if "analysis" in data else "deploy"
+    return (chosen,) if chosen else ()
+
+
+def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
+    """Sections in which the measured crease curves have been read from their files."""
+    result: dict[str, Any] = dict(valid)
+    faults: list[Fault] = []
+    if isinstance(result.get("crease"), _MEASURED):
+        result["crease"], faults = _read_curve(result["crease"], folder, system, "crease")
+    scene = result.get("scene")
+    if isinstance(scene, Scene):
+        elements = list(scene.elements)
+        for index, element in enumerate(elements):
+            if isinstance(element.crease, _MEASURED):
+                crease, found = _read_curve(element.crease, folder, system, f"scene.elements.{index}.crease")
+                elements[index] = element.model_copy(update={"crease": crease})
+                faults += found
+        result["scene"] = scene.model_copy(update={"elements": tuple(elements)})
+    return result, faults
+
+
+def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
+    """Sections in which the tables of time functions have been read from their files."""
+    result: dict[str, Any] = dict(valid)
+    faults: list[Fault] = []
+
+    def read(item: Any, path: str) -> Any:
+        item, found = with_program(item, folder, system, path)
+        faults.extend(found)
+        return item
+
+    for name in ("drive", "load", "gas", "force"):
+        if isinstance(result.get(name), dict):
+            result[name] = {index: read(item, f"{name}.{index}") for index, item in result[name].items()}
+    if isinstance(result.get("step"), dict):
+        for number, step in result["step"].items():
+            items = {
+                name: tuple(read(item, f"step.{number}.{name}.{index}") for index, item in enumerate(getattr(step, name)))
+                for name in ("drive", "load")
+            }
+            result["step"][number] = step.model_copy(update=items)
+    scene = result.get("scene")
+    if isinstance(scene, Scene):
+        update = {
+            name: tuple(read(item, f"scene.{name}.{index}") for index, item in enumerate(getattr(scene, name)))
+            for name in ("drives", "loads")
+        }
+        result["scene"] = scene.model_copy(update=update)
+    return result, faults
+
+
+_MEASURED = (SplineCrease, FamilyCrease)
+"""Crease laws with a curve that may be in a file."""
+
+
+def _read_curve(
+    crease: SplineCrease | FamilyCrease, folder: Path, system: str, path: str
+) -> tuple[SplineCrease | FamilyCrease, list[Fault]]:
+    try:
+        if isinstance(crease, FamilyCrease):
+            found = _from_family(crease, folder, path)
+            return found, _rest_angle_faults(found, path)
+        if crease.data is not None:
+            curve = read_crease_data(folder / crease.data, crease, system, f"{path}.data")
+        else:
+            angle, moment = crease.angle or (), crease.moment or ()
+            places = [f"{path}.angle.{index}" for index in range(len(angle))]
+            curve = check_curve(angle, moment, crease.interpolation, f"{path}.angle", places)
+    except CaseError as error:
+        return crease, list(error.faults)
+    read = {
+        "data": None,
+        "angle_unit": None,
+        "moment_unit": None,
+        "angle": curve.angle,
+        "moment": curve.moment,
+    }
+    if crease.unloading is not None and crease.angle is not None and crease.angle[-1] < crease.angle[0]:
+        read["unloading"] = crease.unloading[::-1]
+    found = crease.model_copy(update=read)
+    return found, _rest_angle_faults(found, path)
+
+
+def _rest_angle_faults(crease: SplineCrease, path: str) -> list[Fault]:
+    """Fault of a rest angle for which no data are at possible crease angles, 0 to 180 degrees."""
+    if crease.rest_angle is None or crease.angle is None:
+        return []
+    low, high = (math.degrees(crease.rest_angle - end) for end in (crease.angle[-1], crease.angle[0]))
+    if low <= 180.0 and high >= 0.0:
+        return []
+    what = f"{math.degrees(crease.rest_angle):.4g} deg places the data at crease angles of {low:.4g} to {high:.4g} deg"
+    return [Fault(f"{path}.rest_angle", f"{what}; crease angles are 0 (flat) to 180 deg (closed); correct value or data")]
+
+
+def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
+    """Measured curve of a crease, from its calibrated family of curves."""
+    # this module imports numpy, so it is imported only where needed
+    from fsm.case.loading.crease_family import family_curve, read_family, rest_angle
+
+    family = read_family(folder / crease.file, f"{path}.file")
+    curve = family_curve(family, crease.press_time, crease.opening, path)
+    if crease.hysteresis and curve.unloading is None:
+        what = f"is true, but {curve.name} of {crease.file} has no unloading branch; set this key to false"
+        raise CaseError(Fault(f"{path}.hysteresis", what))
+    back = curve.unloading if crease.hysteresis else None
+    released = crease.since_release
+    rest = crease.rest_angle if released is None else rest_angle(family, released, path)
+    return SplineCrease(
+        law="spline",
+        angle=tuple(curve.angle.tolist()),
+        moment=tuple(curve.loading.tolist()),
+        interpolation="pchip" if family.interpolation == "pchip" else "cubic",
+        rest_angle=rest,
+        scale=crease.scale,
+        unloading=None if back is None else tuple(back.tolist()),
+        reversal=crease.reversal,
+    )

@@ -1,0 +1,263 @@
+"""Tables of cases: a CSV file whose columns are dotted paths of a base case.
+
+The base case is ``case.toml`` in the folder of the CSV file, or the file named in the first line::
+
+    # base = other.toml
+    case, strip.fold_angle, crease.stiffness
+    80-low, 80 deg, 0.002
+    83-low, 83 deg,
+
+A line ``# reference = paper.csv`` names a file of percentages for comparison, see `load_reference`.
+
+A cell contains a value as for `--set`: a TOML value, plain text, or ``none`` to remove the key or section. An empty cell
+keeps the value of the base case. File names in cells are relative to the folder of the base case. The column ``case`` gives
+the names of the rows; without it, names consist of the values.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fsm.case.loading.load_case import LoadedCase, first_faults, read_case
+from fsm.case.loading.overrides import apply_overrides, check_path, split_override
+from fsm.case.loading.toml_file import read_text, read_toml
+from fsm.case.loading.toml_text import case_text
+from fsm.errors import CaseError, Fault
+from fsm.text.short_repr import ShortRepr
+
+NAME = "case"
+BASE = "case.toml"
+
+COLLECTED, EXTREMES, OVERLAY, STUDY = "summary.csv", "extremes.csv", "overlay.png", "study.png"
+"""Files that a table writes next to the folders of its rows."""
+
+_LONGEST = 200
+"""Largest length of a row's name, bytes; file systems allow 255, and temporary files have longer names."""
+
+
+@dataclass(frozen=True, repr=False)
+class TableCase(ShortRepr):
+    """Row of a table.
+
+    Attributes
+    ----------
+    name : str
+        Unique name, which is also the name of the row's folder.
+    overrides : dict
+        Text of each non-empty cell by its path.
+    loaded : LoadedCase
+    """
+
+    name: str
+    overrides: dict[str, str]
+    loaded: LoadedCase
+
+
+@dataclass(frozen=True)
+class _Row:
+    number: int
+    name: str
+    values: dict[str, str]
+
+
+def load_table(path: str | Path, overrides: Sequence[str] = ()) -> list[TableCase]:
+    """Read a table and check all of its cases.
+
+    Parameters
+    ----------
+    path : str or Path
+    overrides : sequence of str
+        ``"path=value"``, applied to every row after its own values.
+
+    Raises
+    ------
+    CaseError
+        All faults of all rows, with row numbers as in a text editor. A fault that all rows share appears once, for the base
+        case.
+    """
+    base, lines = _lines(path)
+    rows, faults = _rows(lines)
+    split = [split_override(text) for text in overrides]
+    faults += [item for item in split if isinstance(item, Fault)]
+    if faults:
+        raise CaseError(faults, str(path))
+    file = Path(path).parent / base
+    data, unknown = _base(file, [item for item in split if not isinstance(item, Fault)], str(path))
+    cases, faults = _read_rows(rows, data, [item for item in split if not isinstance(item, Fault)], file)
+    if unknown or faults:
+        raise CaseError(first_faults([*unknown, *faults]), str(path))
+    return cases
+
+
+def _lines(path: str | Path) -> tuple[str, list[tuple[int, list[str]]]]:
+    """File name of the base case, and the rows of cells with their numbers, header first."""
+    text = read_text(path)
+    lines = text.splitlines()
+    return _named(lines, "base") or BASE, _cells(lines)
+
+
+def _named(lines: Sequence[str], key: str) -> str:
+    """File name in a comment ``# key = name`` before the first row; empty if there is none."""
+    for line in lines:
+        if line.strip() and not line.lstrip().startswith("#"):
+            break
+        match = re.match(rf"#\s*{key}\s*=\s*[\"']?(.+?)[\"']?\s*$", line.strip())
+        if match:
+            return match[1]
+    return ""
+
+
+def _cells(lines: Sequence[str]) -> list[tuple[int, list[str]]]:
+    """Cells of all lines that are neither comments nor empty, with line numbers."""
+    kept = [
+        (n, line)
+        for n, line in enumerate(lines, 1)
+        if line.strip(" \t,;") and not line.lstrip().startswith("#")
+    ]
+    header = kept[0][1] if kept else ""
+    separator = next((mark for mark in (";", "\t") if mark in header), ",")
+    rows = []
+    for number, line in kept:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+        rows.append((number, [cell.strip() for cell in cells]))
+    return rows
+
+
+def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
+    """Reference changes of a table: for each row, numbers of the summary as changes from the first row in %.
+
+    The reference file has a column ``case`` and one column for each number. A column ``<number> band`` gives the uncertainty
+    of the reference in %. Empty cells are ignored. The result is empty if the table names no reference file.
+
+    Raises
+    ------
+    CaseError
+        The file cannot be read, or a cell is not a number.
+    """
+    name = _named(read_text(path).splitlines(), "reference")
+    if not name:
+        return {}
+    file = Path(path).parent / name
+    rows = _cells(read_text(file).splitlines())
+    if len(rows) < 2 or NAME not in rows[0][1]:
+        raise CaseError(f"needs a column `{NAME}` and one row for each compared case", str(file))
+    header = rows[0][1]
+    found: dict[str, dict[str, float]] = {}
+    for number, cells in rows[1:]:
+        values = dict(zip(header, cells, strict=False))
+        name = values.pop(NAME, "")
+        try:
+            found[name] = {key: float(value) for key, value in values.items() if value}
+        except ValueError as error:
+            raise CaseError([Fault(f"row {number}", f"{error}; give percentages as plain numbers")], str(file)) from None
+    return found
+
+
+def _rows(lines: list[tuple[int, list[str]]]) -> tuple[list[_Row], list[Fault]]:
+    """Rows with names and values, and the faults of header and names."""
+    if len(lines) < 2:
+        return [], [Fault("", "has no rows; give a header of dotted paths and one row for each case")]
+    header = lines[0][1]
+    faults = _header_faults(header)
+    rows = []
+    for number, cells in lines[1:]:
+        if len(cells) != len(header):
+            faults.append(Fault(f"row {number}", f"has {len(cells)} cells; the header has {len(header)}"))
+            continue
+        values = dict(zip(header, cells, strict=True))
+        rows.append(_Row(number, _name(values), {k: v for k, v in values.items() if v and k != NAME}))
+    return rows, faults + _name_faults(rows, NAME in header)
+
+
+def _header_faults(header: Sequence[str]) -> list[Fault]:
+    faults = []
+    for index, column in enumerate(header):
+        problem = (
+            "" if column == NAME else check_path(column) if column else "has no name; give its path in the header"
+        )
+        if column and column in header[:index]:
+            problem = "appears twice in the header; remove one of them"
+        if problem:
+            faults.append(Fault(f"column {column or index + 1}", problem))
+    return faults
+
+
+def _name(values: Mapping[str, str]) -> str:
+    """Name of the folder of a row: as given, or composed of the last key of each path and the value of its cell."""
+    name = values.get(NAME, "")
+    if not name:
+        name = "_".join(
+            f"{path.split('.')[-1]}-{value}" for path, value in values.items() if value and path != NAME
+        )
+    safe = re.sub(r"[^\w.+ -]+", "_", " ".join(name.split())).strip("._ ")
+    return safe.encode()[:_LONGEST].decode(errors="ignore").rstrip("._ ") or "base"
+
+
+def _name_faults(rows: Sequence[_Row], named: bool) -> list[Fault]:
+    """Faults of rows whose name belongs to another row or to a file of the table; upper and lower case are equal."""
+    faults: list[Fault] = []
+    first: dict[str, int] = {}
+    for row in rows:
+        key = row.name.casefold()
+        if key in (COLLECTED, EXTREMES, OVERLAY, STUDY):
+            text = f'the table writes a file with the name "{row.name}"; give another name'
+            faults.append(Fault(f"row {row.number}", text))
+        if key in first:
+            what = f'the name "{row.name}" is' if named else "the same values are"
+            hint = (
+                "give each row its own name"
+                if named
+                else f"give the rows names in a column `{NAME}`, or remove one"
+            )
+            faults.append(Fault(f"row {row.number}", f"{what} already in row {first[key]}; {hint}"))
+        first.setdefault(key, row.number)
+    return faults
+
+
+def _base(file: Path, pairs: Sequence[tuple[str, str]], source: str) -> tuple[dict[str, Any], list[Fault]]:
+    """Read the base case, and list the faults of the overrides that apply to every row."""
+    try:
+        data = read_toml(file)
+    except CaseError as error:
+        raise CaseError([Fault(f"base {file}", str(fault)) for fault in error.faults], source) from None
+    return data, apply_overrides(data, pairs)[1]
+
+
+def _read_rows(
+    rows: Sequence[_Row], base: Mapping[str, Any], pairs: Sequence[tuple[str, str]], file: Path
+) -> tuple[list[TableCase], list[Fault]]:
+    cases, faults = [], []
+    for row in rows:
+        data, wrong = apply_overrides(base, row.values.items(), label="")
+        data, _ = apply_overrides(data, pairs)
+        case, found = read_case(data, file.parent)
+        faults.append((row.number, [*wrong, *found]))
+        if case is not None:
+            cases.append(TableCase(row.name, row.values, LoadedCase(case, case_text(case), file)))
+    return cases, _merge(faults, file)
+
+
+def _merge(faults: Iterable[tuple[int, list[Fault]]], file: Path) -> list[Fault]:
+    """Faults with their row numbers; a fault that all rows share appears once, for the base case."""
+    by_row = list(faults)
+    shared = (
+        [fault for fault in by_row[0][1] if all(fault in found for _, found in by_row)]
+        if len(by_row) > 1
+        else []
+    )
+    merged = [
+        Fault(f"base {file}: {fault.path}" if fault.path else f"base {file}", fault.message)
+        for fault in shared
+    ]
+    for number, found in by_row:
+        merged += [
+            Fault(f"row {number}: {fault.path}" if fault.path else f"row {number}", fault.message)
+            for fault in found
+            if fault not in shared
+        ]
+    return merged

@@ -1,0 +1,249 @@
+"""Model of a case file: its sections and their keys."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from fsm.case.models.contact import Contact, Friction, with_stiffness
+from fsm.case.models.gas import Gas, Orifice
+from fsm.case.models.lattice import Lattice
+from fsm.case.models.loads import Drive, Load
+from fsm.case.models.materials import Crease, Material
+from fsm.case.models.membrane import Air, Cable, Damping, Deployed, Impact, Membrane, Patch, Support, Tension, Vibration
+from fsm.case.models.obstacle import Obstacle
+from fsm.case.models.scene import Scene
+from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.case.models.sheet import Sheet
+from fsm.case.models.solve import Save, Solve
+from fsm.case.models.steps import Step
+from fsm.case.schema.model import Model
+from fsm.case.schema.schema import Place
+from fsm.case.schema.units import Acceleration, Angle, Count, Length, Number, Time
+
+MOST_SEGMENTS = 50_000
+"""Largest number of segments of a strip."""
+
+
+class Strip(Model):
+    """Strip folded in a zig-zag: panels 1, 3, 5 rise, panels 2, 4, 6 fall, and crease i joins panels i and i + 1."""
+
+    length: Length = Field(gt=0, description="length of the unfolded strip")
+    width: Length = Field(gt=0, description="size along the creases")
+    thickness: Length = Field(gt=0, description="thickness of the sheet")
+    panels: Count = Field(ge=2, le=1000, description="number of panels")
+    fold_angle: Angle = Field(gt=0, lt=1.5707963267948966, description="angle of every panel with the horizontal")
+    segments_per_panel: Count = Field(
+        default=40, ge=1, le=5000, description="segments of a flexible panel; a held panel is one rigid plate"
+    )
+    grading: Number = Field(
+        default=1.0, ge=0.1, le=10,
+        description="g > 1: the middle segment of a panel is g times shorter than its end segments",
+    )
+    half_cell: bool = Field(
+        default=True,
+        description="half-cell correction: the flexibility of the half segments beside a crease is in series with it",
+    )
+    held: tuple[Count, ...] | None = Field(
+        default=None,
+        description="panels that do not move",
+        json_schema_extra={
+            "default": "the first and the last, without a panel that a drive grips by `panel` or `end`",
+            "range": "a list of panel numbers",
+        },
+    )
+
+    @property
+    def crease_angle(self) -> float:
+        """Angle of the folded creases from the flat sheet, rad."""
+        return 2.0 * self.fold_angle
+
+    def crease_point(self, number: int) -> tuple[float, float]:
+        """Position (x, z) of a crease in the folded strip, m; the numbers 0 and `panels` are the ends of the strip."""
+        panel = self.length / self.panels
+        return number * panel * math.cos(self.fold_angle), (number % 2) * panel * math.sin(self.fold_angle)
+
+    @model_validator(mode="after")
+    def _sized(self) -> Self:
+        if self.panels * self.segments_per_panel > MOST_SEGMENTS:
+            count = self.panels * self.segments_per_panel
+            raise ValueError(
+                f"panels x segments_per_panel = {count:,} segments; at most {MOST_SEGMENTS:,} are allowed"
+            )
+        return self
+
+
+def held_panels(strip: Strip, drives: Iterable[Drive]) -> frozenset[int]:
+    """Numbers of the held panels: by default the first and the last, unless a drive grips this panel or its end."""
+    if strip.held is not None:
+        return frozenset(strip.held)
+    return frozenset({1, strip.panels} - {drive.gripped(strip.panels) for drive in drives})
+
+
+def contact_scale(strip: Strip, material: Material) -> tuple[float, float]:
+    """Force (N) on a whole face and penetration (m) that define a practically rigid contact of a strip.
+
+    A panel of length a buckles between its creases at about 40 EI/a^2, and one hundredth of its face may carry this force.
+    The force is therefore 4000 EI/a^2. The peak of the trial strip decreases by ten times depth/a, which is 0.02 %.
+    """
+    panel = strip.length / strip.panels
+    force = 4000.0 * material.bending(strip.width, strip.thickness) / (panel * panel)
+    return force, min(2e-5 * panel, 0.01 * strip.thickness)
+
+
+def contact_of_strip(written: Any, strip: Strip | None, material: Material | None) -> Any:
+    """Contact section of a strip; if it gives no stiffness, the stiffness follows from the material of the strip."""
+    if not isinstance(written, Mapping):
+        return written
+    if strip is None or material is None:
+        return with_stiffness(written, 1.0, 1.0)  # one of the sections is faulty or missing; another message reports this
+    return with_stiffness(written, *contact_scale(strip, material))
+
+
+Start = Literal["as-folded", "equilibrium"]
+
+
+class Release(Model):
+    """Phase in which bodies are held before a motion without a drive."""
+
+    hold_time: Time = Field(gt=0, description="time of the release", json_schema_extra={"range": "> 0, < `solve.end_time`"})
+
+
+class Expect(Model):
+    """Expected value of a number of the summary, with its tolerance; the run ends with exit code 4 if the number is outside
+    the tolerance.
+    """
+
+    value: float = Field(description="expected value, in SI")
+    rtol: Annotated[float, Field(ge=0)] | None = Field(
+        default=None, description="tolerance relative to the value; give `rtol`, `atol` or both; both tolerances are added"
+    )
+    atol: Annotated[float, Field(ge=0)] | None = Field(default=None, description="absolute tolerance, in SI")
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if self.rtol is None and self.atol is None:
+            raise ValueError("give `rtol` or `atol`")
+        return self
+
+
+Analysis = Literal["deploy", "vibrate", "scissor"]
+
+
+class Case(Model):
+    """Complete case: model, loads, solver settings and records.
+
+    The model is a strip, a lattice, a sheet or a scene for a deployment, a membrane for a vibration, or a scissor array.
+    With `stages` two analyses follow each other: the deployed strip is the film of the vibration. `start` is the initial
+    state of a deployment; if it is absent, `fsm.case.plan.start` chooses it. Without `step`, the steps of a deployment
+    follow from the other keys (`fsm.model.plan.plan`).
+    """
+
+    extensions: tuple[str, ...] = Field(
+        default=(),
+        description="Python files that add laws, builders or channels ([extensions](extend/index.md)); they are executed "
+        "with the case",
+    )
+    title: str = Field(default="", max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$", description="shown in progress and plots")
+    units: Literal["SI", "mm-N-s"] = Field(default="SI", description="unit system of plain numbers")
+    analysis: Analysis = Field(default="deploy", description="kind of analysis")
+    stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = Field(
+        default=None,
+        description="instead of `analysis`: both analyses in sequence",
+        json_schema_extra={"range": '["deploy", "vibrate"]'},
+    )
+    start: Start | None = Field(
+        default=None,
+        description="initial state of a deployment, at rest",
+        json_schema_extra={
+            "default": '"equilibrium" for a strip; "as-folded" for other models, and for a strip without a drive whose '
+            "creases carry a moment",
+        },
+    )
+    release: Release | None = Field(default=None, description="hold before the motion; only without a drive")
+    strip: Strip | None = Field(default=None, description="folded strip; give this, `lattice`, `sheet` or `scene`")
+    lattice: Lattice | None = Field(default=None, description="rotating squares; give this, `strip`, `sheet` or `scene`")
+    sheet: Sheet | None = Field(default=None, description="folded sheet in space; give this, `strip`, `lattice` or `scene`")
+    scene: Scene | None = Field(
+        default=None, description="any graph of bodies and force elements; give this, `strip`, `lattice` or `sheet`"
+    )
+    membrane: Membrane | None = Field(default=None, description='film; required for "vibrate"')
+    material: Material | None = Field(
+        default=None, description="material of the strip, the sheet, the film or the bars; required for these"
+    )
+    crease: Crease | None = Field(default=None, description="law of all creases of the strip or sheet; required for these")
+    contact: Contact | None = Field(default=None, description="normal contact of faces")
+    friction: Friction | None = Field(default=None, description="friction of faces in contact")
+    drive: tuple[Drive, ...] = Field(default=(), description="prescribed motions, `[[drive]]`")
+    load: tuple[Load, ...] = Field(default=(), description="forces and couples, `[[load]]`")
+    gas: tuple[Gas, ...] = Field(default=(), description="gas in chambers of a sheet, `[[gas]]`")
+    orifice: tuple[Orifice, ...] = Field(default=(), description="flow of gas between chambers, `[[orifice]]`")
+    step: tuple[Step, ...] = Field(default=(), description="steps of a deployment, `[[step]]`")
+    obstacle: tuple[Obstacle, ...] = Field(default=(), description="rigid obstacles for contact, `[[obstacle]]`")
+    patch: tuple[Patch, ...] = Field(default=(), description="stiff squares of the film, `[[patch]]`")
+    cable: tuple[Cable, ...] = Field(default=(), description="cables of the film, `[[cable]]`")
+    support: tuple[Support, ...] = Field(default=(), description="supports of the film, `[[support]]`")
+    tension: Tension | None = Field(default=None, description="tension of the film; required for a film")
+    deployed: Deployed | None = Field(default=None, description="film model of a deployed strip")
+    air: Air | None = Field(default=None, description="added mass of air")
+    damping: Damping | None = Field(default=None, description="damping of the vibration")
+    impact: Impact | None = Field(default=None, description="impact on the film")
+    vibration: Vibration | None = Field(default=None, description="vibration analysis; all defaults if absent")
+    scissor: Scissor | None = Field(default=None, description='scissor array; required for "scissor"')
+    bar: BarSection | None = Field(default=None, description="cross section of the bars of the array")
+    hinge: HingeJoint | None = Field(default=None, description="springs, dampers and friction of the hinges of the array")
+    stop: Stop | None = Field(default=None, description="end stop of the middle hinges of the array")
+    hold: tuple[PointSupport, ...] = Field(default=(), description="supports of the array, `[[hold]]`")
+    force: tuple[PointForce, ...] = Field(default=(), description="forces on points of the array, `[[force]]`")
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = Field(
+        default=(0.0, 0.0, 0.0), description="acceleration, inertial axes"
+    )
+    solve: Solve = Field(default=Solve(), description="settings of the solver")
+    save: Save = Field(default=Save(), description="spacing of records")
+    expect: dict[str, Expect] = Field(default_factory=dict, description="expected numbers of the summary")
+
+    @field_validator("contact", mode="before")
+    @classmethod
+    def _stiff_enough(cls, value: Any, info: ValidationInfo) -> Any:
+        if "strip" in info.data and info.data["strip"] is None:
+            return value
+        return contact_of_strip(value, info.data.get("strip"), info.data.get("material"))
+
+    @property
+    def steps(self) -> tuple[Analysis, ...]:
+        """Analyses of the case, in order."""
+        return self.stages or (self.analysis,)
+
+    @property
+    def held_panels(self) -> frozenset[int]:
+        """Numbers of the held panels of the strip."""
+        drives = [*self.drive, *(drive for step in self.step for drive in step.drive)]
+        return frozenset() if self.strip is None else held_panels(self.strip, drives)
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.steps[0] == "vibrate":
+            if self.membrane is None or self.material is None or self.tension is None:
+                raise ValueError('analysis = "vibrate" needs [membrane], [material] and [tension]')
+            return self
+        if self.steps[0] == "scissor":
+            if self.scissor is None or self.material is None or self.bar is None:
+                raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
+            return self
+        given = [part is not None for part in (self.strip, self.lattice, self.sheet, self.scene)]
+        if sum(given) != 1 and given not in ([True, False, False, True], [False, False, True, True]):
+            text = "give [strip], [lattice], [sheet] or [scene]; beside a [strip] or a [sheet], a [scene] adds its parts"
+            raise ValueError(text)
+        for name, part in (("strip", self.strip), ("sheet", self.sheet)):
+            shell = self.sheet is not None and self.sheet.is_shell
+            if part is not None and (self.material is None or (self.crease is None and not shell)):
+                raise ValueError(f"[{name}] needs [material]" + ("" if shell else " and [crease]"))
+        return self
+
+
+def root(data: Mapping[str, Any]) -> Place:
+    """Place (path and type) of a whole case."""
+    return Place(Case, data, {})

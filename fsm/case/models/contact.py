@@ -1,0 +1,327 @@
+"""Sections [contact] and [friction] of a case; the laws themselves are in `fsm.laws`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Final, NoReturn, Self
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from fsm.case.models.added_laws import check_law, check_parameters, only_given, with_parameters
+from fsm.case.models.law_keys import LawKeys, check_key, mark_missing, without_unused
+from fsm.case.schema.model import Model
+from fsm.case.schema.units import Count, Damping, Length, Number, Speed, Stress, Unit
+from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
+
+_MATERIAL = ("young", "poisson", "radius")
+_RESTITUTION = LawKeys(("restitution",), ("exponent", "speed_floor", *_MATERIAL))
+
+NORMAL_KEYS: Final[dict[str, LawKeys]] = {
+    "hertz": LawKeys((), ("exponent", "damping", "ramp", *_MATERIAL)),
+    "impact": LawKeys(("damping", "ramp"), ("exponent", *_MATERIAL)),
+    "linear": LawKeys((), ("exponent", "damping", "ramp")),
+    "hunt-crossley": _RESTITUTION,
+    "lankarani-nikravesh": _RESTITUTION,
+    "flores": _RESTITUTION,
+    "restitution": _RESTITUTION,
+}
+"""Keys of each law of the normal force; `fsm.laws.normal` defines the names."""
+
+FRICTION_KEYS: Final[dict[str, LawKeys]] = {
+    "step": LawKeys(("mu_static", "v_static", "v_dynamic")),
+    "tanh": LawKeys(("v_static",)),
+    "stribeck": LawKeys(("mu_static", "v_static", "v_stribeck"), ("viscous",)),
+    "lugre": LawKeys(("mu_static", "v_stribeck", "presliding"), ("viscous", "bristle_damping")),
+}
+"""Keys of each friction law; `fsm.laws.friction` defines the names."""
+
+_FROM_MATERIAL: Final = object()
+
+
+def hertz_stiffness(young: Sequence[float], poisson: Sequence[float], radius: Sequence[float]) -> float:
+    """Contact stiffness of two spheres, K = 4/3 E* sqrt(R), N/m^1.5 (Hertz, 1882).
+
+    1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2,   1/R = 1/R1 + 1/R2
+
+    Parameters
+    ----------
+    young, poisson : Pa and -; one value for both bodies, or two values
+    radius : m; one value for a sphere on a flat face, or two values
+    """
+    compliance = sum((1.0 - poisson[i % len(poisson)] ** 2) / young[i % len(young)] for i in range(2))
+    curvature = sum(1.0 / r for r in radius)
+    return 4.0 / 3.0 / compliance / curvature**0.5
+
+
+def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Mapping[str, Any]:
+    """Section with the stiffness K = F/d^e of a force F (N) at a penetration d (m); a section that gives a stiffness is
+    unchanged.
+    """
+    if "stiffness" in written or any(written.get(key) is not None for key in _MATERIAL):
+        return written
+    exponent = written.get("exponent", 1.0 if written.get("law") == "linear" else 1.5)
+    if isinstance(exponent, bool) or not isinstance(exponent, int | float) or not 1.0 <= exponent <= 3.0:
+        return {**written, "stiffness": 1.0}  # another message reports a faulty exponent
+    stiffness = force / depth**exponent if depth > 0.0 else math.inf
+    return {**written, "stiffness": f"{stiffness:.3g} N/m^{exponent!r}"}
+
+
+def _refuse(text: str) -> NoReturn:
+    raise PydanticCustomError("quantity", "{text}", {"text": text})
+
+
+def _one_or_two(value: object) -> object:
+    if not isinstance(value, list | tuple):
+        return (value,)
+    if not value:
+        _refuse("has no value; give one value for both bodies, or two values")
+    return value
+
+
+def _above_zero(value: float) -> float:
+    if not 0.0 < value <= 1.0:
+        hint = "; a value of 0 needs infinite damping, give 0.01 instead" if value == 0.0 else ""
+        _refuse(f"must be above 0 and at most 1; it is {value:g}{hint}")
+    return value
+
+
+_Young = Annotated[tuple[Annotated[Stress, Field(gt=0)], ...], Field(max_length=2), BeforeValidator(_one_or_two)]
+_Poisson = Annotated[tuple[Annotated[Number, Field(gt=-1, le=0.5)], ...], Field(max_length=2), BeforeValidator(_one_or_two)]
+_Radius = Annotated[tuple[Annotated[Length, Field(gt=0)], ...], Field(max_length=2), BeforeValidator(_one_or_two)]
+_SlipDamping = Annotated[float, Unit("s/m")]
+
+
+class Contact(Model):
+    """Normal contact of faces.
+
+    With the penetration d and its rate d' (positive while closing), the laws are:
+
+    "hertz", "impact": K d^e + STEP(d, 0, 0, ramp, C) d'; "impact" is the ADAMS function and requires `damping`;
+    "linear": the same with e = 1, and quadratic up to `ramp`;
+    "restitution", "hunt-crossley", "lankarani-nikravesh", "flores": K d^e (1 + h d'/v0), with the closing speed v0 at first
+    touch. The factor h follows from the coefficient of restitution, which only "restitution" reproduces exactly.
+    """
+
+    laws: ClassVar[Mapping[str, LawKeys]] = NORMAL_KEYS
+    law: str = Field(
+        default="hertz",
+        description='force of a face over its penetration and closing speed; for slow drives "hertz" or "linear", for '
+        "impacts a law with `restitution`",
+        json_schema_extra={"default": '"restitution" if `restitution` is given, else "hertz"'},
+    )
+    exponent: Number = Field(default=1.5, ge=1, le=3, description='e; 1 if "linear"')
+    young: _Young | None = Field(default=None, description="instead of `stiffness`; one value for both bodies, or [E1, E2]")
+    poisson: _Poisson | None = Field(default=None, description="with `young`; one value for both bodies, or two")
+    radius: _Radius | None = Field(
+        default=None, description="with `young`; one value for a sphere on a flat face, or [R1, R2]"
+    )
+    stiffness: Annotated[float, Unit("N/m", power="exponent"), Field(gt=0)] = Field(
+        description="K of a whole face under uniform pressure, or of a sphere; absent in a strip: K follows from the "
+        "material and is practically rigid. As text, the power of its unit must be the exponent",
+        json_schema_extra={"default": "needed, except for a strip or with `young`"},
+    )
+    damping: Damping = Field(default=0.0, ge=0, description="C of a whole face")
+    ramp: Length = Field(
+        default=1e-5, gt=0,
+        description='penetration at which the damping, and the stiffness of "linear", reach their full values',
+    )
+    restitution: Annotated[Number, AfterValidator(_above_zero)] | None = Field(
+        default=None, description="c: separation speed over closing speed", json_schema_extra={"range": "0 to 1, 0 excluded"}
+    )
+    speed_floor: Speed = Field(
+        default=1e-3, gt=0, description="lower bound of v0; slower contacts are pressed contacts and not impacts"
+    )
+    thickness_in_gap: bool = Field(
+        default=True, description="faces touch at half the sum of their thicknesses; false: middle surfaces touch"
+    )
+    points_per_segment: Count = Field(
+        default=2, ge=1, le=5,
+        description="number of intervals between the contact points of a segment; its ends are contact points too. Rigid "
+        "plate or box: number of cells along each side of a face, with contact points at corners and centres",
+    )
+    pairs: tuple[tuple[int, int], ...] | None = Field(
+        default=None,
+        description="contact pairs of a strip, [[1, 2], [2, 3]]; a `[scene]` has `scene.pairs`",
+        json_schema_extra={"default": "every panel with every other", "range": "pairs of panel numbers"},
+    )
+    resolve_overlap: bool = Field(
+        default=False,
+        description="bodies that overlap at the start are moved apart, lighter bodies farther, with a warning; false: the "
+        "case is refused",
+    )
+    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the law of an extension")
+
+    @classmethod
+    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
+        """Section with its law and its exponent, and with `MISSING` for required keys that are missing; see `Model`."""
+        data = dict(written)
+        if data.get("restitution") is not None:
+            data.setdefault("law", "restitution")
+        law = data.get("law", "hertz")
+        if law == "linear":
+            data.setdefault("exponent", 1.0)
+        if "stiffness" not in data and any(data.get(key) is not None for key in _MATERIAL):
+            data = mark_missing({**data, "stiffness": _FROM_MATERIAL}, {"": LawKeys(_MATERIAL)}, "")
+        return mark_missing(with_parameters(data, law, CONTACT_LAWS), NORMAL_KEYS, law)
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _known(cls, value: Any) -> Any:
+        return check_law(value, NORMAL_KEYS, CONTACT_LAWS)
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
+        return check_parameters(value, info.data.get("law"), CONTACT_LAWS, info)
+
+    _used = field_validator("*", mode="before")(check_key(NORMAL_KEYS))
+
+    @field_validator("stiffness", mode="wrap")
+    @classmethod
+    def _by_formula(cls, value: Any, check: ValidatorFunctionWrapHandler, info: ValidationInfo) -> float:
+        parts = [info.data.get(key) for key in _MATERIAL]
+        if value is not _FROM_MATERIAL:
+            if any(part is not None for part in parts):
+                _refuse("is given together with `young`, `poisson` or `radius` of Hertz' formula; remove one of the two")
+            return float(check(value))
+        young, poisson, radius = parts
+        if young is None or poisson is None or radius is None:
+            return 1.0  # another message reports the faulty value
+        if info.data.get("exponent", 1.5) != 1.5:
+            exponent = f"the exponent is {info.data['exponent']:g}"
+            _refuse(f"Hertz' formula requires the exponent 1.5; {exponent}; give `stiffness` instead of `young`")
+        return hertz_stiffness(young, poisson, radius)
+
+    @model_validator(mode="after")
+    def _is_linear(self) -> Self:
+        if self.law == "linear" and self.exponent != 1.0:
+            raise ValueError(
+                f'law = "linear" requires the exponent 1; it is {self.exponent:g}; remove the exponent, or use law = "hertz"'
+            )
+        return self
+
+    @model_serializer(mode="wrap")
+    def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data = dump(self)
+        data = without_unused(data, NORMAL_KEYS) if self.law in NORMAL_KEYS else only_given(self, data)
+        if self.young is not None:
+            del data["stiffness"]
+        return data
+
+
+class Friction(Model):
+    """Coulomb friction.
+
+    "step": two STEP branches, from 0 to mu_static at v_static, then to mu_dynamic at v_dynamic (the ADAMS law);
+    "tanh": mu_dynamic tanh(v/v_static);
+    "stribeck": [mu_dynamic + (mu_static - mu_dynamic) exp(-(v/v_stribeck)^2)] tanh(v/v_static) + viscous v;
+    "lugre": elastic bristles that deflect by `presliding` before sliding, and the "stribeck" curve during sliding.
+    All laws except "lugre" are regularised: a sticking contact creeps under a tangential load.
+    """
+
+    laws: ClassVar[Mapping[str, LawKeys]] = FRICTION_KEYS
+    law: str = Field(
+        default="step",
+        description='coefficient of friction over the slip speed; only "lugre" can stick, with the others a resting '
+        "contact creeps",
+    )
+    mu_static: Number = Field(
+        default=0.0, ge=0,
+        description="largest coefficient of friction, at the start of sliding",
+        json_schema_extra={"range": ">= mu_dynamic"},
+    )
+    mu_dynamic: Number = Field(
+        ge=0, description="coefficient of friction of a fast slip", json_schema_extra={"range": '>= 0; "lugre": > 0'}
+    )
+    v_static: Speed = Field(default=0.0, gt=0, description="regularisation speed; a sticking contact creeps below it")
+    v_dynamic: Annotated[Speed, Field(gt=0)] | None = Field(
+        default=None,
+        description="slip speed at which the coefficient has decreased to mu_dynamic",
+        json_schema_extra={"range": "> v_static"},
+    )
+    v_stribeck: Annotated[Speed, Field(gt=0)] | None = Field(
+        default=None,
+        description="speed at which the coefficient decreases to mu_dynamic",
+        json_schema_extra={"range": "> v_static"},
+    )
+    viscous: _SlipDamping = Field(default=0.0, ge=0, description="increase of the coefficient with speed")
+    presliding: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="deflection of the bristles before sliding; their stiffness is mu_static N/presliding"
+    )
+    bristle_damping: Annotated[_SlipDamping, Field(ge=0)] | None = Field(
+        default=None,
+        description="damping of the bristles, over N",
+        json_schema_extra={"default": "mu_dynamic/v_stribeck", "range": "0 to 9.3 mu_dynamic/v_stribeck"},
+    )
+    across: Number = Field(
+        default=1.0, gt=0,
+        description="in space: coefficient across the length of a panel or plate, over the coefficient along it. The axes "
+        "are those of the body with the contact point ([theory](theory.md)). No effect in planar motion",
+    )
+    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the law of an extension")
+
+    @classmethod
+    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
+        """Section with `MISSING` for required keys that are missing; see `Model`."""
+        law = written.get("law", "step")
+        return mark_missing(with_parameters(written, law, FRICTION_LAWS), FRICTION_KEYS, law)
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _known(cls, value: Any) -> Any:
+        return check_law(value, FRICTION_KEYS, FRICTION_LAWS)
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
+        return check_parameters(value, info.data.get("law"), FRICTION_LAWS, info)
+
+    _used = field_validator("*", mode="before")(check_key(FRICTION_KEYS))
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.law not in FRICTION_KEYS:
+            return self
+        if self.law != "tanh" and self.mu_static < self.mu_dynamic:
+            raise ValueError(
+                f'law "{self.law}" needs mu_static >= mu_dynamic; mu_static = {self.mu_static:g}, '
+                f"mu_dynamic = {self.mu_dynamic:g}"
+            )
+        for name, value in (("v_dynamic", self.v_dynamic), ("v_stribeck", self.v_stribeck)):
+            if value is not None and value <= self.v_static:
+                raise ValueError(
+                    f'law "{self.law}" needs {name} greater than v_static; {name} = {value:g} m/s, '
+                    f"v_static = {self.v_static:g} m/s"
+                )
+        if self.law == "lugre":
+            self._dissipative()
+        return self
+
+    def _dissipative(self) -> None:
+        if self.mu_dynamic == 0.0:
+            raise ValueError('law "lugre" needs mu_dynamic > 0; for a case without friction remove the section')
+        assert self.v_stribeck is not None
+        # 4/0.4289, where 0.4289 is the maximum of x exp(-x^2); see docs/theory.md
+        most = 9.3 * self.mu_dynamic / self.v_stribeck
+        if self.bristle_damping is not None and self.bristle_damping > most:
+            raise ValueError(
+                f"bristle_damping = {self.bristle_damping:g} s/m would generate energy; it must be at most "
+                f"9.3 mu_dynamic/v_stribeck = {most:g} s/m"
+            )
+
+    @model_serializer(mode="wrap")
+    def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data = dump(self)
+        return without_unused(data, FRICTION_KEYS) if self.law in FRICTION_KEYS else only_given(self, data)

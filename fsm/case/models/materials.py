@@ -1,0 +1,261 @@
+"""Sections [material] and [crease] of a case."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from fsm.case.schema.model import Model
+from fsm.case.schema.units import (
+    Angle,
+    AngularStiffness,
+    Density,
+    Length,
+    Moment,
+    Number,
+    StiffnessOfLine,
+    Stress,
+    Time,
+    to_si,
+)
+
+_LAW = (
+    '"linear": M = k (psi - rest); "spline": a measured curve from `data` or lists; "family": a curve from a `file` of '
+    "`fsm calibrate crease`"
+)
+_REST = "crease angle at which the angle of the data is zero; all data must lie at crease angles from 0 to pi"
+_SCALE = "factor on the moment, for example for another width"
+_WIDTH = (
+    "width of the tested crease. A sheet requires this width: the moment of each crease is the measured moment, times the "
+    "length of the crease over this width"
+)
+_REVERSAL = "with two curves: angle over which the moment changes from one curve to the other after a reversal"
+
+DAMPING = 1e-3
+"""Default Kelvin-Voigt time of a material, s."""
+
+
+class Material(Model):
+    """Isotropic sheet material."""
+
+    young: Stress = Field(gt=0, description="Young's modulus")
+    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
+    density: Density = Field(gt=0, description="density")
+    plate: bool = Field(default=False, description="bending about the creases with E/(1 - nu^2), for wide strips")
+    damping: Annotated[Time, Field(ge=0)] | None = Field(
+        default=None,
+        description="Kelvin-Voigt time beta: every spring has the damping c = beta k, which shifts the force by beta",
+        json_schema_extra={
+            "default": "1e-3; strip with a slow drive: at most 5e-5 of its duration; sheet of flexible facets or bars: 0, "
+            "with `fold_to` 1 % of `solve.end_time`",
+        },
+    )
+
+    def bending(self, width: float, thickness: float) -> float:
+        """Bending stiffness of a sheet, E w t^3/12, N m^2; divided by 1 - nu^2 if `plate` is true."""
+        try:
+            bending = self.young * width * thickness**3 / 12
+        except OverflowError:  # the product of floats overflows to infinity, while a power raises an error
+            return math.inf
+        return bending / (1 - self.poisson**2) if self.plate else bending
+
+
+FoldAngle = Annotated[Angle, Field(ge=0, le=math.pi)]
+"""Angle of a crease from the flat sheet, rad: 0 flat, pi closed."""
+DataZero = Annotated[Angle, Field(ge=-2 * math.pi, le=2 * math.pi)]
+"""Angle of a crease from the flat sheet at which the angle of the data is zero, rad; it may be outside the data."""
+
+
+class LinearCrease(Model):
+    """Linear crease moment, M = k (psi - rest)."""
+
+    law: Literal["linear"] = Field(
+        default="linear",
+        description=_LAW,
+        json_schema_extra={"default": 'needed, except beside `stiffness_per_length` ("linear") and `file` ("family")'},
+    )
+    stiffness: AngularStiffness = Field(
+        ge=0,
+        description="stiffness of the whole width of the strip",
+        json_schema_extra={"default": "needed, or `stiffness_per_length` for a sheet"},
+    )
+    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = Field(
+        default=None, description="stiffness of the creases of a sheet over their length, instead of `stiffness`"
+    )
+    rest_angle: FoldAngle | None = Field(
+        default=None,
+        description="crease angle (0 flat, pi closed) at which the moment is zero",
+        json_schema_extra={"default": "as folded"},
+    )
+
+    @classmethod
+    def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Section with a `stiffness` of zero if it gives only a stiffness per length."""
+        return {"stiffness": 0.0, **written} if "stiffness_per_length" in written else written
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        if self.stiffness_per_length is not None and self.stiffness:
+            raise ValueError("give `stiffness` (of a strip) or `stiffness_per_length` (of a sheet), not both")
+        return self
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Stiffness of the whole width, N m/rad."""
+        return self.stiffness
+
+
+def _angle_unit(text: str) -> str:
+    to_si(f"1 {text}", "rad")
+    return text
+
+
+def _moment_unit(text: str) -> str:
+    to_si(f"1 {text}", "N m")
+    return text
+
+
+class SplineCrease(Model):
+    """Measured crease moment M(psi), interpolated.
+
+    The data are in a CSV file (see `fsm.case.loading.crease_data`) with the columns (angle, moment) or (angle, force,
+    lever_arm), or in lists. An angle of the data is the opening: the rotation of the crease from its rest angle towards
+    flat. A positive moment resists the opening.
+    """
+
+    law: Literal["spline"] = Field(description=_LAW)
+    data: Path | None = Field(default=None, description="CSV file, relative to the case file")
+    angle_unit: Annotated[str, AfterValidator(_angle_unit)] | None = Field(
+        default=None,
+        description="unit of angles if the header of the file has none",
+        json_schema_extra={"default": "unit of plain numbers"},
+    )
+    moment_unit: Annotated[str, AfterValidator(_moment_unit)] | None = Field(
+        default=None,
+        description="unit of moments if the header of the file has none",
+        json_schema_extra={"default": "unit of plain numbers"},
+    )
+    angle: tuple[Angle, ...] | None = Field(
+        default=None,
+        description='angles of the curve; "cubic" requires 4 points, "pchip" 2',
+        json_schema_extra={"range": "increasing"},
+    )
+    moment: tuple[Moment, ...] | None = Field(
+        default=None, description="moments of the curve", json_schema_extra={"range": "as many as angles"}
+    )
+    interpolation: Literal["cubic", "pchip"] = Field(
+        default="cubic", description="not-a-knot spline, or PCHIP, which keeps monotone data monotone"
+    )
+    rest_angle: DataZero | None = Field(default=None, description=_REST, json_schema_extra={"default": "as folded"})
+    scale: Number = Field(default=1.0, gt=0, description=_SCALE)
+    width: Annotated[Length, Field(gt=0)] | None = Field(default=None, description=_WIDTH)
+    unloading: tuple[Moment, ...] | None = Field(
+        default=None,
+        description="moments of the lists while the crease closes; the crease dissipates the area between both curves",
+        json_schema_extra={"range": "as many as angles, not above `moment`"},
+    )
+    reversal: Annotated[Angle, Field(gt=0)] | None = Field(
+        default=None, description=_REVERSAL, json_schema_extra={"default": "2 % of the range"}
+    )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        listed = self.angle is not None and self.moment is not None
+        if (self.data is None) == (not listed) or (self.angle is None) != (self.moment is None):
+            raise ValueError("give either `data` (a CSV file) or both `angle` and `moment`")
+        if self.data is None and (self.angle_unit or self.moment_unit):
+            raise ValueError("`angle_unit` and `moment_unit` are used with `data` only; give units in the lists instead")
+        return self
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Magnitude of the slope between the ends of the curve, N m/rad; the value is 0 before the file is read."""
+        if self.angle is None or self.moment is None:
+            return 0.0
+        return abs(self.moment[-1] - self.moment[0]) / (self.angle[-1] - self.angle[0]) * self.scale
+
+    @model_validator(mode="after")
+    def _two_ways(self) -> Self:
+        if self.unloading is None:
+            if self.reversal is not None:
+                raise ValueError("`reversal` is used with `unloading` only; remove `reversal`, or give `unloading`")
+        elif self.angle is None:
+            raise ValueError("`unloading` needs the lists `angle` and `moment`; give both lists, or remove `unloading`")
+        elif len(self.unloading) != len(self.angle):
+            raise ValueError(
+                f"`unloading` has {len(self.unloading)} moments, but `angle` has {len(self.angle)} angles; "
+                "give one moment for each angle"
+            )
+        return self
+
+
+class FamilyCrease(Model):
+    """Crease moment M(psi) from a file of `fsm calibrate crease`; reading the case replaces it by a `SplineCrease`."""
+
+    law: Literal["family"] = Field(default="family", description=_LAW)
+    file: Path = Field(description="file of calibrated creases, relative to the case file")
+    press_time: Annotated[Time, Field(ge=0)] | None = Field(
+        default=None,
+        description="time for which the crease was pressed; required if the file has several",
+        json_schema_extra={"default": "value of the file", "range": "measured range"},
+    )
+    opening: Annotated[Number, Field(ge=1)] | None = Field(
+        default=None,
+        description="number of the opening, counted from the first opening of a new crease; required if the file has "
+        "several",
+        json_schema_extra={"default": "value of the file", "range": "measured range, >= 1"},
+    )
+    hysteresis: bool = Field(
+        default=False,
+        description="follow the unloading curve while the crease closes; false: elastic along the loading curve",
+    )
+    since_release: Annotated[Time, Field(ge=0)] | None = Field(
+        default=None,
+        description="time since the release of the crease, instead of `rest_angle`; the file gives the relaxation of the "
+        "rest angle",
+        json_schema_extra={"range": "measured range"},
+    )
+    reversal: Annotated[Angle, Field(gt=0)] | None = Field(
+        default=None, description=_REVERSAL, json_schema_extra={"default": "2 % of the range"}
+    )
+    rest_angle: DataZero | None = Field(default=None, description=_REST, json_schema_extra={"default": "as folded"})
+    scale: Number = Field(default=1.0, gt=0, description=_SCALE)
+    width: Annotated[Length, Field(gt=0)] | None = Field(default=None, description=_WIDTH)
+
+    @model_validator(mode="after")
+    def _choices(self) -> Self:
+        if self.reversal is not None and not self.hysteresis:
+            raise ValueError("`reversal` is used with `hysteresis = true` only")
+        if self.since_release is not None and self.rest_angle is not None:
+            raise ValueError("give `since_release` or `rest_angle`, not both")
+        return self
+
+    @property
+    def mean_stiffness(self) -> float:
+        """The value is zero, because the stiffness is known only after the file is read."""
+        return 0.0
+
+
+UNREAD = "is read with a case file only; in Python, get the curve with `fsm.case.loading.crease_family`"
+"""Message for a family crease that was not replaced by its curve."""
+
+
+_ONE_LAW = {"file": "family", "stiffness_per_length": "linear"}
+"""Keys that only one law has, by the name of this law."""
+
+
+def _law_of_key(written: Any) -> Any:
+    """Section with a law; if the section names no law, a key that belongs to only one law determines the law."""
+    if isinstance(written, Mapping) and "law" not in written:
+        law = next((law for key, law in _ONE_LAW.items() if key in written), None)
+        return written if law is None else {"law": law, **written}
+    return written
+
+
+Crease = Annotated[
+    LinearCrease | SplineCrease | FamilyCrease, Field(discriminator="law"), BeforeValidator(_law_of_key)
+]

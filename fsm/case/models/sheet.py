@@ -1,0 +1,415 @@
+"""Section [sheet] of a case: a folded sheet in space, of facets that creases join."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from fsm.case.models.sheet_parts import BarsOfSheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
+from fsm.case.schema.model import Model
+from fsm.case.schema.units import Angle, Count, Length, Number, StiffnessOfLine
+
+MOST_FACETS = 20_000
+"""Largest number of facets of a sheet."""
+
+Cells = Annotated[Count, Field(ge=1, le=1000)]
+Grading = Annotated[Number, Field(ge=0, le=1)]
+Kind = Literal[
+    "miura", "zigzag", "waterbomb", "kresling", "yoshimura", "cone", "flasher", "tube",
+    "miura-tube", "plate", "tape-spring", "stem", "lenticular",
+]  # fmt: skip
+SHELLS = ("plate", "tape-spring", "stem", "lenticular")
+"""Kinds without a crease pattern: plates and booms."""
+BOOMS: dict[str, tuple[float, float]] = {
+    "tape-spring": (0.0, math.pi), "stem": (math.pi, 4.0 * math.pi), "lenticular": (0.0, math.pi),
+}  # fmt: skip
+"""Range of `subtended_angle` of each kind of boom, rad: above the first, at most the second."""
+
+_KEYS: dict[str, tuple[str, ...]] = {
+    "miura": ("columns", "rows", "a", "b", "sector_angle", "fold_angle"),
+    "zigzag": ("columns", "a", "b", "fold_angle"),
+    "waterbomb": ("columns", "rows", "a"),
+    "kresling": ("sides", "rows", "radius", "height", "twist"),
+    "yoshimura": ("sides", "rows", "radius", "height"),
+    "cone": ("sides", "inner_radius", "outer_radius"),
+    "flasher": ("sides", "outer_radius", "height"),
+    "tube": ("rows", "radius", "height"),
+    "miura-tube": ("columns", "a", "b", "sector_angle", "fold_angle"),
+    "plate": ("length", "width"),
+    **dict.fromkeys(BOOMS, ("length", "radius", "subtended_angle")),
+}
+"""Required keys of each kind."""
+_ANNULUS = ("inner_radius", "outer_radius")
+"""Required keys of a plate that is an annulus."""
+_OPTIONAL = {"plate": ("radius",), "annulus": ("slit",), "kresling": ("taper",)}
+"""Optional keys of some kinds."""
+_OF_FILE = ("vertices", "edges", "assignment", "angles", "faces")
+"""Keys of a pattern that is written in the case."""
+
+
+class Sheet(Model):
+    """Folded sheet: a crease pattern by `kind`, from a file, or written in the case."""
+
+    kind: Kind | None = Field(
+        default=None,
+        description="crease pattern, a plate without creases, or a [boom](booms.md); give this, `pattern` or `vertices`. "
+        '"miura", "zigzag", "waterbomb": sheets; "kresling", "yoshimura": tubes; "tube": Z-folded tube; "miura-tube": '
+        'tube of two Miura sheets; "cone": pleated; "flasher": wraps around a hub; "tape-spring", "stem", "lenticular": '
+        "booms",
+    )
+    columns: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
+        default=None,
+        description="number of panels or cells along x",
+        json_schema_extra={"default": 'needed by "miura", "zigzag", "waterbomb", "miura-tube"'},
+    )
+    rows: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
+        default=None,
+        description="number of panels or cells along y, or of storeys of a tube",
+        json_schema_extra={"default": 'needed by "miura", "waterbomb", "kresling", "yoshimura", "tube"'},
+    )
+    a: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"miura": side of a panel along y; "miura-tube": side of the rings; "zigzag": length of a panel along '
+        'x; "waterbomb": side of a square cell',
+        json_schema_extra={"default": 'needed by "miura", "zigzag", "waterbomb", "miura-tube"'},
+    )
+    b: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"miura", "miura-tube": side of a panel along x; "zigzag": width of the sheet',
+        json_schema_extra={"default": 'needed by "miura", "zigzag", "miura-tube"'},
+    )
+    sector_angle: Annotated[Angle, Field(gt=0, lt=math.pi / 2)] | None = Field(
+        default=None,
+        description="angle between the sides of a panel",
+        json_schema_extra={"default": 'needed by "miura", "miura-tube"'},
+    )
+    fold_angle: Annotated[Angle, Field(ge=0, lt=math.pi / 2)] | None = Field(
+        default=None,
+        description="angle of the panels with the mean plane at the start",
+        json_schema_extra={"default": 'needed by "miura", "zigzag", "miura-tube"'},
+    )
+    sides: Annotated[Count, Field(ge=3, le=1000)] | None = Field(
+        default=None,
+        description="number of sides of a tube or flasher, or of pleats of a cone",
+        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "cone", "flasher"'},
+    )
+    radius: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='circumradius of a tube; booms: radius of the section, at least 10 times the thickness; "plate": the '
+        "plate is bent along x to a cylinder of this radius at the start, without stress",
+        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "tube" and booms'},
+    )
+    height: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="height of a storey, panel or wall",
+        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "flasher", "tube"'},
+    )
+    twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = Field(
+        default=None,
+        description="rotation of each ring relative to the ring below",
+        json_schema_extra={"default": 'needed by "kresling"'},
+    )
+    taper: Annotated[Number, Field(gt=0, le=1)] | None = Field(
+        default=None,
+        description='"kresling": circumradius of each ring over that of the ring below; the heights of the storeys have '
+        "the same ratio",
+        json_schema_extra={"default": "1"},
+    )
+    subtended_angle: Annotated[Angle, Field(gt=0)] | None = Field(
+        default=None,
+        description='angle that the arc of the section subtends; "lenticular": each of both arcs',
+        json_schema_extra={
+            "default": "needed by booms",
+            "range": '"tape-spring", "lenticular": to pi; "stem": above pi, to 4 pi',
+        },
+    )
+    length: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="side along x", json_schema_extra={"default": 'needed by a rectangular "plate" and booms'}
+    )
+    width: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="side along y", json_schema_extra={"default": 'needed by a rectangular "plate"'}
+    )
+    inner_radius: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='a "plate" with `outer_radius` only is a disc',
+        json_schema_extra={"default": 'needed by "cone" and an annular "plate"'},
+    )
+    outer_radius: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="circumradius of a flasher",
+        json_schema_extra={"default": 'needed by "cone", "flasher" and a circular "plate"', "range": "> `inner_radius`"},
+    )
+    slit: bool | None = Field(
+        default=None,
+        description='annular "plate": whether it is cut along the positive x axis',
+        json_schema_extra={"default": "false"},
+    )
+    pattern: Path | None = Field(
+        default=None,
+        description="FOLD (1.0 to 1.2), SVG, ORIPA (.opx, .cp) or Oriedita (.ori, .cp) file, relative to the case file; "
+        "see [patterns from files](sheets.md#patterns-from-files)",
+    )
+    scale: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="length of one unit of the file; needed for all files except FOLD",
+        json_schema_extra={"default": "`frame_unit` of a FOLD file"},
+    )
+    frame: Annotated[Count, Field(ge=0)] | None = Field(
+        default=None, description="number of the frame of a FOLD file; absent: the first folded frame, else the first"
+    )
+    part: Annotated[Count, Field(ge=1)] | None = Field(
+        default=None,
+        description="number of the separate part of the file that is the sheet, from the largest; absent: the pattern must "
+        "be one part",
+    )
+    merge: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="distance below which points of the file are one vertex, and height below which a facet is planar; see "
+        "[tolerance](sheets.md#tolerance-of-a-pattern-file)",
+        json_schema_extra={"default": "from the file"},
+    )
+    notes: tuple[str, ...] = Field(
+        default=(),
+        description="what was ignored or changed in the file; only `fsm` writes these texts, into the complete case",
+    )
+    vertices: tuple[tuple[Length, Length, Length], ...] | None = Field(
+        default=None, description="positions at the start, instead of a file"
+    )
+    edges: tuple[tuple[Count, Count], ...] | None = Field(
+        default=None, description="two numbers of vertices of each edge, from 0"
+    )
+    assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = Field(
+        default=None, description="boundary, mountain, valley, flat, unassigned, cut, bend line: a letter for each edge"
+    )
+    angles: tuple[Angle, ...] | None = Field(default=None, description="fold angle of each edge in the folded state")
+    faces: tuple[tuple[Count, ...], ...] | None = Field(
+        default=None, description="numbers of the vertices of each face, counter-clockwise, from 0"
+    )
+    fold: Number = Field(
+        default=0.0, ge=0, lt=1,
+        description="fraction of each fold angle at the start of a flat pattern, with rigid facets (with `facets = "
+        '"bend-lines"` rigid between bend lines); the creases have no moment in this state',
+    )
+    align: Literal["mean plane"] | None = Field(
+        default=None,
+        description="at the start, the plane of least squares through the vertices is turned to z = 0 by the smallest "
+        "rotation, and the same side stays above; absent: as in the file, and with `fold` the first facet stays in place",
+    )
+    fold_to: Annotated[Number, Field(ge=0, le=1)] | None = Field(
+        default=None,
+        description="fraction of each fold angle to which the rest angles of the creases move until `solve.end_time`; "
+        "linear creases only",
+    )
+    facets: Literal["rigid", "bend-lines", "bars", "flexible"] = Field(
+        default="rigid",
+        description='"bend-lines": facets with more than three sides also bend along diagonals; "bars": [bars and '
+        'hinges](sheets.md#bars-and-hinges) in place of facets; "flexible": thin plates, see [flexible '
+        "facets](sheets.md#flexible-facets)",
+    )
+    bars: BarsOfSheet | None = Field(
+        default=None, description='bars of `facets = "bars"`, `[sheet.bars]`', json_schema_extra={"default": "presets"}
+    )
+    mesh_size: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"flexible": largest size of a cell along the edges; a cell has two triangles. Required, except for '
+        "plates and booms with `mesh`",
+    )
+    mesh: tuple[Cells, Cells] | None = Field(
+        default=None,
+        description='"plate", booms: numbers of cells along x and y (booms: along the section), or along the radius and '
+        "around; instead of `mesh_size`",
+    )
+    mesh_shift: Number = Field(
+        default=0.0, ge=0, le=0.4,
+        description='"plate", booms: random displacement of inner nodes, relative to the size of a cell, to show the '
+        "effect of the mesh",
+    )
+    mesh_grading: tuple[Grading, Grading] = Field(
+        default=(0.0, 0.0),
+        description='"flexible": grading of the cells of a plate or boom along x and y, or along the radius and around, '
+        "towards both edges; of another sheet twice the same number, for the cells of each facet towards its edges. 0: "
+        "uniform; 1: the cells follow a sine and are smallest at the edges, see [flexible "
+        "facets](sheets.md#flexible-facets)",
+    )
+    thickness: Length = Field(gt=0, description="thickness of the sheet")
+    film: Literal["plain", "tension-field"] = Field(
+        default="plain",
+        description='"tension-field": flexible facets carry no compression; they wrinkle, without resolving each wrinkle',
+    )
+    film_rounding: Number = Field(
+        default=1e-3, gt=0, le=0.1,
+        description='"tension-field": half-width, as a strain, of the rounded kinks of the law. Strains of this size are '
+        "not accurate; smaller values need more iterations",
+    )
+    bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = Field(
+        default=None,
+        description='"bend-lines", "bars": stiffness of bend lines over their length; absent: the fit of Liu and Paulino '
+        "(2017) to plates",
+        json_schema_extra={"default": "a preset"},
+    )
+    crease: tuple[SheetCrease, ...] = Field(
+        default=(), description="stiffness and rest angle of some creases, `[[sheet.crease]]`"
+    )
+    support: tuple[SheetSupport, ...] = Field(default=(), description="supports, `[[sheet.support]]`")
+    probe: tuple[SheetProbe, ...] = Field(
+        default=(), description='"flexible": points whose displacements are in the summary, `[[sheet.probe]]`'
+    )
+    ply: tuple[SheetPly, ...] = Field(default=(), description='"flexible": plies of a symmetric laminate, `[[sheet.ply]]`')
+
+    @model_validator(mode="after")
+    def _laminate(self) -> Self:
+        if not self.ply:
+            return self
+        if self.facets != "flexible":
+            raise ValueError(f'`ply` is for flexible facets only, not for facets = "{self.facets}"; remove `ply`')
+        whole = sum(ply.thickness for ply in self.ply)
+        if abs(whole - self.thickness) > 1e-6 * whole:
+            text = f"the plies are {whole:g} m thick together, but thickness = {self.thickness:g} m; make them equal"
+            raise ValueError(text)
+        return self
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        given = [name for name in ("kind", "pattern", "vertices") if getattr(self, name) is not None]
+        if len(given) != 1:
+            both = f"{' and '.join(given)} are given" if given else "none is given"
+            raise ValueError(f"give either `kind`, or `pattern` (a file), or `vertices` with `edges`; {both}")
+        needed = self._needed
+        if self.pattern is None:
+            missing = [f"`{name}`" for name in needed if getattr(self, name) is None]
+            if missing:
+                raise ValueError(f"{self._source} needs {', '.join(missing)}")
+        own = {name for names in _KEYS.values() for name in names} | {*_OF_FILE, *_ANNULUS, "slit", "taper"}
+        allowed = {*needed, *self._optional, "vertices"} if self.pattern is None else set()
+        for name in sorted(own - allowed):
+            if getattr(self, name) is not None:
+                raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
+        for name in ("scale", "frame", "part", "merge"):
+            if self.pattern is None and getattr(self, name) is not None:
+                raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
+        return self
+
+    @property
+    def is_shell(self) -> bool:
+        """Whether the sheet is a plate or a boom, without a crease pattern."""
+        return self.kind in SHELLS
+
+    @property
+    def is_boom(self) -> bool:
+        """Whether the sheet is a boom."""
+        return self.kind in BOOMS
+
+    @property
+    def is_annulus(self) -> bool:
+        """Whether the sheet is an annular plate."""
+        return self.kind == "plate" and (self.inner_radius is not None or self.outer_radius is not None)
+
+    @property
+    def is_disc(self) -> bool:
+        """Whether the sheet is a plate without a hole and with a circular edge."""
+        return self.is_annulus and self.inner_radius is None
+
+    @property
+    def _needed(self) -> tuple[str, ...]:
+        if self.kind is None:
+            return "edges", "assignment", "angles", "faces"
+        if self.is_disc:
+            return ("outer_radius",)
+        return _ANNULUS if self.is_annulus else _KEYS[self.kind]
+
+    @property
+    def _optional(self) -> tuple[str, ...]:
+        if self.is_disc:
+            return ()
+        return _OPTIONAL.get("annulus" if self.is_annulus else self.kind or "", ())
+
+    @property
+    def _source(self) -> str:
+        return f'kind = "{self.kind}"' if self.kind is not None else "a pattern file" if self.pattern else "`vertices`"
+
+    @model_validator(mode="after")
+    def _sized(self) -> Self:
+        # number of facets of each panel or side
+        count = {"miura": 1, "zigzag": 1, "waterbomb": 6, "miura-tube": 4}.get(self.kind or "", 2)
+        count = 0 if self.is_shell or self.kind is None else count
+        count *= (self.columns or self.sides or 1) * (self.rows or 1)
+        inner, outer = self.inner_radius or 0.0, self.outer_radius or 0.0
+        if self.kind == "cone" and inner >= outer:
+            raise ValueError(f"inner_radius = {inner:g} m must be less than outer_radius = {outer:g} m")
+        if count > MOST_FACETS:
+            raise ValueError(f"the sheet has {count:,} facets; at most {MOST_FACETS:,} are allowed")
+        return self
+
+    @model_validator(mode="after")
+    def _plate(self) -> Self:
+        if self.is_shell and self.align is not None:
+            raise ValueError(f'`align` is for crease patterns only, not for kind = "{self.kind}"; remove `align`')
+        if not self.is_shell:
+            if self.mesh is not None or self.mesh_shift:
+                raise ValueError("`mesh` and `mesh_shift` are for plates and booms; give `mesh_size` for other sheets")
+            if self.mesh_grading[0] != self.mesh_grading[1]:
+                text = f"mesh_grading = {list(self.mesh_grading)} must have two equal numbers, as facets are graded"
+                raise ValueError(f"{text} towards all their edges; only plates and booms have two directions")
+            return self
+        if self.facets != "flexible":
+            raise ValueError(f'kind = "{self.kind}" has no creases; give facets = "flexible"')
+        if (self.mesh is None) == (self.mesh_size is None):
+            raise ValueError("give either `mesh` (numbers of cells) or `mesh_size` (size of a cell)")
+        if self.is_disc and (self.mesh is not None or self.mesh_shift):
+            text = "a disc (`outer_radius` without `inner_radius`) has `mesh_size` only; remove `mesh` and `mesh_shift`"
+            raise ValueError(text)
+        if self.is_annulus and self.inner_radius is not None and self.outer_radius is not None:
+            if self.inner_radius >= self.outer_radius:
+                raise ValueError(
+                    f"inner_radius = {self.inner_radius:g} m must be less than outer_radius = {self.outer_radius:g} m"
+                )
+            if self.mesh is not None and self.mesh[1] < 4:
+                raise ValueError(f"mesh = {list(self.mesh)} has too few cells; give at least 4 cells around an annulus")
+        return self
+
+    @model_validator(mode="after")
+    def _boom(self) -> Self:
+        if not self.is_boom or self.kind is None:
+            return self
+        (low, high), angle = BOOMS[self.kind], self.subtended_angle
+        assert angle is not None and self.radius is not None
+        if not low < angle <= high:
+            given, *bounds = (f"{math.degrees(x):g} deg" for x in (angle, low, high))
+            text = f'subtended_angle = {given} of kind = "{self.kind}" must be above {bounds[0]} and at most {bounds[1]}'
+            raise ValueError(text)
+        if self.thickness > 0.1 * self.radius:
+            most = f"a tenth of radius = {self.radius:g} m, because booms are thin shells"
+            raise ValueError(f"thickness = {self.thickness:g} m must be at most {most}")
+        return self
+
+    @model_validator(mode="after")
+    def _used(self) -> Self:
+        if self.bars is not None and self.facets != "bars":
+            raise ValueError(f'`bars` is used by facets = "bars" only, not by "{self.facets}"; remove this section')
+        if self.film != "plain" and (self.facets != "flexible" or self.ply):
+            kind = "plies" if self.ply else f'facets = "{self.facets}"'
+            raise ValueError(f'film = "tension-field" is for flexible facets of one material, not for {kind}; remove `film`')
+        if self.facets == "flexible":
+            return self._flexible_only()
+        if self.probe:
+            raise ValueError(f'`probe` is for flexible facets only, not for facets = "{self.facets}"; remove `probe`')
+        if any(support.clamped or support.mirror for support in self.support):
+            raise ValueError(f'`clamped` and `mirror` are for flexible facets only, not for facets = "{self.facets}"')
+        grading = self.mesh_grading if any(self.mesh_grading) else None
+        own = {"mesh_size": self.mesh_size, "mesh": self.mesh, "mesh_grading": grading}
+        for name, value in own.items():
+            if value is not None:
+                raise ValueError(f'`{name}` is for flexible facets only, not for facets = "{self.facets}"; remove `{name}`')
+        if self.bend_stiffness_per_length is not None and self.facets == "rigid":
+            raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" and "bars" only; remove this key')
+        return self
+
+    def _flexible_only(self) -> Self:
+        if not self.is_shell and self.mesh_size is None:
+            raise ValueError('facets = "flexible" needs `mesh_size`, the size of the cells')
+        if self.bend_stiffness_per_length is not None:
+            raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" and "bars" only; remove this key')
+        return self

@@ -1,0 +1,1 @@
+"""Crease patterns from files: FOLD, SVG, ORIPA, and lists of lines."""

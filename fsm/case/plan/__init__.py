@@ -1,0 +1,1 @@
+"""Course of a case: order of its drives and loads, start, method, number of records."""

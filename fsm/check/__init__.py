@@ -1,0 +1,1 @@
+"""Report of `fsm check`: what a case is, what is left out, and what is approximated."""

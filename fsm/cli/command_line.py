@@ -1,0 +1,467 @@
+"""Command line. Each command imports only the large modules that it needs, so that all commands start quickly."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from fsm.calibrate.kinds import CALIBRATIONS
+from fsm.cli.export import export
+from fsm.cli.help_key import help_key, schema
+from fsm.cli.init import init
+from fsm.cli.options import (
+    Command,
+    add_source,
+    debug_option,
+    debugging,
+    drawing_options,
+    figure_file,
+    out_folder,
+    set_option,
+)
+from fsm.errors import CaseError, ExpectationFailed, FsmError, OutOfMemory, is_interrupt
+from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
+from fsm.io.interrupts import ignore_repeated_interrupts
+from fsm.io.threads import one_thread
+
+if TYPE_CHECKING:
+    from fsm.run.table import Figures
+
+EXIT_CODES = """
+Exit codes: 0 done; 1 internal error; 2 wrong usage or case file; 3 not converged; 4 a number outside [expect];
+5 energy balance outside its bound; 130 interrupted (continue with --resume).
+"""
+
+
+class Group(click.Group):
+    """Group of commands that end with an exit code and one line for each mistake, never with a traceback."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command and report its errors."""
+        try:
+            return super().invoke(ctx)
+        except (click.exceptions.Exit, click.ClickException, click.Abort):
+            raise
+        except KeyboardInterrupt:
+            _end(["interrupted"], 130)
+        except FsmError as error:
+            _trace(ctx)
+            _end(error.lines() if isinstance(error, CaseError) else str(error).splitlines(), error.exit_code)
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # `fsm check ... | head` closes the pipe; click then ends without a message
+                raise
+            _trace(ctx)
+            _end([_file_error(error)], 2)
+        except Exception as error:
+            if is_interrupt(error):
+                _end(["interrupted"], 130)
+            _trace(ctx)
+            if isinstance(error, MemoryError):
+                _end([str(OutOfMemory(error))], OutOfMemory.exit_code)
+            hint = "" if debugging(ctx) else "; repeat the command with --debug and report its output to the developers"
+            text = " ".join(str(error).split())
+            _end([f"internal error: {type(error).__name__}: {text}{hint}"], 1)
+
+
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        click.echo(line)
+
+
+def _end(lines: list[str], code: int) -> NoReturn:
+    for line in lines:
+        click.echo(line, err=True)
+    raise click.exceptions.Exit(code)
+
+
+def _trace(ctx: click.Context) -> None:
+    if debugging(ctx):
+        import traceback
+
+        click.echo(traceback.format_exc(), err=True)
+
+
+def _file_error(error: OSError) -> str:
+    reason = error.strerror or str(error)
+    return f"{error.filename}: {reason}" if error.filename else reason
+
+
+def spatial_option(command: Command) -> Command:
+    """Add ``--spatial``."""
+    text = "Use 6 degrees of freedom for each body, also for a planar motion."
+    return click.option("--spatial", is_flag=True, help=text)(command)
+
+
+def resume_option(command: Command) -> Command:
+    """Add ``--resume``."""
+    return click.option("--resume", is_flag=True, help="Continue an interrupted run from its checkpoint.")(command)
+
+
+def method_option(command: Command) -> Command:
+    """Add ``--method``."""
+    text = "Integration method; replaces solve.method of the case."
+    return click.option("--method", metavar="NAME", help=text)(command)
+
+
+def _version(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
+    if value and not ctx.resilient_parsing:
+        import fsm
+
+        click.echo(f"fsm {fsm.__version__}")
+        ctx.exit()
+
+
+@click.group(cls=Group, epilog=EXIT_CODES, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Show the version."
+)
+@debug_option
+def cli() -> None:
+    """Deployment of folded strips, lattices and scissor arrays; vibration of films; scenes of bodies, films and cables."""
+
+
+@cli.command()
+@click.argument("case", metavar="CASE.toml")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the results.")
+@set_option
+@spatial_option
+@method_option
+@resume_option
+@click.option("--watch", is_flag=True, help="Serve a page on this computer that follows the run.")
+@drawing_options
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@debug_option
+def run(
+    case: str,
+    out: str,
+    overrides: tuple[str, ...],
+    spatial: bool,
+    method: str | None,
+    resume: bool,
+    watch: bool,
+    quiet: bool,
+) -> None:
+    """Solve a case and write its results and plots."""
+    with imports_outside_gc():
+        from fsm.case.loading.load_case import load_case
+
+    settings = [*overrides, *_solve_overrides(spatial, method)]
+    loaded = load_case(case, settings)
+    folder = out_folder(out)
+
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.run.compile_beside import compiled_beside
+        from fsm.run.run_case import run_case
+
+    shown = _watched(folder, loaded.case.title or case) if watch else nullcontext(not quiet)
+    try:
+        with compiled_beside(["--case", case, *settings]), add_source(case), shown as progress:
+            summary = run_case(loaded, folder, progress=progress, resume=resume)
+    except ExpectationFailed:  # the run itself is complete and its files are written
+        if not quiet:
+            from fsm.results.summary_file import SUMMARY, read_summary
+            from fsm.run.summary_text import summary_lines
+
+            _say(summary_lines(read_summary(folder / SUMMARY), folder))
+        raise
+    if not quiet:
+        from fsm.run.summary_text import summary_lines
+
+        _say(summary_lines(summary, folder))
+
+
+@cli.command()
+@click.argument("table", metavar="TABLE.csv")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the results; it holds one folder for each row.")
+@set_option
+@drawing_options
+@click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes; default: one for each core.")
+@click.option(
+    "--figures",
+    type=click.Choice(["none", "first", "all"]),
+    default="all",
+    show_default=True,
+    help="Rows whose figures are drawn; the overlay of all rows is always drawn.",
+)
+@method_option
+@resume_option
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@debug_option
+def table(
+    table: str,
+    out: str,
+    overrides: tuple[str, ...],
+    workers: int | None,
+    figures: Figures,
+    method: str | None,
+    resume: bool,
+    quiet: bool,
+) -> None:
+    """Solve every row of a table of cases, on all cores.
+
+    The columns of the table are dotted paths into a base case, case.toml beside it.
+    """
+    from fsm.run.table import failures, run_table
+    from fsm.run.table_text import format_comparison, format_table
+
+    folder = out_folder(out)
+    rows = run_table(table, folder, overrides, workers, resume, method, not quiet, figures)
+    if not quiet:
+        click.echo(format_table(rows))
+        _say(format_comparison(table, rows).splitlines())
+        click.echo(f"results: {folder}")
+    failed = [row for row in rows if row.get("error")]
+    if failed:
+        lines = [f"{row['case']}: {line}" for row in failed for line in row["error"].splitlines()]
+        _end([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(rows))
+
+
+@cli.command()
+@click.argument("case", metavar="CASE.toml")
+@set_option
+@spatial_option
+@debug_option
+def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
+    """Check a case and describe its model, without solving it."""
+    from fsm.case.loading.load_case import load_case
+
+    loaded = load_case(case, [*overrides, *_solve_overrides(spatial, None)])
+
+    with imports_outside_gc():
+        from fsm.check.describe import describe
+
+    with add_source(case):
+        lines = describe(loaded.case)
+    _say(lines)
+
+
+@cli.command()
+@click.argument("case", metavar="CASE.toml")
+@click.option("--out", required=True, metavar="FILE.gif", help="Animation to write; for a sheet FILE.png, .svg or .pdf.")
+@set_option
+@debug_option
+def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
+    """Animate the deployment with rigid panels: fast, but only approximate. For a sheet, draw the crease pattern
+    instead; places of faults are red.
+    """
+    from fsm.case.loading.load_case import load_case
+
+    try:
+        loaded = load_case(case, overrides)
+    except CaseError as error:
+        _draw_pattern_fault(error, Path(out))
+        raise
+    if loaded.case.sheet is not None:
+        with imports_outside_gc(), plain_matplotlib():
+            from fsm.views.pictures.sheet_picture import draw_sheet
+        with add_source(case):
+            notes = draw_sheet(loaded.case, Path(out))
+        for note in notes:
+            click.echo(note, err=True)
+        click.echo(out)
+        return
+
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.views.pictures.preview import preview as animate
+
+    with add_source(case):
+        notes = animate(loaded.case, Path(out))
+    for note in notes:
+        click.echo(note, err=True)
+    click.echo(out)
+
+
+def _draw_pattern_fault(error: CaseError, out: Path) -> None:
+    """Draw the pattern file of a case that is faulty, if the fault has places."""
+    causes = [fault.cause for fault in error.faults if fault.cause is not None]
+    if causes:
+        with imports_outside_gc(), plain_matplotlib():
+            from fsm.views.pictures.sheet_picture import draw_fault
+        draw_fault(causes[0], out)
+
+
+@cli.command()
+@click.argument("result", metavar="RESULT")
+@click.option(
+    "--out",
+    metavar="DIR|FILE",
+    help="Folder for the plots, or a file (.png, .svg, .pdf) for one of them: the figure of this name, as motion.png, "
+    "else the first one; default: the folder of the result.",
+)
+@click.option(
+    "--channel", "channels", multiple=True, metavar="PATTERN", help="Draw only these channels, into channels.png."
+)
+@click.option("--over-time", is_flag=True, help="Draw channels over time, even if there is a drive.")
+@drawing_options
+@debug_option
+def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: bool) -> None:
+    """Draw the figures of a result again, or some of its channels.
+
+    RESULT is a results file, or the folder of a run.
+    """
+    from fsm.results.store import read_solution
+
+    if over_time and not channels:
+        raise click.UsageError("--over-time is for --channel only")
+    target = None if out is None else figure_file(out)
+    file = Path(result) / "result.h5" if Path(result).is_dir() else Path(result)
+    folder = file.parent if out is None else out_folder(out) if target is None else target.parent
+    solution = read_solution(file)
+    folder.mkdir(parents=True, exist_ok=True)
+
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.views.plots.channels import plot_channels
+        from fsm.views.plots.drawing import file_format
+        from fsm.views.plots.figures import draw, draw_one
+
+    if channels:
+        path = target or (folder / "channels").with_suffix(file_format())
+        with add_source(result):
+            plot_channels(solution, channels, path, over_time)
+        click.echo(str(path))
+    elif target is not None:
+        click.echo(f"{target}: {draw_one(solution, target)}")
+    else:
+        for path in draw(solution, folder):
+            click.echo(str(path))
+
+
+@cli.command()
+@click.argument("results", metavar="RESULT...", nargs=-1, required=True)
+@click.option("--out", required=True, metavar="FILE.html", help="Page to write.")
+@click.option("--title", default="", metavar="TEXT", help="Title of the page; default: the title of the case.")
+@click.option("--channel", "channels", multiple=True, metavar="PATTERN", help="Always include these channels.")
+@debug_option
+def report(results: tuple[str, ...], out: str, title: str, channels: tuple[str, ...]) -> None:
+    """Write results as one interactive page that works offline: motion, curves, and tables.
+
+    RESULT is a results file, the folder of a run, or the folder of a table. Several results are compared.
+    """
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.views.report.write import write_report
+
+    click.echo(str(write_report(results, out, channels, title)))
+
+
+@cli.command()
+@click.argument("results", metavar="RESULT...", nargs=-1, required=True)
+@debug_option
+def view(results: tuple[str, ...]) -> None:
+    """Write the page of results into a temporary folder, and open it in the browser."""
+    import tempfile
+    import webbrowser
+
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.views.report.write import write_report
+
+    page = write_report(results, Path(tempfile.mkdtemp(prefix="fsm-view-")) / "report.html")
+    click.echo(str(page))
+    if not webbrowser.open(page.resolve().as_uri()):
+        click.echo("no browser was found; open the file above in a browser", err=True)
+
+
+@cli.command()
+@click.argument("kind", metavar="KIND", type=click.Choice(list(CALIBRATIONS)))
+@click.argument("data", metavar="DATA")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the results.")
+@click.option(
+    "--fit",
+    type=click.Choice(["smooth", "interpolate", "monotone"]),
+    default="smooth",
+    show_default=True,
+    help="Curves through measured points: smoothed by cross-validation, interpolated, or monotone.",
+)
+@click.option("--without-flagged", is_flag=True, help="Leave out rows that are flagged as outliers.")
+@click.option(
+    "--level",
+    type=click.FloatRange(0.5, 0.9999),
+    default=0.95,
+    show_default=True,
+    help="Confidence level of intervals.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random numbers.")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@debug_option
+def calibrate(
+    kind: str, data: str, out: str, fit: str, without_flagged: bool, level: float, seed: int, quiet: bool
+) -> None:
+    """Identify parameters and their intervals from measured data; KIND is one of {kinds}.
+
+    DATA is a CSV file with units in its headings (docs/calibration.md). The command writes calibration.json, plots, and
+    files for use in a case.
+    """
+    import importlib
+
+    folder = out_folder(out)
+    module, function = CALIBRATIONS[kind].split(":")
+
+    with imports_outside_gc():
+        from fsm.calibrate.report import Options, table_lines, write_calibration
+
+        calibration = importlib.import_module(module)
+
+    options = Options(fit, without_flagged, level, seed, not quiet)
+    found = getattr(calibration, function)(Path(data), options)
+    write_calibration(found, folder, options)
+    if not quiet:
+        _say([*table_lines(found, options), f"results  {folder}"])
+
+
+calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))
+
+
+@cli.command()
+@debug_option
+def warmup() -> None:
+    """Compile all kernels now, so that the first run starts faster."""
+    with imports_outside_gc():
+        from fsm.run.warm_up import compile_ahead
+
+    compile_ahead()
+
+
+for _command in (export, help_key, init, schema):
+    cli.add_command(_command)
+
+
+def _solve_overrides(spatial: bool, method: str | None) -> list[str]:
+    return [*(["solve.spatial=true"] if spatial else []), *([f"solve.method={method}"] if method else [])]
+
+
+@contextmanager
+def _watched(folder: Path, title: str) -> Iterator[Callable[[float], None]]:
+    """Page of a run on the loopback address; yields the function that receives the completed fraction."""
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.views.report.watch import Watch
+
+    with Watch(folder, title) as page:
+        click.echo(f"watch       {page.address}", err=True)
+        yield page.progress
+
+
+def _open_closed_streams() -> None:
+    """Direct a closed output to the null device; otherwise the next file that is opened would receive the messages."""
+    for number, name in ((0, "stdin"), (1, "stdout"), (2, "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest free number, which is this one
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8", closefd=False))  # noqa: SIM115
+
+
+def main() -> None:
+    """Run the command ``fsm``."""
+    _open_closed_streams()
+    try:
+        with ignore_repeated_interrupts(), rare_gc(), one_thread():
+            cli(prog_name="fsm")
+    except KeyboardInterrupt:  # the interrupt came before or after the command itself
+        sys.exit(130)

@@ -1,0 +1,1 @@
+"""Kernels that all contacts use: frames, tangents, friction over bodies, impacts, sums."""

@@ -1,0 +1,1 @@
+"""Search for near pairs: boxes, their tree, and bounds of displacements."""

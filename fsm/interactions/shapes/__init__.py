@@ -1,0 +1,1 @@
+"""Contact of rounded points, edges and faces with rigid shapes."""

@@ -1,0 +1,160 @@
+"""Distance phi of a point from a solid shape in the shape's own axes, its gradient and its Hessian.
+
+    half-space   z <= 0 is solid, +z its normal                                   phi = z
+    box          half sizes (a, b, c) along x, y, z
+    cylinder     radius R about y, half length h:                                 sizes (R, h, R)
+    sphere       radius R:                                                        sizes (R, R, R)
+    rectangle    half sizes (a, b, 0): a box without height; phi is unsigned, a plate's thickness is a radius around it
+    polygon      convex; sizes as in `fsm.interactions.shapes.polygon_distance`; unsigned like a rectangle
+
+Outside the shape phi is the exact distance. phi is C1 there; its Hessian jumps where the closest feature changes from a face
+to an edge or a corner. Inside the shape phi is minus the distance to the nearest face, side or cap.
+
+All kinks are inside the shape or on its surface. A box and a cylinder have kinks where two faces are equally near. The axis
+of a cylinder, the centre of a sphere, and rectangle and polygon themselves (phi = |z|) are kinks. A rounded point of radius
+r does not reach a kink if its depth is less than r.
+
+A half size may be infinite; the shape is then unlimited in that direction, as across the plane in a plane motion.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.shapes.polygon_distance import polygon_derivatives, polygon_distance
+from fsm.kernels.jit import kernel
+
+HALF_SPACE, BOX, CYLINDER, SPHERE, RECTANGLE, POLYGON = 0, 1, 2, 3, 4, 5
+
+
+@kernel
+def shape_distance(kind: int, size: np.ndarray, point: np.ndarray) -> float:
+    """Signed distance of a point, m.
+
+    Parameters
+    ----------
+    kind : HALF_SPACE, BOX, CYLINDER, SPHERE, RECTANGLE or POLYGON
+    size : (3,) array, m; longer with polygons
+        Sizes as in the module docstring; not read for a half-space.
+    point : (3,) array, m, axes of the shape
+    """
+    if kind == HALF_SPACE:
+        return float(point[2])
+    if kind == SPHERE:
+        return float(np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2) - size[0])
+    if kind == POLYGON:
+        return polygon_distance(size, point)
+    over_y = abs(point[1]) - size[1]
+    if kind == CYLINDER:
+        over_x, over_z = np.sqrt(point[0] ** 2 + point[2] ** 2) - size[0], -np.inf
+    else:
+        over_x, over_z = abs(point[0]) - size[0], abs(point[2]) - size[2]
+    deepest = max(over_x, over_y, over_z)
+    if deepest <= 0.0:
+        return float(deepest)
+    return float(np.sqrt(max(over_x, 0.0) ** 2 + max(over_y, 0.0) ** 2 + max(over_z, 0.0) ** 2))
+
+
+@kernel
+def shape_derivatives(
+    kind: int, size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray
+) -> float:
+    """Compute the distance as `shape_distance`, with its derivatives.
+
+    Parameters
+    ----------
+    gradient : (3,) array, changed in place
+        Unit vector; on a kink, the gradient of one side.
+    hessian : (3, 3) array, 1/m, changed in place
+
+    Returns
+    -------
+    float, m
+    """
+    gradient[:] = 0.0
+    hessian[:] = 0.0
+    if kind == HALF_SPACE:
+        gradient[2] = 1.0
+    elif kind == SPHERE:
+        _radial(point, 1.0, gradient, hessian)
+    elif kind == CYLINDER:
+        _cylinder(size, point, gradient, hessian)
+    elif kind == POLYGON:
+        polygon_derivatives(size, point, gradient, hessian)
+    else:
+        _box(size, point, gradient, hessian)
+    return shape_distance(kind, size, point)
+
+
+@kernel
+def _radial(point: np.ndarray, along: float, gradient: np.ndarray, hessian: np.ndarray) -> None:
+    """Derivatives of sqrt(x^2 + along y^2 + z^2), along = 0 or 1; the direction at zero is +z."""
+    far = np.sqrt(point[0] ** 2 + along * point[1] ** 2 + point[2] ** 2)
+    if far == 0.0:
+        gradient[2] = 1.0
+        return
+    gradient[0], gradient[1], gradient[2] = point[0] / far, along * point[1] / far, point[2] / far
+    for i in range(3):
+        hessian[i, i] = 1.0 / far
+        for j in range(3):
+            hessian[i, j] -= gradient[i] * gradient[j] / far
+    hessian[1, 1] *= along
+
+
+@kernel
+def _cylinder(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
+    """Distance from side, cap or rim of a cylinder; from the rim it is sqrt(u^2 + v^2), u past the side, v past the cap."""
+    over_side = np.sqrt(point[0] ** 2 + point[2] ** 2) - size[0]
+    over_cap = abs(point[1]) - size[1]
+    sign = 1.0 if point[1] >= 0.0 else -1.0
+    if over_cap > over_side and over_side <= 0.0:
+        gradient[1] = sign
+        return
+    _radial(point, 0.0, gradient, hessian)
+    if over_cap <= 0.0:
+        return
+    far = np.sqrt(over_side**2 + over_cap**2)
+    side, cap = over_side / far, over_cap / far
+    for i in range(3):
+        gradient[i] *= side
+    gradient[1] = sign * cap
+    # curvature of the side, and of the circle around the rim: (I2 - n n)/far in the plane of (u, v)
+    for i in range(3):
+        for j in range(3):
+            hessian[i, j] *= side
+    radial_x, radial_z = gradient[0] / side, gradient[2] / side
+    turn_x, turn_y, turn_z = cap * radial_x, -side * sign, cap * radial_z
+    hessian[0, 0] += turn_x * turn_x / far
+    hessian[0, 1] += turn_x * turn_y / far
+    hessian[0, 2] += turn_x * turn_z / far
+    hessian[1, 0] += turn_y * turn_x / far
+    hessian[1, 1] += turn_y * turn_y / far
+    hessian[1, 2] += turn_y * turn_z / far
+    hessian[2, 0] += turn_z * turn_x / far
+    hessian[2, 1] += turn_z * turn_y / far
+    hessian[2, 2] += turn_z * turn_z / far
+
+
+@kernel
+def _box(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
+    """Distance from a box: one coordinate is past a face, two past an edge, three past a corner; inside, nearest face."""
+    past, nearest, square = 0, 2, 0.0
+    for i in range(3):
+        over = abs(point[i]) - size[i]
+        if over > abs(point[nearest]) - size[nearest]:
+            nearest = i
+        if over > 0.0:
+            past += 1
+            square += over * over
+    if past < 2:
+        gradient[nearest] = 1.0 if point[nearest] >= 0.0 else -1.0
+        return
+    far = np.sqrt(square)
+    for i in range(3):
+        over = abs(point[i]) - size[i]
+        if over > 0.0:
+            gradient[i] = (over if point[i] >= 0.0 else -over) / far
+            hessian[i, i] = 1.0 / far
+    for i in range(3):
+        for j in range(3):
+            hessian[i, j] -= gradient[i] * gradient[j] / far

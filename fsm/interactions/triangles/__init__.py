@@ -1,0 +1,1 @@
+"""Contact of a surface of triangles with itself."""

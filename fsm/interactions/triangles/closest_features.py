@@ -1,0 +1,374 @@
+"""Closest points of the parts of a triangulated surface: a point and a triangle, and two edges.
+
+The vector between the closest points is a sum over four nodes, r = sum c_i x_i. Each of its k free parameters moves a
+closest point along a direction t_a = sum tau_ai x_i, so that dr = sum c_i dx_i - sum t_a dbeta_a and r.t_a = 0. The closest
+point lies inside a triangle (k = 2), on an edge (k = 1), or at a corner (k = 0). Closest points of two edges lie inside both
+(k = 2), at an end of one (k = 1), or at ends of both (k = 0). `fsm.interactions.triangles.feature_contact` has the
+derivatives of |r|.
+
+Nodes: the point, then the corners of the triangle; or the ends of the first edge, then of the second.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+from fsm.kernels.vector import cross, dot
+
+
+class Faces(NamedTuple):
+    """Triangles of a surface.
+
+    Attributes
+    ----------
+    triangles : (t, 3) int array of nodes
+    beyond : (t, 3) array
+        Length by which the triangle reaches beyond the edge from this corner to the next one, over the height of the
+        triangle there, if the edge is on the outline of its facet; else 0.
+    edges : (e, 2) int array of nodes
+    """
+
+    triangles: np.ndarray
+    beyond: np.ndarray
+    edges: np.ndarray
+
+
+class Found(NamedTuple):
+    """Closest points of some slots, as above.
+
+    Attributes
+    ----------
+    nodes : (m, 4) int array
+    free : (m,) int array, k
+    coefficients : (m, 4) array, c
+    directions : (m, 2, 4) array, tau
+    normal : (m, 3) array
+        Unit vector from the second part to the first; it points to the side of the surface to which the point belongs.
+    distance : (m,) array, m
+        normal . r; negative for a point behind its side.
+    """
+
+    nodes: np.ndarray
+    free: np.ndarray
+    coefficients: np.ndarray
+    directions: np.ndarray
+    normal: np.ndarray
+    distance: np.ndarray
+
+
+@kernel
+def _on_triangle(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, weights: np.ndarray) -> int:
+    """Weights (3,) of the corners in the point of a triangle closest to p (Ericson, 2005).
+
+    Returns 0 if the closest point is inside, 1 to 3 if it is on the edge that starts at this corner (counted from 1), and 4
+    to 6 if it is a corner.
+    """
+    d1 = d2 = d3 = d4 = d5 = d6 = 0.0
+    for i in range(3):
+        along, over = b[i] - a[i], c[i] - a[i]
+        d1 += along * (p[i] - a[i])
+        d2 += over * (p[i] - a[i])
+        d3 += along * (p[i] - b[i])
+        d4 += over * (p[i] - b[i])
+        d5 += along * (p[i] - c[i])
+        d6 += over * (p[i] - c[i])
+    weights[:] = 0.0
+    if d1 <= 0.0 and d2 <= 0.0:
+        weights[0] = 1.0
+        return 4
+    if d3 >= 0.0 and d4 <= d3:
+        weights[1] = 1.0
+        return 5
+    of_c = d1 * d4 - d3 * d2
+    if of_c <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        weights[1] = d1 / (d1 - d3)
+        weights[0] = 1.0 - weights[1]
+        return 1
+    if d6 >= 0.0 and d5 <= d6:
+        weights[2] = 1.0
+        return 6
+    of_b = d5 * d2 - d1 * d6
+    if of_b <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        weights[2] = d2 / (d2 - d6)
+        weights[0] = 1.0 - weights[2]
+        return 3
+    of_a = d3 * d6 - d5 * d4
+    if of_a <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        weights[2] = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        weights[1] = 1.0 - weights[2]
+        return 2
+    whole = of_a + of_b + of_c
+    weights[1], weights[2] = of_b / whole, of_c / whole
+    weights[0] = 1.0 - weights[1] - weights[2]
+    return 0
+
+
+@kernel
+def _extended(faces: Faces, triangle: int, extension: np.ndarray) -> None:
+    """Write the corners of a triangle that is extended beyond the outline, as weights (3, 3) of the real corners, in
+    rows.
+    """
+    for i in range(3):
+        extension[i, i] = 1.0
+        for j in range(3):
+            if j != i:  # the edge opposite to corner j starts at corner j + 1
+                extension[i, j] = -faces.beyond[triangle, (j + 1) % 3]
+                extension[i, i] -= extension[i, j]
+
+
+@kernel
+def _of_triangle(code: int, extension: np.ndarray, tau: np.ndarray) -> int:
+    """Write the directions (2, 4) of a closest point on an extended triangle; returns their number."""
+    tau[:] = 0.0
+    one = 0 if code == 0 else code - 1
+    count = 2 if code == 0 else 1 if code <= 3 else 0
+    for k in range(count):
+        for i in range(3):
+            tau[k, 1 + i] = extension[(one + 1 + k) % 3, i] - extension[one, i]
+    return count
+
+
+@kernel
+def _normal_of(a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np.ndarray) -> float:
+    """Unit normal of a triangle; returns the root of twice its area, a length."""
+    cross(b - a, c - a, normal)
+    size = np.sqrt(dot(normal, normal))
+    for i in range(3):
+        normal[i] = normal[i] / size if size > 0.0 else 0.0
+    return np.sqrt(size)
+
+
+@kernel
+def _nearest(
+    places: np.ndarray, p: np.ndarray, listed: np.ndarray, faces: Faces, best: np.ndarray
+) -> tuple[int, int, float]:
+    """Nearest of some extended triangles, the region of its closest point as in `_on_triangle`, and the squared distance.
+
+    `best` (3,) are the weights of the real corners.
+    """
+    weights, extension, corners = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    triangle, code, nearest = -1, 0, np.inf
+    for k in range(listed.shape[0]):
+        _extended(faces, listed[k], extension)
+        for i in range(3):
+            for e in range(3):
+                corners[i, e] = 0.0
+                for j in range(3):
+                    corners[i, e] += extension[i, j] * places[faces.triangles[listed[k], j], e]
+        own = _on_triangle(p, corners[0], corners[1], corners[2], weights)
+        square = 0.0
+        for e in range(3):
+            foot = weights[0] * corners[0, e] + weights[1] * corners[1, e] + weights[2] * corners[2, e]
+            square += (p[e] - foot) ** 2
+        if square < nearest:
+            triangle, code, nearest = listed[k], own, square
+            for j in range(3):
+                best[j] = weights[0] * extension[0, j] + weights[1] * extension[1, j] + weights[2] * extension[2, j]
+    return triangle, code, nearest
+
+
+@kernel
+def _over(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np.ndarray, weights: np.ndarray) -> float:
+    """Height of a point over the plane of a triangle; writes its unit normal, and the weights (3,) of the foot."""
+    size = _normal_of(a, b, c, normal)
+    part = np.empty(3)
+    cross(p - a, c - a, part)
+    weights[1] = dot(part, normal) / (size * size)
+    cross(b - a, p - a, part)
+    weights[2] = dot(part, normal) / (size * size)
+    weights[0] = 1.0 - weights[1] - weights[2]
+    return dot(normal, p - a)
+
+
+@kernel
+def select_faces(
+    places: np.ndarray, node: np.ndarray, start: np.ndarray, listed: np.ndarray, faces: Faces, triangle: np.ndarray,
+    part: np.ndarray, side: np.ndarray,
+) -> None:  # fmt: skip
+    """Select the part of the facet of every slot that the point can touch in the next step.
+
+    Parameters
+    ----------
+    places : (n, 3) array, m
+    node : (s,) int array
+        Point of each slot, ascending.
+    start, listed : int arrays
+        Triangles `listed[start[s]:start[s + 1]]` of the facet that may be near.
+    faces : Faces
+    triangle : (s,) int array
+        Written: nearest triangle; -1 if another facet at the same crease is nearer, or is equally near and comes first.
+    part : (s,) int array
+        Written: part of the outline that is nearest, as in `_on_triangle`; 0 over the facet.
+    side : (s,) array
+        Written: side of the triangle, +1 or -1; 0 beside the facet.
+    """
+    count = node.shape[0]
+    square, nearest = np.empty(count), np.empty(count, dtype=np.int64)
+    normal, weights = np.empty(3), np.empty(3)
+    for s in range(count):
+        p = places[node[s]]
+        of, code, square[s] = _nearest(places, p, listed[start[s] : start[s + 1]], faces, weights)
+        nearest[s] = triangle[s] = of
+        part[s] = 0
+        a, b, c = faces.triangles[of]
+        side[s] = 1.0 if _over(p, places[a], places[b], places[c], normal, weights) >= 0.0 else -1.0
+        for edge in range(3):
+            at_edge = code == 1 + edge or code == 4 + edge or code == 4 + (edge + 1) % 3
+            if at_edge and faces.beyond[of, edge] > 0.0:
+                part[s], side[s] = code, 0.0
+    first = 0
+    while first < count:
+        last = first
+        while last < count and node[last] == node[first]:
+            last += 1
+        for s in range(first, last):
+            for other in range(first, last):
+                nearer = part[other] == 0 or other < s
+                if part[s] == 0 or other == s or not nearer or square[other] > square[s] * (1.0 + 1e-6):
+                    continue
+                for i in range(3):
+                    for j in range(3):
+                        if faces.triangles[nearest[s], i] == faces.triangles[nearest[other], j]:
+                            triangle[s] = -1
+        first = last
+
+
+@kernel
+def find_point_faces(
+    places: np.ndarray, node: np.ndarray, triangle: np.ndarray, part: np.ndarray, side: np.ndarray, faces: Faces,
+    clearance: np.ndarray, limit: float, below: float, slot: np.ndarray, gap: np.ndarray, found: Found,
+) -> int:  # fmt: skip
+    """Find the slots of a point and a facet whose gap is below a bound, and return their number.
+
+    Parameters
+    ----------
+    places, node, faces : as in `select_faces`
+    triangle, part : (s,) int arrays
+        From `select_faces` in the last accepted state. A point touches the plane of the triangle, the straight line of an
+        edge, or a corner. A step is therefore not affected by the edges between triangles, where the normal jumps.
+    side : (s,) array
+        Side of the facet, +1 or -1, to which the point belongs; 0 beside the facet.
+    clearance : (s,) array, m
+        The gap is the distance minus the clearance.
+    limit, below : m
+        A point deeper than the limit has passed round the facet.
+    slot, gap, found : results, one row for each slot that was found
+    """
+    weights, normal, along, extension = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
+    number = 0
+    for s in range(node.shape[0]):
+        if triangle[s] < 0 or (part[s] > 0 and clearance[s] == 0.0):
+            continue
+        p, corners = places[node[s]], faces.triangles[triangle[s]]
+        _extended(faces, triangle[s], extension)
+        if part[s] == 0:
+            sign = 1.0 if side[s] >= 0.0 else -1.0
+            distance = sign * _over(p, places[corners[0]], places[corners[1]], places[corners[2]], normal, weights)
+            for e in range(3):
+                normal[e] *= sign
+        else:
+            one, two, at = (part[s] - 1) % 3, part[s] % 3, 0.0
+            if part[s] <= 3:
+                whole = 0.0
+                for e in range(3):
+                    first = along[e] = 0.0
+                    for j in range(3):
+                        first += extension[one, j] * places[corners[j], e]
+                        along[e] += (extension[two, j] - extension[one, j]) * places[corners[j], e]
+                    at += along[e] * (p[e] - first)
+                    whole += along[e] * along[e]
+                at /= whole
+            for j in range(3):
+                weights[j] = extension[one, j] + at * (extension[two, j] - extension[one, j])
+            for e in range(3):
+                normal[e] = p[e]
+                for j in range(3):
+                    normal[e] -= weights[j] * places[corners[j], e]
+            distance = np.sqrt(dot(normal, normal))
+            if distance == 0.0:
+                continue
+            for e in range(3):
+                normal[e] /= distance
+        if distance < -limit or distance - clearance[s] >= below:
+            continue
+        slot[number], gap[number] = s, distance - clearance[s]
+        found.nodes[number, 0] = node[s]
+        found.nodes[number, 1:] = corners
+        found.free[number] = _of_triangle(part[s], extension, found.directions[number])
+        found.coefficients[number, 0] = 1.0
+        for e in range(3):
+            found.coefficients[number, 1 + e] = -weights[e]
+            found.normal[number, e] = normal[e]
+        found.distance[number] = distance
+        number += 1
+    return number
+
+
+@kernel
+def _on_edges(p: np.ndarray, q: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+    """Parameters from 0 to 1 of the closest points of the segments p q and a b (Ericson, 2005)."""
+    aa = ee = f = c = bb = 0.0
+    for i in range(3):
+        one, two, apart = q[i] - p[i], b[i] - a[i], p[i] - a[i]
+        aa += one * one
+        ee += two * two
+        f += two * apart
+        c += one * apart
+        bb += one * two
+    whole = aa * ee - bb * bb
+    s = min(1.0, max(0.0, (bb * f - c * ee) / whole)) if whole > 1e-14 * aa * ee else 0.5
+    t = (bb * s + f) / ee
+    if t < 0.0:
+        t, s = 0.0, min(1.0, max(0.0, -c / aa))
+    elif t > 1.0:
+        t, s = 1.0, min(1.0, max(0.0, (bb - c) / aa))
+    return s, t
+
+
+@kernel
+def find_edge_edges(
+    places: np.ndarray, first: np.ndarray, second: np.ndarray, begin: int, edges: np.ndarray, clearance: np.ndarray,
+    below: float, slot: np.ndarray, gap: np.ndarray, found: Found, number: int,
+) -> int:  # fmt: skip
+    """Find the slots, from `begin` on, of two edges (s,) whose gap is below a bound; `clearance` (s,).
+
+    The results follow the first `number` rows; other arguments and the result as in `find_point_faces`.
+    """
+    r = np.empty(3)
+    for i in range(begin, first.shape[0]):
+        reach = clearance[i] + below
+        one, two = edges[first[i]], edges[second[i]]
+        p, q, a, b = places[one[0]], places[one[1]], places[two[0]], places[two[1]]
+        far = False
+        for e in range(3):
+            far |= min(p[e], q[e]) - max(a[e], b[e]) > reach or min(a[e], b[e]) - max(p[e], q[e]) > reach
+        if far:
+            continue
+        s, t = _on_edges(p, q, a, b)
+        for e in range(3):
+            r[e] = (1.0 - s) * p[e] + s * q[e] - (1.0 - t) * a[e] - t * b[e]
+        distance = np.sqrt(dot(r, r))
+        if distance >= reach or distance == 0.0:
+            continue
+        slot[number], gap[number] = i, distance - clearance[i]
+        c, tau = found.coefficients[number], found.directions[number]
+        c[0], c[1], c[2], c[3] = 1.0 - s, s, t - 1.0, -t
+        tau[:] = 0.0
+        k = 0
+        if 0.0 < s < 1.0:
+            tau[k, 0], tau[k, 1] = 1.0, -1.0
+            k += 1
+        if 0.0 < t < 1.0:
+            tau[k, 2], tau[k, 3] = -1.0, 1.0
+            k += 1
+        found.free[number] = k
+        for e in range(2):
+            found.nodes[number, e], found.nodes[number, 2 + e] = one[e], two[e]
+        for e in range(3):
+            found.normal[number, e] = r[e] / distance
+        found.distance[number] = distance
+        number += 1
+    return number

@@ -1,0 +1,1 @@
+"""Rigid bodies: configuration, drives, loads, groups, and kernels of a compiled model of bodies."""

@@ -1,0 +1,184 @@
+"""Kernels of a compiled model (`ArrayModel`) that time steps call; see `fsm.model.bodies.arrays` and
+`fsm.solve.stepping.model`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_3d
+from fsm.kernels.block_equations import FAILED, set_factors, solution
+from fsm.kernels.block_lu import multiply_blocks
+from fsm.kernels.block_sum import effective_stiffness
+from fsm.kernels.body_poses import increment_blocks
+from fsm.kernels.jit import kernel
+from fsm.model.bodies.array_energies import accept_elements, energies, powers
+from fsm.model.bodies.array_forces import force, place, renewed_force, retract
+from fsm.model.bodies.arrays import (
+    DAMPING,
+    FACTORS,
+    KEPT_DAMPING,
+    KEPT_STIFFNESS,
+    MASS,
+    MATRIX,
+    STIFFNESS,
+    TURNED,
+    Segments,
+    pattern_of,
+)
+from fsm.model.bodies.contact_arrays import have_opened, lack_pairs
+from fsm.solve.stepping.model import Calls
+from fsm.solve.stepping.vectors import copy_into, kept, scaled
+
+# equations --------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _factors_of(model: Segments) -> bool:
+    table = model.table
+    return set_factors(
+        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags
+    )
+
+
+@kernel
+def _add_inertia(table: np.ndarray, factor: float) -> None:
+    matrix, mass, diagonal = floats_3d(table, MATRIX), floats_1d(table, MASS), pattern_of(table).diagonal
+    size = matrix.shape[1]
+    for row in range(diagonal.shape[0]):
+        for k in range(size):
+            matrix[diagonal[row], k, k] += factor * mass[row * size + k]
+
+
+@kernel
+def _set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> None:
+    """Write S to the matrix."""
+    matrix, stiffness, damping = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    turned = floats_3d(table, TURNED)
+    spatial = turned.shape[0] > 0
+    for k in range(matrix.shape[0]):
+        for i in range(matrix.shape[1]):
+            for j in range(matrix.shape[1]):
+                matrix[k, i, j] = by_rate * damping[k, i, j]
+                if not spatial:
+                    matrix[k, i, j] += stiffness[k, i, j]
+    _add_inertia(table, by_acceleration)
+    if spatial:  # K + (c_d D + c_m M) T
+        copy_into(increment_blocks(x if maps else scaled(0.0, x)), turned)
+        copy_into(effective_stiffness(stiffness, matrix, 1.0, turned, pattern_of(table).columns), matrix)
+
+
+@kernel
+def _factorise(model: Segments, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:
+    _set_matrix(model.table, by_rate, by_acceleration, x, maps)
+    return _factors_of(model)
+
+
+@kernel
+def _factorise_mass(model: Segments) -> bool:
+    floats_3d(model.table, MATRIX)[:] = 0.0
+    _add_inertia(model.table, 1.0)
+    return _factors_of(model)
+
+
+@kernel
+def _solve(model: Segments, right: np.ndarray) -> np.ndarray:
+    table = model.table
+    return solution(
+        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags, right
+    )
+
+
+@kernel
+def _mapped(model: Segments, change: np.ndarray) -> np.ndarray:
+    turned = floats_3d(model.table, TURNED)
+    if turned.shape[0] == 0:
+        return change
+    out = np.empty(change.shape[0])
+    for i in range(turned.shape[0]):
+        for a in range(6):
+            total = 0.0
+            for b in range(6):
+                total += turned[i, a, b] * change[6 * i + b]
+            out[6 * i + a] = total
+    return out
+
+
+@kernel
+def _mass_times(model: Segments, vector: np.ndarray) -> np.ndarray:
+    mass, out = floats_1d(model.table, MASS), np.empty(vector.shape[0])
+    for i in range(vector.shape[0]):
+        out[i] = mass[i] * vector[i]
+    return out
+
+
+@kernel
+def _stiffness_times(model: Segments, vector: np.ndarray) -> np.ndarray:
+    p = pattern_of(model.table)
+    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, STIFFNESS), vector)
+
+
+@kernel
+def _damping_times(model: Segments, vector: np.ndarray) -> np.ndarray:
+    p = pattern_of(model.table)
+    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, DAMPING), vector)
+
+
+@kernel
+def _unable(model: Segments) -> bool:
+    return model.flags[FAILED] == 1 or lack_pairs(model.groups)
+
+
+@kernel
+def _keep_tangent(model: Segments, by_stiffness: float, by_damping: float, first: bool) -> bool:
+    table = model.table
+    kept(floats_3d(table, STIFFNESS), by_stiffness, first, floats_3d(table, KEPT_STIFFNESS))
+    kept(floats_3d(table, DAMPING), by_damping, first, floats_3d(table, KEPT_DAMPING))
+    return True
+
+
+# contacts ---------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _contacts_opened(model: Segments) -> bool:
+    return bool(have_opened(model.groups))
+
+
+@kernel
+def _part_of_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
+    if model.groups.shape[0] == 0:
+        return 1.0
+    place(model.table, t, q, u)
+    part = model.by_contacts.part_of_step(model.table, model.groups, model.contact_parts, t, step)
+    return float(part)
+
+
+@kernel
+def _longest_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
+    if model.groups.shape[0] == 0:
+        return np.inf
+    place(model.table, t, q, u)
+    longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
+    return float(longest)
+
+
+@kernel
+def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
+    if model.groups.shape[0] == 0 and model.elements.shape[0] == 0:
+        return np.inf
+    place(model.table, t, q, u)
+    accept_elements(model, t)
+    if model.groups.shape[0] == 0:
+        return np.inf
+    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t, False)
+    longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
+    return float(longest)
+
+
+KERNELS = Calls(
+    force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
+    _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies,
+    _keep_tangent, powers,
+)  # fmt: skip
+"""Kernels of `Segments` that time steps call."""

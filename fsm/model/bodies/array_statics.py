@@ -1,0 +1,128 @@
+"""Kernels of a compiled model that quasi-static steps call; see `fsm.model.bodies.arrays` and
+`fsm.solve.stepping.quasi_static`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.kernels.block_equations import FAILED, set_factors, solution
+from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
+from fsm.kernels.jit import kernel
+from fsm.model.bodies.array_forces import retract, sum_forces, sum_tangents
+from fsm.model.bodies.arrays import (
+    DAMPING,
+    FACTORS,
+    FORCE,
+    FREE,
+    INTERVAL,
+    LAST_Q,
+    MATRIX,
+    POSES,
+    RATES,
+    STIFFNESS,
+    Segments,
+    pattern_of,
+    springs_of,
+)
+from fsm.model.bodies.contact_arrays import restore_depths
+from fsm.solve.stepping.quasi_static import StaticCalls
+from fsm.solve.stepping.vectors import copy_into, subtracted
+
+
+@kernel
+def per_second_of(table: np.ndarray) -> float:
+    """Inverse of the time since the last state, 1/s; zero at rest."""
+    duration = floats_1d(table, INTERVAL)[1]
+    return 1.0 / duration if duration > 0.0 else 0.0
+
+
+@kernel
+def place_mean(table: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Write poses and mean rates of the free bodies; returns the increments since the last state, empty at rest."""
+    free, poses, duration = integers_1d(table, FREE), floats_2d(table, POSES), floats_1d(table, INTERVAL)[1]
+    no = q.shape[0] < 0  # this is a variable, because a constant would cause a new compilation of the kernel
+    scatter_free(free, q, not no and poses.shape[1] == 7, poses)
+    if not duration > 0.0:
+        return q[:0]
+    last = floats_1d(table, LAST_Q)
+    since = pose_difference(last, q) if poses.shape[1] == 7 else subtracted(q, last)
+    mean = np.empty(since.shape[0])
+    for i in range(mean.shape[0]):
+        mean[i] = since[i] / duration
+    scatter_free(free, mean, no, floats_2d(table, RATES))
+    return since
+
+
+@kernel
+def _force(model: Segments, q: np.ndarray) -> np.ndarray:
+    table = model.table
+    place_mean(table, q)
+    sum_forces(model, floats_1d(table, INTERVAL)[0], per_second_of(table))
+    return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
+
+
+@kernel
+def _linearised_force(model: Segments, q: np.ndarray, mixed: bool) -> np.ndarray:
+    table = model.table
+    since, efforts = place_mean(table, q), springs_of(table).efforts
+    own = efforts if mixed else efforts[:0]
+    sum_tangents(model, floats_1d(table, INTERVAL)[0], per_second_of(table), own, since, mixed)
+    return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
+
+
+@kernel
+def _factorise(model: Segments) -> bool:
+    table = model.table
+    matrix, per_second = floats_3d(table, MATRIX), per_second_of(table)
+    copy_into(floats_3d(table, STIFFNESS), matrix)
+    if per_second > 0.0:
+        flat, damping = matrix.reshape(-1), floats_3d(table, DAMPING).reshape(-1)
+        for i in range(flat.shape[0]):
+            flat[i] += per_second * damping[i]
+    return set_factors(model.equations, pattern_of(table), matrix, floats_3d(table, FACTORS), model.flags)
+
+
+@kernel
+def _largest_force(model: Segments, span: np.ndarray, force_scale: np.ndarray) -> float:
+    matrix, pattern, largest = floats_3d(model.table, MATRIX), pattern_of(model.table), 0.0
+    size = matrix.shape[1]
+    for row in range(pattern.rows.shape[0] - 1):
+        for block in range(pattern.rows[row], pattern.rows[row + 1]):
+            for i in range(size):
+                for j in range(size):
+                    force = abs(matrix[block, i, j]) * span[pattern.columns[block] * size + j]
+                    largest = max(largest, force / force_scale[row * size + i])
+    return largest
+
+
+@kernel
+def _solve(model: Segments, right: np.ndarray) -> np.ndarray:
+    table, flags = model.table, model.flags
+    matrix, factors = floats_3d(table, MATRIX), floats_3d(table, FACTORS)
+    flags[FAILED] = 0
+    x = solution(model.equations, pattern_of(table), matrix, factors, flags, right)
+    if flags[FAILED] == 1:
+        x[:] = np.nan
+    return x
+
+
+@kernel
+def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
+    table = model.table
+    if cut:
+        restore_depths(model.groups)
+    free, poses, change = integers_1d(table, FREE), floats_2d(table, POSES), np.zeros(floats_2d(table, RATES).shape)
+    no = q.shape[0] < 0
+    scatter_free(free, q, not no and poses.shape[1] == 7, poses)
+    scatter_free(free, dx, no, change)
+    springs = springs_of(table)
+    later = model.by_springs.advance(poses, change, springs.bodies, springs.constants, springs.last, per_second_of(table))
+    copy_into(later, springs.efforts)
+    if model.groups.shape[0] > 0 and not cut:
+        model.by_contacts.advance(model.groups, change, per_second_of(table))
+
+
+STATICS = StaticCalls(_force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance)
+"""Kernels of `Segments` that quasi-static steps call."""

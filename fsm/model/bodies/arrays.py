@@ -1,0 +1,213 @@
+"""Segments as a compiled model (`ArrayModel`), for compiled time steps and quasi-static steps (see `fsm.solve.stepping`).
+
+The model covers free, held and driven bodies with springs, elements of all kinds, loads, gravity and contacts. Laws of users
+in Python and friction that depends on the direction have no arrays; such systems take the same steps in Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.interactions.driven import Driven
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
+from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
+from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import pieces_at
+from fsm.kernels.programs import Pieces
+from fsm.model.bodies.contact_arrays import ContactKernels, ContactParts
+
+
+class SpringKernels(NamedTuple):
+    """Kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`.
+
+    Only time steps use `stored` and `deformations`; only statics uses `advance`.
+    """
+
+    force: Any
+    tangent: Any
+    stored: Any
+    deformations: Any
+    advance: Any
+
+
+class Springs(NamedTuple):
+    """Arrays of a `BushingGroup`.
+
+    `category` and `in_panels` have the same meaning as in the group. `last` (m, 3 or 6) contains the deformations at the end
+    of the last step. `efforts` (m, 3 or 6) contains the efforts that Newton's method of statics advances.
+    """
+
+    bodies: np.ndarray
+    constants: np.ndarray
+    slots: np.ndarray
+    category: np.ndarray
+    in_panels: np.ndarray
+    last: np.ndarray
+    efforts: np.ndarray
+
+
+class Loads(NamedTuple):
+    """Arrays of a `LoadGroup`, which are empty without loads; `programs` contains the factors of all loads."""
+
+    bodies: np.ndarray
+    points: np.ndarray
+    forces: np.ndarray
+    moments: np.ndarray
+    follower: np.ndarray
+    slots: np.ndarray
+    programs: Pieces
+
+
+class Arrays(NamedTuple):
+    """Arrays of a system; matrices and sums are changed in place. Arrays of absent kinds of elements are empty.
+
+    Attributes
+    ----------
+    free : int array
+    mass : (nu,) array
+    inertia : (n_bodies, 3 or 6) array
+        Inertia of every degree of freedom.
+    weight : (n_bodies, 2 or 3) array, N
+    poses, rates, force : arrays of all bodies
+    stiffness, damping, matrix, factors : block data
+    turned : (n_free, 6, 6) array; empty in the plane
+        Derivatives of the increment of the last factors.
+    force_scale : (nu,) array
+        Divisors of forces, see `fsm.solve.interface.scales.Scales`.
+    pair_energy : (2, n_pairs) array, J
+        Energy that friction and damping of contact pairs have dissipated.
+    before : (n_bodies, 3 or 7) array
+        Poses at the end of the last step.
+    kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
+    last_q : (nq,) array
+        Configuration of the last state in statics.
+    interval : (3,) array, s
+        Time in statics, and time since the last state, first as zero if no force depends on rates.
+    dof : (n_bodies,) int array, see `BodyPattern`
+    stored : (4,) array, J and W
+        Energies of elements in panels and in creases, power that elements put into the system, and power that their
+        memory dissipates.
+    pattern, springs, loads, driven : arrays of each
+    """
+
+    free: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    weight: np.ndarray
+    poses: np.ndarray
+    rates: np.ndarray
+    force: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    matrix: np.ndarray
+    factors: np.ndarray
+    turned: np.ndarray
+    force_scale: np.ndarray
+    pair_energy: np.ndarray
+    before: np.ndarray
+    kept_stiffness: np.ndarray
+    kept_damping: np.ndarray
+    last_q: np.ndarray
+    interval: np.ndarray
+    dof: np.ndarray
+    stored: np.ndarray
+    pattern: Pattern
+    springs: Springs
+    loads: Loads
+    driven: Driven
+
+    @property
+    def flat(self) -> list[np.ndarray]:
+        """All arrays in the order of their rows in `Segments.table`."""
+        return list(flat_arrays(self))
+
+
+def flat_arrays(arrays: Any) -> Iterator[np.ndarray]:
+    """All arrays of a tuple of arrays and of such tuples."""
+    for part in arrays:
+        if isinstance(part, tuple):
+            yield from flat_arrays(part)
+        else:
+            yield part
+
+
+class Segments(NamedTuple):
+    """Model of `Arrays` by their addresses. All models have the same types, so that their kernels are compiled once.
+
+    Attributes
+    ----------
+    table : table of `fsm.kernels.addresses`
+    at_rest : table with separate rates, forces and matrices, for tangents at zero rates
+    flags : (3,) int array, see `fsm.kernels.block_equations`
+    groups : (k, 2) int array
+        Tables of the contacts of each geometry; see `fsm.model.bodies.contact_arrays`.
+    elements : (m, 6) int array
+        Addresses of the kernels of each group of elements (`fsm.model.elements.element_group.ElementKernels`).
+    element_tables : (m, n, 4) int array
+        Tables of the groups of elements.
+    by_springs, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
+        These kernels depend on the dimension. A kernel that no element of the model needs is absent (`AbsentPointer`).
+    """
+
+    table: np.ndarray
+    at_rest: np.ndarray
+    flags: np.ndarray
+    groups: np.ndarray
+    elements: np.ndarray
+    element_tables: np.ndarray
+    by_springs: SpringKernels
+    by_contacts: ContactKernels
+    contact_parts: ContactParts
+    equations: EquationKernels
+
+
+FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED = range(12)
+FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, PATTERN = range(12, 22)
+"""Rows of `Segments.table`."""
+FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY = range(6)
+"""Columns of `Segments.elements`."""
+_SPRINGS = PATTERN + len(Pattern._fields)
+_LOADS = _SPRINGS + len(Springs._fields)
+_PROGRAMS = len(Pieces._fields)
+_OF_LOADS = _LOADS + len(Loads._fields) - 1
+_OF_DRIVES = _OF_LOADS + _PROGRAMS
+_DRIVEN = _OF_DRIVES + _PROGRAMS
+
+
+@kernel
+def pattern_of(t: np.ndarray) -> Pattern:
+    """Pattern of the table."""
+    return pattern_at(t, PATTERN)
+
+
+@kernel
+def springs_of(t: np.ndarray) -> Springs:
+    """Springs of the table."""
+    k = _SPRINGS
+    return Springs(
+        integers_2d(t, k), floats_2d(t, k + 1), integers_2d(t, k + 2), integers_1d(t, k + 3), floats_1d(t, k + 4),
+        floats_2d(t, k + 5), floats_2d(t, k + 6),
+    )
+
+
+@kernel
+def loads_of(t: np.ndarray) -> Loads:
+    """Loads of the table."""
+    k = _LOADS
+    return Loads(
+        integers_1d(t, k), floats_2d(t, k + 1), floats_2d(t, k + 2), floats_2d(t, k + 3), integers_1d(t, k + 4),
+        integers_1d(t, k + 5), pieces_at(t, _OF_LOADS),
+    )  # fmt: skip
+
+
+@kernel
+def driven_of(t: np.ndarray) -> Driven:
+    """Driven bodies of the table."""
+    k = _DRIVEN
+    return Driven(
+        pieces_at(t, _OF_DRIVES), integers_1d(t, k), integers_1d(t, k + 1), floats_2d(t, k + 2), integers_2d(t, k + 3),
+        floats_2d(t, k + 4), floats_2d(t, k + 5), floats_1d(t, k + 6),
+    )  # fmt: skip

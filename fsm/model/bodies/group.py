@@ -1,0 +1,82 @@
+"""Base class of a group of interactions."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.model.bodies.pattern import BodyPattern
+
+
+class PreviousPoses(NamedTuple):
+    """Last state of a quasi-static path: poses of all bodies, and the elapsed time, s."""
+
+    poses: np.ndarray
+    duration: float
+
+
+class GroupSteps(NamedTuple):
+    """Names of the steps in which a group acts, and whether its force is zero at the beginning of the first of these
+    steps.
+    """
+
+    names: tuple[str, ...]
+    latch: bool
+
+
+class Group(ABC):
+    """Batch of interactions of one kind.
+
+    Poses and rates include all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
+
+    With a past state, rates of deformation are differences from that state, without an error from finite rotations.
+    """
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether the forces depend on velocities."""
+        return False
+
+    @abstractmethod
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
+    ) -> None:
+        """Add generalised forces to `force` (n_bodies, 3 or 6)."""
+
+    @abstractmethod
+    def add_linearised(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BodyPattern,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+        past: PreviousPoses | None = None,
+    ) -> None:
+        """Add the forces to `force`, and -dh/dx and -dh/du to the block data."""
+
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """Add the explicit time derivative of the forces at rest, N/s and N m/s; by default none."""
+        return
+
+    @abstractmethod
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
+    ) -> tuple[dict[str, float], float, float]:
+        """Potential energy by category (J), dissipated power (W), input power (W)."""
+
+    def break_times(self) -> set[float]:
+        """Times at which a function of time of the group is not smooth, s; by default none."""
+        return set()
+
+    def peak_times(self) -> set[float]:
+        """Times among which the forces of the group at rest are largest, s."""
+        return self.break_times()
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """Pairs (m, 2) of coupled bodies, and a version number that changes with them; by default no pairs."""
+        return np.zeros((0, 2), dtype=np.int64), 0

@@ -1,0 +1,1 @@
+"""Compilation of a case and its scene: names become indices, models become arrays."""

@@ -1,0 +1,78 @@
+"""Compilation of the contact pairs of a scene to contact groups: geometries with the laws of the scene."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.case.derived.contact_points import contact_points
+from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.scene import Body, Scene
+from fsm.laws.friction import FRICTION_LAWS as BUILT_IN
+from fsm.laws.normal import NORMAL_LAWS
+from fsm.model.compile.compile_surfaces import compile_surfaces
+from fsm.model.contact.contact_geometry import ContactGeometry
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.contact.friction_force import FrictionForce
+from fsm.model.contact.normal_force import NormalForce
+from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
+
+
+def compile_contacts(
+    scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool
+) -> tuple[ContactGroup, ...]:
+    """Contact groups of a scene; empty without a contact law or without a pair with a movable body.
+
+    Parameters
+    ----------
+    scene : Scene
+    bodies : all bodies in the order of the system, starting with the ground
+    poses : (n_bodies, 3 or 7) array
+        Poses of the scene as given.
+    spatial : whether each body of the system has six degrees of freedom
+    """
+    contact = scene.contact
+    if contact is None:
+        return ()
+    geometries: list[ContactGeometry] = [*compile_surfaces(scene, contact, bodies, spatial)]
+    if any(body.plate is not None for body in bodies) or scene.obstacles or scene.flexible:
+        from fsm.model.compile.compile_shapes import compile_shapes  # imports the kernels of all shapes
+
+        geometries += compile_shapes(scene, bodies, poses, spatial)
+    normal, friction = _normal(contact), _friction(scene.friction)
+    mobility = _mobility(scene, bodies, spatial)
+    # points of films, cables, beams and facets yield when they are hit, like bodies with a force element
+    held = {name for element in scene.elements for name in (element.inner, element.outer)}
+    held |= {point.frame.name for points in contact_points(scene).values() for point in points}
+    loose = mobility.any(axis=1) & np.array([body.name not in held for body in bodies])
+    count = len(scene.pairs)
+    return tuple(ContactGroup(geometry, normal, friction, mobility, loose, count) for geometry in geometries)
+
+
+def _normal(contact: Contact) -> NormalForce:
+    law = NORMAL_LAWS[contact.law] if contact.law in NORMAL_LAWS else CONTACT_LAWS[contact.law].law
+    return NormalForce(law, law.params(contact), contact.exponent, contact.speed_floor)
+
+
+def _friction(friction: Friction | None) -> FrictionForce | None:
+    if friction is None:
+        return None
+    law = BUILT_IN[friction.law] if friction.law in BUILT_IN else FRICTION_LAWS[friction.law].law
+    bends = friction.presliding if law.bristle else None
+    return FrictionForce(law, law.params(friction), np.inf if bends is None else bends, friction.across)
+
+
+def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:
+    """Inverse masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies.
+
+    Points of a film have the mass of the film area that they represent.
+    """
+    driven = {name for drive in scene.drives for name in drive.moved}
+    mobility = np.zeros((len(bodies), 6 if spatial else 3))
+    for row, body in zip(mobility, bodies, strict=True):
+        if not body.held and body.name not in driven:
+            inertia = body.inertia if spatial else body.inertia[1:2]
+            row[:] = 1.0 / np.array([*[body.mass] * (3 if spatial else 2), *inertia])
+    index = {body.name: i for i, body in enumerate(bodies)}
+    for point in (point for points in contact_points(scene).values() for point in points):
+        mobility[index[point.frame.name], :3] = 1.0 / point.mass
+    return mobility

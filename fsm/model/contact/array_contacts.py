@@ -1,0 +1,405 @@
+"""Kernels of contacts of a compiled model (`ArrayModel`), called by their addresses; see `fsm.model.bodies.contact_arrays`.
+
+The kernels apply to all geometries and laws. `fsm.model.contact.contacts` computes the same in Python.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.contact.bristle import add_way_stiffness, carried
+from fsm.interactions.contact.contact_depths import advance_depths
+from fsm.interactions.contact.impacts import CORNER_WEIGHT, fraction_before, longest_step, shared_weight, young_impacts
+from fsm.interactions.contact.pair_sums import FORCE as FORCES
+from fsm.interactions.contact.pair_sums import SLIDING, smallest_gaps, sums_of_pairs
+from fsm.interactions.surfaces.end_taper import add_taper_tangent
+from fsm.kernels.addresses import floats_2d, floats_3d
+from fsm.kernels.jit import kernel
+from fsm.model.bodies.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
+from fsm.model.bodies.contact_arrays import (
+    ACTIVE,
+    COMMITTED_AT,
+    FRICTION,
+    KIND,
+    LOSSY,
+    MARGIN,
+    STARTED,
+    SURFACES,
+    ContactArrays,
+    ContactKernels,
+    ContactParts,
+    LawKernels,
+    contacts_at,
+    floor_of,
+    index_of,
+    resolves,
+    rules_of,
+)
+from fsm.model.contact.array_contact_state import (
+    Weighed,
+    add_forces,
+    column_of,
+    elastic_force,
+    evaluate,
+    find_pressed,
+    find_slots,
+    geometry_of,
+    increments,
+    measure_slots,
+    renew_search,
+    values_at,
+)
+from fsm.solve.stepping.vectors import copy_into
+
+
+@kernel
+def _mark(g: ContactArrays, count: int) -> None:
+    """Mark the slots (possible contacts) that have a force."""
+    loaded, slot, normal = g.loaded, g.slot, g.normal_force
+    loaded[:] = 0
+    for i in range(count):
+        if normal[i] > 0.0:
+            loaded[slot[i]] = 1
+
+
+@kernel
+def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
+    """Add the forces of all contacts; `mean_rates` as for `evaluate`."""
+    poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        geometry = geometry_of(g, parts)
+        count = find_slots(g, geometry, poses, 0.0)
+        if count > 0:
+            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
+            add_forces(g, parts.laws, weighed, count, total)
+        _mark(g, count)
+
+
+@kernel
+def _tangent(
+    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, at_depths: bool
+) -> None:
+    """Add the forces of all contacts, and their stiffness K and damping D; arguments as for `evaluate`."""
+    poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
+    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        geometry = geometry_of(g, parts)
+        count = find_pressed(g, geometry, poses) if at_depths else find_slots(g, geometry, poses, 0.0)
+        g.state[ACTIVE] = count
+        if count == 0:
+            _mark(g, count)
+            continue
+        weighed, bristles = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, at_depths)
+        _mark(g, count)
+        add_forces(g, parts.laws, weighed, count, total)
+        geometry.tangent(g, poses, rates, count, stiffness, damping)
+        if weighed.rows.shape[0] > 0:
+            _add_taper_tangent(g, parts.laws, weighed, count, stiffness)
+        if bristles:
+            dof, indptr, indices = index_of(g)
+            add_way_stiffness(
+                g.bodies[:count], g.gradient[:count], g.by_distance[:count], dof,
+                indptr, indices, stiffness,
+            )  # fmt: skip
+
+
+@kernel
+def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, stiffness: np.ndarray) -> None:
+    rows, params, slot, gap = weighed.rows, g.normal, g.slot, g.gap
+    whole, depth, share = np.empty(rows.shape[0]), np.empty(rows.shape[0]), g.share
+    for k in range(rows.shape[0]):
+        whole[k], depth[k] = share[slot[rows[k]]], -gap[rows[k]]
+    closing, onset = -values_at(column_of(g.rate[:count], 0, 1.0), rows), values_at(g.onset_of, rows)
+    normal, _ = laws.normal(depth, closing, onset, whole, params)
+    dof, indptr, indices = index_of(g)
+    add_taper_tangent(
+        g.bodies[:count], g.gradient[:count], rows, weighed.gradient, weighed.hessian,
+        laws.energy(depth, whole, params), elastic_force(g, laws, depth, whole), normal, g.by_normal[:count],
+        dof, indptr, indices, stiffness,
+    )  # fmt: skip
+
+
+@kernel
+def _advance(groups: np.ndarray, change: np.ndarray, per_second: float) -> None:
+    """Advance the depths of the last tangent of statics by a change (n_bodies, 3 or 6) of the poses, to first order.
+
+    Contacts with a tensile force are released. `per_second` (1/s) is the inverse of the time since the last state.
+    """
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        count, slot, pressed = g.state[ACTIVE], g.slot, g.pressed
+        copy_into(pressed, g.pressed_before)
+        pressed[:] = 0.0
+        if count == 0:
+            continue
+        depth = advance_depths(
+            g.bodies[:count], g.gradient[:count], change, per_second, g.at[:count], g.normal_force[:count],
+            g.acting[:count], g.by_depth[:count], g.by_closing[:count],
+        )  # fmt: skip
+        for i in range(count):
+            pressed[slot[i]] = depth[i]
+
+
+# steps ------------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _unit_energy(g: ContactArrays, laws: LawKernels, share: np.ndarray) -> np.ndarray:
+    energy: np.ndarray = laws.energy(np.ones(share.shape[0]), shared_weight(share), g.normal)
+    return energy
+
+
+@kernel
+def _passed(table: np.ndarray, groups: np.ndarray, parts: ContactParts) -> bool:
+    """Whether sides have passed through each other since the last accepted state."""
+    poses = floats_2d(table, POSES)
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        geometry = geometry_of(g, parts)
+        renew_search(g, geometry, poses)
+        if geometry.passed(g, poses):
+            return True
+    return False
+
+
+@kernel
+def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float) -> float:
+    """Return 1 to accept a step, or the factor by which a rejected step is shortened; see `ContactSet.rejection`."""
+    poses, rates, part = floats_2d(table, POSES), floats_2d(table, RATES), 1.0
+    if _passed(table, groups, parts):
+        return 0.5
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        if g.state[STARTED] == 0 or not resolves(g):
+            continue
+        geometry = geometry_of(g, parts)
+        count = find_slots(g, geometry, poses, 0.0)
+        if count == 0:
+            continue
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
+        unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
+        before = fraction_before(
+            rules_of(g), g.bodies[:count], g.gradient[:count], g.gap[:count],
+            column_of(g.rate[:count], 0, 1.0), g.normal_force[:count],
+            g.onset_of[:count], unit_energy, g.rates_before, step,
+        )  # fmt: skip
+        part = min(part, before)
+    return part
+
+
+@kernel
+def _longest_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> float:
+    """Longest step that resolves impacts, s."""
+    poses, rates, longest = floats_2d(table, POSES), floats_2d(table, RATES), np.inf
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        if not resolves(g):
+            continue
+        geometry = geometry_of(g, parts)
+        count = find_slots(g, geometry, poses, g.numbers[MARGIN])
+        if count == 0:
+            continue
+        measure_slots(g, geometry, poses, rates, count)
+        slot = g.slot[:count]
+        own = longest_step(
+            rules_of(g), t, g.bodies[:count], g.gradient[:count], g.gap[:count],
+            column_of(g.rate[:count], 0, 1.0), values_at(g.onset, slot),
+            values_at(g.began, slot), _unit_energy(g, parts.laws, values_at(g.share, slot)), rates,
+        )  # fmt: skip
+        longest = min(longest, own)
+    return longest
+
+
+@kernel
+def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
+    """Update the memory of all contacts; see `ContactGroup.commit`; `mean_rates` as for `evaluate`."""
+    poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        state, geometry = g.state, geometry_of(g, parts)
+        count = find_slots(g, geometry, poses, 0.0)
+        young = state[:0]
+        if count > 0:
+            evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
+            young = _remember(g, parts.laws, count, t, poses)
+        else:
+            _forget(g)
+        g.numbers[COMMITTED_AT] = t
+        copy_into(rates, g.rates_before)
+        copy_into(poses, g.committed)
+        state[STARTED] = 1
+        geometry.settle(g, poses, young, False)
+
+
+@kernel
+def _forget(g: ContactArrays) -> None:
+    g.onset[:] = 0.0
+    g.began[:] = 0.0
+    g.depth[:] = 0.0
+    g.deflection[:] = 0.0
+
+
+@kernel
+def _remember(g: ContactArrays, laws: LawKernels, count: int, t: float, poses: np.ndarray) -> np.ndarray:
+    """Write the memory of contacts, and return the slots of continuing impacts."""
+    slot, state, gap, rate = g.slot, g.state, g.gap, g.rate
+    bodies, gradient, known = g.bodies[:count], g.gradient[:count], g.onset_of
+    began, onset, age = values_at(g.began, slot[:count]), np.empty(count), np.empty(count)
+    for i in range(count):
+        if known[i] == 0.0:
+            began[i] = t
+        # an external force may close an impact faster than its initial speed
+        onset[i] = max(known[i], max(-rate[i, 0], floor_of(g)))
+        age[i] = t - began[i]
+    deflection = g.deflected[:count]
+    if state[STARTED] == 1 and state[FRICTION] == 1 and poses.shape[1] == 7:
+        first = np.empty(count, dtype=np.int64)
+        for i in range(count):
+            first[i] = bodies[i, 0]
+        deflection = carried(deflection, g.committed, poses, first)
+    _forget(g)
+    onsets, begans, depths, memory = g.onset, g.began, g.depth, g.deflection
+    for i in range(count):
+        onsets[slot[i]], begans[slot[i]], depths[slot[i]] = onset[i], began[i], -gap[i]
+        for c in range(memory.shape[1]):
+            memory[slot[i], c] = deflection[i, c]
+    unit_energy = _unit_energy(g, laws, np.full(count, CORNER_WEIGHT))
+    young = young_impacts(rules_of(g), age, bodies, gradient, onset, unit_energy)
+    out, number = np.empty(count, dtype=np.int64), 0
+    for i in range(count):
+        if young[i]:
+            out[number] = slot[i]
+            number += 1
+    return out[:number]
+
+
+# energies ---------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _sums(g: ContactArrays, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
+    slot, share = g.slot[:count], g.share_of[:count]
+    gap, own = g.gap, g.share
+    part, depth = np.empty(count), np.empty(count)
+    for i in range(count):
+        part[i], depth[i] = share[i] / own[slot[i]], -gap[i]
+    return sums_of_pairs(
+        g.pair, slot, g.area, part, g.normal_force[:count],
+        elastic_force(g, laws, depth, share), g.rate[:count], g.effort[:count], pairs,
+    )  # fmt: skip
+
+
+@kernel
+def _stored(
+    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float, pair_force: np.ndarray
+) -> tuple[float, float]:
+    """Energy (J) and mean dissipated power (W) of all contacts; writes the normal forces of all pairs."""
+    poses, rates, before = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, BEFORE)
+    pair_energy, stored, power = floats_2d(table, PAIR_ENERGY), 0.0, 0.0
+    pairs = pair_energy.shape[1]
+    pair_force[:] = 0.0
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        geometry = geometry_of(g, parts)
+        count = find_slots(g, geometry, poses, 0.0)
+        if count == 0:
+            continue
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
+        energy = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
+        for i in range(energy.shape[0]):
+            stored += energy[i]
+        sums = _sums(g, parts.laws, count, pairs)
+        for p in range(pairs):
+            pair_force[p] += sums[FORCES, p]
+    if step > 0.0:
+        mean = increments(before, poses)
+        for i in range(mean.shape[0]):
+            for c in range(mean.shape[1]):
+                mean[i, c] /= step
+        for end in range(2):
+            for k in range(groups.shape[0]):
+                g = contacts_at(groups, k)
+                if g.state[LOSSY] == 0:
+                    continue
+                geometry, at = geometry_of(g, parts), poses if end == 1 else before
+                count = find_slots(g, geometry, at, 0.0)
+                if count == 0:
+                    continue
+                when = t if end == 1 else t - step
+                evaluate(g, geometry, parts.laws, when, at, mean, True, count, False)
+                sums = _sums(g, parts.laws, count, pairs)
+                for p in range(pairs):
+                    for row in range(2):
+                        power += 0.5 * sums[SLIDING + row, p]
+                        pair_energy[row, p] += 0.5 * step * sums[SLIDING + row, p]
+    copy_into(poses, before)
+    return stored, power
+
+
+@kernel
+def _state_of_pairs(
+    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, out: np.ndarray
+) -> tuple[float, float]:
+    """Energy (J) and dissipated power (W) of all contacts; see `ContactGroup.observe`.
+
+    Writes the sums over the contacts of every pair, and in the last row its gap (m), to `out` (7, n_pairs).
+    """
+    poses, rates, stored, power = floats_2d(table, POSES), floats_2d(table, RATES), 0.0, 0.0
+    pairs, last = out.shape[1], out.shape[0] - 1
+    out[:] = 0.0
+    out[last] = np.inf
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        geometry, gap = geometry_of(g, parts), np.full(pairs, g.numbers[MARGIN])
+        count = find_slots(g, geometry, poses, 0.0)
+        if count > 0:
+            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
+            energy, depth = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal), -g.gap[:count]
+            for i in range(count):
+                stored += energy[i]
+                if g.state[KIND] == SURFACES and weighed.rows.shape[0] > 0:  # the depth of points at ends fades out
+                    depth[i] *= min(g.share_of[i] / g.share[g.slot[i]], 1.0)
+            sums = _sums(g, parts.laws, count, pairs)
+            for p in range(pairs):
+                for row in range(last):
+                    out[row, p] += sums[row, p]
+                for row in range(2):
+                    power += sums[SLIDING + row, p]
+            smallest_gaps(g.pair, g.slot[:count], -depth, gap)
+        near = find_slots(g, geometry, poses, g.numbers[MARGIN])
+        smallest_gaps(g.pair, g.slot[:near], np.maximum(g.gap[:near], 0.0), gap)
+        for p in range(pairs):
+            out[last, p] = min(out[last, p], gap[p])
+    return stored, power
+
+
+@kernel
+def _losses(
+    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, of_pairs: np.ndarray
+) -> float:
+    """Dissipated power (W) of all contacts at the present rates; the power of each pair is added to `of_pairs` (2,
+    n_pairs).
+    """
+    poses, rates, power = floats_2d(table, POSES), floats_2d(table, RATES), 0.0
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        if g.state[LOSSY] == 0:
+            continue
+        geometry = geometry_of(g, parts)
+        count = find_slots(g, geometry, poses, 0.0)
+        if count == 0:
+            continue
+        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
+        sums = _sums(g, parts.laws, count, of_pairs.shape[1])
+        for p in range(of_pairs.shape[1]):
+            for row in range(2):
+                power += sums[SLIDING + row, p]
+                of_pairs[row, p] += sums[SLIDING + row, p]
+    return power
+
+
+CONTACTS = ContactKernels(
+    _force, _tangent, _part_of_step, _accept, _longest_step, _stored, _losses, _advance, _passed, _state_of_pairs
+)

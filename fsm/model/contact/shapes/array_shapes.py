@@ -1,0 +1,262 @@
+"""Kernels of contacts of shapes for a compiled model; see `fsm.model.bodies.contact_arrays` and
+`fsm.model.contact.shapes.shape_contacts`.
+
+All pairs of shapes have their slots in the tables. The broad phase only selects the pairs that are near.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.contact.shapes import Points, Shapes
+from fsm.interactions.shapes.edge_edge import find_edges, tangent_edges, write_edges
+from fsm.interactions.shapes.point_shape_planar import (
+    local_points_planar,
+    tangent_points_planar,
+    write_found_planar,
+    write_points_planar,
+)
+from fsm.interactions.shapes.point_shape_spatial import (
+    local_points_spatial,
+    tangent_points_spatial,
+    write_found_spatial,
+    write_points_spatial,
+)
+from fsm.interactions.shapes.shape_boxes import shape_boxes_planar, shape_boxes_spatial
+from fsm.interactions.shapes.shape_distance import HALF_SPACE
+from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import find_slot
+from fsm.model.bodies.contact_arrays import (
+    LACKS,
+    MARGIN,
+    REFERRED,
+    ContactArrays,
+    GeometryKernels,
+    forces_of,
+    index_of,
+    must_renew,
+)
+from fsm.model.contact.shapes.array_shape_passing import passed_planar, passed_spatial
+from fsm.model.contact.shapes.array_shape_tables import (
+    EDGES_NEAR,
+    GROUND,
+    POINTS_NEAR,
+    UNITS_NEAR,
+    edge_pairs_of,
+    edges_of,
+    near_edges,
+    near_points,
+    points_of,
+    shape_arrays_of,
+    shapes_planar,
+    shapes_spatial,
+)
+from fsm.model.contact.shapes.array_shape_weights import settle, tapered
+from fsm.solve.stepping.vectors import copy_into
+
+# broad phase ------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _grounded(g: ContactArrays, shapes: Shapes) -> np.ndarray:
+    """Units with a half-space of the ground."""
+    own = shape_arrays_of(g)
+    units = own.units
+    out, count = np.empty(units.shape[0], dtype=np.int64), 0
+    for k in range(units.shape[0]):
+        if shapes.kind[units[k, 1]] == HALF_SPACE and shapes.body[units[k, 1]] == GROUND:
+            out[count] = k
+            count += 1
+    return out[:count]
+
+
+@kernel
+def _centres(g: ContactArrays, shapes: Shapes, rows: np.ndarray) -> Points:
+    """Centres of the first shapes of units, as points on the second."""
+    own = shape_arrays_of(g)
+    units, count = own.units, rows.shape[0]
+    body, other = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    place, radius, around = np.empty((count, shapes.offset.shape[1])), np.zeros(count), np.zeros((count, 3, 3))
+    for k in range(count):
+        shape = units[rows[k], 0]
+        body[k], other[k] = shapes.body[shape], units[rows[k], 1]
+        for c in range(place.shape[1]):
+            place[k, c] = shapes.offset[shape, c]
+    return Points(body, place, radius, other, around)
+
+
+@kernel
+def _select(
+    g: ContactArrays, poses: np.ndarray, low: np.ndarray, high: np.ndarray, body: np.ndarray, rounding: np.ndarray,
+    grounded: np.ndarray, heights: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the near units and their slots: units whose boxes overlap, without shapes far above the ground."""
+    own = shape_arrays_of(g)
+    state, margin, units = g.state, g.numbers[MARGIN], own.units
+    near, met, reach = own.near, own.met, own.reach
+    dof, indptr, indices = index_of(g)
+    count = at = 0
+    for k in range(units.shape[0]):
+        one, two = units[k, 0], units[k, 1]
+        apart = False
+        for c in range(low.shape[1]):
+            if low[one, c] - margin > high[two, c] or low[two, c] - margin > high[one, c]:
+                apart = True
+        if at < grounded.shape[0] and grounded[at] == k:
+            apart = apart or heights[at] > reach[one] + rounding[two] + margin
+            at += 1
+        if apart:
+            continue
+        near[count] = k
+        count += 1
+        if met[k] == 0:
+            met[k] = 1
+            row, column = dof[body[one]], dof[body[two]]
+            if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
+                state[LACKS] = 1
+    state[UNITS_NEAR] = count
+    state[POINTS_NEAR] = _open_slots(g, near[:count], own.point_start, 0, own.near_points)
+    first = own.point_body.shape[0]
+    state[EDGES_NEAR] = _open_slots(g, near[:count], own.pair_start, first, own.near_edges)
+    copy_into(poses, g.reference)
+    state[REFERRED] = 1
+
+
+@kernel
+def _open_slots(g: ContactArrays, units: np.ndarray, start: np.ndarray, first: int, out: np.ndarray) -> int:
+    """Write the open slots of units as numbers, starting at `first`, and return the number of slots."""
+    own = shape_arrays_of(g)
+    slots_open, count = own.slots_open, 0
+    for k in range(units.shape[0]):
+        for slot in range(start[units[k]], start[units[k] + 1]):
+            if slots_open[first + slot] == 1:
+                out[count] = slot
+                count += 1
+    return count
+
+
+@kernel
+def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
+    if not must_renew(g, poses):
+        return 0
+    shapes = shapes_planar(g)
+    grounded = _grounded(g, shapes)
+    local = local_points_planar(poses, np.arange(grounded.shape[0]), _centres(g, shapes, grounded), shapes)
+    low, high = shape_boxes_planar(poses, shapes)
+    _select(g, poses, low, high, shapes.body, shapes.radius, grounded, local[:, 2].copy())
+    return 1
+
+
+@kernel
+def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
+    if not must_renew(g, poses):
+        return 0
+    shapes = shapes_spatial(g)
+    grounded = _grounded(g, shapes)
+    local = local_points_spatial(poses, np.arange(grounded.shape[0]), _centres(g, shapes, grounded), shapes)
+    low, high = shape_boxes_spatial(poses, shapes)
+    _select(g, poses, low, high, shapes.body, shapes.radius, grounded, local[:, 2].copy())
+    return 1
+
+
+# contacts ---------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _find_planar(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    slot, gap = g.slot, g.gap
+    return int(write_found_planar(poses, near_points(g), points_of(g), shapes_planar(g), below, slot, gap))
+
+
+@kernel
+def _find_spatial(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    own = shape_arrays_of(g)
+    slot, gap, edges = g.slot, g.gap, near_edges(g)
+    count = write_found_spatial(poses, near_points(g), points_of(g), shapes_spatial(g), below, slot, gap)
+    if edges.shape[0] == 0:
+        return int(count)
+    other, more = find_edges(poses, edges, edge_pairs_of(g), edges_of(g), below)
+    first = own.point_body.shape[0]
+    for i in range(other.shape[0]):
+        slot[count + i], gap[count + i] = first + other[i], more[i]
+    return int(count + other.shape[0])
+
+
+@kernel
+def _measure_planar(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    write_points_planar(
+        poses, rates, g.slot[:count], points_of(g), shapes_planar(g), g.bodies,
+        g.rate, g.gradient,
+    )  # fmt: skip
+
+
+@kernel
+def _number_of_points(g: ContactArrays, count: int) -> int:
+    """Number of points among the contacts; points come before pairs of edges."""
+    own = shape_arrays_of(g)
+    first, slot = own.point_body.shape[0], g.slot
+    while count > 0 and slot[count - 1] >= first:
+        count -= 1
+    return count
+
+
+@kernel
+def _edges_among(g: ContactArrays, points: int, count: int) -> np.ndarray:
+    own = shape_arrays_of(g)
+    first, slot, out = own.point_body.shape[0], g.slot, np.empty(count - points, dtype=np.int64)
+    for i in range(out.shape[0]):
+        out[i] = slot[points + i] - first
+    return out
+
+
+@kernel
+def _measure_spatial(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    points, bodies = _number_of_points(g, count), g.bodies
+    slot, rate, gradient = g.slot[:points], g.rate, g.gradient
+    write_points_spatial(poses, rates, slot, points_of(g), shapes_spatial(g), bodies, rate, gradient)
+    if points < count:
+        write_edges(
+            poses, rates, _edges_among(g, points, count), edge_pairs_of(g), edges_of(g), bodies[points:], rate[points:],
+            gradient[points:],
+        )  # fmt: skip
+
+
+@kernel
+def _keep_rows(g: ContactArrays, rows: np.ndarray) -> None:
+    """Nothing: shapes have only the slots and gaps that all geometries have."""
+
+
+@kernel
+def _tangent_planar(
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+) -> None:
+    tangent_points_planar(
+        poses, rates, g.slot[:count], g.bodies[:count], g.gradient[:count],
+        points_of(g), shapes_planar(g), forces_of(g, 0, count), index_of(g), stiffness, damping,
+    )  # fmt: skip
+
+
+@kernel
+def _tangent_spatial(
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+) -> None:
+    points, index = _number_of_points(g, count), index_of(g)
+    bodies, gradient = g.bodies, g.gradient
+    if points > 0:
+        tangent_points_spatial(
+            poses, rates, g.slot[:points], bodies[:points], gradient[:points], points_of(g),
+            shapes_spatial(g), forces_of(g, 0, points), index, stiffness, damping,
+        )  # fmt: skip
+    if points < count:
+        tangent_edges(
+            poses, rates, _edges_among(g, points, count), bodies[points:count], gradient[points:count], edge_pairs_of(g),
+            edges_of(g), forces_of(g, points, count), index, stiffness, damping,
+        )  # fmt: skip
+
+
+PLANAR_SHAPES = GeometryKernels(
+    _renew_planar, _find_planar, _measure_planar, _keep_rows, tapered, _tangent_planar, passed_planar, settle
+)
+SPATIAL_SHAPES = GeometryKernels(
+    _renew_spatial, _find_spatial, _measure_spatial, _keep_rows, tapered, _tangent_spatial, passed_spatial, settle
+)

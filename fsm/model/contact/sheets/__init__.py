@@ -1,0 +1,1 @@
+"""Contact of flexible facets with each other."""

@@ -1,0 +1,447 @@
+"""Kernels of contacts of flexible facets with each other; see `fsm.model.bodies.contact_arrays` and
+`fsm.model.contact.sheets.sheet_contacts`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
+from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
+from fsm.interactions.triangles.triangles_pass import edge_passes_edge, point_passes_triangle, work_space
+from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import find_slot
+from fsm.model.bodies.contact_arrays import (
+    FOUND,
+    LACKS,
+    MARGIN,
+    REFERRED,
+    RENEWAL,
+    STARTED,
+    ContactArrays,
+    GeometryKernels,
+    forces_of,
+    index_of,
+    must_renew,
+)
+from fsm.model.contact.sheets.array_sheet_search import Near, near_features, position_of
+from fsm.model.contact.sheets.array_sheet_tables import (
+    CLEARANCE,
+    FACE,
+    FACETS,
+    KEPT,
+    LISTED,
+    NUMBER,
+    POINTS,
+    RENEWALS,
+    SELECTED,
+    SIDES,
+    SLOTS,
+    WANTED,
+    WANTED_LISTED,
+    SheetArrays,
+    sheets_of,
+)
+from fsm.solve.stepping.vectors import copy_into
+
+_PARALLEL = 0.01
+"""Squared sine of the angle between two edges below which they count as nearly parallel."""
+
+
+@kernel
+def _places(own: SheetArrays, poses: np.ndarray) -> np.ndarray:
+    """Places (n, 3) of all nodes, m."""
+    out = np.empty((own.body.shape[0], 3))
+    for i in range(out.shape[0]):
+        for e in range(3):
+            out[i, e] = poses[own.body[i], e]
+    return out
+
+
+@kernel
+def _faces(own: SheetArrays) -> Faces:
+    return Faces(own.triangles, own.beyond, own.edges)
+
+
+@kernel
+def _found(own: SheetArrays) -> Found:
+    return Found(
+        own.found_nodes, own.found_free, own.found_coefficients, own.found_directions, own.found_normal, own.found_distance
+    )  # fmt: skip
+
+
+# broad phase ------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _taper(own: SheetArrays, node: int, facet: int) -> float:
+    """Clearance of a node at a facet, relative to the thickness."""
+    at = position_of(own.taper_key, own.taper_key.shape[0], node * own.counts[FACETS] + facet)
+    return own.taper[at] if at >= 0 else 1.0
+
+
+@kernel
+def _taper_of_edge(own: SheetArrays, edge: int, other: int) -> float:
+    """Mean over the ends of an edge of the least clearance at the facets of another edge."""
+    total = 0.0
+    for end in range(2):
+        node = own.edges[edge, end]
+        total += min(_taper(own, node, own.edge_facets[other, 0]), _taper(own, node, own.edge_facets[other, 1]))
+    return 0.5 * total
+
+
+@kernel
+def _write_slots(g: ContactArrays, near: Near) -> None:
+    """Replace all slots; the memory follows by `_recall`."""
+    own = sheets_of(g)
+    counts, clearance, nodes = own.counts, own.sizes[CLEARANCE], own.body.shape[0]
+    share, area, pair, points = g.share, g.area, g.pair, near.node.shape[0]
+    counts[POINTS], counts[SLOTS], counts[LISTED] = points, points + near.one.shape[0], near.listed.shape[0]
+    for s in range(points):
+        node, facet = near.node[s], near.facet[s]
+        own.key[s] = node * counts[FACETS] + facet
+        own.first_of[s], own.second_of[s], own.start[s] = node, facet, near.start[s]
+        own.clearance[s] = clearance * _taper(own, node, facet)
+        # each of both faces has half of the stiffness
+        share[s], area[s] = 0.5 * own.node_area[node] / own.sizes[FACE], 0.5 * own.node_area[node]
+    own.start[points] = near.start[points]
+    for k in range(near.listed.shape[0]):
+        own.listed[k] = near.listed[k]
+    for k in range(near.one.shape[0]):
+        s, one, two = points + k, near.one[k], near.two[k]
+        own.key[s] = nodes * counts[FACETS] + one * own.edges.shape[0] + two
+        own.first_of[s], own.second_of[s] = one, two
+        own.clearance[s] = 0.25 * clearance * (_taper_of_edge(own, one, two) + _taper_of_edge(own, two, one))
+        share[s], area[s] = 0.5 * min(own.edge_area[one], own.edge_area[two]) / own.sizes[FACE], 0.0
+    for s in range(counts[SLOTS]):
+        pair[s] = counts[NUMBER]
+
+
+@kernel
+def _recall(g: ContactArrays) -> None:
+    """Copy the memory of the last accepted state to the slots."""
+    own, onset, began, depth, deflection = sheets_of(g), g.onset, g.began, g.depth, g.deflection
+    onset[:] = 0.0
+    began[:] = 0.0
+    depth[:] = 0.0
+    deflection[:] = 0.0
+    for k in range(own.counts[KEPT]):
+        s = position_of(own.key, own.counts[SLOTS], own.kept_key[k])
+        if s >= 0:
+            onset[s], began[s], depth[s] = own.kept[k, 0], own.kept[k, 1], own.kept[k, 2]
+            for c in range(deflection.shape[1]):
+                deflection[s, c] = own.kept[k, 3 + c]
+
+
+@kernel
+def _depths(g: ContactArrays) -> tuple[np.ndarray, np.ndarray]:
+    """Keys (m,) of the slots that have a depth in Newton's method of statics, and both depths (m, 2)."""
+    own, pressed, before, count = sheets_of(g), g.pressed, g.pressed_before, 0
+    keys, depths = np.empty(own.counts[SLOTS], dtype=np.int64), np.empty((own.counts[SLOTS], 2))
+    for s in range(keys.shape[0]):
+        if pressed[s] > 0.0 or before[s] > 0.0:
+            keys[count], depths[count, 0], depths[count, 1] = own.key[s], pressed[s], before[s]
+            count += 1
+    return keys[:count], depths[:count]
+
+
+@kernel
+def _press_again(g: ContactArrays, keys: np.ndarray, depths: np.ndarray) -> None:
+    """Write the depths of slots with these keys."""
+    own, pressed, before = sheets_of(g), g.pressed, g.pressed_before
+    pressed[:] = 0.0
+    before[:] = 0.0
+    for k in range(keys.shape[0]):
+        s = position_of(own.key, own.counts[SLOTS], keys[k])
+        if s >= 0:
+            pressed[s], before[s] = depths[k, 0], depths[k, 1]
+
+
+@kernel
+def _with_force(g: ContactArrays) -> np.ndarray:
+    """Keys of the slots that had a force in the last tangent; -1 for a slot that no longer exists."""
+    key, linearised, count = sheets_of(g).key, g.linearised, 0
+    out = np.empty(linearised.shape[0], dtype=np.int64)
+    for s in range(out.shape[0]):
+        if linearised[s] == 1:
+            out[count] = key[s] if s < out.shape[0] - 1 else -1
+            count += 1
+    return out[:count]
+
+
+@kernel
+def _mark_again(g: ContactArrays, keys: np.ndarray) -> None:
+    """Mark the slots with these keys. The last row, which is no slot, stands for a slot that no longer exists."""
+    own, linearised = sheets_of(g), g.linearised
+    linearised[:] = 0
+    for k in range(keys.shape[0]):
+        s = position_of(own.key, own.counts[SLOTS], keys[k])
+        linearised[s if s >= 0 else linearised.shape[0] - 1] = 1
+
+
+@kernel
+def _lacks(g: ContactArrays, places: np.ndarray, nodes: np.ndarray, split: int, reach: float) -> bool:
+    """Whether the pattern lacks a pair of nodes of a slot, if the nodes before and after the split are within reach."""
+    for e in range(3):
+        low, high, other_low, other_high = np.inf, -np.inf, np.inf, -np.inf
+        for m in range(4):
+            at = places[nodes[m], e]
+            if m < split:
+                low, high = min(low, at), max(high, at)
+            else:
+                other_low, other_high = min(other_low, at), max(other_high, at)
+        if low - other_high > reach or other_low - high > reach:
+            return False
+    dof, indptr, indices = index_of(g)
+    body = sheets_of(g).body
+    for i in range(4):
+        for j in range(i):
+            row, column = dof[body[nodes[i]]], dof[body[nodes[j]]]
+            if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
+                return True
+    return False
+
+
+@kernel
+def _check_pattern(g: ContactArrays, places: np.ndarray) -> None:
+    """Mark whether the pattern lacks a pair of bodies of slots that may touch before the next renewal."""
+    own, nodes = sheets_of(g), np.empty(4, dtype=np.int64)
+    reach, points = own.sizes[CLEARANCE] + 2.0 * RENEWAL * g.numbers[MARGIN], own.counts[POINTS]
+    for s in range(points):
+        nodes[0] = own.first_of[s]
+        for k in range(own.start[s], own.start[s + 1]):
+            for corner in range(3):
+                nodes[1 + corner] = own.triangles[own.listed[k], corner]
+            if _lacks(g, places, nodes, 1, reach):
+                g.state[LACKS] = 1
+                return
+    for s in range(points, own.counts[SLOTS]):
+        _edge_nodes(own, s, nodes)
+        if _lacks(g, places, nodes, 2, reach):
+            g.state[LACKS] = 1
+            return
+
+
+@kernel
+def _edge_nodes(own: SheetArrays, slot: int, nodes: np.ndarray) -> None:
+    for end in range(2):
+        nodes[end], nodes[2 + end] = own.edges[own.first_of[slot], end], own.edges[own.second_of[slot], end]
+
+
+@kernel
+def _renew(g: ContactArrays, poses: np.ndarray) -> int:
+    own, state = sheets_of(g), g.state
+    if not must_renew(g, poses):
+        return 0
+    places, counts = _places(own, poses), own.counts
+    # both sides may move before the next renewal
+    near = near_features(own, places, places, own.sizes[CLEARANCE] + (1.0 + 2.0 * RENEWAL) * g.numbers[MARGIN])
+    counts[WANTED], counts[WANTED_LISTED] = near.node.shape[0] + near.one.shape[0] + 1, near.listed.shape[0]
+    if counts[WANTED] > own.key.shape[0] or counts[WANTED_LISTED] > own.listed.shape[0]:
+        state[LACKS], state[REFERRED] = 1, 0  # the slots remain until there is room
+        return 0
+    copy_into(poses, g.reference)
+    with_force = _with_force(g)
+    pressed, depths = _depths(g)
+    _write_slots(g, near)
+    _recall(g)
+    _press_again(g, pressed, depths)
+    _mark_again(g, with_force)
+    if g.dof.shape[0] > 0:
+        _check_pattern(g, places)
+    counts[SELECTED] = 0
+    counts[RENEWALS] += 1
+    state[REFERRED], state[FOUND] = 1, -1
+    return 1
+
+
+# contacts ---------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _select(own: SheetArrays, places: np.ndarray) -> None:
+    """Select the triangles of the next step. A node keeps its known side of a facet."""
+    points, side = own.counts[POINTS], own.side
+    select_faces(
+        places, own.first_of[:points], own.start, own.listed, _faces(own), own.triangle, own.part, side
+    )  # fmt: skip
+    for s in range(points):
+        if side[s] != 0.0:
+            at = position_of(own.side_key, own.counts[SIDES], own.key[s])
+            if at >= 0:
+                side[s] = own.side_of[at]
+    own.counts[SELECTED] = 1
+
+
+@kernel
+def _select_once(g: ContactArrays, places: np.ndarray) -> None:
+    """Select the triangles in the last accepted state, or in these places if there is none."""
+    own = sheets_of(g)
+    if own.counts[SELECTED] == 0:
+        _select(own, _places(own, g.committed) if g.state[STARTED] == 1 else places)
+
+
+@kernel
+def _find_points(g: ContactArrays, places: np.ndarray, below: float) -> int:
+    own = sheets_of(g)
+    points = own.counts[POINTS]
+    _select_once(g, places)
+    return int(find_point_faces(
+        places, own.first_of[:points], own.triangle, own.part, own.side, _faces(own), own.clearance, g.numbers[MARGIN],
+        below, g.slot, g.gap, _found(own),
+    ))  # fmt: skip
+
+
+@kernel
+def _find(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    own = sheets_of(g)
+    places, slots = _places(own, poses), own.counts[SLOTS]
+    count = _find_points(g, places, below)
+    return int(find_edge_edges(
+        places, own.first_of[:slots], own.second_of[:slots], own.counts[POINTS], own.edges, own.clearance, below, g.slot,
+        g.gap, _found(own), count,
+    ))  # fmt: skip
+
+
+@kernel
+def _measure(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    own = sheets_of(g)
+    write_features(rates, own.body, _found(own), count, g.bodies, g.rate, g.gradient)
+
+
+@kernel
+def _keep_rows(g: ContactArrays, rows: np.ndarray) -> None:
+    found = _found(sheets_of(g))
+    for i in range(rows.shape[0]):
+        k = rows[i]
+        found.free[i], found.distance[i] = found.free[k], found.distance[k]
+        for m in range(4):
+            found.nodes[i, m], found.coefficients[i, m] = found.nodes[k, m], found.coefficients[k, m]
+            for a in range(2):
+                found.directions[i, a, m] = found.directions[k, a, m]
+        for e in range(3):
+            found.normal[i, e] = found.normal[k, e]
+
+
+@kernel
+def _tapered(g: ContactArrays, poses: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    own, slot, first = sheets_of(g), g.slot, count
+    while first > 0 and slot[first - 1] >= own.counts[POINTS]:
+        first -= 1
+    found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = parallel_weights(
+        _places(own, poses), _found(own), first, count, _PARALLEL
+    )
+    return found
+
+
+@kernel
+def _tangent(
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+) -> None:
+    own = sheets_of(g)
+    tangent_features(
+        _places(own, poses), rates, g.bodies[:count], g.gradient[:count], _found(own), forces_of(g, 0, count), index_of(g),
+        stiffness, damping,
+    )  # fmt: skip
+
+
+# memory -----------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _settle(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
+    own, state = sheets_of(g), g.state
+    if new:
+        return
+    counts, places = own.counts, _places(own, poses)
+    # a node deeper than the limit has passed round its facet, so its present side is the new side
+    within, left = _find_points(g, places, g.numbers[MARGIN]), 0
+    state[FOUND] = -1
+    for k in range(within):
+        key = own.key[g.slot[k]]
+        at = position_of(own.side_key, counts[SIDES], key)
+        if at >= left:
+            own.side_key[left], own.side_of[left] = key, own.side_of[at]
+            left += 1
+    counts[SIDES] = left
+    _select(own, places)
+    left = 0
+    for s in range(counts[POINTS]):
+        if own.side[s] != 0.0:
+            own.side_key[left], own.side_of[left] = own.key[s], own.side[s]
+            left += 1
+    counts[SIDES] = left
+    _keep(g)
+
+
+@kernel
+def _keep(g: ContactArrays) -> None:
+    """Copy the memory of the slots to the memory of the last accepted state."""
+    own, onset, deflection, left = sheets_of(g), g.onset, g.deflection, 0
+    for s in range(own.counts[SLOTS]):
+        if onset[s] > 0.0:
+            own.kept_key[left] = own.key[s]
+            own.kept[left, 0], own.kept[left, 1], own.kept[left, 2] = onset[s], g.began[s], g.depth[s]
+            for c in range(deflection.shape[1]):
+                own.kept[left, 3 + c] = deflection[s, c]
+            left += 1
+    own.counts[KEPT] = left
+
+
+# passing ----------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _had_side(own: SheetArrays, node: int, facet: int) -> bool:
+    return position_of(own.side_key, own.counts[SIDES], node * own.counts[FACETS] + facet) >= 0
+
+
+@kernel
+def _passed(g: ContactArrays, poses: np.ndarray) -> bool:
+    """Whether a node or an edge has passed through a triangle or an edge since the last accepted state.
+
+    Without clearance, a node that has a side may be behind its facet, because the contact is soft.
+    """
+    own = sheets_of(g)
+    if g.state[STARTED] == 0:
+        return False
+    start, end = _places(own, g.committed), _places(own, poses)
+    _select_once(g, start)
+    listed = _listed(own)
+    reference, moved, bound = g.reference, 0.0, RENEWAL * g.numbers[MARGIN]
+    for i in range(start.shape[0]):
+        for e in range(3):
+            moved = max(moved, abs(start[i, e] - reference[own.body[i], e]))
+    beyond = moved > bound
+    if beyond:
+        listed = near_features(own, start, end, 0.0)
+    nodes, w, soft = np.empty(4, dtype=np.int64), work_space(), own.sizes[CLEARANCE] == 0.0
+    for s in range(listed.node.shape[0]):
+        node = listed.node[s]
+        if soft and (_had_side(own, node, listed.facet[s]) if beyond else own.side[s] != 0.0):
+            continue
+        nodes[0] = node
+        for k in range(listed.start[s], listed.start[s + 1]):
+            for corner in range(3):
+                nodes[1 + corner] = own.triangles[listed.listed[k], corner]
+            if point_passes_triangle(start, end, nodes, w):
+                return True
+    for s in range(listed.one.shape[0]):
+        for tip in range(2):
+            nodes[tip], nodes[2 + tip] = own.edges[listed.one[s], tip], own.edges[listed.two[s], tip]
+        if edge_passes_edge(start, end, nodes, w):
+            return True
+    return False
+
+
+@kernel
+def _listed(own: SheetArrays) -> Near:
+    """Present slots."""
+    points, slots = own.counts[POINTS], own.counts[SLOTS]
+    return Near(
+        own.first_of[:points], own.second_of[:points], own.start[: points + 1], own.listed[: own.counts[LISTED]],
+        own.first_of[points:slots], own.second_of[points:slots],
+    )  # fmt: skip
+
+
+SHEETS = GeometryKernels(_renew, _find, _measure, _keep_rows, _tapered, _tangent, _passed, _settle)

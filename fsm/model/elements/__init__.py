@@ -1,0 +1,1 @@
+"""Force elements between two bodies, one file a kind: creases, springs, ligaments, laws of extensions."""

@@ -1,0 +1,268 @@
+"""Groups of elements whose kernels are called by their addresses, by compiled steps and by Python alike.
+
+A kind of element is one file: a group, the table of its arrays, and kernels with the arguments (table of the model, table of
+the group, time t in s, inverse of the time since the last state in 1/s), which return a number. If the inverse is zero,
+dampers use the rates of the bodies. The table of the model has the rows of `fsm.model.bodies.arrays`. The table of a group
+begins with the bodies, the positions of the matrix blocks (`pair_slots`, for two bodies), and the deformations at the last
+state; the arrays of the group follow from row `OWN` on.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from functools import cached_property
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.kernels.addresses import ROW, address_table, integers_2d
+from fsm.kernels.block_equations import Pattern
+from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import address_of, call_at
+from fsm.kernels.scatter import pair_slots
+from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, PATTERN, POSES, RATES, STIFFNESS, STORED
+from fsm.model.bodies.group import Group, PreviousPoses
+from fsm.model.bodies.pattern import BodyPattern
+
+_BODIES, _SLOTS, LAST, OWN = range(4)
+"""Rows of the table of a group."""
+_EMPTY = np.zeros((0, 0, 0))
+
+
+@kernel
+def nothing(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Kernel of elements that have no such part."""
+    return 0.0
+
+
+class ElementKernels(NamedTuple):
+    """Kernels of a kind of elements, in the order of the columns of `fsm.model.bodies.arrays.Segments.elements`.
+
+    `force` and `tangent` add to the arrays of the model. `keep` writes the deformations at the present poses to row `LAST`.
+    `stored` adds the energies in panels and in creases (J) to the first numbers of the row `STORED`. `lost` returns the
+    dissipated power (W). To the third number of this row it adds the power that an element puts into the system, and to the
+    fourth the part of the dissipated power whose forces also act at rest. `accept` changes the memory of the group at an
+    accepted state.
+    """
+
+    force: Any
+    tangent: Any
+    keep: Any
+    stored: Any = nothing
+    lost: Any = nothing
+    accept: Any = nothing
+
+    def addresses(self) -> list[int]:
+        """Addresses of all kernels."""
+        example = np.zeros((1, ROW), dtype=np.int64)
+        return [address_of(each, example, example, 0.0, 0.0) for each in self]
+
+
+class ElementArrays(NamedTuple):
+    """A group for compiled steps: kernels, arrays of its table in order, and the deformations at the last state among
+    them.
+    """
+
+    kernels: ElementKernels
+    arrays: list[np.ndarray]
+    last: np.ndarray
+
+
+@kernel(inline=True)
+def bodies_of(own: np.ndarray) -> np.ndarray:
+    """Bodies (m, n) of a group."""
+    return integers_2d(own, _BODIES)
+
+
+@kernel(inline=True)
+def slots_of(own: np.ndarray) -> np.ndarray:
+    """Positions (m, 4) of the matrix blocks of a group between two bodies."""
+    return integers_2d(own, _SLOTS)
+
+
+@kernel(inline=True)
+def _put(table: np.ndarray, row: int, array: np.ndarray) -> None:
+    table[row, 0] = array.ctypes.data
+    for k in range(array.ndim):
+        table[row, 1 + k] = array.shape[k]
+
+
+@kernel
+def _call(
+    address: int, table: np.ndarray, own: np.ndarray, t: float, per_second: float, poses: np.ndarray, rates: np.ndarray,
+    force: np.ndarray, stiffness: np.ndarray, damping: np.ndarray,
+) -> float:  # fmt: skip
+    """Call a kernel with these arrays of the model."""
+    _put(table, POSES, poses)
+    _put(table, RATES, rates)
+    _put(table, FORCE, force)
+    _put(table, STIFFNESS, stiffness)
+    _put(table, DAMPING, damping)
+    return float(call_at(address, table, own, t, per_second))
+
+
+class _Alone:
+    """A group alone as a model, for calls from Python."""
+
+    def __init__(self, group: ElementGroup) -> None:
+        self.stored, self.last = np.zeros(4), np.zeros(group.last_shape)
+        self.table = np.zeros((PATTERN + len(Pattern._fields), ROW), dtype=np.int64)
+        self.table[STORED] = address_table([self.stored])[0]
+        self._arrays = [group.bodies, np.zeros((0, 4), dtype=np.int64), self.last, *group.arrays]
+        self.own = address_table(self._arrays)
+        self.pattern: BodyPattern | None = None
+        self.past: np.ndarray | None = None
+        self._kernels, self._addresses = group.kernels, dict[str, int]()
+
+    def use(self, group: ElementGroup, pattern: BodyPattern) -> None:
+        """Set the pattern of the matrices."""
+        if self.pattern is pattern:
+            return
+        self.pattern, self._arrays[_SLOTS] = pattern, group.slots(pattern)
+        self.own[_SLOTS] = address_table([self._arrays[_SLOTS]])[0]
+        dof, rows, columns = pattern.index
+        self._index = dof, rows, columns  # the table has their addresses
+        self.table[DOF], self.table[PATTERN : PATTERN + 2] = address_table([dof])[0], address_table([rows, columns])
+
+    def call(
+        self, name: str, t: float, per_second: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray,
+        stiffness: np.ndarray = _EMPTY, damping: np.ndarray = _EMPTY,
+    ) -> float:  # fmt: skip
+        """Call a kernel."""
+        if name not in self._addresses:
+            one = getattr(self._kernels, name)
+            self._addresses[name] = address_of(one, self.table, self.own, 0.0, 0.0)
+        address = self._addresses[name]
+        return float(_call(address, self.table, self.own, t, per_second, poses, rates, force, stiffness, damping))
+
+
+class ElementGroup(Group):
+    """Elements of one kind between bodies.
+
+    Attributes
+    ----------
+    bodies : (m, n) int array
+    memory_of : array
+        Memory that `accept` changes in place; empty for most kinds.
+    """
+
+    bodies: np.ndarray
+    categories: tuple[str, ...] = ("panels", "creases")
+    """Names of the stored energies, in the order of the row `STORED`."""
+
+    @property
+    @abstractmethod
+    def kernels(self) -> ElementKernels:
+        """Kernels of the kind."""
+
+    @property
+    @abstractmethod
+    def arrays(self) -> list[np.ndarray]:
+        """Arrays of the table from row `OWN` on."""
+
+    @property
+    def last_shape(self) -> tuple[int, ...]:
+        """Shape of the deformations."""
+        return (len(self.bodies),)
+
+    @property
+    def memory_of(self) -> np.ndarray:
+        """Memory that `accept` changes in place."""
+        return np.zeros(0)
+
+    @property
+    def looks_back(self) -> bool:
+        """Whether kernels read the deformations at the last state."""
+        return self.rate_dependent
+
+    def compiled(self, pattern: BodyPattern) -> ElementArrays:
+        """Kernels and arrays for compiled steps. The memory is that of the group."""
+        last = np.zeros(self.last_shape)
+        return ElementArrays(self.kernels, [self.bodies, self.slots(pattern), last, *self.arrays], last)
+
+    def slots(self, pattern: BodyPattern) -> np.ndarray:
+        """Positions (m, 4) of the matrix blocks of elements between two bodies."""
+        if self.bodies.shape[1] != 2:
+            return np.zeros((0, 4), dtype=np.int64)
+        return np.asarray(pair_slots(self.bodies, *pattern.index))
+
+    @cached_property
+    def _alone(self) -> _Alone:
+        return _Alone(self)
+
+    def _since(self, t: float, rates: np.ndarray, past: PreviousPoses | None) -> float:
+        """Inverse of the time since a past state, 1/s, whose deformations are kept; zero at rest or in motion."""
+        if past is None or not self.looks_back:
+            return 0.0
+        alone = self._alone
+        if alone.past is not past.poses:
+            alone.call("keep", t, 0.0, past.poses, rates, rates)
+            alone.past = past.poses
+        return 1.0 / past.duration
+
+    def deformations_before(self, rates: np.ndarray, past: PreviousPoses | None) -> np.ndarray:
+        """Deformations at a past state."""
+        self._since(0.0, rates, past)
+        return self._alone.last
+
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
+    ) -> None:
+        """See `Group`."""
+        self._alone.call("force", t, self._since(t, rates, past), poses, rates, force)
+
+    def add_linearised(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BodyPattern,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+        past: PreviousPoses | None = None,
+    ) -> None:
+        """See `Group`."""
+        self._alone.use(self, pattern)
+        self._alone.call("tangent", t, self._since(t, rates, past), poses, rates, force, stiffness, damping)
+
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
+    ) -> tuple[dict[str, float], float, float]:
+        """See `Group`."""
+        alone, per_second = self._alone, self._since(t, rates, past)
+        alone.stored[:] = 0.0
+        alone.call("stored", t, per_second, poses, rates, rates)
+        lost = alone.call("lost", t, per_second, poses, rates, rates)
+        panels, creases, put_in, _ = alone.stored.tolist()
+        stored = {"panels": panels, "creases": creases}
+        return {name: stored[name] for name in self.categories}, lost, put_in
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return self._pairs, 0
+
+    @cached_property
+    def _pairs(self) -> np.ndarray:
+        found = np.concatenate([self.bodies[:, pair] for pair in combinations(range(self.bodies.shape[1]), 2)])
+        return np.ascontiguousarray(found[found[:, 0] != found[:, 1]])
+
+    # memory -----------------------------------------------------------------------------------------------------------
+
+    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
+        """Change the memory after an accepted step."""
+        self._alone.call("accept", t, 0.0, poses, rates, rates)
+
+    def memory(self) -> np.ndarray:
+        """Memory as one flat array."""
+        return self.memory_of.copy()
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Restore the memory; an empty array sets it to that of the start."""
+        self.memory_of[:] = memory if len(memory) else self.first_memory
+
+    @property
+    def first_memory(self) -> np.ndarray:
+        """Memory at the start."""
+        return np.zeros(0)

@@ -1,0 +1,161 @@
+"""Group of linear springs between two bodies: deformations, laws, and assembly of forces and tangents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.interactions.bushing_planar import (
+    advance_efforts_planar,
+    force_pose_planar,
+    linearise_pose_planar,
+    pose_constants_planar,
+    stored_pose_planar,
+    widest_pose_planar,
+)
+from fsm.interactions.bushing_spatial import (
+    advance_efforts_spatial,
+    force_pose_spatial,
+    linearise_pose_spatial,
+    pose_constants_spatial,
+    stored_pose_spatial,
+    widest_pose_spatial,
+)
+from fsm.interactions.pose_planar import measure_pose_planar
+from fsm.interactions.pose_spatial import measure_pose_spatial
+from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.elements.element_cache import TwoBodyGroup
+
+Kernel = Callable[..., Any]
+
+
+class _Kernels(NamedTuple):
+    """Kernel of the deformations, and kernels that compute and assemble in one loop over the elements."""
+
+    measure: Kernel
+    constants: Kernel
+    force: Kernel
+    linearise: Kernel
+    advance: Kernel
+    stored: Kernel
+    widest: Kernel
+
+
+_ONE_PASS = {
+    3: _Kernels(
+        measure_pose_planar, pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar,
+        stored_pose_planar, widest_pose_planar,
+    ),
+    6: _Kernels(
+        measure_pose_spatial, pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial,
+        stored_pose_spatial, widest_pose_spatial,
+    ),
+}  # fmt: skip
+"""Kernels by the number of rows of a block."""
+
+
+@dataclass(frozen=True)
+class BushingGroup(TwoBodyGroup):
+    """Linear springs and dampers between relative poses.
+
+    The kernels of `fsm.interactions.bushing_planar` or `bushing_spatial` compute forces and tangents.
+
+    Attributes
+    ----------
+    bodies, geometry : see `TwoBodyGroup`
+    rest, stiffness, damping : (m, 3 or 6) arrays
+    category : (m,) int array
+        Index into `in_panels` for the energy of each element.
+    in_panels : (n,) array
+        Fraction (0 to 1) of the energy of each category that counts as energy of panels; the rest counts as energy of
+        creases.
+    names : names of the elements
+    structural : (m,) bool array
+        Joints of the structure, whose ends must stay together; other springs may have any length.
+    """
+
+    bodies: np.ndarray
+    geometry: tuple[np.ndarray, ...]
+    rest: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    category: np.ndarray
+    in_panels: np.ndarray
+    names: tuple[str, ...]
+    structural: np.ndarray
+
+    @cached_property
+    def rate_dependent(self) -> bool:
+        """See `Group`."""
+        return bool(np.any(self.damping))
+
+    @cached_property
+    def _kernels(self) -> _Kernels:
+        return _ONE_PASS[self.rest.shape[1]]
+
+    @property
+    def measure(self) -> Kernel:
+        """See `TwoBodyGroup`."""
+        return self._kernels.measure
+
+    @cached_property
+    def _constants(self) -> np.ndarray:
+        return np.asarray(self._kernels.constants(*self.geometry, self.rest, self.stiffness, self.damping))
+
+    @cached_property
+    def _no_efforts(self) -> np.ndarray:
+        """The array of efforts is empty, so the geometric stiffness uses the efforts at the present poses."""
+        return np.zeros((0, self.rest.shape[1]))
+
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
+    ) -> None:
+        """See `Group`."""
+        self._kernels.force(poses, rates, self.bodies, self._constants, *self._before(rates, past), force)
+
+    def add_linearised(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BodyPattern,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+        past: PreviousPoses | None = None,
+        efforts: np.ndarray | None = None,
+    ) -> None:
+        """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
+        self._kernels.linearise(
+            poses, rates, self.bodies, self._constants, *self._before(rates, past),
+            self._no_efforts if efforts is None else efforts, self._slots(pattern), force, stiffness, damping,
+        )  # fmt: skip
+
+    def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Bodies, constants and block positions, for `fsm.model.bodies.arrays`."""
+        return self.bodies, self._constants, self._slots(pattern)
+
+    def efforts(self, poses: np.ndarray, change: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
+        """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
+        before = self._before(change, past)
+        return np.asarray(self._kernels.advance(poses, change, self.bodies, self._constants, *before))
+
+    def gap(self, poses: np.ndarray) -> tuple[float, str]:
+        """Largest separation (m) of the two sides of a structural joint, and the name of the joint."""
+        worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.structural)
+        return apart, self.names[worst]
+
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
+    ) -> tuple[dict[str, float], float, float]:
+        """See `Group`."""
+        totals, power = self._kernels.stored(
+            poses, rates, self.bodies, self._constants, *self._before(rates, past), self.category, len(self.in_panels)
+        )
+        in_creases = float((1.0 - self.in_panels) @ totals)
+        return {"panels": float(self.in_panels @ totals), "creases": in_creases}, power, 0.0

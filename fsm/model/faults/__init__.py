@@ -1,0 +1,1 @@
+"""Faults of a scene that are found before it is solved."""

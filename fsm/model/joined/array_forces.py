@@ -1,0 +1,155 @@
+"""Kernels of bodies, ANCF elements and frames as a compiled model: places, forces, tangents; see
+`fsm.model.joined.arrays`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.kernels.jit import kernel
+from fsm.model.bodies.array_forces import place as place_bodies
+from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
+from fsm.model.bodies.array_forces import sum_tangents as sum_body_tangents
+from fsm.model.bodies.arrays import DAMPING as BODY_DAMPING
+from fsm.model.bodies.arrays import FORCE as WRENCHES
+from fsm.model.bodies.arrays import FREE, POSES, RATES, springs_of
+from fsm.model.bodies.arrays import STIFFNESS as BODY_STIFFNESS
+from fsm.model.bodies.arrays import pattern_of as body_pattern_of
+from fsm.model.bodies.contact_arrays import keep_loaded
+from fsm.model.joined.arrays import (
+    CURVATURES,
+    MEMBERS,
+    MOMENTS,
+    NEAR,
+    NODE_ROWS,
+    OF_MEMBERS,
+    OWN_RATES,
+    ROWS,
+    SLOTS,
+    STARTS,
+    TURNING,
+    Joined,
+    frames_of,
+)
+from fsm.model.joined.condense import add_condensed, add_curvatures, fold_forces
+from fsm.model.joined.frames import frame_maps, place_frames
+from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
+from fsm.model.nodes.system.array_forces import forces_of_coordinates, hold
+from fsm.model.nodes.system.array_forces import place as place_nodes
+from fsm.model.nodes.system.array_forces import sum_forces as sum_node_forces
+from fsm.model.nodes.system.array_forces import sum_tangents as sum_node_tangents
+
+
+@kernel
+def free_bodies(model: Joined) -> int:
+    """Number of free bodies."""
+    return int(integers_1d(model.bodies.table, FREE).shape[0])
+
+
+@kernel
+def _fill_maps(model: Joined) -> None:
+    """Compute maps, their derivatives, curvatures and rates of the frames at the present coordinates and moments."""
+    table, nodes, free = model.table, model.nodes.table, free_bodies(model)
+    f = frames_of(table)
+    frame_maps(
+        f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes, Q), floats_1d(nodes, U),
+        floats_2d(table, MOMENTS), floats_3d(table, MEMBERS)[2 * free :], floats_3d(table, TURNING)[2 * free :],
+        floats_3d(table, CURVATURES), floats_2d(table, OWN_RATES),
+    )  # fmt: skip
+
+
+@kernel
+def place(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Write poses and rates of all bodies and frames, and coordinates and rates of all nodes."""
+    bodies, nodes, table, free = model.bodies.table, model.nodes.table, model.table, free_bodies(model)
+    place_bodies(bodies, t, q[: 7 * free], u[: 6 * free])
+    place_nodes(nodes, t, t, q[7 * free :], u[6 * free :])
+    f, poses, rates = frames_of(table), floats_2d(bodies, POSES), floats_2d(bodies, RATES)
+    place_frames(
+        f.bodies, f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes, Q),
+        floats_2d(table, NEAR), poses,
+    )  # fmt: skip
+    _fill_maps(model)
+    own = floats_2d(table, OWN_RATES)
+    for i in range(f.bodies.shape[0]):
+        for k in range(6):
+            rates[f.bodies[i], k] = own[i, k]
+
+
+@kernel
+def _folded(model: Joined, q: np.ndarray) -> np.ndarray:
+    """Generalised forces (nu,) from the present wrenches on bodies and forces on coordinates."""
+    bodies, nodes, table, free = model.bodies.table, model.nodes.table, model.table, integers_1d(model.bodies.table, FREE)
+    f, wrenches, on_frames = frames_of(table), floats_2d(bodies, WRENCHES), floats_2d(table, OWN_RATES)
+    count = free.shape[0]
+    for i in range(f.bodies.shape[0]):
+        for k in range(6):
+            on_frames[i, k] = wrenches[f.bodies[i], k]
+    maps = floats_3d(table, MEMBERS)[2 * count :]
+    fold_forces(on_frames, f.first, integers_1d(table, NODE_ROWS), maps, floats_1d(nodes, FORCE))
+    of_nodes = forces_of_coordinates(nodes, q[7 * count :])
+    out = np.empty(6 * count + of_nodes.shape[0])
+    for i in range(count):
+        for k in range(6):
+            out[6 * i + k] = wrenches[free[i], k]
+    for i in range(of_nodes.shape[0]):
+        out[6 * count + i] = of_nodes[i]
+    return out
+
+
+@kernel
+def force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.solve.stepping.model`."""
+    place(model, t, q, u)
+    sum_body_forces(model.bodies, t, 0.0)
+    sum_node_forces(model.nodes, t, 1.0)
+    return _folded(model, q)
+
+
+@kernel
+def _set_moments(model: Joined) -> None:
+    """Compute the curvatures of the present moments on the frames."""
+    moments, wrenches = floats_2d(model.table, MOMENTS), floats_2d(model.bodies.table, WRENCHES)
+    f, any_moment = frames_of(model.table), False
+    for i in range(f.bodies.shape[0]):
+        for k in range(3):
+            moments[i, k] = wrenches[f.bodies[i], 3 + k]
+            any_moment = any_moment or (f.oriented[i] == 1 and moments[i, k] != 0.0)
+    if any_moment:  # if there are no moments, `place` has already computed all maps
+        _fill_maps(model)
+    moments[:] = 0.0
+
+
+@kernel
+def _condense(model: Joined) -> None:
+    """Add the tangents between bodies and frames to the joined matrices."""
+    bodies, nodes, table = model.bodies.table, model.nodes.table, model.table
+    p, joined = body_pattern_of(bodies), joined_pattern_of(nodes)
+    stiffness, damping = floats_3d(nodes, STIFFNESS), floats_3d(nodes, DAMPING)
+    by_pose, by_rate = floats_3d(bodies, BODY_STIFFNESS), floats_3d(bodies, BODY_DAMPING)
+    first, starts, slots = integers_1d(table, OF_MEMBERS), integers_1d(table, STARTS), integers_1d(table, SLOTS)
+    members, turning = floats_3d(table, MEMBERS), floats_3d(table, TURNING)
+    add_condensed(p.rows, p.columns, by_pose, first, members, members, starts, slots, stiffness)
+    add_condensed(p.rows, p.columns, by_rate, first, members, members, starts, slots, damping)
+    add_condensed(p.rows, p.columns, by_rate, first, members, turning, starts, slots, stiffness)
+    f = frames_of(table)
+    add_curvatures(
+        joined.rows, joined.columns, f.first, integers_1d(table, ROWS), f.along, f.across, floats_3d(table, CURVATURES),
+        stiffness,
+    )  # fmt: skip
+
+
+@kernel
+def renewed_force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.solve.stepping.model`."""
+    place(model, t, q, u)
+    sum_body_tangents(model.bodies, t, 0.0, springs_of(model.bodies.table).last[:0], q[:0], False)
+    keep_loaded(model.bodies.groups)
+    floats_3d(model.nodes.table, DAMPING)[:] = 0.0
+    sum_node_tangents(model.nodes, t, 1.0)
+    _set_moments(model)
+    _condense(model)
+    hold(model.nodes.table)
+    return _folded(model, q)

@@ -1,0 +1,193 @@
+"""One block matrix for bodies and ANCF nodes: frames are replaced by the nodal vectors that carry them.
+
+Bodies have blocks of six rows, and ANCF nodes have vectors of three rows. In the joined matrix all blocks have three
+rows. A body has two blocks (translation, rotation), and a vector has one block. A frame has no rows; the frame's forces and
+tangents go to its vectors by the maps of `fsm.model.joined.frames`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.kernels.blocks import BlockPattern
+from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import find_slot
+from fsm.model.joined.frames import Frames
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedPattern:
+    """Pattern of the joined matrix, and the places in it of the blocks between bodies.
+
+    Attributes
+    ----------
+    pattern : BlockPattern
+        Blocks of three rows.
+    starts : (n + 1,) int array
+        The blocks of block k between bodies (or frames) are at `slots[starts[k] : starts[k + 1]]`, ordered by members of its
+        row, then of its column.
+    slots : int array
+    """
+
+    pattern: BlockPattern
+    starts: np.ndarray
+    slots: np.ndarray
+
+
+def members_of(n_free: int, frames: Frames) -> tuple[np.ndarray, np.ndarray]:
+    """Block rows of the joined matrix that free bodies and frames have.
+
+    Returns
+    -------
+    first : (n_free + n_frames + 1,) int array
+        The members of body or frame i are `rows[first[i] : first[i + 1]]`.
+    rows : int array
+    """
+    counts = np.concatenate([np.full(n_free, 2), np.diff(frames.first)])
+    first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    rows = np.concatenate([np.arange(2 * n_free), 2 * n_free + frames.vectors // 3]).astype(np.int64)
+    return first, rows
+
+
+def joined_pattern(
+    count: int, bodies: BlockPattern, first: np.ndarray, rows: np.ndarray, elements: list[np.ndarray]
+) -> JoinedPattern:
+    """Pattern of the joined matrix.
+
+    Parameters
+    ----------
+    count : int
+        Block rows.
+    bodies : BlockPattern
+        Pattern between free bodies and frames.
+    first, rows : see `members_of`
+    elements : list of (m, v) int arrays
+        Block rows that each ANCF element joins.
+    """
+    diagonal = np.arange(count)
+    keys = [diagonal * count + diagonal]
+    for joined in elements:
+        keys.append(np.unique(joined[:, :, None] * count + joined[:, None, :]))
+    starts = np.zeros(len(bodies.indices) + 1, dtype=np.int64)
+    pairs = []
+    for k, (i, j) in enumerate(zip(bodies.rows, bodies.indices, strict=True)):
+        row, column = rows[first[i] : first[i + 1]], rows[first[j] : first[j + 1]]
+        pairs.append((row[:, None] * count + column[None, :]).ravel())
+        starts[k + 1] = starts[k] + len(pairs[-1])
+    own = np.concatenate([np.zeros(0, dtype=np.int64), *pairs])
+    unique = np.unique(np.concatenate([*keys, own]))
+    row, column = np.divmod(unique, max(count, 1))
+    indptr = np.searchsorted(row, np.arange(count + 1)).astype(np.int64)
+    pattern = BlockPattern(indptr, column.astype(np.int64), 3)
+    return JoinedPattern(pattern, starts, np.searchsorted(unique, own).astype(np.int64))
+
+
+@kernel
+def add_condensed(
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    data: np.ndarray,
+    first: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    starts: np.ndarray,
+    slots: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Add L_p^T B R_q of all blocks B between bodies or frames, for all members p of the row and q of the column.
+
+    Parameters
+    ----------
+    indptr, indices, data : block matrix between bodies and frames, blocks (6, 6)
+    first : (n + 1,) int array
+        See `members_of`.
+    left, right : (m, 6, 3) arrays
+        L and R of every member.
+    starts, slots : see `JoinedPattern`
+    out : (n_blocks, 3, 3) array, changed in place
+    """
+    work = np.empty((3, 6))
+    for i in range(indptr.shape[0] - 1):
+        for k in range(indptr[i], indptr[i + 1]):
+            j = indices[k]
+            at = starts[k]
+            if not np.any(data[k]):
+                continue  # this is true for most blocks, because most points of films have no contact
+            for p in range(first[i], first[i + 1]):
+                for a in range(3):
+                    for c in range(6):
+                        total = 0.0
+                        for b in range(6):
+                            total += left[p, b, a] * data[k, b, c]
+                        work[a, c] = total
+                for q in range(first[j], first[j + 1]):
+                    block = out[slots[at]]
+                    at += 1
+                    for a in range(3):
+                        for b in range(3):
+                            total = 0.0
+                            for c in range(6):
+                                total += work[a, c] * right[q, c, b]
+                            block[a, b] += total
+
+
+@kernel
+def add_curvatures(
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    frames: np.ndarray,
+    rows: np.ndarray,
+    along: np.ndarray,
+    across: np.ndarray,
+    curvatures: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Subtract the derivatives of T^T (0, m) with respect to the vectors of each frame, at constant m, from the stiffness.
+
+    Parameters
+    ----------
+    indptr, indices : joined pattern
+    frames : (n + 1,) int array
+        First vector of every frame.
+    rows : (m,) int array
+        Block row of every vector.
+    along, across, curvatures : see `fsm.model.joined.frames.frame_maps`
+    out : (n_blocks, 3, 3) array, changed in place
+    """
+    for i in range(frames.shape[0] - 1):
+        h = curvatures[i]
+        if not np.any(h):
+            continue  # these are frames without moment, for example contact points of films
+        for p in range(frames[i], frames[i + 1]):
+            for q in range(frames[i], frames[i + 1]):
+                block = out[find_slot(indptr, indices, rows[p], rows[q])]
+                aa, ab = along[p] * along[q], along[p] * across[q]
+                ba, bb = across[p] * along[q], across[p] * across[q]
+                for c in range(3):
+                    for d in range(3):
+                        block[c, d] -= aa * h[c, d] + ab * h[c, 3 + d] + ba * h[3 + c, d] + bb * h[3 + c, 3 + d]
+
+
+@kernel
+def fold_forces(wrenches: np.ndarray, first: np.ndarray, rows: np.ndarray, maps: np.ndarray, out: np.ndarray) -> None:
+    """Add T^T (f, m) of all bodies and frames to the generalised forces.
+
+    Parameters
+    ----------
+    wrenches : (n, 6) array
+        Force and moment of every free body, and then of every frame.
+    first, rows : see `members_of`
+    maps : (m, 6, 3) array
+    out : (3 n_rows,) array, changed in place
+    """
+    for i in range(wrenches.shape[0]):
+        if not np.any(wrenches[i]):
+            continue
+        for p in range(first[i], first[i + 1]):
+            for c in range(3):
+                total = 0.0
+                for k in range(6):
+                    total += maps[p, k, c] * wrenches[i, k]
+                out[3 * rows[p] + c] += total

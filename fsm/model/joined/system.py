@@ -1,0 +1,433 @@
+"""System of rigid bodies and ANCF elements that act on each other through frames.
+
+A frame is a body without degrees of freedom that a material point of an element carries. Springs, creases, contacts and
+loads act on it as on any body. The body's wrenches and tangents go to the nodal vectors of the element
+(`fsm.model.joined.frames`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from fsm.case.models.loads import Load
+from fsm.kernels.blocks import BlockMatrix, BlockPattern, LowRank
+from fsm.kernels.body_poses import increment_blocks, pose_difference
+from fsm.model.bodies.configuration import Bodies
+from fsm.model.bodies.drive import PrescribedMotion
+from fsm.model.bodies.group import Group
+from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.joined.chambers import Chambers
+from fsm.model.joined.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern
+from fsm.model.joined.configuration import JoinedConfiguration
+from fsm.model.joined.drawn_lines import DrawnLines
+from fsm.model.joined.frames import Frames
+from fsm.model.joined.pressure import Pressure
+from fsm.model.joined.records import joined_energy
+from fsm.model.nodes.assembly import slots_of
+from fsm.model.nodes.facets.facet_group import FacetGroup
+from fsm.model.nodes.facets.pressure import PressedFaces
+from fsm.model.nodes.matrices import mass_data, set_held
+from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.interface.records import Energy, Linearised, Observation, PreviousState, Ready
+from fsm.solve.stepping.model import ArrayModel
+from fsm.text.load_names import PRESSURE
+
+if TYPE_CHECKING:
+    from fsm.model.system.contact_arrays_of import ContactModel
+
+_OF_GAS = 0.01
+"""Shortest step times omega of a motion against a gas."""
+
+
+class JoinedSystem(JoinedConfiguration):
+    """System of rigid bodies, ANCF elements and their connections; implements the `System` protocol.
+
+    Parameters
+    ----------
+    bodies, motions, groups, contacts, pair_names, elements, frames, lines : see `JoinedConfiguration`
+    faces : PressedFaces or None
+        Triangles of a sheet that can carry a pressure.
+    pressures : pressures on them (`fsm.case.models.loads.Load`)
+    chambers : Chambers or None
+        Chambers of gas; their state is shared by all variants.
+    """
+
+    def __init__(
+        self,
+        bodies: Bodies,
+        motions: tuple[PrescribedMotion, ...],
+        groups: tuple[Group, ...],
+        contacts: tuple[ContactGroup, ...],
+        pair_names: tuple[str, ...],
+        elements: AncfSystem,
+        frames: Frames,
+        lines: DrawnLines,
+        faces: PressedFaces | None = None,
+        pressures: tuple[Load, ...] = (),
+        chambers: Chambers | None = None,
+    ) -> None:
+        super().__init__(bodies, motions, groups, contacts, pair_names, elements, frames, lines)
+        self.faces, self.pressures = faces, tuple(Pressure.of(load, faces) for load in pressures if faces is not None)
+        self.chambers = chambers
+        self._array_near = self._near
+        self._joined: JoinedPattern | None = None
+        self._joined_of: BlockPattern | None = None
+        self._slots: list[np.ndarray] = []
+        self._pressed: list[np.ndarray] = []
+        self._enclosed: list[list[np.ndarray]] = []
+
+    def variant(
+        self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
+        pressures: tuple[Load, ...] = (),
+    ) -> JoinedSystem:
+        """See `SegmentSystem`."""
+        contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
+        return JoinedSystem(
+            bodies, motions, groups, contacts, self.pair_names, self.elements, self.frames, self.lines, self.faces,
+            pressures, self.chambers,
+        )  # fmt: skip
+
+    # inertia --------------------------------------------------------------------------------------------------------
+
+    def mass(self, q: np.ndarray) -> sparse.csr_matrix:
+        """See `System`; constant."""
+        return self._joined_mass
+
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return np.asarray(self._joined_mass @ u)
+
+    @cached_property
+    def _joined_mass(self) -> sparse.csr_matrix:
+        nodes = self.elements.mass(q=self.elements.start)
+        return sparse.block_diag([sparse.diags_array(self._mass), nodes], format="csr")
+
+    def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
+        """See `System`."""
+        mesh = self.elements.mesh
+        data = mass_data([*(group.mass() for group in mesh.groups), *mesh.masses], pattern, self._nu)
+        set_held(self._fixed, pattern.indptr, pattern.indices, self.elements.held_mass, data)
+        blocks = self._mass.reshape(-1, 3)
+        data[pattern.diagonal[: len(blocks), None], range(3), range(3)] = blocks
+        return data
+
+    def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        force = self.force(t, q, u)
+        nodes = self.elements.mass_solve(force[self._nu :])
+        return np.concatenate([force[: self._nu] / self._mass, nodes])
+
+    # forces ---------------------------------------------------------------------------------------------------------
+
+    def _members(self, maps: np.ndarray) -> np.ndarray:
+        """Maps of the members of bodies and frames, (m, 6, 3); a body has its two halves."""
+        halves = np.zeros((self.n_free, 2, 6, 3))
+        halves[:, 0, range(3), range(3)] = 1.0
+        halves[:, 1, range(3, 6), range(3)] = 1.0
+        return np.concatenate([halves.reshape(-1, 6, 3), maps])
+
+    def _generalised(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
+        whole: bool = True,
+    ) -> np.ndarray:
+        out = self._all_generalised(t, q, u, before, forces, whole)
+        out[self._nu :] = self.elements.free_forces(q[self._nq :], out[self._nu :])
+        return out
+
+    def _all_generalised(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
+        whole: bool = True,
+    ) -> np.ndarray:
+        """Forces (nu,) on all coordinates, held ones included."""
+        nodes = q[self._nq :]
+        here, rates = self.elements.place(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
+        out = np.zeros(self.nu)
+        if whole:
+            out[self._nu :] = self.elements.all_forces(t, here, rates)
+            for pressure in self.pressures:
+                pressure.add_force(t, here, out[self._nu :])
+            if self.chambers is not None:
+                self.chambers.add_force(t, here, out[self._nu :])
+        maps = self._maps(here, np.zeros_like(here), None)[0]
+        fold_forces(forces[self._ordered], self._first, self._rows, self._members(maps), out)
+        return out
+
+    def node_reactions(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
+    ) -> np.ndarray:
+        """Forces that hold the coordinates of the ANCF nodes, flat, N and N m; 0 for free coordinates.
+
+        Only in motion, the inertia of free coordinates contributes.
+        """
+        forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
+        force = self._all_generalised(t, q, u, before, forces)[self._nu :]
+        in_motion = before is None and u is not None
+        return self.elements.held_forces(force) if in_motion else np.where(self.elements.fixed, -force, 0.0)
+
+    def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        nodes = q[self._nq :]
+        out = np.zeros(self.nu)
+        wrenches = np.ascontiguousarray(rows.reshape(-1, 6)[: len(self._ordered)])
+        fold_forces(wrenches, self._first, self._rows, self._members(self._maps(nodes, np.zeros_like(nodes), None)[0]), out)
+        out[self._fixed.ravel()] = 0.0
+        return out
+
+    def _pattern_of(self, bodies: BodyPattern) -> JoinedPattern:
+        if self._joined is None or self._joined_of is not bodies:
+            mesh, shift = self.elements.mesh, 2 * self.n_free
+            vectors = [group.vectors for group in mesh.groups] + [part.vectors for part in mesh.masses]
+            vectors += [load.faces.vectors for load in self.pressures]
+            vectors += [] if self.chambers is None else self.chambers.vectors
+            joined = [vector // 3 + shift for vector in vectors if len(vector)]
+            self._joined = joined_pattern(self.nu // 3, bodies, self._first, self._rows, joined)
+            self._joined_of = bodies
+            pattern = self._joined.pattern
+            self._slots = [
+                slots_of(np.ascontiguousarray(group.vectors + self._nu), 3, pattern.indptr, pattern.indices)
+                for group in mesh.groups
+            ]
+            self._pressed = [
+                slots_of(load.faces.vectors + self._nu, 3, pattern.indptr, pattern.indices) for load in self.pressures
+            ]
+            self._enclosed = [] if self.chambers is None else self.chambers.slots(self._nu, pattern)
+        return self._joined
+
+    def _assembled(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        pattern: BodyPattern,
+        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        by_rates: np.ndarray | None,
+        efforts: np.ndarray | None = None,
+    ) -> Linearised:
+        wrenches, body_stiffness, body_damping = sums
+        joined = self._pattern_of(pattern)
+        nodes = q[self._nq :]
+        here, rates = self.elements.place(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
+        at_rest = np.zeros_like(here) if rates is None else rates
+        moments = np.ascontiguousarray(wrenches[self.frames.bodies, 3:])
+        maps, turns, curvatures, _ = self._maps(here, at_rest, moments)
+        members = self._members(maps)
+        stiffness, damping = joined.pattern.zeros(), joined.pattern.zeros()
+        blocks = pattern.indptr, pattern.indices
+        places = joined.starts, joined.slots
+        add_condensed(*blocks, body_stiffness, self._first, members, members, *places, stiffness)
+        add_condensed(*blocks, body_damping, self._first, members, members, *places, damping)
+        if u is not None:
+            turning = np.concatenate([np.zeros((2 * self.n_free, 6, 3)), turns])
+            acting = body_damping if by_rates is None else by_rates
+            add_condensed(*blocks, acting, self._first, members, turning, *places, stiffness)
+        add_curvatures(
+            joined.pattern.indptr, joined.pattern.indices, self.frames.first, self._vector_rows, self.frames.along,
+            self.frames.across, curvatures, stiffness,
+        )  # fmt: skip
+        force = np.zeros(self.nu)
+        own = force[self._nu :]
+        first = 0
+        for group, slots in zip(self.elements.mesh.groups, self._slots, strict=True):
+            if efforts is not None and isinstance(group, FacetGroup):
+                last = first + group.effort_count
+                group.add_linearised(here, rates, slots, own, stiffness, damping, efforts[first:last])
+                first = last
+            else:
+                group.add_linearised(here, rates, slots, own, stiffness, damping)
+        self.elements.add_loads(t, rates, own)
+        for load, slots in zip(self.pressures, self._pressed, strict=True):
+            load.add_linearised(t, here, slots, own, stiffness)
+        low_rank = None if self.chambers is None else self._add_gas(t, here, own, stiffness)
+        fold_forces(wrenches[self._ordered], self._first, self._rows, members, force)
+        own[:] = self.elements.free_forces(nodes, own)
+        set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, self.elements.held_stiffness, stiffness)
+        set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, 0.0, damping)
+        tangent = BlockMatrix(joined.pattern, stiffness, low_rank)
+        return Linearised(force, tangent, BlockMatrix(joined.pattern, damping))
+
+    def _add_gas(self, t: float, nodes: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> LowRank | None:
+        """Add forces and stiffness of gas at given coordinates of the nodes; returns the stiffness of low rank, if any."""
+        assert self.chambers is not None
+        found = self.chambers.add_linearised(t, nodes, self._enclosed, force, stiffness)
+        if found is None:
+            return None
+        vectors = np.zeros((len(found.vectors), self.nu))
+        vectors[:, self._nu :] = np.where(self.elements.fixed, 0.0, found.vectors)
+        return LowRank(vectors, found.weights)
+
+    def efforts(
+        self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
+    ) -> np.ndarray:
+        """See `MixedSystem`; efforts of springs, then membrane efforts of flexible facets."""
+        of_springs = super().efforts(t, q, before, dx)
+        here, _ = self.elements.place(t, q[self._nq :], None)
+        moved = None
+        if dx is not None:
+            moved = dx[self._nu :].copy()
+            moved[self.elements.fixed] = 0.0
+        facets = (group for group in self.elements.mesh.groups if isinstance(group, FacetGroup))
+        return np.concatenate([of_springs, *(group.efforts(here, moved) for group in facets)])
+
+    def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
+        if before is None or u is None:
+            return None
+        return np.asarray(increment_blocks(pose_difference(before[1][: self._nq], q[: self._nq])))
+
+    # energies and records -------------------------------------------------------------------------------------------
+
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
+        """See `System`."""
+        return self._with_nodes(super().energy(t, q, u, before), t, q, u, before)
+
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
+        """See `System`."""
+        observed = super().observe(t, q, u, before)
+        reaction = observed.reaction
+        # held coordinates are supports; statics does not need the reactions of supports while the system moves
+        if u is None or before is not None:
+            held = self.node_reactions(t, q, u, before)[self.elements.mesh.is_position]
+            reaction = max(reaction, float(np.linalg.norm(held.reshape(-1, 3), axis=1).max(initial=0.0)))
+        energy = self._with_nodes(observed.energy, t, q, u, before)
+        return replace(observed, energy=energy, reaction=reaction)
+
+    def _with_nodes(
+        self, bodies: Energy, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
+    ) -> Energy:
+        nodes = None if u is None else u[self._nu :]
+        of_nodes = self.elements.energy(t, q[self._nq :], nodes, self._nodes_before(before))
+        if self.chambers is not None:
+            here, _ = self.elements.place(t, q[self._nq :], None)
+            of_nodes.potential["gas"] = self.chambers.energy(t, here)
+        return joined_energy(bodies, of_nodes, self._power_of_pressures(t, q, u, before))
+
+    # pressures ------------------------------------------------------------------------------------------------------
+
+    def _power_of_pressures(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
+    ) -> float:
+        """Power of all pressures and of the supply of gas, W."""
+        if u is None or not (self.pressures or self.chambers):
+            return 0.0
+        here, rates = self.elements.place(t, q[self._nq :], u[self._nu :], self._nodes_before(before))
+        assert rates is not None
+        force = np.zeros(len(here))
+        for pressure in self.pressures:
+            pressure.add_force(t, here, force)
+        of_gas = 0.0
+        if self.chambers is not None:
+            of_gas = self.chambers.power(t, here, rates, None if before is None else before[0])
+        return float(force @ rates) + of_gas
+
+    def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`; pressures and gas are included."""
+        out = super().force_rate(t, q)
+        if self.pressures or self.chambers:
+            here, _ = self.elements.place(t, q[self._nq :], None)
+            for pressure in self.pressures:
+                pressure.add_force_rate(t, here, out[self._nu :])
+            if self.chambers is not None:
+                self.chambers.add_force_rate(t, here, out[self._nu :])
+            out[self._fixed.ravel()] = 0.0
+        return out
+
+    def chamber_nodes(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Coordinates of the nodes, flat, as `Chambers` has them."""
+        return self.elements.place(t, q[self._nq :], None)[0]
+
+    def break_times(self) -> list[float]:
+        """See `System`; pressures and gas are included."""
+        of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
+        of_pressures = (time for pressure in self.pressures for time in pressure.time.breaks())
+        return sorted({*super().break_times(), *of_pressures, *of_gas})
+
+    def peak_times(self) -> list[float]:
+        """See `System`; pressures and gas are included."""
+        of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
+        of_pressures = (time for pressure in self.pressures for time in pressure.time.peaks())
+        return sorted({*super().peak_times(), *of_pressures, *of_gas, *self.elements.peak_times()})
+
+    def shortest_step(self) -> float:
+        """See `System`; the result is at most a small fraction of 1/omega of the softest motion against the gas, at the
+        present pressure.
+        """
+        found, chambers = super().shortest_step(), self.chambers
+        if chambers is None or not found:
+            return found
+        nodes = self.elements.place(0.0, self.initial()[0][self._nq :], None)[0]
+        for stiffness, gradient in chambers.compressions(nodes):
+            free = np.where(self.elements.fixed, 0.0, gradient)
+            squared = stiffness * float(free @ self.elements.mass_solve(free))
+            found = min(found, _OF_GAS / math.sqrt(squared)) if squared > 0.0 else found
+        return found
+
+    def load_displacements(
+        self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
+    ) -> dict[str, tuple[float, float]]:
+        """See `SegmentSystem`; a pressure has its size (Pa) and its swept volume (m^3)."""
+        out = super().load_displacements(start, end)
+        one, two = (self.elements.place(t, q[self._nq :], None)[0] for t, q in (start, end))
+        for pressure in self.pressures:
+            out[pressure.name + PRESSURE] = pressure.size(end[0]), pressure.faces.swept(one, two)
+        if self.chambers is not None:
+            gases = self.chambers.pressures_and_changes((start[0], one), (end[0], two))
+            out |= {name + PRESSURE: pair for name, pair in gases.items()}
+        return out
+
+    # memory ---------------------------------------------------------------------------------------------------------
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
+        """See `System`: also stores the quaternions of frames and the fold angles, because both must remain
+        continuous.
+        """
+        super().commit(t, q, u, before)
+        self.elements.commit(t, q[self._nq :], u[self._nu :])
+        if self.chambers is not None:
+            self.chambers.commit(t, self.chamber_nodes(t, q))
+        self._near = self._poses(t, q)[self.frames.bodies, 3:].copy()
+
+    def memory(self) -> np.ndarray:
+        """See `System`: quaternions of the frames, memory of the elements, gas, then memory of the bodies."""
+        gas = np.zeros(0) if self.chambers is None else self.chambers.gases.memory()
+        return np.concatenate([self._near.ravel(), self.elements.memory(), gas, super().memory()])
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `System`."""
+        size = self._near.size
+        self._near = memory[:size].reshape(-1, 4).copy() if len(memory) else self._start_near.copy()
+        self._with_frames, self._moving_frames = [], None
+        last = size + self.elements.remembered
+        self.elements.restore(memory[size:last])
+        if self.chambers is not None:
+            size, last = last, last + self.chambers.gases.remembered
+            self.chambers.gases.restore(memory[size:last])
+        super().restore(memory[last:])
+
+    # arrays ---------------------------------------------------------------------------------------------------------
+
+    def _arrays_of(
+        self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
+    ) -> tuple[ArrayModel, tuple[object, ...]]:
+        from fsm.model.joined.arrays_of import joined_arrays_of
+
+        joined, self._array_near = self._pattern_of(pattern), self._near.copy()
+        members = self._first, self._rows, self._members(np.zeros((len(self.frames.vectors), 6, 3)))
+        return joined_arrays_of(
+            self, pattern, joined, self._slots, self._fixed, members, self._array_near, ready, contacts
+        )
+
+    def to_arrays(self, resolve: bool) -> None:
+        """See `System`: memory of contacts, and quaternions of the frames."""
+        super().to_arrays(resolve)
+        self._array_near[:] = self._near
+
+    def from_arrays(self) -> np.ndarray:
+        """See `to_arrays`."""
+        self._near = self._array_near.copy()
+        return super().from_arrays()

@@ -1,0 +1,1 @@
+"""Absolute nodal coordinates: shape functions, groups, cables and bars; nodes have positions and slopes."""

@@ -1,0 +1,181 @@
+"""ANCF meshes as a compiled model (`ArrayModel`), for compiled steps and equilibria (see `fsm.solve.stepping.model`).
+
+The model covers all elements of the package with loads, moved and held coordinates, gravity and damping by mass. A mesh with
+other elements takes the same steps in Python. A new kind of element needs its kernels (`fsm.model.nodes.array_cables`) and a
+line in `fsm.model.nodes.system.arrays_of`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, integers_1d
+from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
+from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import pieces_at
+from fsm.kernels.programs import Pieces
+
+
+class Rows(NamedTuple):
+    """A sparse matrix by rows."""
+
+    first: np.ndarray
+    columns: np.ndarray
+    values: np.ndarray
+
+
+class Moved(NamedTuple):
+    """Moved coordinates: index, motion and displacement of each, and the program of each motion."""
+
+    coordinates: np.ndarray
+    motions: np.ndarray
+    displacements: np.ndarray
+    programs: Pieces
+
+
+class Arrays(NamedTuple):
+    """Arrays of a mesh with its loads; each has n entries, one per coordinate, unless stated otherwise.
+
+    Attributes
+    ----------
+    q, u, force : present coordinates, rates and forces
+    start : coordinates at which held coordinates stay
+    fixed : (n_nodes, size) int array
+        1 for held and moved coordinates, else 0.
+    weight : N
+    stiffness, damping, matrix, mass, full_mass : block data
+        `mass` has the rows of held coordinates replaced, `full_mass` has not.
+    factors, mass_factors : block data of the pattern with fill-in
+    numbers : (4,) array
+        Stiffness of the oscillators of held coordinates; damping by mass, 1/s; 1 if forces depend on rates, else 0; present
+        time, s.
+    forcings : (n_loads, n) array
+        Forces at the factor 1.
+    sizes : (n_motions,) array
+        Norm of the displacement of each motion.
+    kinds : (n_groups,) int array
+        1 for panels, 2 for creases, else 0.
+    cleared, diagonal : int arrays
+        Positions, in the flat block data, of the rows and columns of held coordinates, and of their diagonal entries.
+    last, last_time : coordinates and (1,) time at the end of the last step
+    kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
+    rows, full_rows : `mass` and `full_mass`, stored by rows
+    forcing_programs, moved, pattern : arrays of each
+    """
+
+    q: np.ndarray
+    u: np.ndarray
+    force: np.ndarray
+    start: np.ndarray
+    fixed: np.ndarray
+    weight: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    matrix: np.ndarray
+    mass: np.ndarray
+    full_mass: np.ndarray
+    factors: np.ndarray
+    mass_factors: np.ndarray
+    numbers: np.ndarray
+    forcings: np.ndarray
+    sizes: np.ndarray
+    kinds: np.ndarray
+    cleared: np.ndarray
+    diagonal: np.ndarray
+    last: np.ndarray
+    last_time: np.ndarray
+    kept_stiffness: np.ndarray
+    kept_damping: np.ndarray
+    rows: Rows
+    full_rows: Rows
+    forcing_programs: Pieces
+    moved: Moved
+    pattern: Pattern
+
+
+class Coordinates(NamedTuple):
+    """Model of `Arrays` by their addresses.
+
+    Attributes
+    ----------
+    table : table of `fsm.kernels.addresses`, of `Arrays`
+    kernels : (n_groups, 6) int array
+        Addresses of the kernels of each group of elements, in the order of `FORCE_AT` and so on.
+    tables : (n_groups, m, 4) int array
+        Table of the arrays of each group.
+    accepting : (k,) int array
+        Addresses of kernels that record each accepted state, with its time; arguments as in `kernels`.
+    accept_tables : (k, m, 4) int array
+        Table of the arrays of each of these kernels.
+    flags : (3,) int array, see `fsm.kernels.block_equations`
+    equations : EquationKernels
+    """
+
+    table: np.ndarray
+    kernels: np.ndarray
+    tables: np.ndarray
+    accepting: np.ndarray
+    accept_tables: np.ndarray
+    flags: np.ndarray
+    equations: EquationKernels
+
+
+FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT, PUT_IN_AT, SLID_AT = range(6)
+"""Columns of `Coordinates.kernels`. All kernels have the arguments table, table of the group, and a number: 1 in
+motion, 0 at rest.
+
+The first column adds forces. The second adds forces and tangents. The third returns the stored energy (J), the fourth
+the dissipated power of dampers (W). The fifth returns the power that elements put into the system (W), the sixth the power
+that their memory dissipates (W); their number is the size of the accepted step that ends at the present state (s), or zero
+for the power of the present rates.
+"""
+(
+    Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,
+    FORCINGS, SIZES, KINDS, CLEARED, DIAGONAL, LAST, LAST_TIME, KEPT_STIFFNESS, KEPT_DAMPING,
+    _MASS_ROWS,
+) = range(24)  # fmt: skip
+"""Rows of `Coordinates.table`."""
+_FULL_ROWS = _MASS_ROWS + len(Rows._fields)
+_PROGRAMS = _FULL_ROWS + len(Rows._fields)
+_MOVED = _PROGRAMS + len(Pieces._fields)
+_PATTERN = _MOVED + 3 + len(Pieces._fields)
+HELD_STIFFNESS, DAMPED, RATE_DEPENDENT, NOW = range(4)
+"""Indices of `Arrays.numbers`."""
+
+
+@kernel
+def _rows_of(t: np.ndarray, k: int) -> Rows:
+    return Rows(integers_1d(t, k), integers_1d(t, k + 1), floats_1d(t, k + 2))
+
+
+@kernel
+def mass_of(t: np.ndarray) -> Rows:
+    """Mass matrix of the table with oscillators in place of held coordinates."""
+    return _rows_of(t, _MASS_ROWS)
+
+
+@kernel
+def full_mass_of(t: np.ndarray) -> Rows:
+    """Mass matrix of the table."""
+    return _rows_of(t, _FULL_ROWS)
+
+
+@kernel
+def forcing_programs(t: np.ndarray) -> Pieces:
+    """Programs of the loads of the table."""
+    return pieces_at(t, _PROGRAMS)
+
+
+@kernel
+def moved_of(t: np.ndarray) -> Moved:
+    """Moved coordinates of the table."""
+    k = _MOVED
+    return Moved(integers_1d(t, k), integers_1d(t, k + 1), floats_1d(t, k + 2), pieces_at(t, k + 3))
+
+
+@kernel
+def pattern_of(t: np.ndarray) -> Pattern:
+    """Pattern of the table."""
+    return pattern_at(t, _PATTERN)

@@ -1,0 +1,1 @@
+"""Planar beams and the hinges between them."""

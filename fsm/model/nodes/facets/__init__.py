@@ -1,0 +1,1 @@
+"""Flexible facets: triangles, folds, creases of films, pressure."""

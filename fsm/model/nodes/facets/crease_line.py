@@ -1,0 +1,103 @@
+"""Creases of a film: lines along which its slope jumps, with a torsional spring.
+
+The slopes a = r_X before the line and b = r_X behind it are separate. The tangent c = r_Y of the line is common.
+`fsm.model.nodes.facets.fold_angle` defines the rotation psi from a to b. The moment is k (psi - psi_free) + tau k psi'; the
+moment is positive upwards: from x towards z for a line along y. Each node has a share of k in proportion to its share of the
+width.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fsm.kernels.programs import CONSTANT, table_of
+from fsm.laws.crease import CreaseLaws
+from fsm.laws.crease_sliders import no_sliders
+from fsm.model.nodes.facets.fold_kernels import (
+    FoldArrays,
+    FoldCurves,
+    FoldPath,
+    add_force,
+    add_tangent,
+    dissipation,
+    stored_energy,
+)
+from fsm.model.nodes.group import MassPart
+
+
+@dataclass(frozen=True, eq=False)
+class CreaseLineGroup:
+    """Nodes of crease lines; see the module docstring.
+
+    Attributes
+    ----------
+    vectors : (m, 3) int array
+        First coordinates of a, b and c.
+    stiffness : (m,) array, N m/rad
+        Stiffness of each node's share of the line.
+    free_turn : (m,) array, rad
+        Rotation at zero moment.
+    near : (m,) array, rad
+        Rotations are determined within half a turn of this value.
+    viscosity : s
+        Kelvin-Voigt time tau.
+    """
+
+    vectors: np.ndarray
+    stiffness: np.ndarray
+    free_turn: np.ndarray
+    near: np.ndarray
+    viscosity: float = 0.0
+    name: str = "creases"
+
+    @property
+    def rate_dependent(self) -> bool:
+        """See `ElementGroup`."""
+        return self.viscosity > 0.0
+
+    def mass(self) -> MassPart:
+        """See `ElementGroup`; crease lines have no mass."""
+        return MassPart(np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3, 3)), np.eye(3))
+
+    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        add_force(self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, force)
+
+    def add_linearised(
+        self,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        slots: np.ndarray,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """See `ElementGroup`."""
+        add_tangent(
+            self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, slots, stiffness.shape[1],
+            force, stiffness.reshape(-1), damping.reshape(-1),
+        )  # fmt: skip
+
+    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
+        """See `ElementGroup`."""
+        lost = 0.0 if u is None or not self.viscosity else float(dissipation(self.arrays, q, u))
+        return float(stored_energy(self.arrays, q)), lost
+
+    @cached_property
+    def arrays(self) -> FoldArrays:
+        """Arrays of the kernels, as folds with the curve M(o) = o."""
+        count = len(self.vectors)
+        numbers, weights = np.zeros(count, dtype=np.int64), np.broadcast_to(np.eye(3), (count, 3, 3))
+        unit = np.array([0, 1]), np.zeros(1), np.array([[0.0, 0.0, 1.0, 0.0]]), np.zeros(1)
+        curves = CreaseLaws(np.array(self.free_turn, dtype=float), np.ones(count), np.zeros(count), numbers, *unit)
+        stiffness = np.array(self.stiffness, dtype=float)
+        law = FoldCurves(curves, stiffness, np.zeros(0), np.array([math.pi]))
+        return FoldArrays(
+            np.ascontiguousarray(self.vectors), np.ascontiguousarray(weights), np.array(self.near, dtype=float),
+            self.viscosity * stiffness, law,
+            FoldPath(np.zeros(0), table_of([CONSTANT]), np.zeros(0, dtype=np.int64), no_sliders()),
+        )  # fmt: skip

@@ -1,0 +1,144 @@
+"""Laws of folds: moment of a fold as a function of its angle, with the memory of the path.
+
+The moment of fold i at the angle psi is
+
+    M = s M_c(psi) + k_r (tan(c d)/c - d) + M_n - k d_r(t) + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
+
+M_c is the curve of `fsm.laws.crease`, with the friction slider of `fsm.laws.crease_sliders` if it has two branches. s is the
+share of the fold. The second term acts beyond the angle p and becomes infinite where facets meet (Liu and Paulino,
+2017). Its energy grows only with the logarithm of the remaining angle r = pi - |psi|: an impact of the energy E would stop
+at r = exp(-E c^2/k_r), which is zero in floating-point numbers. The moment M_n of facets that nearly touch has the energy
+
+    U_n = 100 (k_r/c^2) (r_n/r - 1)^3    for r < r_n = (pi - p)/20
+
+Its moment and slope are continuous, and an impact stops at r = r_n/(1 + (E c^2/(100 k_r))^(1/3)). At larger remaining
+angles the law is that of Liu and Paulino. The fourth term is a load: the rest angle of a linear fold with the
+stiffness k moves by d_r.
+
+Fold angles are continuous. Fold angles differ by less than half a turn from the fold angles of the last accepted state, so
+they may exceed 180 degrees.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.kernels.programs import CONSTANT, Program, table_of
+from fsm.laws.crease import CreaseLaws
+from fsm.laws.crease_sliders import Sliders, accept_sliders, no_sliders
+from fsm.model.nodes.facets.fold_kernels import FoldCurves, FoldPath, fold_efforts, fold_moments, openings, slider_energies
+
+
+class FoldEnergy(NamedTuple):
+    """Stored energy (J) of all folds, and powers (W): dissipated by dampers and sliders, input of sliders, and input of
+    the load.
+    """
+
+    stored: float
+    dissipated: float
+    sliding: float
+    load: float
+
+
+@dataclass(eq=False)
+class FoldLaws:
+    """Laws of (m,) folds; see the module docstring.
+
+    Attributes
+    ----------
+    start : (m,) array, rad
+        Fold angles at the start; the angles of the first state are within half a turn of these values.
+    curves : CreaseLaws
+        Curves without dampers; the opening is o = rest - side psi.
+    share : (m,) array
+        Factor s of each curve.
+    damping : (m,) array, N m s/rad
+    turning : (m,) array, N m
+        Stiffness times the change of the rest angle at the factor 1.
+    time : factor of `turning` as a function of time
+    linear_to : rad
+        Angle p; pi: never reached.
+    rise : (m,) array, N m/rad
+        Stiffness k_r.
+    sliders : Sliders of unit shares, or None
+    chosen : (n,) int array
+        Folds of the sliders.
+    """
+
+    start: np.ndarray
+    curves: CreaseLaws
+    share: np.ndarray
+    damping: np.ndarray
+    turning: np.ndarray
+    time: Program = CONSTANT
+    linear_to: float = math.pi
+    rise: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    sliders: Sliders | None = None
+    chosen: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def __post_init__(self) -> None:
+        self.near = np.array(self.start, dtype=float)
+
+    @cached_property
+    def without_memory(self) -> FoldCurves:
+        """Laws without dampers, sliders and moving rest angles."""
+        share, rise = np.array(self.share, dtype=float), np.array(self.rise, dtype=float)
+        return FoldCurves(self.curves, share, rise, np.array([self.linear_to]))
+
+    @cached_property
+    def path(self) -> FoldPath:
+        """Sliders and moving rest angles."""
+        turning = np.array(self.turning, dtype=float) if np.any(self.turning) else np.zeros(0)
+        sliders = no_sliders() if self.sliders is None else self.sliders
+        return FoldPath(turning, table_of([self.time]), np.array(self.chosen, dtype=np.int64), sliders)
+
+    @cached_property
+    def rate_dependent(self) -> bool:
+        """Whether moments depend on rates."""
+        return bool(np.any(self.damping))
+
+    def moments(self, t: float, angle: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Moments (m,) against the fold angle, N m, and their slopes, N m/rad."""
+        moment, slope = fold_moments(self.without_memory, self.path, np.array(self.damping, dtype=float), t, angle, rate)
+        return moment, slope
+
+    def energy(
+        self, t: float, angle: np.ndarray, rate: np.ndarray, duration: float | None = None, other: np.ndarray | None = None
+    ) -> FoldEnergy:
+        """Energy and powers; `duration` and the angles `other` at the other end of a step have the same meaning as in
+        `slider_energy`.
+        """
+        stored = float(fold_efforts(self.without_memory, angle)[0].sum())
+        per_second, opened = 0.0 if duration is None else 1.0 / duration, angle if other is None else other
+        kept, sliding = slider_energies(self.without_memory, self.path, t, angle, rate, per_second, opened)
+        power, stored = float(self.damping @ rate**2), stored + kept
+        return FoldEnergy(stored, power + sliding, sliding, self.time.at(t)[0] * float(self.turning @ rate))
+
+    # memory -----------------------------------------------------------------------------------------------------------
+
+    def commit(self, t: float, angle: np.ndarray) -> None:
+        """Store the angles of an accepted state."""
+        self.near[:] = angle
+        if self.sliders is not None:
+            accept_sliders(self.sliders, t, openings(self.without_memory, self.path, angle))
+
+    @property
+    def remembered(self) -> int:
+        """Length of `memory`."""
+        return len(self.start) + (0 if self.sliders is None else len(self.sliders.memory))
+
+    def memory(self) -> np.ndarray:
+        """Memory as one flat array."""
+        return np.concatenate([self.near, [] if self.sliders is None else self.sliders.memory])
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Restore the memory; an empty array resets it."""
+        count = len(self.start)
+        self.near[:] = memory[:count] if len(memory) else self.start
+        if self.sliders is not None:
+            self.sliders.memory[:] = memory[count:] if len(memory) else self.sliders.first

@@ -1,0 +1,1 @@
+"""Membrane elements, wrinkles, and the air around a film."""

@@ -1,0 +1,1 @@
+"""Systems of meshes: builder, matrices, compiled model, vibration in few modes."""

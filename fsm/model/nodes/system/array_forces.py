@@ -1,0 +1,206 @@
+"""Kernels of a mesh as a compiled model (`ArrayModel`): forces, tangents and equations; see `fsm.model.nodes.arrays`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.block_equations import set_factors, solution
+from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import program_at
+from fsm.kernels.pointers import call_at
+from fsm.model.nodes.arrays import (
+    CLEARED,
+    DAMPED,
+    DAMPING,
+    DIAGONAL,
+    FACTORS,
+    FIXED,
+    FORCE,
+    FORCE_AT,
+    FORCINGS,
+    FULL_MASS,
+    HELD_STIFFNESS,
+    MASS,
+    MATRIX,
+    NOW,
+    NUMBERS,
+    RATE_DEPENDENT,
+    START,
+    STIFFNESS,
+    TANGENT_AT,
+    WEIGHT,
+    Coordinates,
+    Q,
+    Rows,
+    U,
+    forcing_programs,
+    full_mass_of,
+    moved_of,
+    pattern_of,
+)
+from fsm.solve.stepping.vectors import copy_into
+
+
+@kernel
+def rows_times(rows: Rows, vector: np.ndarray) -> np.ndarray:
+    """Product of a matrix that is stored by rows, and a vector (n,)."""
+    out = np.empty(vector.shape[0])
+    for i in range(out.shape[0]):
+        total = 0.0
+        for k in range(rows.first[i], rows.first[i + 1]):
+            total += rows.values[k] * vector[rows.columns[k]]
+        out[i] = total
+    return out
+
+
+@kernel
+def place(table: np.ndarray, t: float, since: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Write coordinates and rates; moved coordinates get their values at time t. Rates are mean values since the time
+    `since`, if this time is before t (s).
+    """
+    here, rates, start = floats_1d(table, Q), floats_1d(table, U), floats_1d(table, START)
+    copy_into(q, here)
+    copy_into(u, rates)
+    floats_1d(table, NUMBERS)[NOW] = t
+    moved = moved_of(table)
+    for i in range(moved.coordinates.shape[0]):
+        value, slope, _ = program_at(moved.programs, moved.motions[i], t)
+        if since < t:
+            slope = (value - program_at(moved.programs, moved.motions[i], since)[0]) / (t - since)
+        k = moved.coordinates[i]
+        here[k] = start[k] + value * moved.displacements[i]
+        rates[k] = slope * moved.displacements[i]
+
+
+@kernel
+def _add_loads(table: np.ndarray, t: float, moving: float) -> None:
+    """Add weight, loads, damping by mass and the inertia of moved coordinates to the forces."""
+    force, weight, forcings = floats_1d(table, FORCE), floats_1d(table, WEIGHT), floats_2d(table, FORCINGS)
+    programs, moved, rates = forcing_programs(table), moved_of(table), floats_1d(table, U)
+    for i in range(force.shape[0]):
+        force[i] += weight[i]
+    for k in range(forcings.shape[0]):
+        factor = program_at(programs, k, t)[0]
+        for i in range(force.shape[0]):
+            force[i] += factor * forcings[k, i]
+    if moving == 0.0:
+        return
+    damped = floats_1d(table, NUMBERS)[DAMPED]
+    if damped == 0.0 and moved.coordinates.shape[0] == 0:
+        return
+    change = np.empty(force.shape[0])
+    for i in range(force.shape[0]):
+        change[i] = damped * rates[i]
+    for i in range(moved.coordinates.shape[0]):
+        change[moved.coordinates[i]] += program_at(moved.programs, moved.motions[i], t)[2] * moved.displacements[i]
+    inertial = rows_times(full_mass_of(table), change)
+    for i in range(force.shape[0]):
+        force[i] -= inertial[i]
+
+
+@kernel
+def sum_forces(model: Coordinates, t: float, moving: float) -> None:
+    """Write the forces on all coordinates at the present state."""
+    total = floats_1d(model.table, FORCE)
+    for i in range(total.shape[0]):
+        total[i] = 0.0
+    for k in range(model.kernels.shape[0]):
+        call_at(model.kernels[k, FORCE_AT], model.table, model.tables[k], moving)
+    _add_loads(model.table, t, moving)
+
+
+@kernel
+def forces_of_coordinates(table: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Forces (n,). At held coordinates, the result is the force of the springs that keep them at their initial values."""
+    total, start, fixed = floats_1d(table, FORCE), floats_1d(table, START), integers_2d(table, FIXED)
+    stiff, size, out = floats_1d(table, NUMBERS)[HELD_STIFFNESS], fixed.shape[1], np.empty(q.shape[0])
+    for i in range(fixed.shape[0]):
+        for a in range(size):
+            k = i * size + a
+            out[k] = -stiff * (q[k] - start[k]) if fixed[i, a] == 1 else total[k]
+    return out
+
+
+@kernel
+def force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.solve.stepping.model`."""
+    place(model.table, t, t, q, u)
+    sum_forces(model, t, 1.0)
+    return forces_of_coordinates(model.table, q)
+
+
+@kernel
+def _hold(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
+    """Set the rows and columns of held coordinates in block data, as `fsm.model.nodes.matrices.set_held`."""
+    flat, cleared, places = data.reshape(-1), integers_1d(table, CLEARED), integers_1d(table, DIAGONAL)
+    for i in range(cleared.shape[0]):
+        flat[cleared[i]] = 0.0
+    for i in range(places.shape[0]):
+        flat[places[i]] = diagonal
+
+
+@kernel
+def hold(table: np.ndarray) -> None:
+    """Set the rows and columns of held coordinates in K and D."""
+    _hold(table, floats_1d(table, NUMBERS)[HELD_STIFFNESS], floats_3d(table, STIFFNESS))
+    _hold(table, 0.0, floats_3d(table, DAMPING))
+
+
+@kernel
+def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
+    """Write the forces on all coordinates at the present state, K and D. Supports have no effect here; see `hold`."""
+    table = model.table
+    total, stiffness, damping = floats_1d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    for i in range(total.shape[0]):
+        total[i] = 0.0
+    numbers = floats_1d(table, NUMBERS)
+    stiffness[:] = 0.0
+    if numbers[RATE_DEPENDENT] > 0.0:
+        damping[:] = 0.0
+    for k in range(model.kernels.shape[0]):
+        call_at(model.kernels[k, TANGENT_AT], table, model.tables[k], moving)
+    _add_loads(table, t, moving)
+    if numbers[DAMPED] > 0.0:
+        flat, mass = damping.reshape(-1), floats_3d(table, FULL_MASS).reshape(-1)
+        for i in range(flat.shape[0]):
+            flat[i] += numbers[DAMPED] * mass[i]
+
+
+@kernel
+def renewed_force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.solve.stepping.model`."""
+    place(model.table, t, t, q, u)
+    sum_tangents(model, t, 1.0)
+    hold(model.table)
+    return forces_of_coordinates(model.table, q)
+
+
+# equations --------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def factorise_matrix(model: Coordinates) -> bool:
+    """Factorise the matrix; false if it is singular."""
+    table = model.table
+    return set_factors(
+        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags
+    )
+
+
+@kernel
+def set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float) -> None:
+    """Write K + by_rate D + by_acceleration M to the matrix."""
+    matrix, stiffness = floats_3d(table, MATRIX).reshape(-1), floats_3d(table, STIFFNESS).reshape(-1)
+    damping, mass = floats_3d(table, DAMPING).reshape(-1), floats_3d(table, MASS).reshape(-1)
+    for i in range(matrix.shape[0]):
+        matrix[i] = stiffness[i] + (by_rate * damping[i] + by_acceleration * mass[i])
+
+
+@kernel
+def solve(model: Coordinates, right: np.ndarray) -> np.ndarray:
+    """See `fsm.solve.stepping.model`."""
+    table = model.table
+    return solution(
+        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags, right
+    )

@@ -1,0 +1,195 @@
+"""Arrays of a mesh for compiled steps, if all its elements and loads have arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from fsm.kernels.addresses import address_table
+from fsm.kernels.block_equations import equation_kernels, pattern_arrays
+from fsm.kernels.block_lu import factorise
+from fsm.kernels.blocks import BlockPattern, Elimination
+from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import Pointer
+from fsm.kernels.programs import table_of
+from fsm.model.nodes.array_bars import BARS, arrays_of_bars
+from fsm.model.nodes.array_cables import CABLES, arrays_of_cables
+from fsm.model.nodes.arrays import Arrays, Coordinates, Moved, Rows
+from fsm.model.nodes.beams.array_beams import BEAMS, arrays_of_beams
+from fsm.model.nodes.beams.array_hinges import HINGES, arrays_of_hinges
+from fsm.model.nodes.beams.beam_group import BeamGroup
+from fsm.model.nodes.beams.hinge import HingeGroup
+from fsm.model.nodes.cable import CableGroup
+from fsm.model.nodes.facets.array_facets import FACETS, arrays_of_facets
+from fsm.model.nodes.facets.array_folds import FOLDS, arrays_of_folds
+from fsm.model.nodes.facets.crease_line import CreaseLineGroup
+from fsm.model.nodes.facets.facet_group import FacetGroup
+from fsm.model.nodes.facets.folds import FoldGroup
+from fsm.model.nodes.films.array_films import FILMS, arrays_of_films
+from fsm.model.nodes.films.film import MembraneGroup
+from fsm.model.nodes.matrices import set_held
+from fsm.model.nodes.system.array_kernels import AT_REST, KERNELS
+from fsm.model.nodes.truss import BarGroup
+from fsm.solve.interface.records import Ready
+from fsm.solve.stepping.equilibrium import RestModel
+from fsm.solve.stepping.model import ArrayModel
+
+if TYPE_CHECKING:
+    from fsm.model.nodes.system.moving_mesh import MovingMesh
+
+_KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.ndarray]]]] = {
+    CableGroup: (CABLES, arrays_of_cables),
+    MembraneGroup: (FILMS, arrays_of_films),
+    BeamGroup: (BEAMS, arrays_of_beams),
+    HingeGroup: (HINGES, arrays_of_hinges),
+    FoldGroup: (FOLDS, arrays_of_folds),
+    CreaseLineGroup: (FOLDS, arrays_of_folds),
+    BarGroup: (BARS, arrays_of_bars),
+    FacetGroup: (FACETS, arrays_of_facets),
+}
+"""By kind of group: kernels in the order of the columns of `Coordinates.kernels`, and the arrays of a group."""
+
+
+@kernel
+def _none(table: np.ndarray, own: np.ndarray, number: float) -> float:
+    """Power of elements without time and memory."""
+    return 0.0
+
+
+_KINDS = {"panels": 1, "creases": 2}
+
+
+def parts_in_python(system: MovingMesh) -> tuple[str, ...]:
+    """Reasons why the steps of a mesh are computed in Python; empty for compiled steps."""
+    reasons = [] if hasattr(KERNELS.force, "compile") else ["the compiler is off (NUMBA_DISABLE_JIT)"]
+    names = (group.name for group in system.mesh.groups if type(group) not in _KERNELS)
+    return (*reasons, *(f"{name} have no compiled form" for name in dict.fromkeys(names)))
+
+
+class Compiled:
+    """Compiled models of a system without parts in Python: in motion, and at rest. Both models share all arrays."""
+
+    def __init__(self, system: MovingMesh, ready: Ready) -> None:
+        self._arrays, self._held = coordinates_of(system, Matrices.of(system, ready))
+        self._state = system.initial()
+
+    @cached_property
+    def model(self) -> ArrayModel:
+        """Model for time steps."""
+        return ArrayModel.of(KERNELS, self._arrays, *self._state)
+
+    @cached_property
+    def at_rest(self) -> RestModel:
+        """Model for equilibria."""
+        return RestModel.of(AT_REST, self._arrays, self._state[0])
+
+
+class Matrices(NamedTuple):
+    """Block matrices that contain the coordinates of a mesh.
+
+    Attributes
+    ----------
+    pattern : BlockPattern
+    known, factors : symbolic factorisation of the pattern, and data for the factors
+    fixed : (n_rows, size) array
+        Held and moved coordinates.
+    mass, full_mass : block data, see `Arrays`
+    slots : list of (m, v, v) arrays
+        See `ElementGroup.add_linearised`.
+    """
+
+    pattern: BlockPattern
+    known: Elimination
+    factors: np.ndarray
+    fixed: np.ndarray
+    mass: np.ndarray
+    full_mass: np.ndarray
+    slots: list[np.ndarray]
+
+    @classmethod
+    def of(cls, system: MovingMesh, ready: Ready) -> Matrices:
+        """Matrices of a mesh alone."""
+        pattern = system.pattern
+        fixed, mass = system.fixed.reshape(-1, pattern.size), system.inertia(system.start, pattern)
+        return cls(pattern, *ready(pattern), fixed, mass, system.full_mass, system.slots)
+
+
+def coordinates_of(system: MovingMesh, matrices: Matrices) -> tuple[Coordinates, list[np.ndarray]]:
+    """Model of the coordinates of a system, and all arrays whose addresses the model contains."""
+    pattern, known, factors, fixed, mass, full_mass, all_slots = matrices
+    loading, n = system.loading, system.nu
+    p = pattern_arrays(pattern, known)
+    mass_factors = np.zeros(factors.shape)
+    if loading.motions:
+        factorise(mass, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, mass_factors)
+    forcings = np.array([forcing.vector for forcing in loading.forcings], dtype=float).reshape(-1, n)
+    arrays = Arrays(
+        np.zeros(n), np.zeros(n), np.zeros(n), system.start,
+        system.fixed.astype(np.int64).reshape(-1, system.pattern.size),
+        system.weight, pattern.zeros(), pattern.zeros(), pattern.zeros(), mass, full_mass, np.zeros(factors.shape),
+        mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent), 0.0]), forcings,
+        np.array([float(np.linalg.norm(motion.displacement)) for motion in loading.motions]),
+        np.array([_KINDS.get(group.name, 0) for group in system.mesh.groups], dtype=np.int64), *_held(fixed, pattern),
+        np.zeros(n), np.zeros(1), pattern.zeros(), pattern.zeros(),
+        _rows(system.mass(system.start)), _rows(system.full_mass_matrix),
+        table_of([forcing.time for forcing in loading.forcings]), _moved(system), p,
+    )  # fmt: skip
+    flat = list(_flat(arrays))
+    table, flags = address_table(flat), np.zeros(3, dtype=np.int64)
+    kernels, tables = np.zeros((len(system.mesh.groups), 6), dtype=np.int64), []
+    for row, group, slots in zip(kernels, system.mesh.groups, all_slots, strict=True):
+        own, arrays_of_group = _KERNELS[type(group)]
+        held = arrays_of_group(group, slots)
+        flat += held
+        tables.append(address_table(held))
+        all_kernels = (*own, *(_none,) * (len(row) - len(own)))
+        row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in all_kernels]
+    accepting, accept_tables = [], []
+    for one, held in system.accepting():
+        flat += held
+        accept_tables.append(address_table(held))
+        accepting.append(Pointer(one, table, accept_tables[-1], 0.0).address)
+    model = Coordinates(
+        table, kernels, _padded(tables), np.array(accepting, dtype=np.int64), _padded(accept_tables), flags,
+        equation_kernels(p, mass, mass_factors, system.start),
+    )  # fmt: skip
+    return model, flat
+
+
+def _padded(tables: list[np.ndarray]) -> np.ndarray:
+    """Tables (k, m, 4), all with the number of rows of the longest table."""
+    out = np.zeros((len(tables), max(map(len, tables), default=0), 4), dtype=np.int64)
+    for place, table in zip(out, tables, strict=True):
+        place[: len(table)] = table
+    return out
+
+
+def _flat(arrays: Any) -> list[np.ndarray]:
+    return [array for part in arrays for array in (_flat(part) if isinstance(part, tuple) else [part])]
+
+
+def _rows(matrix: sparse.csr_matrix) -> Rows:
+    return Rows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), np.ascontiguousarray(matrix.data))
+
+
+def _held(fixed: np.ndarray, pattern: BlockPattern) -> tuple[np.ndarray, np.ndarray]:
+    """Positions, in the flat block data, of the rows and columns of held coordinates, and of their diagonal entries."""
+    marked = np.ones_like(pattern.zeros())
+    set_held(fixed, pattern.indptr, pattern.indices, 2.0, marked)
+    return np.flatnonzero(marked == 0.0), np.flatnonzero(marked == 2.0)
+
+
+def _moved(system: MovingMesh) -> Moved:
+    motions = system.loading.motions
+    numbers = [np.full(len(motion.coordinates), k) for k, motion in enumerate(motions)]
+    none: list[Any] = [np.zeros(0)]
+    return Moved(
+        np.concatenate(none + [motion.coordinates for motion in motions]).astype(np.int64),
+        np.concatenate(none + numbers).astype(np.int64),
+        np.concatenate(none + [motion.displacement for motion in motions]).astype(float),
+        table_of([motion.time for motion in motions]),
+    )  # fmt: skip

@@ -1,0 +1,272 @@
+"""Bars with axial laws between points, for bar-and-hinge models of folded sheets; `fsm.model.nodes.facets.folds` contains
+their rotational springs.
+
+A bar of unstressed length L and stiffness E A has the stretch s = l/L and the energy E A L W(s). The laws are as follows;
+the last law is that of Liu and Paulino (2017):
+
+    linear   W = (s - 1)^2/2
+    green    W = (s^2 - 1)^2/8
+    ogden    W = [(s^a - 1)/a - (s^b - 1)/b]/(a - b)
+
+The axial force is E A (W' + tau s') with the Kelvin-Voigt time tau.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+from fsm.model.nodes.group import MassPart
+from fsm.solve.interface.records import PreviousState
+
+_LAWS = ("linear", "green", "ogden")
+_LINEAR, _GREEN = 0.0, 1.0
+_VISCOSITY = 3
+"""Index of tau in `BarArrays.law`."""
+
+
+class BarArrays(NamedTuple):
+    """Arrays of m bars for the kernels.
+
+    Attributes
+    ----------
+    vectors : (m, 2) int array
+    sizes : (m, 2) array
+        Unstressed length (m) and E A (N).
+    law : (4,) array
+        Number of the law in the order above, a and b of the last law, and the Kelvin-Voigt time tau (s).
+    """
+
+    vectors: np.ndarray
+    sizes: np.ndarray
+    law: np.ndarray
+
+
+@dataclass(eq=False)
+class BarGroup:
+    """Straight bars between two points each; see the module docstring.
+
+    Attributes
+    ----------
+    vectors : (m, 2) int array
+        First coordinates of the positions.
+    length : (m,) array, m
+        Unstressed lengths.
+    stiffness : (m,) array, N
+        E A.
+    law : "linear", "green" or "ogden"
+    exponents : a and b of "ogden"
+    viscosity : s
+        Kelvin-Voigt time tau.
+    """
+
+    vectors: np.ndarray
+    length: np.ndarray
+    stiffness: np.ndarray
+    law: str = "linear"
+    exponents: tuple[float, float] = (5.0, 1.0)
+    viscosity: float = 0.0
+    name: str = "bars"
+    _before: PreviousState | None = field(default=None, init=False)
+    _duration: float = field(default=0.0, init=False)
+
+    @property
+    def rate_dependent(self) -> bool:
+        """See `ElementGroup`."""
+        return self.viscosity > 0.0
+
+    def mass(self) -> MassPart:
+        """See `ElementGroup`; bars have no mass."""
+        return MassPart(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2, 2)), np.eye(3))
+
+    def at(self, t: float, before: PreviousState | None) -> None:
+        """See `TimedGroup`."""
+        self._duration = 0.0 if before is None else t - before[0]
+        self._before = before if self._duration else None
+
+    def stretches(self, q: np.ndarray) -> np.ndarray:
+        """Stretch l/L of every bar, (m,)."""
+        return np.asarray(_stretches(self.arrays, q))
+
+    def forces(self, q: np.ndarray) -> np.ndarray:
+        """Axial force of every bar at rest, (m,), N; tension is positive."""
+        return np.asarray(_forces(self.arrays, q))
+
+    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        add_force(self.arrays, q, self._rates(q, u), force)
+
+    def add_linearised(
+        self, q: np.ndarray, u: np.ndarray | None, slots: np.ndarray, force: np.ndarray, stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:  # fmt: skip
+        """See `ElementGroup`."""
+        rates, size = self._rates(q, u), stiffness.shape[1]
+        add_force(self.arrays, q, rates, force)
+        add_tangent(
+            self.arrays, q, q if u is None else u, rates, 0.0 if u is None or self._before is not None else 1.0,
+            0.0 if u is None else 1.0, slots, size, stiffness.reshape(-1), damping.reshape(-1),
+        )  # fmt: skip
+
+    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
+        """See `ElementGroup`."""
+        return float(stored_energy(self.arrays, q)), float(dissipation(self.arrays, self._rates(q, u)))
+
+    def _rates(self, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+        """Rates of the stretches, (m,), 1/s: means over a step of a path, else the rates at the velocities u."""
+        if u is None or not self.viscosity:
+            return np.zeros(len(self.vectors))
+        if self._before is not None:
+            return np.asarray((self.stretches(q) - self.stretches(self._before[1])) / self._duration)
+        return np.asarray(stretch_rates(self.arrays, q, u))
+
+    @cached_property
+    def arrays(self) -> BarArrays:
+        """Arrays of the kernels."""
+        sizes = np.ascontiguousarray(np.column_stack([self.length, self.stiffness]))
+        law = np.array([float(_LAWS.index(self.law)), *self.exponents, self.viscosity])
+        return BarArrays(np.ascontiguousarray(self.vectors), sizes, law)
+
+
+@kernel
+def _power_integral(s: float, a: float) -> float:
+    """Integral of s^(a - 1) from 1: (s^a - 1)/a, or log(s) for a = 0."""
+    return math.log(s) if a == 0.0 else (s**a - 1.0) / a
+
+
+@kernel
+def _energies(law: np.ndarray, s: float) -> tuple[float, float, float]:
+    """W of a stretch, and its first and second derivatives."""
+    if law[0] == _LINEAR:
+        return 0.5 * (s - 1.0) ** 2, s - 1.0, 1.0
+    if law[0] == _GREEN:
+        strain = 0.5 * (s * s - 1.0)
+        return 0.5 * strain**2, strain * s, strain + s * s
+    a, b = law[1], law[2]
+    value = (_power_integral(s, a) - _power_integral(s, b)) / (a - b)
+    first = (s ** (a - 1.0) - s ** (b - 1.0)) / (a - b)
+    return value, first, ((a - 1.0) * s ** (a - 2.0) - (b - 1.0) * s ** (b - 2.0)) / (a - b)
+
+
+@kernel(inline=True)
+def _length(vectors: np.ndarray, q: np.ndarray, along: np.ndarray) -> float:
+    """Length of a bar, and its direction (3,)."""
+    total = 0.0
+    for a in range(3):
+        along[a] = q[vectors[1] + a] - q[vectors[0] + a]
+        total += along[a] * along[a]
+    total = math.sqrt(total)
+    for a in range(3):
+        along[a] /= total
+    return total
+
+
+@kernel
+def _stretches(bars: BarArrays, q: np.ndarray) -> np.ndarray:
+    along, out = np.empty(3), np.empty(bars.vectors.shape[0])
+    for k in range(out.shape[0]):
+        out[k] = _length(bars.vectors[k], q, along) / bars.sizes[k, 0]
+    return out
+
+
+@kernel
+def _forces(bars: BarArrays, q: np.ndarray) -> np.ndarray:
+    out = _stretches(bars, q)
+    for k in range(out.shape[0]):
+        out[k] = bars.sizes[k, 1] * _energies(bars.law, out[k])[1]
+    return out
+
+
+@kernel
+def stretch_rates(bars: BarArrays, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Rates of the stretches, (m,), 1/s."""
+    along, out = np.empty(3), np.empty(bars.vectors.shape[0])
+    for k in range(out.shape[0]):
+        _length(bars.vectors[k], q, along)
+        total = 0.0
+        for a in range(3):
+            total += along[a] * (u[bars.vectors[k, 1] + a] - u[bars.vectors[k, 0] + a])
+        out[k] = total / bars.sizes[k, 0]
+    return out
+
+
+@kernel
+def stored_energy(bars: BarArrays, q: np.ndarray) -> float:
+    """Energy of all bars, J."""
+    along, total = np.empty(3), 0.0
+    for k in range(bars.vectors.shape[0]):
+        length, stiff = bars.sizes[k, 0], bars.sizes[k, 1]
+        total += stiff * length * _energies(bars.law, _length(bars.vectors[k], q, along) / length)[0]
+    return total
+
+
+@kernel
+def dissipation(bars: BarArrays, rates: np.ndarray) -> float:
+    """Dissipated power of all bars, W, from the rates of the stretches."""
+    total = 0.0
+    for k in range(rates.shape[0]):
+        total += bars.law[_VISCOSITY] * bars.sizes[k, 0] * bars.sizes[k, 1] * rates[k] * rates[k]
+    return total
+
+
+@kernel
+def add_force(bars: BarArrays, q: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+    """Add the forces of all bars, with the rates (m,) of their stretches."""
+    along = np.empty(3)
+    for k in range(bars.vectors.shape[0]):
+        first, last = bars.vectors[k, 0], bars.vectors[k, 1]
+        stretch = _length(bars.vectors[k], q, along) / bars.sizes[k, 0]
+        axial = bars.sizes[k, 1] * (_energies(bars.law, stretch)[1] + bars.law[_VISCOSITY] * rates[k])
+        for a in range(3):
+            force[first + a] += axial * along[a]
+            force[last + a] -= axial * along[a]
+
+
+@kernel
+def add_tangent(
+    bars: BarArrays, q: np.ndarray, u: np.ndarray, rates: np.ndarray, turning: float, moving: float, slots: np.ndarray,
+    size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
+) -> None:  # fmt: skip
+    """Add -dh/dq and -dh/du to the flat block data.
+
+    Parameters
+    ----------
+    bars : BarArrays
+    q, u : (n,) arrays
+    rates : (m,) array, 1/s
+        Rates of the stretches.
+    turning : 1 if these rates depend on q by u, else 0
+    moving : 1 in motion, 0 at rest
+    slots : (m, 2, 2) int array, see `ElementGroup.add_linearised`
+    size : size of the blocks
+    into_stiffness, into_damping : flat block data
+    """
+    along, across = np.empty(3), np.zeros(3)
+    viscosity = bars.law[_VISCOSITY]
+    for k in range(bars.vectors.shape[0]):
+        length, stiff = bars.sizes[k, 0], bars.sizes[k, 1]
+        stretch = _length(bars.vectors[k], q, along) / length
+        _, first, second = _energies(bars.law, stretch)
+        axial = stiff * second / length
+        aside = stiff * (first + viscosity * rates[k]) / (stretch * length)
+        damper = viscosity * stiff / length
+        if turning == 1.0:
+            for a in range(3):
+                across[a] = u[bars.vectors[k, 1] + a] - u[bars.vectors[k, 0] + a] - rates[k] * length * along[a]
+        for a in range(3):
+            for b in range(3):
+                dyad = along[a] * along[b]
+                value = (axial - aside) * dyad + (aside if a == b else 0.0)
+                if turning == 1.0:
+                    value += damper / (stretch * length) * along[a] * across[b]
+                for i in range(2):
+                    for j in range(2):
+                        sign = 1.0 if i == j else -1.0
+                        into_stiffness[slots[k, i, j] + a * size + b] += sign * value
+                        if damper != 0.0 and moving == 1.0:
+                            into_damping[slots[k, i, j] + a * size + b] += sign * damper * dyad

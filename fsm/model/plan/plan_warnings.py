@@ -1,0 +1,51 @@
+"""Warnings on loads and drives of a plan that have no effect or do not reach their end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
+from fsm.case.plan.step_items import loads_of
+from fsm.model.bodies.drive import program_of
+from fsm.model.plan.plan import Plan
+
+_SHORT = 1e-6
+"""Fraction of a travel that may be missing when the travel counts as complete."""
+
+
+def plan_warnings(case: Case, scene: Scene, plan: Plan | None) -> list[str]:
+    """Warnings on loads without effect and on drives that `solve.end_time` stops; `plan`: of a case with `[[step]]`."""
+    return [*_loads_on_held(case, scene, plan), *_stopped_drives(case, scene)]
+
+
+def _loads_on_held(case: Case, scene: Scene, plan: Plan | None) -> Iterator[str]:
+    """Warning for each load on a body that is held whenever the load acts."""
+    if plan is None:
+        held = frozenset(body.name for body in scene.bodies if body.held) - {frame.name for frame in scene.frames}
+        acting = [(load, held) for _, load in loads_of(case)]
+    else:
+        acting = [(load, step.held) for step in plan.steps for load in step.loads]
+    moving = {load.called for load, held in acting if load.body not in held}
+    for name, body in {load.called: load.body for load, _ in acting if load.called not in moving}.items():
+        hint = "; strip.held lists the held panels" if case.strip is not None else ""
+        yield f"load {name!r} has no effect: body {body!r} is held and does not move{hint}"
+
+
+def _stopped_drives(case: Case, scene: Scene) -> list[str]:
+    """Warning for each drive that `solve.end_time` stops before the end of its travel."""
+    end, lines = case.solve.end_time, list[str]()
+    if end is None or case.step:
+        return lines
+    for number, drive in enumerate(scene.drives):
+        program = program_of(drive, f"drive.{number}")
+        if program.gone(end) >= program.travel * (1.0 - _SHORT):
+            continue
+        scale, unit = (1e3, "mm") if drive.turn is None else (180.0 / math.pi, "deg")
+        gone, travel = scale * program.gone(end), scale * program.travel
+        lines.append(
+            f"drive {drive.called!r} stops at {gone:.4g} of {travel:.4g} {unit}: solve.end_time = {end:.6g} s is less than "
+            f"the duration of the drive with its run-up, {program.end_time:.6g} s; remove solve.end_time, or give this time"
+        )
+    return lines

@@ -1,0 +1,1 @@
+"""The System of rigid segments: forces, steps, and its compiled model."""

@@ -1,0 +1,173 @@
+"""Arrays of a system for compiled steps, in time or in statics, if all its force elements have arrays."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fsm.interactions.bushing_planar import (
+    advance_efforts_planar,
+    deformations_pose_planar,
+    force_pose_planar,
+    linearise_pose_planar,
+    stored_pose_planar,
+)
+from fsm.interactions.bushing_spatial import (
+    advance_efforts_spatial,
+    deformations_pose_spatial,
+    force_pose_spatial,
+    linearise_pose_spatial,
+    stored_pose_spatial,
+)
+from fsm.interactions.driven import Driven
+from fsm.kernels.addresses import address_table
+from fsm.kernels.block_equations import equation_kernels, pattern_arrays
+from fsm.kernels.blocks import Elimination
+from fsm.kernels.pointers import AbsentPointer, Pointer
+from fsm.kernels.programs import table_of
+from fsm.model.bodies.array_kernels import KERNELS
+from fsm.model.bodies.arrays import Arrays, Loads, Segments, SpringKernels, Springs
+from fsm.model.bodies.loads import GravityGroup, LoadGroup
+from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.elements.element_group import ElementArrays, ElementGroup, ElementKernels
+from fsm.model.elements.elements import BushingGroup
+from fsm.model.system.contact_arrays_of import ContactModel
+from fsm.solve.interface.records import Ready
+from fsm.solve.stepping.model import ArrayModel
+
+if TYPE_CHECKING:
+    from fsm.model.system.force_system import SegmentForces
+
+_PLANAR_SPRINGS = SpringKernels(
+    force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar
+)
+_SPATIAL_SPRINGS = SpringKernels(
+    force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial
+)
+_NONE, _NO_PAIRS, _NO_NUMBERS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+def arrays_of(
+    system: SegmentForces, pattern: BodyPattern, ready: Ready, contacts: ContactModel
+) -> tuple[ArrayModel, tuple[object, ...]]:
+    """Compiled model of a system that has no part in Python, and its arrays; the caller must keep the arrays as long as the
+    model.
+    """
+    model, *arrays = segments_of(system, pattern, *ready(pattern), contacts)
+    return ArrayModel.of(KERNELS, model, *system.initial()), tuple(arrays)
+
+
+def segments_of(
+    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel,
+    statics: bool = False,
+) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
+    """Model of all bodies for time steps or for statics, its arrays, and those of groups of elements; see `arrays_of`.
+
+    `known` is the symbolic factorisation of the pattern, and `factors` contains the data of the factors.
+    """
+    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts)
+    table, springs = address_table(arrays.flat), arrays.springs
+    of_springs = _SPATIAL_SPRINGS if system.spatial else _PLANAR_SPRINGS
+    own, (poses, rates) = (springs.bodies, springs.constants), (arrays.poses, arrays.rates)
+    before, sums = (*own, springs.last, 0.0), (arrays.force, arrays.stiffness, arrays.damping)
+    model = Segments(
+        table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
+        *_addresses(elements),
+        SpringKernels(
+            Pointer(of_springs.force, poses, rates, *before, arrays.force),
+            Pointer(of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
+            Pointer(of_springs.stored, poses, rates, *before, springs.category, 1),
+            Pointer(of_springs.deformations, poses, rates, *own),
+            Pointer(of_springs.advance, poses, rates, *before)
+            if statics
+            else AbsentPointer(springs.last, poses, rates, *before),
+        ),
+        contacts.kernels, contacts.parts,
+        equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
+    )  # fmt: skip
+    return model, (arrays, rest), elements
+
+
+def change_pattern(
+    model: Segments, system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray,
+    contacts: ContactModel,
+) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:  # fmt: skip
+    """Give a model of statics the arrays of another pattern; arguments and results as in `segments_of`."""
+    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts)
+    model.table[:], model.at_rest[:] = address_table(arrays.flat), address_table(rest.flat)
+    for own, one in zip(model.element_tables, elements, strict=True):
+        own[: len(one.arrays)] = address_table(one.arrays)
+    return (arrays, rest), elements
+
+
+def _arrays(
+    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel
+) -> tuple[Arrays, Arrays, list[ElementArrays]]:  # fmt: skip
+    """Arrays of all bodies, those for tangents at zero rates, and those of groups of elements."""
+    bodies, spatial = system.bodies, system.spatial
+    weight = np.zeros((len(bodies.pose), 3 if spatial else 2))
+    springs, loads = _springs(None, pattern, system.size), _loads(None, pattern, spatial)
+    if sum(isinstance(group, BushingGroup) for group in system.groups) > 1:
+        raise ValueError("groups of springs must be merged (`fsm.model.system.merge.merged`)")
+    for group in system.groups:
+        if isinstance(group, GravityGroup):
+            weight = group.mass[:, None] * group.acceleration
+        elif isinstance(group, BushingGroup):
+            springs = _springs(group, pattern, system.size)
+        elif isinstance(group, LoadGroup):
+            loads = _loads(group, pattern, spatial)
+        elif not isinstance(group, ElementGroup | ContactGroup):
+            raise TypeError(f"{type(group).__name__} has no arrays")
+    elements = [group.compiled(pattern) for group in system.groups if isinstance(group, ElementGroup)]
+    of_pattern, (q, _) = pattern_arrays(pattern, known), system.initial()
+    poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
+    stiffness, damping, matrix = pattern.zeros(), pattern.zeros(), pattern.zeros()
+    turned, kept = np.zeros((system.n_free if spatial else 0, 6, 6)), pattern.zeros()
+    arrays = Arrays(
+        bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
+        matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
+        q.copy(), np.zeros(3), pattern.dof, np.zeros(4), of_pattern, springs, loads, _driven(system),
+    )  # fmt: skip
+    rest = arrays._replace(
+        rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
+        matrix=pattern.zeros(), factors=np.zeros(factors.shape),
+    )  # fmt: skip
+    return arrays, rest, elements
+
+
+def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
+    """Addresses (m, 6) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
+    tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
+    for row, own, one in zip(kernels, tables, elements, strict=True):
+        own[: len(one.arrays)] = address_table(one.arrays)
+        row[:] = one.kernels.addresses()
+    return kernels, tables
+
+
+def _springs(group: BushingGroup | None, pattern: BodyPattern, size: int) -> Springs:
+    if group is None:
+        slots = np.zeros((0, 4), dtype=np.int64)
+        none = np.zeros((0, size))
+        return Springs(_NO_PAIRS, np.zeros((0, 1)), slots, _NONE, _NO_NUMBERS, none, none)
+    empty = np.zeros(group.rest.shape)
+    return Springs(*group.arrays(pattern), group.category, group.in_panels, empty, empty.copy())
+
+
+def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Loads:
+    if group is None:
+        vectors = np.zeros((0, 3 if spatial else 2))
+        return Loads(_NONE, vectors, vectors, np.zeros((0, 3 if spatial else 1)), _NONE, _NONE, table_of([]))
+    return Loads(*group.arrays, group.slots(pattern), table_of([load.time for load in group.loads]))
+
+
+def _driven(system: SegmentForces) -> Driven:
+    motions = system.motions
+    turning = () if system.turns is None else system.turns.bodies
+    rows = [[turn.motion, turn.body] for turn in turning]
+    turns = [[*turn.axis, *turn.centre, *turn.arm, *turn.own] for turn in turning]
+    return Driven(
+        table_of([motion.program for motion in motions]), *system.drives,
+        np.array(rows, dtype=np.int64).reshape(-1, 2), np.array(turns, dtype=float).reshape(-1, 12),
+        np.ascontiguousarray(system.bodies.pose[system.driven]), system.scales().of_drives,
+    )  # fmt: skip

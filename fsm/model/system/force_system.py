@@ -1,0 +1,392 @@
+"""Forces and matrices of rigid segments from groups of interactions (Li and Huang 2025, eqs. 15, 16).
+
+u holds inertial velocities and body rates, so the mass matrix is diagonal and constant (principal axes). Held and driven
+bodies have no degrees of freedom; the forces on them are summed like all others and are their reactions.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from fsm.kernels.block_sum import multiply_block_diagonal
+from fsm.kernels.blocks import BlockMatrix, BlockPattern
+from fsm.kernels.body_poses import gather_free
+from fsm.kernels.newton_euler import (
+    add_gyroscopic,
+    drive_reactions,
+    gyroscopic_damping,
+)
+from fsm.model.bodies.configuration import Bodies, Configuration
+from fsm.model.bodies.drive import PrescribedMotion
+from fsm.model.bodies.group import Group, GroupSteps, PreviousPoses
+from fsm.model.bodies.pattern import BodyPattern, body_pattern
+from fsm.model.contact.contact_depths import ContactDepths
+from fsm.model.contact.contact_set import ContactSet
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.elements.element_group import ElementGroup
+from fsm.model.elements.elements import BushingGroup
+from fsm.model.plan.in_python import of_bodies
+from fsm.solve.interface.records import DriveState, Linearised, PreviousState
+from fsm.solve.interface.rest_scales import scales_at_rest
+from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales
+
+if TYPE_CHECKING:
+    from scipy import sparse
+
+
+class EndAtRest(Protocol):
+    """What compiled statics know of the end of a step (`fsm.model.system.static_arrays.StaticSegments`)."""
+
+    def to_groups(self) -> None:
+        """Give the groups the memory of the arrays, if it is newer."""
+
+    def forces_at_rest(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Force h (nu,) and the reactions of all drives at rest at the end of a step, if known."""
+
+
+class SegmentForces(Configuration):
+    """Forces, stiffness, damping and mass of finite segments; see `SegmentSystem`."""
+
+    _statics: EndAtRest | None = None
+
+    def __init__(
+        self,
+        bodies: Bodies,
+        motions: tuple[PrescribedMotion, ...],
+        groups: tuple[Group, ...],
+        contacts: tuple[ContactGroup, ...],
+        pair_names: tuple[str, ...],
+    ) -> None:
+        super().__init__(bodies, motions)
+        self._groups, self._contacts = groups, ContactSet(contacts)
+        self.pair_names = pair_names
+        self.fixed_pattern, self.of_vectors = not contacts, False
+        self.rate_dependent = any(group.rate_dependent for group in groups)
+        self._mass = bodies.inertia[bodies.free].ravel()
+        self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
+        self._dof[bodies.free] = np.arange(self.n_free)
+        self._ordered = bodies.free
+        self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
+        self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
+        self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
+        frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
+        self.bristles = any(friction.law.bristle for friction in frictions)
+        # springs without dampers do not depend on the last state
+        self._looks_back = self.rate_dependent or groups != self._springs
+        self._last_before: PreviousState | None = None
+        self._last_poses = bodies.pose
+        self._pattern: BodyPattern | None = None
+        self._pattern_version: tuple[int, ...] = ()
+        self._pattern_pairs: tuple[np.ndarray, ...] = ()
+        self._driven_pattern: BodyPattern | None = None
+        self._driven_key: tuple[int, ...] = ()
+        self.steps_of: list[tuple[Group, GroupSteps]] = []
+        self.latched: dict[str, np.ndarray] = {}
+        self.in_python = of_bodies()
+        self.spread = float(np.ptp(bodies.pose[:, : 3 if self.spatial else 2], axis=0).max())
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """Interactions, with the present memory of contacts."""
+        if self._statics is not None:
+            self._statics.to_groups()
+        return self._groups
+
+    @property
+    def contacts(self) -> ContactSet:
+        """Contact groups among the interactions, with their present memory."""
+        if self._statics is not None:
+            self._statics.to_groups()
+        return self._contacts
+
+    def scales(self) -> Scales:
+        """See `System`."""
+        return self._scales
+
+    @cached_property
+    def _scales(self) -> Scales:
+        """Typical sizes.
+
+        The scale of the length is the median length of segments, else of solids, else the distance between bodies. The scale
+        of the speed is the largest initial speed, or follows from the drives, else from the forces at rest. The contact
+        forces give the resolution of increments.
+        """
+        free = np.ones(self.nu, dtype=bool)
+        return self._sized(self._body_length, self.spread, *self._positions, free)
+
+    def _sized(self, length: float, extent: float, in_q: np.ndarray, in_u: np.ndarray, free: np.ndarray) -> Scales:
+        """Sizes as in `Scales.of`, with the drives and contacts."""
+        drives = OF_DRIVES * max((motion.pace(extent) for motion in self.motions), default=0.0)
+        fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
+        at_rest = AtRest(0.0, 0.0) if drives else scales_at_rest(self, free, in_u, max(extent, length))
+        speed, turns = max(drives, fastest) or at_rest.speed, [motion.axis is not None for motion in self.motions]
+        resolution = self.contacts.resolution
+        return Scales.of(length, extent, drives, speed, in_q, in_u, free, resolution, turns, at_rest.work)
+
+    @cached_property
+    def _positions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Whether each component of q and of u of the free bodies is a position."""
+        n = 3 if self.spatial else 2
+        width = self.bodies.pose.shape[1]
+        return np.tile(np.arange(width) < n, self.n_free), np.tile(np.arange(self.size) < n, self.n_free)
+
+    @property
+    def _body_length(self) -> float:
+        """Median length of free segments, else of free solids, else the distance between bodies, m."""
+        lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
+        lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
+        return float(np.median(lengths)) if lengths else (self.spread or 1.0)
+
+    def mass(self, q: np.ndarray) -> sparse.csr_matrix:
+        """See `System`; diagonal and constant."""
+        return self._mass_matrix
+
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return self._mass * u
+
+    @cached_property
+    def _mass_matrix(self) -> sparse.csr_matrix:
+        from scipy import sparse
+
+        return sparse.diags_array(self._mass, format="csr")
+
+    def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
+        """See `System`."""
+        data = pattern.zeros()
+        diagonal = range(self.size)
+        data[pattern.diagonal[:, None], diagonal, diagonal] = self._mass.reshape(-1, self.size)
+        return data
+
+    def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return self.force(t, q, u) / self._mass
+
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
+        """See `System`."""
+        at_rest = None if u is not None or self._statics is None else self._statics.forces_at_rest(t, q)
+        if at_rest is not None:
+            return at_rest[0]
+        forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
+        return self._generalised(t, q, u, before, forces)
+
+    def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`; the result is the product of the columns of K of driven bodies and their speed."""
+        poses, rates = self.place(t, q, None)
+        pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
+        speeds = np.zeros((pattern.order, self.size))
+        moving = self._body_rates(np.zeros(self.n_free * self.size), t)
+        speeds[pattern.dof[self.driven]] = moving[self.driven]
+        change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel()))
+        direct = np.zeros_like(rates)
+        for group in self.groups:
+            group.add_force_rate(t, poses, direct)
+        return np.asarray(change + self._folded(q, direct[self._ordered].ravel()))
+
+    def _with_driven(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        groups: tuple[Group, ...],
+        past: PreviousPoses | None = None,
+        turned: np.ndarray | None = None,
+    ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
+        """Block data of K and D of groups, and their pattern; here driven bodies count as free, and come after the free
+        bodies.
+        """
+        pairs, versions = zip(*(group.pairs(poses) for group in groups), strict=True) if groups else ((), ())
+        key = (*map(id, groups), *versions)
+        if self._driven_pattern is None or key != self._driven_key:
+            dof = self._dof.copy()
+            moving = [body for motion in self.motions for body in motion.bodies]
+            dof[moving] = len(self._ordered) + np.arange(len(moving))
+            self._driven_pattern, self._driven_key = body_pattern(dof, list(pairs), self.size), key
+        pattern = self._driven_pattern
+        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
+        by_rates = [group for group in groups if isinstance(group, ContactGroup)]
+        others = [group for group in groups if not isinstance(group, ContactGroup)]
+        for contacts in by_rates:
+            contacts.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        if by_rates and turned is not None:
+            multiply_block_diagonal(damping, turned, pattern.indices)
+        for group in others:
+            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        return pattern, stiffness, damping
+
+    # linearisation ----------------------------------------------------------------------------------------------------
+
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
+        """See `System`."""
+        return self._linearised(t, q, u, before)
+
+    def sticking_damping(self, t: float, q: np.ndarray) -> BlockMatrix | None:
+        """See `System`."""
+        if not any(group.friction is not None for group in self.contacts):
+            return None
+        poses, at_rest = self.place(t, q, None)
+        pattern = self._current_pattern(poses)
+        zeros = np.zeros(at_rest.shape), pattern.zeros(), pattern.zeros()
+        for contacts in self.contacts:
+            contacts.add_linearised(t, poses, at_rest, pattern, np.zeros(at_rest.shape), pattern.zeros(), zeros[2], None)
+        return self._assembled(t, q, None, None, pattern, zeros, None).damping
+
+    # mixed Newton method ----------------------------------------------------------------------------------------------
+
+    def linearise_mixed(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        efforts: np.ndarray,
+        depths: tuple[ContactDepths, ...],
+    ) -> Linearised:
+        """See `MixedSystem`."""
+        return self._linearised(t, q, u, before, efforts, depths)
+
+    def depths(self, most: float) -> tuple[ContactDepths, ...]:
+        """See `MixedSystem`."""
+        return tuple(group.pressed(most) for group in self.contacts)
+
+    def advance_depths(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        dx: np.ndarray,
+        depths: tuple[ContactDepths, ...],
+    ) -> tuple[ContactDepths, ...]:
+        """See `MixedSystem`."""
+        if not depths:
+            return depths
+        poses, rates = self.place(t, q, u, before)
+        change, past = self.change(dx), self.past(t, before)
+        return tuple(
+            group.press(t, poses, rates, change, past, own) for group, own in zip(self.contacts, depths, strict=True)
+        )
+
+    def efforts(
+        self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
+    ) -> np.ndarray:
+        """See `MixedSystem`."""
+        poses, at_rest = self.place(t, q, None)
+        change = at_rest if dx is None else self.change(dx)
+        past = self.past(t, before)
+        parts = [group.efforts(poses, change, past) for group in self._springs]
+        return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
+
+    # parts ------------------------------------------------------------------------------------------------------------
+
+    def _linearised(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        efforts: np.ndarray | None = None,
+        depths: tuple[ContactDepths, ...] | None = None,
+    ) -> Linearised:
+        poses, rates = self.place(t, q, u, before)
+        past = self.past(t, before)
+        pattern = self._current_pattern(poses)
+        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
+        sums = force, stiffness, damping
+        for k, contacts in enumerate(self.contacts):
+            contacts.add_linearised(t, poses, rates, pattern, *sums, past, None if depths is None else depths[k])
+        if self.spatial and u is not None:
+            add_gyroscopic(rates, self.bodies.inertia, force)
+            gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
+        # these groups use increments over the time as rates; the other groups use the deformations of the last state
+        turned = self._turned(q, u, before)
+        if turned is not None:
+            multiply_block_diagonal(damping, turned, pattern.indices)
+        by_rates = None if before is None else damping.copy() if self._ordered is not self.bodies.free else damping
+        first = 0
+        for springs in self._springs:
+            last = first + springs.rest.size
+            own = None if efforts is None else efforts[first:last].reshape(springs.rest.shape)
+            springs.add_linearised(t, poses, rates, pattern, *sums, past, own)
+            first = last
+        for group in self._others:
+            group.add_linearised(t, poses, rates, pattern, *sums, past)
+        others = None if efforts is None else efforts[first:]
+        return self._assembled(t, q, u, before, pattern, sums, by_rates, others)
+
+    def _generalised(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
+        whole: bool = True,
+    ) -> np.ndarray:
+        """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; if `whole` is true, they include the
+        forces on nodes.
+        """
+        return np.asarray(gather_free(self.bodies.free, forces))
+
+    def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Generalised forces (nu,) from forces on the block rows of the pattern."""
+        return rows[: self.nu]
+
+    def _assembled(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        pattern: BodyPattern,
+        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        by_rates: np.ndarray | None,
+        efforts: np.ndarray | None = None,
+    ) -> Linearised:
+        """Equations from the sums (force, K, D) of all bodies.
+
+        `by_rates` is the part of D that acts on velocities. `efforts` are the efforts of elements that are not springs.
+        """
+        force, stiffness, damping = sums
+        return Linearised(
+            gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
+        )
+
+    def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
+        """Derivative of increments since the last state with respect to further rotations; None for the identity."""
+        return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
+
+    def drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
+        """Travels and forces of all drives from the reactions (n_bodies, 3 or 6) of all bodies."""
+        force = np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))
+        if self.turns is not None:
+            for k, body, twist in self.turns.twists(self._travels(t)):
+                force[k] += float(twist @ reactions[body])
+        return DriveState(self._travels(t).copy(), force)
+
+    def past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
+        """Poses of the last state (cached), or None if no force depends on them."""
+        if before is None or not self._looks_back:
+            return None
+        last = self._last_before
+        if last is None or last[0] != before[0] or last[1] is not before[1]:
+            self._last_before, self._last_poses = before, self.place(*before, None)[0]
+        return PreviousPoses(self._last_poses, t - before[0])
+
+    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
+        force = np.zeros(rates.shape)
+        for group in self.groups:
+            group.add_force(t, poses, rates, force, past)
+        if self.spatial and rates is not self.at_rest:
+            add_gyroscopic(rates, self.bodies.inertia, force)
+        return force
+
+    def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
+        if self._pattern is not None and self.fixed_pattern:
+            return self._pattern
+        pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
+        if self._pattern is None or versions != self._pattern_version:
+            # the pairs of the last pattern are kept, because a shortened step often needs them again
+            if self._pattern is None or not all(self._pattern.holds(of_group) for of_group in pairs):
+                self._pattern = body_pattern(self._dof, [*pairs, *self._pattern_pairs], self.size)
+                self._pattern_pairs = pairs
+            self._pattern_version = versions
+        return self._pattern

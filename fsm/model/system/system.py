@@ -1,0 +1,385 @@
+"""The System of rigid segments: steps, energies, reactions and internal variables."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fsm.case.models.loads import Load
+from fsm.kernels.blocks import BlockMatrix
+from fsm.kernels.body_poses import shift_body
+from fsm.kernels.newton_euler import (
+    add_gyroscopic,
+    largest_force,
+    motion_energy,
+    support_reactions,
+)
+from fsm.model.bodies.configuration import Bodies
+from fsm.model.bodies.drive import PrescribedMotion
+from fsm.model.bodies.group import Group, PreviousPoses
+from fsm.model.bodies.loads import LoadGroup
+from fsm.model.bodies.pattern import BodyPattern, body_pattern
+from fsm.model.contact.contacts import ContactGroup
+from fsm.model.contact.shapes.shape_contacts import ShapeContacts
+from fsm.model.system.force_system import SegmentForces
+from fsm.solve.interface.records import Energy, Observation, PreviousState, Ready, StepRejection
+from fsm.solve.stepping.model import ArrayModel
+
+if TYPE_CHECKING:
+    from fsm.model.system.contact_arrays_of import ContactModel
+    from fsm.model.system.static_arrays import StaticSegments
+
+
+class SegmentSystem(SegmentForces):
+    """Finite segments with the `System` protocol; created by `compile_scene`.
+
+    Parameters
+    ----------
+    bodies : Bodies
+    motions : prescribed motions
+    groups : interactions
+    contacts : the contact groups among them
+    pair_names : names of the contact pairs
+    """
+
+    _array_model: tuple[ArrayModel, tuple[object, ...]] | None = None
+    _contact_model: ContactModel | None = None
+    _statics: StaticSegments | None = None
+
+    def variant(
+        self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
+        pressures: tuple[Load, ...] = (),
+    ) -> SegmentSystem:
+        """System of the same bodies with a different choice of free, driven and held bodies, under pressures on nodes.
+
+        Groups keep their memory.
+        """
+        contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
+        return SegmentSystem(bodies, motions, groups, contacts, self.pair_names)
+
+    def all_states(self, t: float, q: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
+        """Poses and rates of all bodies, and coordinates and velocities of nodes. The form is the same in all steps."""
+        poses, rates = self.place(t, q, u)
+        return {"poses": poses.copy(), "rates": rates.copy(), "nodes": np.zeros(0), "node_rates": np.zeros(0)}
+
+    def from_states(self, states: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Configuration and velocity of this system in given states of all bodies and nodes."""
+        free = self.bodies.free
+        return states["poses"][free].ravel(), states["rates"][free].ravel()
+
+    def load_displacements(
+        self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
+    ) -> dict[str, tuple[float, float]]:
+        """Size (N, N m) of every load at the end of a path, and displacement (m, rad) of its point along the load, by
+        name.
+
+        `start` and `end` are times (s) and configurations. The parts of a load on several vertices or along an edge are
+        one load. The load's displacement is the mean over the parts, weighted by their sizes. A name that occurs again gets
+        a number.
+        """
+        first = self.place(*start, None)[0].copy()
+        (t, q), parts = end, dict[str, list[tuple[float, float, float]]]()
+        poses, _ = self.place(t, q, None)
+        occurred = Counter[str]()
+        for load in (load for group in self.groups if isinstance(group, LoadGroup) for load in group.loads):
+            occurred[load.name] += 1
+            number = f"#{occurred[load.name]}" if occurred[load.name] > 1 else ""
+            part = load.size(t), load.moved(first[load.body], poses[load.body]), load.full_size
+            parts.setdefault(load.called + number, []).append(part)
+        found = {}
+        for name, of in parts.items():
+            size, way, weight = np.array(of).T
+            found[name] = float(size.sum()), float(way @ weight / weight.sum()) if weight.any() else float(way.mean())
+        return found
+
+    # protocol: configuration ------------------------------------------------------------------------------------------
+
+    @property
+    def dof(self) -> int:
+        """See `System`."""
+        return self.nu
+
+    def end_time(self) -> float | None:
+        """See `System`."""
+        return max((motion.end_time for motion in self.motions), default=None)
+
+    def drive_turns(self, number: int) -> bool:
+        """See `System`."""
+        return self.motions[number].axis is not None
+
+    def progress(self, t: float) -> float:
+        """See `System`: travel of the first drive, plus a small part of the time for the end of the drive."""
+        if not self.motions:
+            return t
+        program = self.motions[0].program
+        return program.at(t)[0] + 1e-6 * program.speed * t if program.forward else t
+
+    def break_times(self) -> list[float]:
+        """See `System`."""
+        times = {time for motion in self.motions for time in motion.program.breaks()}
+        return sorted(times.union(*(group.break_times() for group in self.groups)))
+
+    def peak_times(self) -> list[float]:
+        """See `System`."""
+        return sorted({time for group in self.groups for time in group.peak_times()})
+
+    # protocol: drives -------------------------------------------------------------------------------------------------
+
+    def balance(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None,
+        contacts: bool | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Force h (nu,) and the reactions of all drives (n_drives,) in a state.
+
+        If `contacts` is true, only contacts count; if false, all forces except contacts. Other arguments as in
+        `System.force`.
+        """
+        if u is None and contacts is None and self._statics is not None:
+            at_rest = self._statics.forces_at_rest(t, q)
+            if at_rest is not None:
+                return at_rest
+        poses, rates = self.place(t, q, u, before)
+        past = self.past(t, before)
+        forces = np.zeros(rates.shape)
+        for group in self.groups:
+            if contacts is None or contacts == isinstance(group, ContactGroup):
+                group.add_force(t, poses, rates, forces, past)
+        if self.spatial and u is not None and not contacts:
+            add_gyroscopic(rates, self.bodies.inertia, forces)
+        reactions = np.asarray(support_reactions(forces, self._ordered))
+        return self._generalised(t, q, u, before, forces, not contacts), self.drive_state(t, reactions).force
+
+    def drive_tangent(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
+    ) -> np.ndarray:
+        """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state is kept constant."""
+        poses, rates = self.place(t, q, u, before)
+        driven = [body for motion in self.motions for body in motion.bodies]
+        groups = tuple(group for group in self.groups if np.isin(group.pairs(poses)[0], driven).any())
+        turned = self._turned(q, u, before)
+        pattern, stiffness, damping = self._with_driven(t, poses, rates, groups, self.past(t, before), turned)
+        along = np.zeros((len(self.motions), pattern.order, self.size))
+        for row, motion in zip(along, self.motions, strict=True):
+            row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
+        if self.turns is not None:
+            for k, body, twist in self.turns.twists(self._travels(t)):
+                along[k, pattern.dof[body]] = twist
+        pull = along.reshape(len(self.motions), -1).T
+        tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T
+        if before is not None and self.rate_dependent:
+            tangent += np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T / (t - before[0])
+        return np.array([self._folded(q, row) for row in tangent]).reshape(len(tangent), self.nu)
+
+    # protocol: observation --------------------------------------------------------------------------------------------
+
+    def arrays(self, ready: Ready) -> ArrayModel | None:
+        """See `ArraySystem`."""
+        further_forces = type(self) is not SegmentSystem and type(self)._arrays_of is SegmentSystem._arrays_of
+        if further_forces or self.in_python.motion or self.large_contacts() or not self.nu:
+            return None
+        contacts = self._contact_model
+        if self._array_model is None:
+            from fsm.model.system.contact_arrays_of import ContactModel  # imports the kernels of all steps
+
+            pattern = self._current_pattern(self.bodies.pose)
+            pairs = len(self.pair_names)
+            contacts = ContactModel(self.contacts, pattern, self.bodies.rate.shape, self.spatial, pairs)
+            self._contact_model, self._array_model = contacts, self._arrays_of(pattern, ready, contacts)
+        elif contacts is not None and contacts.lacks:
+            near = [pairs for group in self._others for pairs in [group.pairs(self.bodies.pose)[0]]]
+            near += [group.pairs(self.bodies.pose)[0] for group in self._springs]
+            pattern = body_pattern(self._dof, [*near, *contacts.pairs()], self.size)
+            contacts.index(pattern)
+            self._array_model = self._arrays_of(pattern, ready, contacts)
+        return self._array_model[0]
+
+    def large_contacts(self) -> tuple[str, ...]:
+        """Reason why motions have their steps in Python: too many pairs of shapes; empty if there are few."""
+        if any(isinstance(group.geometry, ShapeContacts) and group.geometry.many for group in self.contacts):
+            return ("contact: pairs of so many plates have no compiled form",)
+        return ()
+
+    def _arrays_of(
+        self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
+    ) -> tuple[ArrayModel, tuple[object, ...]]:
+        """Compiled model (`ArrayModel`), and the NumPy arrays that it needs."""
+        from fsm.model.system.arrays_of import arrays_of
+
+        return arrays_of(self, pattern, ready, contacts)
+
+    def static_arrays(self, ready: Ready) -> StaticSegments | None:
+        """See `ArrayStaticSystem`."""
+        if self._statics is None:
+            further_forces = type(self) is not SegmentSystem
+            if further_forces or self.in_python.of("static") or self.large_contacts() or not self.nu:
+                return None
+            from fsm.model.system.static_arrays import StaticSegments  # imports the kernels of all steps
+
+            self._statics = StaticSegments(self, self._current_pattern(self.bodies.pose), ready)
+        self._statics.use(ready)
+        return self._statics
+
+    def lacks_arrays(self) -> bool:
+        """See `System`."""
+        return self._contact_model is not None and self._contact_model.lacks
+
+    def to_arrays(self, resolve: bool) -> None:
+        """See `System`: memory of contacts."""
+        if self._contact_model is not None and self.contacts:
+            self._contact_model.load(resolve)
+
+    def from_arrays(self) -> np.ndarray:
+        """See `System`: memory of contacts."""
+        return np.zeros((2, len(self.pair_names))) if self._contact_model is None else self._contact_model.store()
+
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
+        """See `System`."""
+        poses, rates = self.place(t, q, u, before)
+        past = self.past(t, before)
+        return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
+
+    def reactions(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
+    ) -> np.ndarray:
+        """See `System`."""
+        reactions = self._reactions(t, *self.place(t, q, u, before), self.past(t, before))
+        if u is not None and before is None:
+            self._accelerate(t, reactions)
+        return reactions
+
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
+        """See `System`."""
+        if self._statics is not None and u is not None and before is not None:
+            observed = self._statics.observed(t, q, before)
+            if observed is not None:
+                return observed
+        poses, rates = self.place(t, q, u, before)
+        past = self.past(t, before)
+        reactions = self._reactions(t, poses, rates, past)
+        energy = self._energy(t, poses, rates, reactions, past)
+        if u is not None and before is None:
+            self._accelerate(t, reactions)
+        pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
+        return Observation(self.drive_state(t, reactions), energy, largest_force(reactions), pairs)
+
+    # protocol: internal variables -------------------------------------------------------------------------------------
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
+        """See `System`."""
+        if self._statics is not None and before is not None and self._statics.accept(t, q, before):
+            return
+        if not self.contacts and not self._sliding:
+            return
+        poses, rates = self.place(t, q, u, before)
+        if self.contacts:
+            self.contacts.commit(t, poses, rates, self.past(t, before))
+        for group in self._sliding:
+            group.commit(t, poses, rates)
+
+    def memory(self) -> np.ndarray:
+        """See `System`: memory of contacts, then of creases."""
+        return np.concatenate([self.contacts.memory(), *(group.memory() for group in self._sliding)])
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `System`."""
+        end = len(memory)
+        for group in reversed(self._sliding):
+            begin = max(0, end - len(group.memory_of))
+            group.restore(memory[begin:end])
+            end = begin
+        self.contacts.restore(memory[:end])
+
+    def counters(self) -> np.ndarray:
+        """See `System`: evaluated states and renewals of the contact search of every group."""
+        return self.contacts.counters()
+
+    def clear_caches(self, counters: np.ndarray) -> None:
+        """See `System`."""
+        if not self.fixed_pattern:
+            self._pattern, self._pattern_version, self._pattern_pairs = None, (), ()
+            self._driven_pattern, self._driven_key = None, ()
+        if self._contact_model is not None and self._contact_model.grown:
+            self._array_model = self._contact_model = None
+        if self._statics is not None:
+            self._statics.clear()
+        self.contacts.clear_caches(counters)
+
+    def contacts_opened(self) -> bool:
+        """See `System`."""
+        return self.contacts.contacts_opened()
+
+    def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
+        """See `System`."""
+        if not self._contacts or (self._statics is not None and u is None and self._statics.crossed(t, q) is False):
+            return None
+        return self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
+
+    def negative_at_rest(self, t: float, q: np.ndarray) -> int | None:
+        """See `System`."""
+        return None if self._statics is None else self._statics.negative_at_rest(t, q)
+
+    def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
+        """See `System`: limit from impacts."""
+        if not any(group.resolves for group in self.contacts):
+            return math.inf
+        return self.contacts.longest_step(t, *self.place(t, q, u))
+
+    def contact_force(self, t: float, q: np.ndarray) -> float:
+        """See `System`."""
+        if not self._contacts:
+            return 0.0
+        if self._statics is not None and self._statics.current:
+            return self._statics.contact_force(t, q)
+        poses, rates = self.place(t, q, None)
+        forces = np.zeros(rates.shape)
+        for contacts in self.contacts:
+            contacts.add_force(t, poses, rates, forces)
+        return float(largest_force(forces))
+
+    def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
+        """See `System`."""
+        poses, _ = self.place(t, q, None)
+        sometimes = [group for group, _ in self.steps_of]  # joints that may not act at this time
+        gaps = [group.gap(poses) for group in self._springs if not any(group is other for other in sometimes)]
+        return max(gaps, default=(0.0, "none"))
+
+    # parts ------------------------------------------------------------------------------------------------------------
+
+    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
+        """Reactions of held and driven bodies, without the inertial forces of driven bodies."""
+        return np.asarray(support_reactions(self._all_forces(t, poses, rates, past), self._ordered))
+
+    def _accelerate(self, t: float, reactions: np.ndarray) -> None:
+        """Add the inertial forces of driven bodies (dynamics only)."""
+        if self.turns is not None:
+            states = np.array([motion.at(t) for motion in self.motions])
+            self.turns.add_inertial(reactions, self.bodies.inertia, states)
+        for motion in self.motions:
+            _, _, acceleration = motion.at(t)
+            if acceleration and motion.axis is None:
+                n = len(motion.direction)
+                for body in motion.bodies:
+                    shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
+
+    def _energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: PreviousPoses | None = None
+    ) -> Energy:
+        potential: dict[str, float] = {}
+        dissipated = power = sliding = 0.0
+        for group in self.groups:
+            stored, lost, gained = group.energy(t, poses, rates, past)
+            for name, value in stored.items():
+                potential[name] = potential.get(name, 0.0) + value
+            dissipated += lost
+            power += gained
+            sliding += lost if any(group is one for one in self._sliding) else 0.0
+        pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
+        if self.bristles:  # bristles also resist at zero speed
+            sliding += float(pair_power[0].sum())
+        kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
+        if self.turns is not None:
+            driven += self.turns.kinetic(self.bodies.inertia, rates)
+        return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven, power)

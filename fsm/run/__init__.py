@@ -1,0 +1,1 @@
+"""Run of a case, and of a table of cases: recorder, checkpoints, summary, kernels compiled in advance."""

@@ -1,0 +1,484 @@
+"""Recording of one solve: results file, checkpoints, restart and summary."""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fsm.analyses.analysis import Analysis
+from fsm.analyses.at_start import equilibrium_at_start
+from fsm.analyses.choose import analysis_of
+from fsm.analyses.comparison import Comparison, Statement, compared
+from fsm.analyses.load_path import loads_at, loads_at_end, static_load_path
+from fsm.analyses.panel_crossing import lattice_overlap
+from fsm.analyses.run_step import RunStep, States, StepResult
+from fsm.analyses.step_results import counted, final_loads, step_modes, step_summaries, total_of
+from fsm.case.loading.load_case import LoadedCase
+from fsm.case.loading.toml_text import case_text
+from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
+from fsm.errors import CaseError, EnergyAbort, FsmError, NotConverged, is_interrupt
+from fsm.io.hdf5_checked import READ_ERRORS
+from fsm.io.provenance import made_by, provenance
+from fsm.kernels import jit
+from fsm.model.system.system import SegmentSystem
+from fsm.results.attributes import stored_attributes
+from fsm.results.channel import extremes_of
+from fsm.results.checkpoint_file import read_checkpoint
+from fsm.results.curve import ForceCurve
+from fsm.results.solution import Record, Solution
+from fsm.results.step_data import LoadPath, StepModes
+from fsm.results.store import part_path
+from fsm.results.writer import ResultWriter
+from fsm.run.checkpoint import RestartPoint, check_point, read_point, write_point
+from fsm.run.progress import Progress, report_restart
+from fsm.run.round_off import position_round_off_energy, round_off_of
+from fsm.run.summary import state_errors, summary_of
+from fsm.solve.outcome.energy_balance import EnergyBalance
+from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
+from fsm.solve.settings import PathSettings, Settings
+from fsm.solve.simulate import simulate
+from fsm.solve.statics.arc_length import ArcSettings
+from fsm.solve.time.run import just_after
+
+if TYPE_CHECKING:
+    from fsm.channels.sample import ChannelSampler
+
+CHECKPOINT_EVERY = 1.0
+"""Wall time between checkpoints, s; one checkpoint takes about 10 ms."""
+_SAME = 1e-10
+"""Relative difference below which two times are the same."""
+
+
+class RecordedSolve:
+    """Solve of one case that writes records during the run and checkpoints at intervals.
+
+    Parameters
+    ----------
+    loaded : LoadedCase
+    analysis : analysis of the compiled case
+    out : folder of the results
+    resume : bool
+        Restart from a checkpoint in `out` if there is one of the same case.
+    warnings : list of str
+        Warnings before the solve.
+    """
+
+    def __init__(self, loaded: LoadedCase, analysis: Analysis, out: Path, resume: bool, warnings: list[str]) -> None:
+        self.loaded, self.analysis, self.out = loaded, analysis, out
+        self.system = analysis.system
+        self.warnings = list(warnings)
+        self.channels: ChannelSampler | None = None
+        if loaded.case.save.channels:
+            from fsm.channels import sample  # this import loads all kinds of elements
+
+            self.channels = sample.ChannelSampler(sample.model_of_analysis(analysis), loaded.case.save.channels)
+        self.target = out / "result.h5"
+        self.checkpoint = out / "checkpoint.h5"
+        self.last_checkpoint = time.perf_counter()
+        self.points: list[CurvePoint] = []
+        self.steps = analysis.steps()
+        self.of_another_case = False
+        self.resumed = self._read_checkpoint() if resume else None
+        (out / "summary.json").unlink(missing_ok=True)  # this file marks a complete run
+        if self.resumed is None:
+            self.checkpoint.unlink(missing_ok=True)  # the file belongs to an earlier run, whose records are replaced
+        resumed = self.resumed
+        self.records, self.samples = (0, 0) if resumed is None else resumed.written
+        self.number = 0 if resumed is None else resumed.step
+        self.states: States | None = None if resumed is None else resumed.states
+        self.energy_balance: EnergyBalance | None = None if resumed is None else resumed.energy_balance
+        self.done: list[StepResult] = [] if resumed is None else list(resumed.done)
+        self.modes: list[StepModes] = [] if resumed is None else list(resumed.modes)
+        self.until = -1.0 if resumed is None else resumed.end.time * (1.0 + _SAME)
+        self.stored: float | None = None
+        self.current = self.system
+        self.latest: AcceptedStep | None = None
+        self.last: RestartPoint | None = None
+
+    def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
+        """Run all steps and write the results file.
+
+        Parameters
+        ----------
+        progress : bool or callable
+        begun, compiled : s
+            Clock and compile time at the start of the run.
+        """
+        if self.of_another_case:
+            report_restart(progress, self.checkpoint)
+        methods = [f"{step.method}: {step.reason}" for step in self.steps if step.settings is not None]
+        layout = replace(
+            self.analysis.layout(),
+            case_text=self.loaded.text,
+            provenance=stored_attributes(provenance() | {"method": "; ".join(dict.fromkeys(methods))}),
+            channels=self.channels.infos if self.channels else (),
+            step_names=tuple(step.name for step in self.steps),
+        )
+        bar = Progress(progress, self.steps[-1].end, self.loaded.case.title or str(self.loaded.path), jit)
+        resume_at = self.records if self.resumed else None
+        with ResultWriter(self.target, layout, resume_at, samples_at=self.samples) as writer, bar:
+            try:
+                for number in range(self.number, len(self.steps)):
+                    self.number = number
+                    self._run_step(self.steps[number], writer, bar)
+            except (KeyboardInterrupt, SystemError) as error:
+                if not is_interrupt(error):
+                    raise
+                writer.flush()
+                if self.last is not None:
+                    self._write_checkpoint(self.last)
+                raise KeyboardInterrupt from None
+            # the cause may be round-off, or squares of a lattice that touch each other
+            except (NotConverged, EnergyAbort) as error:
+                refusal, beyond = self._causes(writer.solution()) if self.records else ("", "")
+                if refusal:
+                    raise NotConverged(refusal) from error
+                text = self._named(str(error))
+                raise type(error)(f"{text}. {beyond[0].upper()}{beyond[1:]}" if beyond else text) from error
+            solution = writer.solution()
+            round_off = round_off_of(self.system, solution)
+            if round_off.refusal():
+                raise NotConverged(round_off.refusal())
+            watch = partial(_further, bar)
+            solution.array = self.analysis.array_motion(solution, self.warnings, watch)
+            statistics, energy_balance = total_of(self.done, self.points), self.energy_balance
+            assert energy_balance is not None
+            arcs = [number for number, result in enumerate(self.done, 1) if result.method == "arc-length"]
+            summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off, arcs) | {
+                "loads": final_loads(self.done),
+                "step": step_summaries(self.done, self.points, solution),
+            }
+            solution.load_path = LoadPath.of([result.path for result in self.done])
+            state_errors(summary, self._errors(bar, solution, statistics, summary))
+            if solution.channels:
+                summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
+            summary |= {"compile_time_s": jit.compile_time() - compiled, "wall_time_s": time.perf_counter() - begun}
+            driven = bool(self.points) and len(self.points[0].drive.travel) > 0
+            solution.curve = ForceCurve.from_points(self.points).decimate().without_pairs() if driven else None
+            solution.stats, solution.summary = stored_attributes(_counters(statistics)), stored_attributes(summary)
+            solution.modes = StepModes.joined(self.modes)
+            writer.finish(solution)
+        self.checkpoint.unlink(missing_ok=True)
+        return solution
+
+    def _errors(
+        self, bar: Progress, solution: Solution, statistics: Statistics, summary: dict[str, Any]
+    ) -> dict[str, Statement]:
+        """Errors of the summary by their causes, with further runs of the case."""
+        found: dict[str, Statement] = {}
+        for cause, stated in self.analysis.stated_errors(solution, statistics, summary).items():
+            if not isinstance(stated, Comparison):
+                found[cause] = stated
+                continue
+            try:
+                others = [self._further_run(case, stated, bar, cause) for case in stated.cases]
+            except (FsmError, OSError) as error:  # the results of the run itself remain valid
+                found[cause] = {"by": f"not estimated: the {stated.by} failed: {error}"}
+                continue
+            found[cause] = compared(stated, (solution, summary), others)
+        return found
+
+    def _further_run(self, case: Case, stated: Comparison, bar: Progress, cause: str) -> Solution:
+        """Result of a run with other settings, without its files."""
+        case = case.model_copy(update={"save": case.save.model_copy(update={"channels": ()})})
+        loaded = LoadedCase(case, case_text(case), self.loaded.path)
+        bar.further(f"estimating the error due to {cause}", 1.0)
+        analysis, warnings = analysis_of(case, str(loaded.path)), list[str]()
+        analysis.coarsen(stated.coarsen, stated.records)
+        analysis.initialise(warnings)
+        with tempfile.TemporaryDirectory(prefix="fsm-") as folder:
+            run = RecordedSolve(loaded, analysis, Path(folder), False, warnings)
+            return run.run(lambda fraction: bar.step(fraction, 0), time.perf_counter(), jit.compile_time())
+
+    def _named(self, text: str) -> str:
+        """Message with the name of the step, if the case has steps."""
+        step = self.steps[self.number]
+        return f"step {step.name!r} ({step.kind}): {text}" if self.loaded.case.step else text
+
+    def _run_step(self, step: RunStep, writer: ResultWriter, bar: Progress) -> None:
+        """Run one step from the state at the end of the previous step."""
+        after = self.resumed.end if self.resumed is not None and self.number == self.resumed.step else None
+        self.current = system = self.analysis.enter(self.number, self.states)
+        if after is None:
+            q, u = self.analysis.begin(self.number, system, self.states)
+            self._open_energy_balance(step, q, u)
+        else:
+            q, u = after.q, after.u
+        self.records_due, self.samples_due = (
+            deque(t for t in times if t > self.until) for times in (step.record_times, step.sample_times)
+        )
+        self.latest = None
+        result = StepResult(step.name, step.kind, step.method, step.start, step.end, {}, len(self.points))
+        if step.kind == "relax":
+            q, u = equilibrium_at_start(system, q, step.start), np.zeros(system.nu)
+            if self.energy_balance is not None:
+                self._change_to(system.energy(step.start, q, None).stored)
+                self._record(writer, self._still(step.start, q, u, self.energy_balance))
+        elif step.kind == "modes":
+            found = step_modes(self.analysis, system, step, self.number, q)
+            self.modes.append(found)
+            result.frequencies = found.frequency.tolist()
+            if not self.records and self.number + 1 == len(self.steps):  # the run consists of natural modes only
+                assert self.energy_balance is not None
+                self._record(writer, self._still(step.start, q, u, self.energy_balance))
+        elif step.settings is None:
+            assert self.energy_balance is not None
+            saved = self._still(step.end, q, u, self.energy_balance)
+            for t in [*self.records_due]:
+                self._save(writer, replace(saved, time=t))
+        elif isinstance(step.settings, ArcSettings):
+            from fsm.solve.statics.arc_run import ArcRun
+
+            assert self.energy_balance is not None and isinstance(system, SegmentSystem)
+            path = ArcRun(system, step.settings, self.energy_balance, self.points)
+            q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
+            for saved in path.saved:
+                if saved.time > self.until:
+                    self._record(writer, saved)
+            self.warnings += path.warnings
+            u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads
+            result.loads = {name: tuple(rows[-1]) for name, rows in path.loads["loads"].items()}
+        else:
+            assert self.energy_balance is not None
+            statistics = self._solve(step, writer, bar, self.energy_balance, after, (step.start, q, u))
+            result.counters, result.method = counted(statistics), statistics.method
+            result.events = [asdict(event) for event in statistics.events]
+            end: AcceptedStep | None = self.latest
+            if end is not None:
+                q, u = end.q, end.u
+            if isinstance(system, SegmentSystem) and isinstance(self.system, SegmentSystem) and end is not None:
+                self._displace_loads(system, self.system, end, result, writer)
+        result.n_points = len(self.points)
+        self.done.append(result)
+        if step.record_times:
+            self.until = step.end * (1.0 + _SAME)
+        if self.number + 1 < len(self.steps):
+            self.states = self.analysis.leave(system, step.end, q, u)
+            if step.settings is not None and self.energy_balance is not None:
+                self.stored = self.energy_balance.stored  # a static step may end in a snap, with kinetic energy
+
+    def _displace_loads(
+        self, system: SegmentSystem, whole: SegmentSystem, end: AcceptedStep, result: StepResult, writer: ResultWriter
+    ) -> None:
+        """Compute displacements of loads at the end of a step, at its events, and along a static step."""
+        if not system.load_displacements((end.time, end.q), (end.time, end.q)):
+            return
+        records = writer.solution()
+        result.loads = loads_at_end(system, whole, records, self.number + 1, (end.time, end.q))
+        for event in result.events:
+            event["loads"] = loads_at(system, whole, records, self.number + 1, event["time"])
+        if result.method == "static":
+            points = self.points[self.done[-1].n_points if self.done else 0 :]
+            result.path = static_load_path(system, whole, records, self.number + 1, points)
+
+    def _solve(
+        self,
+        step: RunStep,
+        writer: ResultWriter,
+        bar: Progress,
+        energy_balance: EnergyBalance,
+        after: AcceptedStep | None,
+        start: tuple[float, np.ndarray, np.ndarray],
+    ) -> Statistics:
+        times = _merged(self.records_due, self.samples_due, _SAME * step.end)
+
+        def on_save(saved: SavedState) -> None:
+            self._save(writer, saved)
+
+        def on_step(end: AcceptedStep) -> None:
+            self._step(writer, bar, energy_balance, end)
+
+        assert isinstance(step.settings, Settings | PathSettings)
+        own = self.analysis.own_solver()
+        if own is not None:
+            return own(step.settings.end_time, times, on_save, on_step, energy_balance)
+        begins = None if after is not None else start
+        return simulate(self.current, step.settings, times, on_save, on_step, begins, energy_balance, self.points, after)[0]
+
+    def _open_energy_balance(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
+        """Open the energy balance at the first step after the search for the start, and update it in later steps."""
+        state = (step.start, q, u)
+        if self.energy_balance is None:
+            if step.kind != "relax" or step is self.steps[-1]:
+                balance = self.energy_balance = EnergyBalance.opened(self.current.energy(*state))
+                balance.round_off_floor = max(balance.round_off_floor, position_round_off_energy(self.current, state))
+                self.stored = balance.start
+        else:
+            begin, moves = just_after(self.current, step.start), step.kind == "dynamic" or bool(u.any())
+            self._change_to(self.current.energy(begin, q, u if moves else None).stored)
+
+    def _change_to(self, stored: float) -> None:
+        """Update the balance after a jump of the state: a loss of stored energy is dissipated, a gain is external work."""
+        energy_balance = self.energy_balance
+        assert energy_balance is not None
+        change = 0.0 if self.stored is None else stored - self.stored
+        energy_balance.work += max(change, 0.0)
+        energy_balance.dissipated += max(-change, 0.0)
+        self.stored = stored
+
+    def _still(self, t: float, q: np.ndarray, u: np.ndarray, energy_balance: EnergyBalance) -> SavedState:
+        """State at rest to be saved."""
+        observed = self.current.observe(t, q, None if not u.any() else u)
+        pairs = energy_balance.pair_energy if energy_balance.pair_energy.size else np.zeros_like(observed.energy.pair_power)
+        error = observed.energy.stored - energy_balance.start + energy_balance.dissipated - energy_balance.work
+        lost, work = energy_balance.dissipated, energy_balance.work
+        return SavedState(t, q, u, observed, lost, work, error, pairs, at_rest=not u.any())
+
+    def _causes(self, solution: Solution) -> tuple[str, str]:
+        """Messages on two possible causes of a failed solve: round-off, and contact of lattice squares."""
+        scene = getattr(self.analysis, "scene", None)
+        meeting = lattice_overlap(solution, scene) if isinstance(scene, Scene) else ""
+        return round_off_of(self.system, solution).refusal(), meeting
+
+    def _save(self, writer: ResultWriter, saved: SavedState) -> None:
+        """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
+        if _due(self.records_due, saved.time) or saved.final:
+            self._record(writer, saved)
+        if _due(self.samples_due, saved.time):
+            writer.sample(saved.time, self.analysis.probes(saved.q))
+            self.samples += 1
+
+    def _negative_pivots(self, saved: SavedState, t: float) -> int:
+        """Negative pivots of the stiffness at a saved state, as counted by the solver, else by the analysis."""
+        if saved.negative_pivots is not None:
+            return saved.negative_pivots
+        return self.analysis.negative_pivots(self.current, t, saved.q)
+
+    def _without_false_motion(self, saved: SavedState) -> SavedState:
+        """State of a path whose drives rest, without kinetic energy: the time of a path in load is no time of a motion."""
+        system, before = self.current, saved.before
+        if before is None or not isinstance(system, SegmentSystem):
+            return saved
+        middle = 0.5 * (before[0] + saved.time)
+        if any(motion.program.at(middle)[1] for motion in system.motions):
+            return saved
+        energy = replace(saved.observation.energy, kinetic=0.0)
+        return replace(saved, observation=replace(saved.observation, energy=energy))
+
+    def _record(self, writer: ResultWriter, saved: SavedState) -> None:
+        saved = self._without_false_motion(saved)
+        observed = saved.observation
+        stored = observed.energy.potential
+        t = saved.acting
+        q, u = self.analysis.whole(self.current, t, saved.q, saved.u)
+        writer.append(
+            Record(
+                time=saved.time,
+                q=q,
+                u=u,
+                travel=observed.drive.travel,
+                force=observed.drive.force,
+                energy={
+                    **stored,
+                    "kinetic": observed.energy.kinetic,
+                    "dissipated": saved.dissipated,
+                    "work": saved.work,
+                    "error": saved.error,
+                },
+                **{f"pair_{name}": values for name, values in vars(observed.pairs).items()},
+                pair_friction_energy=saved.pair_energy[0],
+                pair_damping_energy=saved.pair_energy[1],
+                shape=self.current.shape(t, saved.q),
+                negative_pivots=self._negative_pivots(saved, t),
+                channels=(
+                    self.channels.values(self.current, saved if t == saved.time else replace(saved, time=t))
+                    if self.channels
+                    else {}
+                ),
+                step=self.number + 1,
+                program_time=t,
+            )
+        )
+        self.records += 1
+
+    def _step(self, writer: ResultWriter, bar: Progress, energy_balance: EnergyBalance, end: AcceptedStep) -> None:
+        self.latest = end
+        if end.state is not None:
+            self.last = RestartPoint(
+                end, replace(energy_balance), len(self.points), (self.records, self.samples), self.number, self.states,
+                tuple(self.done), tuple(self.modes),
+            )  # fmt: skip
+            if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
+                writer.flush()
+                self._write_checkpoint(self.last)
+        bar.step(end.time, end.steps)
+
+    def _write_checkpoint(self, point: RestartPoint) -> None:
+        own = {"case": self.loaded.text, "made_by": json.dumps(made_by()), "warnings": self.warnings}
+        write_point(self.checkpoint, point, self.points, own)
+        self.last_checkpoint = time.perf_counter()
+
+    def _read_checkpoint(self) -> RestartPoint | None:
+        """Restart point of a checkpoint of the same case; None if there is none.
+
+        A checkpoint of another version is not used: its internal state may have another meaning.
+        """
+        if not self.checkpoint.is_file() or not part_path(self.target).is_file():
+            return None
+        arrays, attributes = read_checkpoint(self.checkpoint)
+        try:
+            return self._point(arrays, attributes)
+        except READ_ERRORS as error:
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
+            what = f"is damaged ({reason}); run without --resume, or delete it to start from the beginning"
+            raise CaseError(what, str(self.checkpoint)) from error
+
+    def _point(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> RestartPoint | None:
+        """Restart point of a checkpoint; None if it belongs to another case or version."""
+        if attributes.get("case") != self.loaded.text:
+            self.of_another_case = True
+            return None
+        if "steps" not in attributes:
+            return None
+        if attributes.get("made_by") != json.dumps(made_by()):
+            why = "was written by another version of fsm or its libraries: the run starts from the beginning"
+            self.warnings.append(f"{self.checkpoint} {why}")
+            return None
+        point, self.points = read_point(arrays, attributes)
+        check_point(self.analysis.enter(point.step, point.states), arrays, attributes)
+        self.warnings = list(attributes["warnings"])
+        return point
+
+
+def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[float]:
+    """All times in ascending order, without duplicates."""
+    times: list[float] = []
+    for t in sorted([*one, *two]):
+        if not times or t > times[-1] + same:
+            times.append(t)
+    return times
+
+
+def _further(bar: Progress, name: str, end: float) -> Callable[[AcceptedStep], None]:
+    """Function that shows the progress of a further solve after each of its steps."""
+    bar.further(name, end)
+    return lambda step: bar.step(step.time, step.steps)
+
+
+def _due(times: deque[float], now: float) -> bool:
+    """Whether at least one of the times has passed; passed times are removed."""
+    passed = False
+    while times and times[0] <= now * (1.0 + _SAME):
+        times.popleft()
+        passed = True
+    return passed
+
+
+def _counters(statistics: Statistics) -> dict[str, Any]:
+    """Counters of a solve for the results file."""
+    found = counted(statistics)
+    smallest = found.pop("smallest_step")
+    renamed = {"rejected_steps": found.pop("rejected"), "solve_time_s": found.pop("wall_time")}
+    renamed["smallest_step_s"] = smallest if math.isfinite(smallest) else 0.0
+    return {"method": statistics.method, "outcome": statistics.outcome.name.lower()} | found | renamed

@@ -1,0 +1,135 @@
+"""Files of a whole table of cases: `summary.csv`, and `extremes.csv` of the recorded channels."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fsm.case.loading.table import COLLECTED, EXTREMES
+from fsm.io.atomic_write import atomic_write
+from fsm.results.summary_units import heading
+from fsm.text.load_names import load_units
+from fsm.text.shown_units import turns
+
+_FIRST = ("peak_force", "peak_travel", "frequency_hz", "amplitude_center", "amplitude_patch")
+"""Numbers in the first columns, before displacements of loads."""
+_LAST_OF_FIRST = ("exit_code", "warnings", "error")
+_KEPT = ("loads", "drives", "warnings", "channels")
+"""Parts of a summary that rows have as they are."""
+_SEPARATOR = " | "
+"""Text between several warnings or lines of an error in a cell."""
+_EXTREMES = ("unit", "min", "min_time", "min_travel", "min_at", "max", "max_time", "max_travel", "max_at")
+"""Entries of a channel in the summary of a run."""
+_CELL = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*)?")
+"""Number of a cell of the table, and its unit."""
+
+
+def flat_numbers(summary: Mapping[str, Any], nested: bool = False) -> dict[str, Any]:
+    """Numbers and texts of a summary; keys of nested tables are joined by "_".
+
+    Stages give the travel at their start, probes a number for each axis. The result also has the lists `loads`, `drives`
+    and `warnings`, and the dict `channels`, unless it is of a `nested` table. Other lists are left out, and the peak of a
+    run without a drive.
+    """
+    flat: dict[str, Any] = {}
+    for key, value in summary.items():
+        if key in _KEPT:
+            flat |= {} if nested else {key: value}
+        elif key == "stages":
+            flat |= {f"stage_{stage['name'].replace(' ', '_')}_travel": stage["travel"] for stage in value}
+        elif key == "probe_displacement":
+            for name, moved in value.items():
+                flat |= {f"{key}_{name} {axis}": x for axis, x in zip("xyz", moved, strict=True)}
+        elif isinstance(value, Mapping):
+            flat |= {f"{key}_{below}": number for below, number in flat_numbers(value, True).items()}
+        elif not isinstance(value, list) and not (key in ("peak_force", "peak_travel") and "peak_kind" not in summary):
+            flat[key] = value
+    return flat
+
+
+def write_summaries(folder: Path, rows: Sequence[Mapping[str, Any]], paths: Sequence[str]) -> None:
+    """Write `summary.csv`, one row for each case.
+
+    The first columns are the name, the peak (films: frequency and amplitudes), the displacements of loads, the exit code,
+    warnings and errors as text, then the cells of the table. Numbers are in SI, with the unit in the heading. A number of
+    the table has the unit of its cells in the heading, if all cells have the same unit.
+
+    Parameters
+    ----------
+    folder : folder of the table
+    rows : rows as `fsm.run.table.run_table` returns them
+    paths : dotted paths of the table
+    """
+    if not rows:
+        return
+    cells = [_cells(rows, path) for path in paths]
+    found = [_columns(row, set(paths)) for row in rows]
+    first, loads, rest = ({name: None for row in found for name in row[part]} for part in range(3))
+    columns = ["case", *first, *loads, *_LAST_OF_FIRST, *(name for name, _ in cells), *rest]
+    lines = []
+    for number, (row, parts) in enumerate(zip(rows, found, strict=True)):
+        line: dict[str, Any] = {"case": row["case"], "exit_code": row.get("exit_code", 0)}
+        line |= {"warnings": _SEPARATOR.join(row.get("warnings", ()))}
+        line |= {"error": _SEPARATOR.join(str(row.get("error", "")).splitlines())}
+        line |= {name: values[number] for name, values in cells}
+        lines.append(parts[2] | parts[1] | parts[0] | line)
+    _write(folder / COLLECTED, {name: name for name in columns}, lines)
+
+
+def _columns(row: Mapping[str, Any], paths: set[str]) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """First numbers, numbers of loads, and all other numbers of a row, by heading."""
+    turning = turns(row)
+    first = {heading(key, turning): row[key] for key in _FIRST if row.get(key) is not None}
+    loads: dict[str, Any] = {}
+    for load in row.get("loads", ()):
+        units = load_units(load["name"])
+        loads[f"{load['name']} ({units.size})"] = load["size"]
+        loads[f"{units.way} of {load['name']} ({units.displacement})"] = load["displacement"]
+    rest: dict[str, Any] = {}
+    for drive in row.get("drives", ()):
+        of = drive["name"].endswith("(turn)")
+        rest |= {f"{drive['name']}: {heading(key, of)}": value for key, value in drive.items() if key != "name"}
+    own = {"case", "loads", "drives", "channels", *_FIRST, *_LAST_OF_FIRST, *paths}
+    rest |= {heading(key, turning): value for key, value in row.items() if key not in own}
+    return first, loads, rest
+
+
+def _cells(rows: Sequence[Mapping[str, Any]], path: str) -> tuple[str, list[str]]:
+    """Heading and cells of a column of the table: numbers, if all cells have the same unit."""
+    cells = [str(row.get(path, "")) for row in rows]
+    matches = [_CELL.fullmatch(cell) for cell in cells if cell]
+    units = {match[2] for match in matches if match}
+    if not all(matches) or len(units) != 1 or None in units:
+        return path, cells
+    return f"{path} ({units.pop()})", ["" if not cell else str(_CELL.fullmatch(cell)[1]) for cell in cells]  # type: ignore[index]
+
+
+def write_extremes(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write `extremes.csv`: smallest and largest value of every recorded channel, one row for each case and channel.
+
+    Without channels the file of an earlier table is deleted.
+    """
+    lines = [
+        {"case": row["case"], "channel": name, **entry} for row in rows for name, entry in row.get("channels", {}).items()
+    ]
+    if not lines:
+        (folder / EXTREMES).unlink(missing_ok=True)
+        return
+    known = {key for line in lines for key in line}
+    turning = {turns(row) for row in rows if row.get("channels")}
+    travel = " or ".join("rad" if one else "m" for one in sorted(turning))
+    units = {"time": "s", "travel": travel}
+    headings = {f"{end}_{name}": f"{end}_{name} ({unit})" for end in ("min", "max") for name, unit in units.items()}
+    columns = {key: headings.get(key, key) for key in ("case", "channel", *_EXTREMES) if key in known}
+    _write(folder / EXTREMES, columns, lines)
+
+
+def _write(path: Path, columns: Mapping[str, str], lines: Sequence[Mapping[str, Any]]) -> None:
+    """Write lines as CSV; `columns` are the keys of the lines with their headings."""
+    with atomic_write(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns.values())
+        writer.writerows([["" if line.get(name) is None else line[name] for name in columns] for line in lines])

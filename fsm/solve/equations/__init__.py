@@ -1,0 +1,1 @@
+"""Equations of a step: linear solvers, Newton's method, equilibria."""

@@ -1,0 +1,158 @@
+"""Static equilibrium h(t, q, 0) = 0 by Newton's method with the exact tangent and load stepping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import cast
+
+import numpy as np
+
+from fsm.errors import NotConverged
+from fsm.kernels.blocks import BlockMatrix
+from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.interface.system import ArrayRestSystem, System
+from fsm.solve.stepping.equilibrium import RestCalls, RestModel, find, follow_arrays, predicted
+
+
+def equilibrium(
+    system: System,
+    q: np.ndarray,
+    times: np.ndarray,
+    tolerance: float = 1e-10,
+    max_iterations: int = 50,
+    on_state: Callable[[float, np.ndarray], None] | None = None,
+) -> np.ndarray:
+    """Follow static equilibria through the given times, at which loads and drives have their values.
+
+    Parameters
+    ----------
+    system : System
+    q : (nq,) array
+        Configuration to start from.
+    times : increasing times, s
+        Times of loads and drives; small steps keep the iteration on its branch. If `q` is an equilibrium, start with
+        its time: the tangent there predicts the next equilibrium.
+    tolerance : -
+        Bound of the last Newton step, over the size of a segment or a radian.
+    max_iterations : int
+    on_state : called with (time, q) at each equilibrium
+
+    Returns
+    -------
+    (nq,) array
+        Equilibrium at the last time. The stability is not checked; see `negative_pivots`.
+
+    Raises
+    ------
+    NotConverged
+        The message states the time and the worst body.
+    """
+    size, begun = system.scales().increment, 0
+    arrays = cast(ArrayRestSystem, system).arrays_at_rest(LinearSolver().ready) if _has_arrays(type(system)) else None
+    if arrays is not None:
+        states = np.empty((len(times), len(q)))
+        numbers = np.array(times, dtype=float), np.array(q, dtype=float), size, float(tolerance), int(max_iterations)
+        begun = arrays.calls.force.entry(follow_arrays, arrays, *numbers, states)(arrays, *numbers, states)
+        for t, state in zip(times[:begun], states, strict=False):
+            q = state
+            if on_state is not None:
+                on_state(float(t), q)
+    if begun == len(times):
+        return q
+    model, before = RestModel(_CALLS, _AtRest(system, LinearSolver())), times[max(begun - 1, 0)]
+    for t in times[begun:]:
+        found, q, residual = find(model, before, t, q, size, tolerance, max_iterations)
+        if not found:
+            raise NotConverged(
+                f"no equilibrium found at t = {t:.6g} s in {max_iterations} iterations; the largest residual, "
+                f"{np.abs(residual).max():.3g}, is at {system.worst_body(residual)}; take smaller steps"
+            )
+        before = t
+        if on_state is not None:
+            on_state(float(t), q)
+    return q
+
+
+@cache
+def _has_arrays(kind: type) -> bool:
+    """Whether systems of this class are `ArrayRestSystem`; cached, since the check is slow."""
+    return issubclass(kind, ArrayRestSystem)
+
+
+class _AtRest:
+    """Model of a system at rest (`fsm.solve.stepping.equilibrium`), with its stiffness and factorisation."""
+
+    def __init__(self, system: System, solver: LinearSolver) -> None:
+        self.system, self.solver = system, solver
+        self._stiffness: BlockMatrix | None = None
+
+    def force(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Force h (nu,)."""
+        return self.system.force(t, q, None)
+
+    def renewed_force(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Force h (nu,); the stiffness is evaluated there."""
+        linear = self.system.linearise(t, q, None)
+        self._stiffness = linear.stiffness
+        return linear.force
+
+    def factorise(self) -> bool:
+        """Factorise the stiffness."""
+        assert self._stiffness is not None
+        self.solver.factorise(self._stiffness)
+        return True
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Solution (nu,) with the last factors."""
+        return self.solver.solve(right)
+
+    def retract(self, q: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Configuration (nq,) after an increment."""
+        return self.system.retract(q, x)
+
+
+_CALLS = RestCalls(_AtRest.force, _AtRest.renewed_force, _AtRest.factorise, _AtRest.solve, _AtRest.retract)
+
+
+def tangent_prediction(
+    system: System, before: float, t: float, q: np.ndarray, solver: LinearSolver | None = None
+) -> np.ndarray:
+    """Increment of the equilibrium from `before` to t, to first order; see `fsm.solve.stepping.equilibrium.predicted`.
+
+    The function overwrites the factorisation of `solver`.
+    """
+    return predicted(RestModel(_CALLS, _AtRest(system, solver or LinearSolver())), before, t, q)
+
+
+def negative_pivots(
+    system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None, sticking: float | None = None
+) -> int:
+    """Number of negative pivots of the tangent stiffness at rest; 0 where stable.
+
+    Sylvester's law of inertia counts them for the symmetric part, by a factorisation without row exchanges between blocks.
+    Friction bristles make the stiffness unsymmetric. If the symmetric part then has negative pivots, the negative real
+    pivots of the stiffness itself count (see `fsm.solve.equations.equilibrium_step`). With a given `solver` the pattern is
+    not analysed again; the factorisation of the solver is overwritten, unless the system knows the number of this state.
+
+    With `sticking` (s), the stiffness includes the damping of regularised friction over this time. The result is then the
+    number of modes that grow by the factor e in less than this time although contacts stick.
+    """
+    solver = solver or LinearSolver()
+    if system.nu == 0 or (sticking is None and system.negative_at_rest(t, q) == 0):
+        solver.factorisations += 1 if system.nu else 0  # by the kernel
+        return 0
+    stiffness = system.linearise(t, q, None).stiffness
+    if sticking is not None:
+        damping = system.sticking_damping(t, q)
+        if damping is not None:
+            stiffness = stiffness.with_data(stiffness.data + damping.data / sticking)
+    matrix = stiffness.symmetric()
+    try:
+        solver.factorise(matrix)
+        if solver.negative_pivots() == 0:
+            return 0
+        solver.factorise(stiffness)
+    except NotConverged:  # the matrix is exactly singular: the system has a mechanism or a free body
+        return solver.negative_eigenvalues(matrix)
+    return solver.negative_real_pivots()

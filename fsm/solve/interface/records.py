@@ -1,0 +1,163 @@
+"""Records that systems return to solvers: energies, contacts, scales and linearisations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies and powers of one state.
+
+    Attributes
+    ----------
+    kinetic : J
+    potential : J, by kind of element
+    dissipated_power : W, >= 0
+    input_power : W
+        Power of loads and drives, without the power that accelerates driven bodies (the rate of `driven`).
+    pair_power : (2, n_pairs) array, W
+        Part of the dissipated power due to friction (first row) and damping (second row) of each contact pair.
+    sliding_power : W
+        Part of the dissipated power whose forces also act at rest: hysteresis of creases, friction with bristles.
+    driven : J
+        Kinetic energy of driven bodies, which follows from the prescribed motion.
+    load_power : W
+        Part of the input power that comes from loads; None if loads give all input power.
+    """
+
+    kinetic: float
+    potential: dict[str, float]
+    dissipated_power: float
+    input_power: float
+    pair_power: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
+    sliding_power: float = 0.0
+    driven: float = 0.0
+    load_power: float | None = None
+
+    @property
+    def stored(self) -> float:
+        """Kinetic plus all potential energy, J."""
+        return self.kinetic + self.stored_at_rest
+
+    @property
+    def stored_except_driven(self) -> float:
+        """Kinetic energy of all bodies except driven ones, plus all potential energy, J."""
+        return self.stored - self.driven
+
+    @property
+    def stored_at_rest(self) -> float:
+        """All potential energy, J."""
+        return sum(self.potential.values())
+
+
+@dataclass(frozen=True)
+class DriveState:
+    """Travel (m) and reaction along the drive direction (N) of every drive, (n_drives,) arrays."""
+
+    travel: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True)
+class PairState:
+    """Contact pairs of one state, (n_pairs,) arrays.
+
+    Attributes
+    ----------
+    force : N
+        Sum of the normal forces.
+    gap : m
+        Smallest gap, at most the search distance; negative where faces penetrate each other.
+    area : m^2
+        Area in contact, mean of both faces.
+    friction : N
+        Sum of the magnitudes of the friction forces.
+    slip : m/s
+        Mean slip speed, weighted by the normal force of each contact; 0 without contact.
+    friction_power, damping_power : W
+        Power dissipated by friction, and by the damping of the normal force.
+    """
+
+    force: np.ndarray
+    gap: np.ndarray
+    area: np.ndarray
+    friction: np.ndarray
+    slip: np.ndarray
+    friction_power: np.ndarray
+    damping_power: np.ndarray
+
+    def joined(self, other: PairState) -> PairState:
+        """State of the same pairs with the contacts of both states."""
+        force = self.force + other.force
+        slip = np.divide(
+            self.force * self.slip + other.force * other.slip, force, out=np.zeros(len(force)), where=force > 0.0
+        )
+        return PairState(
+            force,
+            np.minimum(self.gap, other.gap),
+            self.area + other.area,
+            self.friction + other.friction,
+            slip,
+            self.friction_power + other.friction_power,
+            self.damping_power + other.damping_power,
+        )
+
+
+@dataclass(frozen=True)
+class Observation:
+    """Quantities of one state for the results file, besides q and u.
+
+    `reaction` (N) is the largest reaction at any body; statics scales its residual by it. In dynamics it may be 0.
+    """
+
+    drive: DriveState
+    energy: Energy
+    reaction: float
+    pairs: PairState
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Force h and its derivatives K = -dh/dx and D = -dh/du, on one pattern.
+
+    With a previous state, rates are increments over the time step dt. The whole derivative -dh/dx is then K + D/dt.
+    """
+
+    force: np.ndarray
+    stiffness: BlockMatrix
+    damping: BlockMatrix
+
+
+@dataclass(frozen=True)
+class StepRejection:
+    """Rejection of a step by the system.
+
+    Attributes
+    ----------
+    part : -
+        Recommended length of a new step, relative to the rejected step.
+    reason : str
+        Reason for the rejection; empty if a shorter step only reduces the error.
+    """
+
+    part: float
+    reason: str = ""
+
+
+PreviousState = tuple[float, np.ndarray]
+"""Previous state of a quasi-static path: time (s) and configuration."""
+
+
+Ready: TypeAlias = Callable[[BlockPattern], tuple[Elimination, np.ndarray]]
+"""Function that gives the elimination of a pattern, and the block data of its factors."""
+
+
+Depths: TypeAlias = Any
+"""Depths at which contacts are linearised; only the system interprets them."""

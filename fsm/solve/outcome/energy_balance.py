@@ -1,0 +1,90 @@
+"""Energy balance of a solve: stored energy + dissipated energy - work = const."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fsm.solve.interface.records import Energy
+from fsm.solve.stepping.march import balanced
+
+_ROUND_OFF = 1e-12
+"""Round-off of the energy after many steps, relative to the stored energy at the start."""
+JUDGED_FROM = 0.1
+"""Part of the run in which no energy error stops the run: relative errors are large while the reference energy is
+small."""
+
+_NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover", "kinetic_worst", "round_off_floor"
+"""Names of the numbers in the order of `fsm.solve.stepping.march`."""
+
+
+@dataclass
+class EnergyBalance:
+    """Energy balance of a solve, J.
+
+    `error` is the present residual, `worst` its largest magnitude so far, `gained` its largest positive value so far.
+    `turnover` is the reference energy: the largest energy stored, dissipated or put in so far. Relative errors refer to it.
+    A reference energy below `round_off_floor` is round-off, for example of a structure at rest or of a mechanism without
+    resistance. There is then no relative error. `pair_energy` (2, n_pairs) is the energy that friction and damping of every
+    contact pair have dissipated.
+    """
+
+    start: float = 0.0
+    dissipated: float = 0.0
+    work: float = 0.0
+    error: float = 0.0
+    worst: float = 0.0
+    gained: float = 0.0
+    turnover: float = 0.0
+    kinetic_worst: float = 0.0
+    round_off_floor: float = 0.0
+    pair_energy: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
+
+    @classmethod
+    def opened(cls, energy: Energy) -> EnergyBalance:
+        """Open the balance of a solve at the energy of its initial state."""
+        round_off_floor = _ROUND_OFF * sum(map(abs, energy.potential.values()))
+        return cls(start=energy.stored, round_off_floor=round_off_floor, pair_energy=np.zeros_like(energy.pair_power))
+
+    def add(self, work: float, dissipated: float, of_pairs: np.ndarray) -> None:
+        """Add work, dissipated energy, and the dissipated energy of every contact pair."""
+        self.work += work
+        self.dissipated += dissipated
+        self.pair_energy = self.pair_energy + of_pairs
+
+    def balance(self, stored: float, kinetic: float) -> None:
+        """Update the residual with the present stored energy and its kinetic part."""
+        self.error, self.worst, self.gained, self.turnover, self.kinetic_worst = balanced(
+            stored, kinetic, self.start, self.dissipated, self.work, self.worst, self.gained, self.turnover,
+            self.kinetic_worst,
+        )  # fmt: skip
+
+    def numbers(self) -> np.ndarray:
+        """The numbers as an array, for `fsm.solve.stepping.march`."""
+        return np.array([getattr(self, name) for name in _NUMBERS])
+
+    def set_numbers(self, numbers: np.ndarray) -> None:
+        """Set the numbers from an array that `numbers` made."""
+        for name, number in zip(_NUMBERS, numbers.tolist(), strict=False):
+            setattr(self, name, number)
+
+    @property
+    def stored(self) -> float:
+        """Stored energy at the last update, J."""
+        return self.start + self.work - self.dissipated + self.error
+
+    @property
+    def text(self) -> str:
+        """Worst error for messages."""
+        return f"Energy error {self.worst:.3g} J; reference energy {self.turnover:.3g} J"
+
+    @property
+    def relative_error(self) -> float:
+        """Largest residual relative to the reference energy; 0 if the reference energy is round-off."""
+        return self.worst / self.turnover if self.turnover > self.round_off_floor else 0.0
+
+    @property
+    def relative_gain(self) -> float:
+        """Largest gain relative to the reference energy; 0 if the reference energy is round-off."""
+        return self.gained / self.turnover if self.turnover > self.round_off_floor else 0.0

@@ -1,0 +1,1 @@
+"""Paths of equilibria, with snap-throughs and arc length."""

@@ -1,0 +1,107 @@
+"""Several steps of the generalized-alpha method, with the energy balance at the end of each step."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from fsm.kernels.jit import kernel, shared
+from fsm.kernels.pointers import borrowed
+from fsm.solve.stepping.generalized_alpha import TIME, Motion, Rules, take_step
+from fsm.solve.stepping.model import TIME as AT
+from fsm.solve.stepping.model import TURNOVER as BEFOREHAND
+from fsm.solve.stepping.model import energies
+from fsm.solve.stepping.outcomes import STEPPED
+from fsm.solve.stepping.vectors import copy_into
+
+(
+    START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, ROUND_OFF, POWER, SHORTEST, ALLOWED, LOSSES,
+    DRIVEN,
+) = range(14)  # fmt: skip
+"""Indices of the array `balance` of `march`. START to ROUND_OFF are the fields of `EnergyBalance` (J). POWER is the
+input power at the end of the last step (W), SHORTEST the shortest step (s). ALLOWED is the largest error relative to
+the turnover. LOSSES is 1 if losses are checked too. DRIVEN is the kinetic energy of driven bodies (J)."""
+
+
+@shared
+def balanced(
+    stored: float, kinetic: float, start: float, dissipated: float, work: float, worst: float, gained: float,
+    turnover: float, kinetic_worst: float,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """Energy balance at the end of a step, with the stored energy (kinetic and potential) and its kinetic part, J.
+
+    Returns the new error, worst error, largest gain, turnover and largest kinetic energy of the balance.
+    """
+    error = stored - start + dissipated - work
+    kinetic_worst = max(kinetic_worst, kinetic)
+    turnover = max(turnover, abs(stored - start), abs(dissipated), abs(work), kinetic_worst)
+    return error, max(worst, abs(error)), max(gained, error), turnover, kinetic_worst
+
+
+@shared
+def note_step(balance: np.ndarray, record: np.ndarray, q: np.ndarray, u: np.ndarray, t: float, step: float) -> None:
+    """Write time, turnover before the step and state to a record; `step` is the size of the step, s."""
+    record[AT], record[BEFOREHAND] = t, balance[TURNOVER]
+    first = record.shape[0] - q.shape[0] - u.shape[0]
+    copy_into(q, record[first : first + q.shape[0]])
+    copy_into(u, record[first + q.shape[0] :])
+    balance[SHORTEST] = min(balance[SHORTEST], step)
+
+
+@shared
+def add_to_balance(
+    balance: np.ndarray, work: float, dissipated: float, kinetic: float, potential: float
+) -> bool:
+    """Add the energies of a step to the balance, J; returns whether the energy error is above its bound."""
+    balance[WORK] += work
+    balance[DISSIPATED] += dissipated
+    balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
+        kinetic + potential, kinetic, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST],
+        balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST],
+    )  # fmt: skip
+    off = balance[WORST] if balance[LOSSES] > 0.0 else balance[GAINED]
+    return bool(balance[TURNOVER] > balance[ROUND_OFF] and off > balance[ALLOWED] * balance[TURNOVER])
+
+
+@shared
+def march(
+    model: Any, motion: Motion, rules: Rules, balance: np.ndarray, until: float, most: int, records: np.ndarray
+) -> int:
+    """Take at most `most` steps up to `until`, and return the outcome of the last step.
+
+    The function returns early if the energy error exceeds `balance[ALLOWED]`; the caller then takes single steps.
+    `records` (m, k) receives a record of each step (`fsm.solve.stepping.model`); all steps beyond the last row overwrite
+    this row.
+    """
+    sizes, last = motion.sizes, records.shape[0] - 1
+    energies(model, sizes[TIME], motion.q, motion.u, 0.0, records[0])  # dampers use this state as the previous state
+    for number in range(most):
+        begin, record = sizes[TIME], records[min(number, last)]
+        if not begin < until:
+            break
+        for b in rules.breaks:
+            if b == begin:  # powers may jump at this time
+                balance[POWER] = energies(model, np.nextafter(begin, math.inf), motion.q, motion.u, 0.0, record)[3]
+        outcome = take_step(model, motion, rules, until)
+        if outcome != STEPPED:
+            return outcome
+        step = sizes[TIME] - begin
+        kinetic, potential, dissipated, power, driven = energies(model, sizes[TIME], motion.q, motion.u, step, record)
+        work = 0.5 * step * (balance[POWER] + power) + driven - balance[DRIVEN]
+        balance[POWER], balance[DRIVEN] = power, driven
+        note_step(balance, record, motion.q, motion.u, sizes[TIME], step)
+        if add_to_balance(balance, work, step * dissipated, kinetic, potential):
+            break
+    return STEPPED
+
+
+@kernel
+def march_arrays(
+    model: Any, motion: Motion, rules: Rules, balance: np.ndarray, until: float, most: int, records: np.ndarray
+) -> int:
+    """Compiled `march` for an `ArrayModel`."""
+    return march(
+        borrowed(model), borrowed(motion), borrowed(rules), borrowed(balance), until, most, borrowed(records)
+    )

@@ -1,0 +1,337 @@
+"""One step of the energy-conserving mean-force method: the force of a step is its mean along the step.
+
+With x the increment of the configuration from t_n to t_{n+1} = t_n + h [1, 2]:
+
+    M (u_{n+1} - u_n)/h = int_0^1 f(t_n + s h, retract(q_n, s x), x/h) ds,    x/h = (u_n + u_{n+1})/2
+
+f.x is then the difference of the potential. Therefore kinetic + potential + dissipated energy - work is constant,
+except for the error of the quadrature. Two Gauss points are exact for potentials up to the fourth degree, for example
+the potential of a stretched film. Rigid bodies rotate about their mean angular velocity, so gyroscopic moments do no
+work. The method is of second order, has no numerical damping, and cannot gain energy. Newmark's method, and
+generalized-alpha with little damping, can gain energy where a film stretches. Dampers dissipate energy at the mean
+rates.
+
+Newton's method solves for x with the matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same quadrature. Where films
+become slack or taut, K differs between the two points by orders of magnitude; Newton's method with K at one point does
+not converge there. Corrections that overshoot are cut where the work of the residual along them vanishes. The cut is
+limited, because otherwise one region that becomes taut would stop the motion of all others. With fixed steps, Broyden's
+good update [3] corrects a reused tangent. Steps with many iterations are halved, because both halves together may need
+fewer iterations. Steps are also halved where the quadrature does not conserve the energy.
+
+The mean rates of undamped modes that are too fast for a fixed step change their sign in every step. The mean rate of
+the step before the last one therefore predicts these modes; it also predicts slow modes. Linear extrapolation would
+give these rates three times the size and the wrong sign, and would make taut films slack. With error control these
+modes are damped, so the prediction is linear.
+
+Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', from differences of
+the mean rates. The filter 2/h^2 S^-1 M, with the matrix S of Newton's method, removes modes that are too fast for the step.
+A step is also repeated if the quadrature loses too much energy, for example where a contact closes.
+
+References
+----------
+[1] Simo, Tarnow, Z. angew. Math. Phys. 43 (1992) 757-792. [2] Quispel, McLaren, J. Phys. A 41 (2008) 045206.
+[3] Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM 1995, chapter 7.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from fsm.kernels.jit import kernel, shared
+from fsm.kernels.pointers import borrowed
+from fsm.kernels.vector import mean_ratio
+from fsm.solve.stepping.march import DRIVEN, POWER, add_to_balance, note_step
+from fsm.solve.stepping.mean_newton import (
+    COST,
+    DISSIPATED,
+    DIVISION,
+    ERROR_BEFORE,
+    FACTORED,
+    FAILED,
+    ITERATIONS,
+    KNOWN,
+    LAST,
+    LAST_BEFORE,
+    LINEARISATIONS,
+    LONGEST,
+    NEXT,
+    OFF,
+    REJECTED,
+    ROUND_OFF,
+    TIME,
+    WORK,
+    MeanMotion,
+    MeanRules,
+    StepEnergies,
+    accept_step,
+    quadrature_error,
+    reference,
+    same_size,
+    solved,
+    step_energies,
+)
+from fsm.solve.stepping.model import (
+    DRIVES,
+    energies,
+    factorise_mass,
+    longest_step,
+    mass_times,
+    part_of_step,
+    renewed_force,
+    retract,
+    solve,
+    unable,
+)
+from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
+from fsm.solve.stepping.vectors import end_velocity, scaled, subtracted
+
+_FINEST = 64
+"""Largest number of parts of a step for which Newton's method did not converge."""
+_FACTORS = 5.0
+"""Cost of a tangent and its factorisation, in iterations."""
+_DEAR, _CHEAP, BETWEEN = 25.0, 9.0, 15.0
+"""Mean cost of a fixed step, in iterations: bound for halving, bound for doubling, and initial value after a change.
+
+Example, film with slack regions that become taut: 40 iterations for a step, 10 for each half, 6 for each quarter
+(2026-11-23).
+"""
+_HALVES = 4
+"""Largest number of parts into which an expensive step is divided."""
+_MEMORY = 0.7
+"""Weight of the previous mean in the running mean of the cost."""
+_FIRST = 1e-4
+"""Largest first step relative to the remaining time."""
+_SAFETY, _GROWTH, _SHRINK, _STEADY = 0.9, 2.0, 0.2, 1.2
+"""Constants of error control; the last constant is the growth below which step size and factorisation are reused."""
+_CUT = 0.25
+"""Factor on a step size for which Newton's method did not converge."""
+_LOST, _AT_ONCE, _LEAST = 3e-6, 0.01, 1e-9
+"""Bounds of the quadrature error of the energy, relative to the reference energy. First: bound for the sum of all
+steps. Second: part of the remaining error that one step may use. Third: smallest bound for a step."""
+_LOST_AT_ONCE = 1e-4
+"""Bound of the quadrature error of the energy in a fixed step, relative to the reference energy. A step with a larger
+error is divided into at most 16 parts, because regions of a film that become slack cause kinks of the force
+(2026-11-23)."""
+_SMALLEST = 16.0 * float(np.finfo(float).eps)
+"""Smallest step relative to the present time."""
+
+
+@shared
+def take_step(model: Any, motion: MeanMotion, rules: MeanRules, until: float) -> int:
+    """Take one step that ends at `until` or before, and return the outcome (see `fsm.solve.stepping.outcomes`)."""
+    target = until
+    for b in rules.breaks:
+        if b > motion.sizes[TIME]:
+            target = min(target, b)
+    if rules.fixed_step > 0.0:
+        return _fixed_step(model, motion, rules, target)
+    return _controlled_step(model, motion, rules, target, until)
+
+
+# fixed steps ------------------------------------------------------------------------------------------------------------
+
+
+@shared
+def _fixed_step(model: Any, motion: MeanMotion, rules: MeanRules, target: float) -> int:
+    sizes, counts = motion.sizes, motion.counts
+    t, spent = sizes[TIME], _spent(motion)
+    while True:
+        left = target - t
+        count = math.ceil(left * counts[DIVISION] / rules.fixed_step * (1.0 - 1e-9))
+        h = same_size(motion, left / max(count, 1))
+        end = target if count <= 1 else t + h
+        done, x = solved(model, motion, rules, h)
+        if unable(model):
+            return UNABLE
+        if done:
+            found = step_energies(model, motion, h, x, end)
+            done = math.isfinite(found.stored)
+            if done and (counts[DIVISION] >= _FINEST // 4 or _conserved(motion, found)):
+                break
+        counts[FAILED] += 1
+        sizes[FACTORED] = 0.0
+        counts[DIVISION], sizes[COST] = 2 * counts[DIVISION], BETWEEN
+        if counts[DIVISION] > _FINEST:
+            return NO_SOLUTION
+    divide(motion, _spent(motion) - spent)
+    accept_step(model, motion, h, x, end, found)
+    return STEPPED
+
+
+@shared
+def _spent(motion: MeanMotion) -> float:
+    return motion.counts[ITERATIONS] + _FACTORS * motion.counts[LINEARISATIONS]
+
+
+@shared
+def divide(motion: MeanMotion, cost: float) -> None:
+    """Halve or double the next steps by the cost of the last ones."""
+    sizes, counts = motion.sizes, motion.counts
+    sizes[COST] = _MEMORY * sizes[COST] + (1.0 - _MEMORY) * cost
+    if sizes[COST] > _DEAR and counts[DIVISION] < _HALVES:
+        counts[DIVISION], sizes[COST] = 2 * counts[DIVISION], BETWEEN
+    elif sizes[COST] < _CHEAP and counts[DIVISION] > 1:
+        counts[DIVISION], sizes[COST] = counts[DIVISION] // 2, BETWEEN
+
+
+@shared
+def _conserved(motion: MeanMotion, found: StepEnergies) -> bool:
+    """Whether the quadrature of a fixed step conserves the energy."""
+    bound = max(_LOST_AT_ONCE * reference(motion, found), motion.sizes[ROUND_OFF])
+    return abs(quadrature_error(motion, found)) <= bound
+
+
+# error control ----------------------------------------------------------------------------------------------------------
+
+
+@shared
+def _controlled_step(model: Any, motion: MeanMotion, rules: MeanRules, target: float, until: float) -> int:
+    sizes, counts = motion.sizes, motion.counts
+    t = sizes[TIME]
+    if sizes[LONGEST] == 0.0:
+        sizes[LONGEST] = longest_step(model, t, motion.q, motion.u)
+    if sizes[NEXT] == 0.0 and not _start(model, motion, rules, until - t):
+        return UNABLE if unable(model) else NO_SOLUTION
+    grow = True
+    while True:
+        left, h = target - t, min(sizes[NEXT], rules.max_step, sizes[LONGEST])
+        count = math.ceil(left / h * (1.0 - 1e-9))
+        h = same_size(motion, left / count if count <= 2 else h)
+        end = target if count <= 1 else t + h
+        if not end > t:
+            return STEP_TOO_SMALL
+        done, x = solved(model, motion, rules, h)
+        if unable(model):
+            return UNABLE
+        part = 1.0
+        # the end of a step may be beyond a state that the Gauss points do not reach, for example where facets meet
+        if done:
+            found = step_energies(model, motion, h, x, end)
+            done = math.isfinite(found.stored)
+        if not done:
+            counts[FAILED] += 1
+            sizes[FACTORED] = 0.0
+            sizes[NEXT] = _CUT * h
+        else:
+            part = part_of_step(model, end, retract(model, motion.q, x), end_velocity(x, h, motion.u), h)
+            if part == 1.0:
+                of_time = _error(model, motion, rules, h, x) if h > rules.shortest else 0.0
+                error = max(of_time, _lost(motion, found) if h > rules.shortest / _FINEST else 0.0)
+                if error <= 1.0:
+                    _adapt(motion, rules, h, max(error, 1e-8), grow)
+                    break
+                sizes[NEXT] = h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0))
+                if error == of_time:
+                    sizes[NEXT] = max(sizes[NEXT], min(h, rules.shortest))
+            else:
+                sizes[NEXT] = h * part
+            counts[REJECTED] += 1
+        grow = False
+        if sizes[NEXT] < _SMALLEST * max(abs(t), until - t):
+            if not done:
+                return NO_SOLUTION
+            return OBJECTED if part < 1.0 else STEP_TOO_SMALL
+    accept_step(model, motion, h, x, end, found)
+    return STEPPED
+
+
+@shared
+def _start(model: Any, motion: MeanMotion, rules: MeanRules, left: float) -> bool:
+    """Choose the first step, from the velocity and from u' right after the present time."""
+    sizes = motion.sizes
+    right = renewed_force(model, np.nextafter(sizes[TIME], math.inf), motion.q, motion.u)
+    if not factorise_mass(model):
+        return False
+    sizes[FACTORED] = 0.0
+    rate = solve(model, right)
+    pace = max(mean_ratio(motion.u, rules.size), math.sqrt(mean_ratio(rate, rules.size)))
+    sizes[NEXT] = min(_FIRST * left, rules.max_step)
+    if pace > 0.0:
+        sizes[NEXT] = min(sizes[NEXT], rules.rtol ** (1.0 / 3.0) / pace)
+    return True
+
+
+@shared
+def _error(model: Any, motion: MeanMotion, rules: MeanRules, h: float, x: np.ndarray) -> float:
+    """Ratio of the local error of the increment to the tolerance; 0 until it is known.
+
+    The error of the rate is not controlled; without damping, the fastest vibrations of stiff joints would determine the
+    steps.
+    """
+    sizes, mean = motion.sizes, scaled(1.0 / h, x)
+    if motion.counts[KNOWN] == 0:
+        return 0.0
+    if motion.counts[KNOWN] == 1:
+        return h / rules.rtol ** (2.0 / 3.0) * mean_ratio(subtracted(mean, motion.mean), rules.size)
+    rate = scaled(1.0 / (0.5 * (h + sizes[LAST])), subtracted(mean, motion.mean))
+    jerk = scaled(1.0 / (0.5 * (0.5 * h + sizes[LAST] + 0.5 * sizes[LAST_BEFORE])), subtracted(rate, motion.rate))
+    filtered = scaled(h / 6.0, mass_times(model, jerk))  # factor h^3/12 times 2/h^2
+    return mean_ratio(solve(model, filtered), rules.size) / rules.rtol
+
+
+@shared
+def _lost(motion: MeanMotion, found: StepEnergies) -> float:
+    """Ratio of the energy error of the quadrature to its bound."""
+    sizes, turnover = motion.sizes, reference(motion, found)
+    most = max(_AT_ONCE * (_LOST * turnover - abs(sizes[OFF])), _LEAST * turnover, sizes[ROUND_OFF])
+    return abs(quadrature_error(motion, found)) / most if most > 0.0 else 0.0
+
+
+@shared
+def _adapt(motion: MeanMotion, rules: MeanRules, h: float, error: float, grow: bool) -> None:
+    """Soderlind's PI controller (PI.4.2)."""
+    sizes = motion.sizes
+    factor = _SAFETY * error ** (-0.2) * sizes[ERROR_BEFORE] ** (1.0 / 15.0)
+    sizes[ERROR_BEFORE] = error
+    most, following = _GROWTH if grow else 1.0, sizes[NEXT]
+    wanted = max(h * min(max(factor, _SHRINK), most), min(h * most, rules.shortest))
+    if grow and h < following and error * (following / h) ** 3 <= 1.0:
+        wanted = max(wanted, following)
+    if not following <= wanted <= _STEADY * following or not grow:
+        sizes[NEXT] = min(wanted, rules.max_step)
+
+
+# many steps -------------------------------------------------------------------------------------------------------------
+
+
+@shared
+def march_mean_force(
+    model: Any, motion: MeanMotion, rules: MeanRules, balance: np.ndarray, until: float, most: int, records: np.ndarray
+) -> int:
+    """Take at most `most` steps up to `until`, with the energy balance, as `fsm.solve.stepping.march.march`.
+
+    `motion.all_pairs` is increased by the energies that contact pairs dissipate.
+    """
+    sizes, drives, last = motion.sizes, motion.drive_force.shape[0], records.shape[0] - 1
+    for number in range(most):
+        begin, record = sizes[TIME], records[min(number, last)]
+        if not begin < until:
+            break
+        outcome = take_step(model, motion, rules, until)
+        if outcome != STEPPED:
+            return outcome
+        kinetic, potential, _, power, driven = energies(model, sizes[TIME], motion.q, motion.u, 0.0, record)
+        for k in range(drives):
+            record[DRIVES + drives + k] = motion.drive_force[k]
+        for row in range(2):
+            for k in range(motion.of_pairs.shape[1]):
+                motion.all_pairs[row, k] += motion.of_pairs[row, k]
+        work = sizes[WORK] + driven - balance[DRIVEN]
+        balance[POWER], balance[DRIVEN] = power, driven
+        note_step(balance, record, motion.q, motion.u, sizes[TIME], sizes[TIME] - begin)
+        if add_to_balance(balance, work, sizes[DISSIPATED], kinetic, potential):
+            break
+    return STEPPED
+
+
+@kernel
+def march_mean_force_arrays(
+    model: Any, motion: MeanMotion, rules: MeanRules, balance: np.ndarray, until: float, most: int, records: np.ndarray
+) -> int:
+    """Compiled `march_mean_force` for an `ArrayModel`."""
+    return march_mean_force(
+        borrowed(model), borrowed(motion), borrowed(rules), borrowed(balance), until, most, borrowed(records)
+    )

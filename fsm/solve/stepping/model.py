@@ -1,0 +1,201 @@
+"""Functions of a model that a time step calls.
+
+In Python these functions call the methods of the model. A kernel calls the kernels of an `ArrayModel` instead.
+`fsm.solve.interface.system.System` defines the shapes.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.kernels.jit import compiled_as
+from fsm.kernels.pointers import Pointer, typed_by
+
+TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
+"""Indices of the record of a step. First are time (s), turnover before the step, kinetic energy, and elastic energies of
+panels and creases (J). `STEADY` is 1 for a state near a stable equilibrium, else 0. From `DRIVES` on, the record contains
+travels, then forces of all drives, normal forces of all contact pairs, q and u."""
+
+INERTIAL = 1e-2
+"""Largest ratio of inertial forces to the force of the drives near an equilibrium."""
+
+
+class Calls(NamedTuple):
+    """Kernels of the functions of this module; their first argument is the arrays of the model."""
+
+    force: Any
+    renewed_force: Any
+    factorise: Any
+    factorise_mass: Any
+    solve: Any
+    mapped: Any
+    retract: Any
+    mass_times: Any
+    stiffness_times: Any
+    damping_times: Any
+    contacts_opened: Any
+    part_of_step: Any
+    longest_step: Any
+    accept: Any
+    unable: Any
+    energies: Any
+    keep_tangent: Any
+    powers: Any
+
+
+class ArrayModel(NamedTuple):
+    """Compiled model. `calls` holds `Pointer`s to kernels, and the NumPy arrays `arrays` are their first argument."""
+
+    calls: Calls
+    arrays: Any
+
+    @classmethod
+    def of(cls, kernels: Calls, arrays: Any, q: np.ndarray, u: np.ndarray) -> ArrayModel:
+        """Create a model from arrays and kernels; q (nq,) and u (nu,) are an example of a state, and u of a record."""
+        t, state = 0.0, (0.0, q, u)
+        arguments = Calls(
+            state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
+            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u),
+        )  # fmt: skip
+        pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
+        return cls(Calls(*pointers), arrays)
+
+
+def force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Force h (nu,)."""
+    return np.asarray(model.force(t, q, u))
+
+
+def renewed_force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Force h (nu,); K and D are evaluated at this state and used by all later calls."""
+    return np.asarray(model.renewed_force(t, q, u))
+
+
+def factorise(model: Any, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:
+    """Factorise S = K + (by_rate D + by_acceleration M) T, with T of the increment x (nu,) if `maps`, else the identity.
+
+    The result is false if S is singular.
+    """
+    return bool(model.factorise(by_rate, by_acceleration, x, maps))
+
+
+def factorise_mass(model: Any) -> bool:
+    """Factorise M and return whether it is regular."""
+    return bool(model.factorise_mass())
+
+
+def solve(model: Any, right: np.ndarray) -> np.ndarray:
+    """Solution (nu,) with the last factors."""
+    return np.asarray(model.solve(right))
+
+
+def mapped(model: Any, change: np.ndarray) -> np.ndarray:
+    """Change (nu,) of x by an increment after x, with T of the last factorisation."""
+    return np.asarray(model.mapped(change))
+
+
+def retract(model: Any, q: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Configuration (nq,) after an increment."""
+    return np.asarray(model.retract(q, x))
+
+
+def mass_times(model: Any, vector: np.ndarray) -> np.ndarray:
+    """M v."""
+    return np.asarray(model.mass_times(vector))
+
+
+def stiffness_times(model: Any, vector: np.ndarray) -> np.ndarray:
+    """K v."""
+    return np.asarray(model.stiffness_times(vector))
+
+
+def damping_times(model: Any, vector: np.ndarray) -> np.ndarray:
+    """D v."""
+    return np.asarray(model.damping_times(vector))
+
+
+def contacts_opened(model: Any) -> bool:
+    """Whether contacts of the last tangent have opened; see `System.contacts_opened`."""
+    return bool(model.contacts_opened())
+
+
+def part_of_step(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
+    """1 if the model accepts the step, else the factor on the step size to try next; see `System.rejection`."""
+    return float(model.part_of_step(t, q, u, step))
+
+
+def longest_step(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> float:
+    """Longest step from an accepted state, s; see `System.longest_step`."""
+    return float(model.longest_step(t, q, u))
+
+
+def accept(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> float:
+    """Accept a state and return the longest step from it, s; see `System.commit`."""
+    return float(model.accept(t, q, u))
+
+
+def unable(model: Any) -> bool:
+    """Whether the model failed to solve linear equations that another model of the same system can solve."""
+    return bool(model.unable())
+
+
+def energies(
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray
+) -> tuple[float, float, float, float, float]:
+    """Energies and powers of a state.
+
+    Kinetic and potential energy (J), mean power of dampers over the step that ends at this state (W), input power (W),
+    and kinetic energy of driven bodies (J). The mean power follows from the deformations since the last call, or from
+    the present rates if the step is zero. Energies, travels and forces of drives are written to the record.
+    """
+    kinetic, potential, dissipated, put_in, driven = model.energies(t, q, u, step, record)
+    return kinetic, potential, dissipated, put_in, driven
+
+
+def keep_tangent(model: Any, by_stiffness: float, by_damping: float, first: bool) -> bool:
+    """Keep K and D, multiplied by these factors, if `first`; else add the kept matrices to the present K and D,
+    multiplied by these factors.
+
+    The result is false if the tangents have different patterns.
+    """
+    return bool(model.keep_tangent(by_stiffness, by_damping, first))
+
+
+def powers(
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, of_pairs: np.ndarray, drive_force: np.ndarray
+) -> tuple[float, float]:
+    """Input power and dissipated power of a state, W.
+
+    The powers of contact pairs (`Energy.pair_power`) and the forces of all drives are added to `of_pairs` (2, n_pairs) and
+    `drive_force` (n_drives,).
+    """
+    put_in, dissipated = model.powers(t, q, u, of_pairs, drive_force)
+    return put_in, dissipated
+
+
+def stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> tuple[float, float]:
+    """Kinetic energy, and kinetic and potential energy without driven bodies, J; the record is work space."""
+    kinetic, total = model.stored(t, q, u)
+    return kinetic, total
+
+
+def _called(name: str) -> Any:
+    """Function that calls the kernel of this name of an `ArrayModel`."""
+
+    def instead(model: Any, *arguments: Any) -> Any:
+        return getattr(model.calls, name)(model.arrays, *arguments)
+
+    return instead
+
+
+def _stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> Any:
+    kinetic, potential, _, _, driven = model.calls.energies(model.arrays, t, q, u, 0.0, record)
+    return kinetic, kinetic + potential - driven
+
+
+for _name in Calls._fields:
+    compiled_as(globals()[_name], ArrayModel, _called(_name))
+compiled_as(stored, ArrayModel, _stored)
+typed_by(ArrayModel)

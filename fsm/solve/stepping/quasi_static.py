@@ -1,0 +1,218 @@
+"""One quasi-static step by Newton's method: h(t, q, u) = 0 with u the mean velocity since the last state.
+
+As for time steps, Python runs `settle` for any system, and a kernel compiles it for compiled models. The model stores
+the time and the last state. The model also stores the efforts of springs and the depths of contacts if they are separate
+unknowns (see `fsm.solve.interface.system.MixedSystem`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.kernels.jit import kernel, shared
+from fsm.kernels.pointers import Pointer, typed_by
+from fsm.kernels.vector import largest_ratio
+from fsm.solve.stepping.vectors import inner, scaled
+
+FOUND, NOT_FINITE, SINGULAR, TOO_MANY = range(4)
+"""Outcomes of Newton's method; the last one means too many iterations."""
+
+_ROUND_OFF = 4e-15
+"""Round-off of forces relative to stiffness times span."""
+_OVERSHOOT = 4.0
+"""A step is cut if its work becomes more negative than this factor times its initial work: contacts opened or closed."""
+_ENOUGH = 0.5
+"""Remaining work of a cut step relative to its initial work."""
+_TRIALS = 10
+"""Largest number of trial states for the cut."""
+_SMALL_CORRECTION = 1e-4
+"""Step below which only the forces are evaluated first, since they are probably in balance."""
+_PATIENCE = 4
+"""Number of iterations after which the residual is first compared with the reactions."""
+_LARGE_RESIDUAL, _SLOW_REDUCTION = 200.0, 1e-2
+"""Residual relative to the largest reaction, and relative to the first residual, above which the iteration stops."""
+
+
+class NewtonRules(NamedTuple):
+    """Tolerances and scales.
+
+    Attributes
+    ----------
+    tolerance : N
+        Largest component of the residual at an equilibrium, unless round-off is larger.
+    largest_reaction : N
+    reach : -
+        Largest correction, relative to the span of the structure or in radians.
+    max_iterations : int
+    mixed : bool
+        Whether efforts of springs and depths of contacts are separate unknowns.
+    span, force_scale : (nu,) arrays
+        Scales of the increments, and divisors that convert generalised forces to N.
+    """
+
+    tolerance: float
+    largest_reaction: float
+    reach: float
+    max_iterations: int
+    mixed: bool
+    span: np.ndarray
+    force_scale: np.ndarray
+
+
+ITERATION, SOLVED, FACTORISED, EVALUATED = range(4)
+"""Indices of `Settled.counts`: number of the last iteration, and of solutions, factorisations and evaluated states."""
+
+
+class Settled(NamedTuple):
+    """Result of `settle`.
+
+    Attributes
+    ----------
+    ending : int
+        `FOUND`, or the reason for the failure.
+    q : configuration
+    residual : (nu,) array, N and N m
+    counts : (4,) int array
+    round_off : N
+        Forces below this are round-off.
+    """
+
+    ending: int
+    q: np.ndarray
+    residual: np.ndarray
+    counts: np.ndarray
+    round_off: float
+
+
+class StaticCalls(NamedTuple):
+    """Functions of a model, or `Pointer`s to kernels. The first argument is the model, or its arrays.
+
+    Attributes
+    ----------
+    force : ``force(model, q)``
+        Force h (nu,).
+    linearised_force : ``linearised_force(model, q, mixed)``
+        The same as `force`; also evaluates K and D, with the efforts and depths that the model keeps if `mixed` is true.
+    factorise : ``factorise(model)``
+        Factorise K + D/dt; the result is false if it is singular.
+    largest_force : ``largest_force(model, span, force_scale)``
+        Largest force of an entry of the last matrix along the spans of `NewtonRules`, N.
+    solve : ``solve(model, right)``
+        Solution (nu,) with the last factors; NaN if the equations cannot be solved.
+    retract : ``retract(model, q, dx)``
+        Configuration (nq,) after an increment.
+    advance : ``advance(model, q, dx, cut)``
+        Advance efforts and depths by an increment from q, to first order; with `cut`, start from the depths before the
+        last increment.
+    """
+
+    force: Any
+    linearised_force: Any
+    factorise: Any
+    largest_force: Any
+    solve: Any
+    retract: Any
+    advance: Any
+
+
+class StaticModel(NamedTuple):
+    """Model in a quasi-static step: its functions, and their first argument."""
+
+    calls: StaticCalls
+    arrays: Any
+
+    @classmethod
+    def of(cls, kernels: StaticCalls, arrays: Any, q: np.ndarray) -> StaticModel:
+        """Create a model from arrays and kernels; q (nq,) is an example of a configuration."""
+        arguments = StaticCalls((q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True))
+        pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
+        return cls(StaticCalls(*pointers), arrays)
+
+
+def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
+    """Find the equilibrium by Newton's method in a trust region, from q (nq,); steps that overshoot are cut."""
+    calls, arrays = model.calls, model.arrays
+    counts, q = np.zeros(4, dtype=np.int64), q.copy()
+    step, q_before, residual, cut = scaled(0.0, rules.span), q, q, False
+    work = round_off = 0.0
+    size = last_size = lost = math.inf
+    for iteration in range(rules.max_iterations + 1):
+        counts[ITERATION] = iteration
+        counts[EVALUATED] += 1
+        if size < _SMALL_CORRECTION:
+            residual = calls.force(arrays, q)
+            if largest_ratio(residual, rules.force_scale) <= max(rules.tolerance, round_off):
+                if iteration == 1 and rules.mixed:  # the efforts of this step were only predicted
+                    calls.linearised_force(arrays, q, False)
+                    counts[FACTORISED] += 1
+                    if not calls.factorise(arrays):
+                        return Settled(SINGULAR, q, residual, counts, round_off)
+                calls.advance(arrays, q, scaled(0.0, step), True)
+                return Settled(FOUND, q, residual, counts, round_off)
+        residual = calls.linearised_force(arrays, q, True)
+        left_over = largest_ratio(residual, rules.force_scale)
+        if not math.isfinite(left_over):
+            return Settled(NOT_FINITE, q, residual, counts, round_off)
+        if iteration == 0:
+            lost = max(_LARGE_RESIDUAL * rules.largest_reaction, _SLOW_REDUCTION * left_over)
+        after = inner(step, residual)
+        if work > 0.0 and after < -_OVERSHOOT * work and not cut:
+            part = _shortened(model, q_before, step, work, after, counts)
+            calls.advance(arrays, q_before, scaled(part, step), True)
+            q, size, cut = calls.retract(arrays, q_before, scaled(part, step)), part * size, True
+            continue
+        cut = False
+        wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= _PATIENCE and left_over > lost)
+        if wandering or iteration == rules.max_iterations:
+            break
+        counts[FACTORISED] += 1
+        if not calls.factorise(arrays):
+            return Settled(SINGULAR, q, residual, counts, round_off)
+        if iteration == 0:
+            round_off = _ROUND_OFF * calls.largest_force(arrays, rules.span, rules.force_scale)
+        step = calls.solve(arrays, residual)
+        counts[SOLVED] += 1
+        work = inner(step, residual)
+        last_size, size = size, largest_ratio(step, rules.span)
+        if not math.isfinite(size):
+            return Settled(NOT_FINITE, q, residual, counts, round_off)
+        if size > rules.reach:
+            step = scaled(rules.reach / size, step)
+        calls.advance(arrays, q, step, False)
+        q_before, q = q, calls.retract(arrays, q, step)
+    return Settled(TOO_MANY, q, residual, counts, round_off)
+
+
+@shared
+def _shortened(model: StaticModel, q: np.ndarray, step: np.ndarray, work: float, after: float, counts: np.ndarray) -> float:
+    """Part of an overshooting step at which its work is about zero, by the Illinois method.
+
+    Contacts that close along the step just touch at its end, and the next matrix includes them.
+    """
+    low, high, side = 0.0, 1.0, 0
+    at_low, at_high, part = work, after, high
+    for _ in range(_TRIALS):
+        part = low + (high - low) * at_low / (at_low - at_high)
+        part = min(max(part, low + 0.1 * (high - low)), high - 0.1 * (high - low))
+        counts[EVALUATED] += 1
+        there = model.calls.retract(model.arrays, q, scaled(part, step))
+        now = inner(step, model.calls.force(model.arrays, there))
+        if abs(now) < _ENOUGH * work:
+            break
+        if now > 0.0:
+            low, at_low = part, now
+            at_high *= 0.5 if side > 0 else 1.0
+            side = 1
+        else:
+            high, at_high = part, now
+            at_low *= 0.5 if side < 0 else 1.0
+            side = -1
+    return part
+
+
+settle_arrays = kernel(settle)
+"""`settle` for compiled models."""
+typed_by(StaticModel)

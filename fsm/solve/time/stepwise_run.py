@@ -1,0 +1,132 @@
+"""Runs of methods whose steps end at saved times: generalized-alpha, Newmark, mean-force."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from itertools import repeat
+
+import numpy as np
+
+from fsm.solve.interface.records import DriveState, Energy
+from fsm.solve.outcome.run_io import CurvePoint
+from fsm.solve.outcome.status import StepFailed
+from fsm.solve.stepping.march import POWER, SHORTEST
+from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
+from fsm.solve.time.array_steps import StepMethod
+from fsm.solve.time.generalized_alpha import GeneralizedAlpha
+from fsm.solve.time.mean_force import MeanForce
+from fsm.solve.time.run import Run
+
+GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-force"
+
+_MARCH, _MARCH_WORK = 1024, 500_000
+"""Bounds if one kernel takes many steps: steps between restart points, and these steps times the number of velocities.
+A kernel then returns within two seconds."""
+_MEAN_FORCE = 4
+"""Cost of a step of the mean-force method relative to one of generalized-alpha."""
+
+
+class StepwiseRun(Run):
+    """Run of a method whose steps end at saved times; powers are integrated to second order, the order of the method.
+
+    The input power is integrated by the trapezoidal rule. After a jump, for example where a drive stops, the next step
+    starts with the new power. The mean-force method computes work and dissipated energy of its steps itself.
+    """
+
+    def go(self) -> None:
+        """See `Run`."""
+        settings = self.settings
+        solver = self._solver()
+        try:
+            while solver.t < settings.end_time:
+                self._march(solver)
+                if self._arrive(solver.t, solver.q, solver.u, solver.state):
+                    solver = self._solver()
+        finally:
+            self._count(solver)
+
+    def _march(self, solver: StepMethod) -> None:
+        """Take many steps in one kernel, up to a saved time or a restart point; in Python, take one step."""
+        settings, energy_balance, statistics = self.settings, self.energy_balance, self.statistics
+        last, smallest, losses = self.last.energy, statistics.smallest_step, float(settings.judge_losses)
+        powers = last.input_power, smallest, settings.energy_abort, losses, last.driven
+        balance = np.array([*energy_balance.numbers(), *powers])
+        most = max(1, min(self.renewed + self.every, settings.max_steps) - solver.steps)
+        drives, pairs = len(self.last.drive.travel), len(self.last.pairs.force)
+        solver.recorded, every = DRIVES + 2 * drives + pairs, drives + pairs > 0
+        try:
+            records = solver.march(balance, self.pending[0] if self.pending else settings.end_time, most, every)
+        except StepFailed as error:
+            self._count(solver)
+            self._fail(error.outcome, error.reason)
+        if every:
+            self._look_at(records, drives, pairs)
+        energy_balance.set_numbers(balance[:POWER])
+        energy_balance.pair_energy = energy_balance.pair_energy + solver.pair_energy
+        statistics.smallest_step = float(balance[SHORTEST])
+        self._count(solver)
+        self.last = observed = solver.observe()
+        if not every:
+            self._look(solver.t, solver.q, solver.u, observed)
+        if self.pending and self.pending[0] <= solver.t:
+            self.pending.pop(0)
+            self._save(solver.t, solver.q, solver.u, observed, energy_balance)
+
+    def _look_at(self, records: np.ndarray, drives: int, pairs: int) -> None:
+        """Add the points of the curve at the ends of recorded steps."""
+        nq, forces = len(self.q), DRIVES + drives
+        of_pairs = forces + drives
+        state = of_pairs + pairs
+        if not drives:
+            self._add_pairs(records[:, of_pairs:state].copy(), records)
+            return
+        for record in records:
+            stored = {"panels": float(record[PANELS]), "creases": float(record[CREASES])}
+            observed = replace(
+                self.last,
+                drive=DriveState(record[DRIVES:forces].copy(), record[forces:of_pairs].copy()),
+                pairs=replace(self.last.pairs, force=record[of_pairs:state].copy()),
+                energy=Energy(float(record[KINETIC]), stored, 0.0, 0.0),
+            )
+            self.energy_balance.turnover = float(record[TURNOVER])
+            q, u = record[state : state + nq].copy(), record[state + nq :].copy()
+            self._look(float(record[TIME]), q, u, observed, steady=record[STEADY] == 1.0)
+
+    def _add_pairs(self, forces: np.ndarray, records: np.ndarray) -> None:
+        """Add the points of a curve without drives; they have the forces (m, n_pairs) of contact pairs."""
+        first, points = self.last.drive, self.statistics.points
+        path = points[-1].path if points else 0
+        path += path % 2  # without drives, no drive force can be dynamic
+        times, panels, creases = records[:, [TIME, PANELS, CREASES]].T.tolist()
+        points.extend(map(CurvePoint, repeat(first), forces, times, repeat(path), panels, creases))
+
+    def _solver(self) -> StepMethod:
+        """New solver at the present state; it continues from the last restart point, if any."""
+        settings = self.settings
+        solver: StepMethod
+        if settings.method == MEAN_FORCE:
+            solver = MeanForce(
+                self.system, self.time, self.q, self.u, settings.rtol, settings.step, settings.max_step
+            )
+        else:
+            rho_inf = None if settings.method == NEWMARK else settings.rho_inf
+            solver = GeneralizedAlpha(
+                self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
+            )
+        if solver.marches:
+            work = _MARCH_WORK // (_MEAN_FORCE if settings.method == MEAN_FORCE else 1)
+            self.every = max(self.every, min(_MARCH, work // max(self.system.nu, 1)))
+        if self.state is not None:
+            solver.resume(self.state)
+        return solver
+
+    def _count(self, solver: StepMethod) -> None:
+        statistics = self.statistics
+        statistics.steps = solver.steps
+        statistics.rejected = solver.rejected + solver.failed
+        statistics.force_evaluations = solver.force_evaluations + solver.linearisations
+        statistics.jacobian_evaluations = solver.linearisations
+        statistics.factorisations = solver.factorisations
+        statistics.newton_iterations = solver.iterations
+        statistics.wall_time = time.perf_counter() - self.begun

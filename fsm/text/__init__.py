@@ -1,0 +1,1 @@
+"""Texts for people: quantities with their units, labelled lines, short forms of objects, names of loads."""

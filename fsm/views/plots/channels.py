@@ -1,0 +1,102 @@
+"""Channels of a result over travel or time, one diagram for each unit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from fsm.errors import CaseError
+from fsm.results.channel import select_channels
+from fsm.results.solution import Solution
+from fsm.views.plots.drawing import line_width
+from fsm.views.plots.legend import HANDLE_WIDTH, ROW_HEIGHT, name_width
+from fsm.views.plots.style import COLOURS, DASHES, WIDE, abscissa, figure, figure_unit, shortened
+
+_MOST = len(COLOURS) * len(DASHES)
+"""Largest number of lines of a diagram with different colours and dashes."""
+_HEIGHT = 2.4
+"""Height of one diagram, inches."""
+_QUANTITY = {
+    "m": "length", "rad": "angle", "m/s": "velocity", "rad/s": "angular velocity", "1/m": "curvature", "N": "force",
+    "N m": "moment", "J": "energy", "Pa": "stress", "m^2": "area", "m/s^2": "acceleration",
+    "m^3": "volume", "s": "time", "W": "power", "kg": "mass", "Hz": "frequency", "N/m": "force per length",
+    "K": "temperature",
+}  # fmt: skip
+"""Quantity that a unit measures, for the axis."""
+
+
+def plot_channels(solution: Solution, patterns: Sequence[str], path: str | Path, over_time: bool = False) -> list[str]:
+    """Draw all channels that match any of the patterns.
+
+    Parameters
+    ----------
+    solution : Solution
+    patterns : patterns of names, as in `[save] channels`
+    path : file of the figure
+    over_time : draw over time also if there is a drive
+
+    Returns
+    -------
+    list of str
+        Names of the channels in the figure.
+
+    Raises
+    ------
+    CaseError
+        A pattern matches no channel of the result.
+    """
+    names, faults = select_channels(solution.channels, patterns, "--channel")
+    if faults and not solution.channels:
+        raise CaseError("the result has no channels; list them in the key `channels` of [save], and run the case again")
+    if faults:
+        raise CaseError(faults)
+    units: dict[str, dict[str, np.ndarray]] = {}
+    for name in names:
+        channel = solution.channels[name]
+        units.setdefault(channel.info.unit, {}).update(channel.columns)
+    x, label = (solution.time, "time (s)") if over_time else abscissa(solution)
+    with figure(path, (WIDE[0], 0.6 + _HEIGHT * len(units))) as fig:
+        axes = fig.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
+        for ax, (unit, columns) in zip(axes, units.items(), strict=True):
+            shown = figure_unit(unit, [*columns.values()])
+            for k, (name, values) in enumerate(columns.items()):
+                colour, dashes = _line(k, len(columns))
+                ax.plot(x, shown.factor * values, dashes, color=colour, linewidth=line_width(1.0), label=shortened(name))
+            quantity = _QUANTITY.get(unit, "value")
+            ax.set_ylabel(f"{quantity} ({shown.name})" if unit != "1" else quantity)
+            ax.margins(x=0)
+            _add_names(fig, ax)
+        axes[-1].set_xlabel(label)
+    return names
+
+
+def _line(k: int, count: int) -> tuple[str, str]:
+    """Colour and dashes of a line, different for all lines; many lines have colours of a map in their order."""
+    if count <= _MOST:
+        return COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS)]
+    return to_hex(matplotlib.colormaps["viridis"](0.92 * k / (count - 1))), "-"
+
+
+def _add_names(fig: Figure, ax: Axes) -> None:
+    """Name the lines beside a diagram, or above it if the names are long; if there are many lines, name the first,
+    middle and last.
+    """
+    lines = list(ax.lines)
+    if len(lines) > _MOST:
+        lines = [lines[0], lines[len(lines) // 2], lines[-1]]
+    names = [str(line.get_label()) for line in lines]
+    size = matplotlib.rcParams["legend.fontsize"]
+    widest = max(name_width(name, size) for name in names) / 72.0
+    if widest < 0.25 * fig.get_figwidth() and len(names) * ROW_HEIGHT * size / 72.0 < _HEIGHT:
+        ax.legend(lines, names, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+        return
+    columns = max(1, int(0.8 * fig.get_figwidth() / (widest + HANDLE_WIDTH * size / 72.0)))
+    rows = -(-len(names) // columns)
+    fig.set_figheight(fig.get_figheight() + rows * ROW_HEIGHT * size / 72.0)
+    ax.legend(lines, names, loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0, ncols=columns)

@@ -1,0 +1,118 @@
+"""Selection and drawing of the figures of a result, after a run and by `fsm plot`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Set
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+
+from fsm.errors import CaseError
+from fsm.results.quantities import touching_pairs
+from fsm.results.solution import Solution
+from fsm.views.plots.beside import draw_all
+from fsm.views.plots.contact_map import plot_contact_map
+from fsm.views.plots.drawing import FORMATS, file_format, in_two_processes
+from fsm.views.plots.energy import plot_energy
+from fsm.views.plots.force import plot_force
+from fsm.views.plots.motion import plot_motion
+
+Plot = Callable[[Solution, Path], None]
+
+
+def _later(module: str, name: str) -> Plot:
+    """Figure of films, arrays and paths of loads, whose module is imported when one is drawn."""
+
+    def plot(solution: Solution, path: Path) -> None:
+        getattr(import_module(f"fsm.views.plots.{module}"), name)(solution, path)
+
+    return plot
+
+
+_ALL: dict[str, Plot] = {
+    "force.png": plot_force,
+    "load.png": _later("load", "plot_load"),
+    "motion.png": plot_motion,
+    "energy.png": plot_energy,
+    "contact.png": plot_contact_map,
+    "history.png": _later("vibration", "plot_history"),
+    "spectrum.png": _later("vibration", "plot_spectrum"),
+    "modes.png": _later("vibration", "plot_modes"),
+    "tension.png": _later("vibration", "plot_tension"),
+    "points.png": _later("scissor", "plot_points"),
+    "rigid.png": _later("scissor", "plot_rigid"),
+    "synchronism.png": _later("scissor", "plot_synchronism"),
+    "stress.png": _later("scissor", "plot_stress"),
+    "motion.gif": _later("animation", "animate"),
+}
+
+
+def figures_of(solution: Solution) -> dict[str, Plot]:
+    """File names of the figures of a result, with the functions that draw them."""
+    film = solution.layout.film is not None
+    array = solution.array
+    moves = len(solution) > 1
+    applies = {
+        "force.png": bool(solution.travel.shape[1]),
+        "load.png": solution.load_path is not None and bool(solution.load_path.names),
+        "motion.png": not film,
+        "energy.png": moves,
+        "contact.png": bool(touching_pairs(solution.pair_force)),
+        "history.png": film and len(solution.samples.time) > 1,
+        "spectrum.png": film and len(solution.samples.time) > 1,
+        "modes.png": film,
+        "tension.png": film,
+        "points.png": array is not None,
+        "rigid.png": array is not None and array.rigid is not None,
+        "synchronism.png": array is not None and len(array.upper) > 2,
+        "stress.png": array is not None and array.stress.shape[1] > 0,
+        "motion.gif": array is not None,
+    }
+    return {name: _ALL[name] for name, drawn in applies.items() if drawn}
+
+
+def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
+    """Draw all figures of a result into a folder, in the style and format of `fsm.views.plots.drawing`.
+
+    Figures that the result does not have are deleted; with `alone`, also figures in other formats of an earlier run.
+
+    Returns
+    -------
+    list of Path
+        Paths of the figures.
+    """
+    figures = {_named(name, file_format()): plot for name, plot in figures_of(solution).items()}
+    kept = {Path(name).stem for name in figures} if not alone else set()
+    remove_figures(folder, {*figures, *(_named(f"{stem}.png", suffix) for stem in kept for suffix in FORMATS)})
+    slowest_first = sorted(figures.items(), key=lambda item: not item[0].startswith("motion"))
+    draw_all([partial(plot, solution, folder / name) for name, plot in slowest_first], in_two_processes())
+    return [folder / name for name in figures]
+
+
+def draw_one(solution: Solution, path: Path) -> str:
+    """Draw one figure of a result into a file (.png, .svg or .pdf): the one with this name, else the first one.
+
+    Returns
+    -------
+    str
+        Name of the figure that was drawn: "force", "load", "motion", ...
+    """
+    figures = {Path(name).stem: plot for name, plot in figures_of(solution).items() if name.endswith(".png")}
+    if not figures:
+        raise CaseError("no figure can be drawn, because the result has only one record; give --channel", str(path))
+    name = path.stem if path.stem in figures else next(iter(figures))
+    figures[name](solution, path)
+    return name
+
+
+def remove_figures(folder: Path, kept: Set[str] = frozenset()) -> None:
+    """Delete the figures of a result in a folder, in all formats, except files with these names."""
+    found = set(os.listdir(folder)) if folder.is_dir() else set()
+    for name in {_named(name, suffix) for name in _ALL for suffix in FORMATS} & found - kept:
+        (folder / name).unlink(missing_ok=True)
+
+
+def _named(name: str, suffix: str) -> str:
+    """Name of a figure in another format; an animation has one format only."""
+    return Path(name).stem + suffix if name.endswith(".png") else name
