@@ -77,12 +77,23 @@ def _set_row(row: np.ndarray, velocity: Vector, factor: float, spin: Vector) -> 
 
 
 @kernel
-def place_driven(driven: Driven, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
-    """Write poses and rates of the driven bodies at a time (s) into the arrays of all bodies."""
+def _speed(driven: Driven, motion: int, t: float, before: float) -> tuple[float, float]:
+    """Travel of a motion, and its speed; if `before` is earlier than t, its mean speed since then."""
+    travel, speed, _ = program_at(driven.programs, motion, t)
+    if before < t:
+        speed = (travel - program_at(driven.programs, motion, before)[0]) / (t - before)
+    return travel, speed
+
+
+@kernel
+def place_driven(driven: Driven, t: float, before: float, poses: np.ndarray, rates: np.ndarray) -> None:
+    """Write poses and rates of the driven bodies at a time (s) into the arrays of all bodies. If `before` (s) is earlier
+    than t, the rates are means since then.
+    """
     n = driven.directions.shape[1]
     for i in range(driven.bodies.shape[0]):
         body, motion = driven.bodies[i], driven.motions[i]
-        travel, speed, _ = program_at(driven.programs, motion, t)
+        travel, speed = _speed(driven, motion, t, before)
         for k in range(poses.shape[1]):
             poses[body, k] = driven.start[i, k]
         for k in range(n):
@@ -90,19 +101,23 @@ def place_driven(driven: Driven, t: float, poses: np.ndarray, rates: np.ndarray)
             rates[body, k] = speed * driven.directions[motion, k]
     for i in range(driven.turning.shape[0]):
         motion, body = driven.turning[i, 0], driven.turning[i, 1]
-        angle, speed, _ = program_at(driven.programs, motion, t)
-        axis, centre, arm, own = _parts(driven.turns[i])
-        arm = _turned_arm(axis, arm, angle)
+        angle, speed = _speed(driven, motion, t, before)
+        axis, centre, at_start, own = _parts(driven.turns[i])
+        arm = _turned_arm(axis, at_start, angle)
         velocity = crossed(axis, arm)
         velocity = (speed * velocity[0], speed * velocity[1], speed * velocity[2])
+        if before < t:
+            old = _turned_arm(axis, at_start, angle - speed * (t - before))
+            duration = t - before
+            velocity = ((arm[0] - old[0]) / duration, (arm[1] - old[1]) / duration, (arm[2] - old[2]) / duration)
         if poses.shape[1] == 3:
             poses[body, 0], poses[body, 1] = centre[0] + arm[0], centre[2] + arm[2]
             poses[body, 2] += axis[1] * angle
         else:
             half = 0.5 * angle
             sine = np.sin(half)
-            old = (poses[body, 3], poses[body, 4], poses[body, 5], poses[body, 6])
-            turned = quaternion_product((np.cos(half), sine * axis[0], sine * axis[1], sine * axis[2]), old)
+            own_turn = (poses[body, 3], poses[body, 4], poses[body, 5], poses[body, 6])
+            turned = quaternion_product((np.cos(half), sine * axis[0], sine * axis[1], sine * axis[2]), own_turn)
             for k in range(3):
                 poses[body, k] = centre[k] + arm[k]
             for k in range(4):

@@ -42,7 +42,7 @@ def place(table: np.ndarray, t: float, q: np.ndarray, u: np.ndarray) -> None:
     no = u.shape[0] < 0  # this is a variable, because a constant would cause a new compilation of the kernel
     scatter_free(free, q, not no and poses.shape[1] == 7, poses)
     scatter_free(free, u, no, rates)
-    place_driven(driven_of(table), t, poses, rates)
+    place_driven(driven_of(table), t, t, poses, rates)
 
 
 @kernel

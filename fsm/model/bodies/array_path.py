@@ -1,24 +1,29 @@
-"""Kernels of a compiled model that quasi-static paths call at the ends of steps; see `fsm.solve.stepping.path_end`."""
+"""Kernels of a compiled model that quasi-static paths call; see `fsm.solve.stepping.path`."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from fsm.interactions.applied import applied_power
+from fsm.interactions.contact.pair_sums import SLIDING
+from fsm.interactions.driven import driven_power, fill_reactions, place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED, Pattern
 from fsm.kernels.block_lu import count_negative, multiply_blocks
+from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
-from fsm.kernels.newton_euler import largest_force
+from fsm.kernels.newton_euler import largest_force, support_reactions
+from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.kernels.small_blocks import negative_eigenvalues
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
-from fsm.model.bodies.array_statics import per_second_of, place_mean
+from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean
 from fsm.model.bodies.arrays import (
     ACCEPT_BY,
     FACTORS,
     FORCE,
     FREE,
+    INERTIA,
     INTERVAL,
     KEEP_BY,
     LAST_Q,
@@ -31,48 +36,119 @@ from fsm.model.bodies.arrays import (
     STORED_BY,
     WEIGHT,
     Segments,
+    driven_of,
     loads_of,
     pattern_of,
     springs_of,
 )
-from fsm.solve.stepping.path_end import (
-    CONTACT,
-    CONTACT_SUMS,
-    CROSSED,
-    DISSIPATED,
-    GRAVITY,
-    JOINTS,
-    LOADS,
-    NEGATIVE,
-    NEGATIVE_AT_REST,
-    SLIDING_JOINTS,
-    UNKNOWN,
-    PathCalls,
-)
-from fsm.solve.stepping.vectors import copy_into
+from fsm.model.bodies.contact_arrays import BRISTLE, contacts_at, lack_pairs
+from fsm.solve.stepping import path
+from fsm.solve.stepping.path import DRIVES, UNKNOWN
+from fsm.solve.stepping.quasi_static import StaticCalls
+from fsm.solve.stepping.vectors import copy_into, subtracted
+
+
+@kernel
+def _progress(model: Segments, t: float) -> float:
+    table, value = model.table, t
+    pace = floats_1d(table, INTERVAL)[4]
+    if pace > 0.0:
+        value = program_at(driven_of(table).programs, 0, t)[0] + pace * t
+    return value
+
+
+@kernel
+def _difference(model: Segments, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    if floats_2d(model.table, POSES).shape[1] == 7:
+        return pose_difference(start, end)
+    return subtracted(end, start)
+
+
+@kernel
+def _lacks(model: Segments) -> bool:
+    return lack_pairs(model.groups)
+
+
+@kernel
+def _efforts(model: Segments, out: np.ndarray) -> None:
+    copy_into(springs_of(model.table).efforts, out)
+
+
+@kernel
+def _begin(
+    model: Segments, t: float, before: float, q: np.ndarray, efforts: np.ndarray, rate_dependent: bool, most: float
+) -> None:
+    table = model.table
+    interval, rates, moves = floats_1d(table, INTERVAL), floats_2d(table, RATES), rate_dependent and t > before
+    interval[0], interval[1], interval[2], interval[3] = t, t - before if moves else 0.0, t - before, before
+    copy_into(q, floats_1d(table, LAST_Q))
+    rates[:] = 0.0
+    place_driven(driven_of(table), t, before if moves else t, floats_2d(table, POSES), rates)
+    if not moves:
+        rates[:] = 0.0
+    copy_into(efforts, springs_of(table).efforts)
+    if model.groups.shape[0] > 0:
+        model.by_contacts.press(model.groups, model.contact_parts, most)
+
+
+# ends of steps ----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _place_end(table: np.ndarray, q: np.ndarray) -> None:
+    """Write poses and mean rates of all bodies at the end of a step, also if no force depends on rates."""
+    interval, poses, rates = floats_1d(table, INTERVAL), floats_2d(table, POSES), floats_2d(table, RATES)
+    place_mean(table, q)
+    if not interval[2] > 0.0:
+        rates[:] = 0.0
+        place_driven(driven_of(table), interval[0], interval[0], poses, np.empty(rates.shape))
+        return
+    place_driven(driven_of(table), interval[0], interval[3], poses, rates)
+    if not interval[1] > 0.0:
+        last = floats_1d(table, LAST_Q)
+        mean = pose_difference(last, q) if poses.shape[1] == 7 else subtracted(q, last)
+        for i in range(mean.shape[0]):
+            mean[i] /= interval[2]
+        scatter_free(integers_1d(table, FREE), mean, q.shape[0] < 0, rates)
 
 
 @kernel
 def _end_of_step(
     model: Segments, q: np.ndarray, trial: np.ndarray, accurate: float, at_rest: bool, record: np.ndarray
 ) -> None:
-    table, record[:] = model.table, 0.0
-    place_mean(table, q)
+    table, driven, record[:] = model.table, driven_of(model.table), 0.0
+    _place_end(table, q)
     t, per_second = floats_1d(table, INTERVAL)[0], per_second_of(table)
-    sums = record[CONTACT_SUMS:].reshape(7, (record.shape[0] - CONTACT_SUMS) // 7)
+    first = DRIVES + 2 * driven.directions.shape[0]
+    sums = record[first:].reshape(7, (record.shape[0] - first) // 7)
     if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups, model.contact_parts):
-        record[CROSSED] = 1.0
+        record[path.PASSED] = 1.0
+        return
     sum_forces(model, t, per_second)
     _add_joints(model, t, per_second, record)
-    _add_loads(table, t, record)
+    _add_motion(table, t, record)
     if model.groups.shape[0] > 0:
-        record[CONTACT], lost = model.by_contacts.sums(
+        record[path.CONTACT], lost = model.by_contacts.sums(
             table, model.groups, model.contact_parts, t, per_second > 0.0, sums
         )
-        record[DISSIPATED] += lost
-    record[NEGATIVE] = _negative_of_last(model, trial, accurate)
+        record[path.LOST] += lost
+        if _bristles(model.groups):  # these also resist at zero speed
+            for p in range(sums.shape[1]):
+                record[path.KEPT_LOSS] += sums[SLIDING, p]
+    record[path.STORED] = (
+        record[path.PANELS] + record[path.CREASES] + record[path.GRAVITY] + record[path.CONTACT]
+    )  # fmt: skip
+    record[path.NEGATIVE] = _negative_of_last(model, trial, accurate)
     if at_rest:
-        record[NEGATIVE_AT_REST] = _negative_at_rest(model, trial, accurate)
+        record[path.NEGATIVE_AT_REST] = _negative_at_rest(model, trial, accurate)
+
+
+@kernel
+def _bristles(groups: np.ndarray) -> bool:
+    for k in range(groups.shape[0]):
+        if contacts_at(groups, k).state[BRISTLE] == 1:
+            return True
+    return False
 
 
 @kernel
@@ -90,27 +166,82 @@ def _add_joints(model: Segments, t: float, per_second: float, record: np.ndarray
         own = model.element_tables[k]
         call_at(model.elements[k, STORED_BY], table, own, t, of_step)
         lost += call_at(model.elements[k, LOST_BY], table, own, t, of_step)
-    record[DISSIPATED] += lost
-    record[LOADS] += of_elements[2]
-    record[SLIDING_JOINTS] = of_elements[3]
-    record[JOINTS], record[JOINTS + 1] = of_elements[0], of_elements[1]
+    record[path.LOST] += lost
+    record[path.LOADS] += of_elements[2]
+    record[path.KEPT_LOSS] = of_elements[3]
+    record[path.PANELS], record[path.CREASES] = of_elements[0], of_elements[1]
     for i in range(springs.shape[0]):
-        record[JOINTS] += s.in_panels[i] * springs[i]
-        record[JOINTS + 1] += (1.0 - s.in_panels[i]) * springs[i]
+        record[path.PANELS] += s.in_panels[i] * springs[i]
+        record[path.CREASES] += (1.0 - s.in_panels[i]) * springs[i]
 
 
 @kernel
-def _add_loads(table: np.ndarray, t: float, record: np.ndarray) -> None:
-    """Add the energy of the weights and the power of loads."""
-    poses, weight, loads = floats_2d(table, POSES), floats_2d(table, WEIGHT), loads_of(table)
-    for i in range(weight.shape[0]):
+def _add_motion(table: np.ndarray, t: float, record: np.ndarray) -> None:
+    """Write travels and forces of drives, energies of the motion and of weights, and the powers of loads and drives."""
+    poses, rates, weight = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, WEIGHT)
+    inertia, wrenches, driven = floats_2d(table, INERTIA), floats_2d(table, FORCE), driven_of(table)
+    for i in range(rates.shape[0]):
+        for k in range(rates.shape[1]):
+            record[path.KINETIC] += 0.5 * inertia[i, k] * rates[i, k] ** 2
         for k in range(weight.shape[1]):
-            record[GRAVITY] -= weight[i, k] * poses[i, k]
+            record[path.GRAVITY] -= weight[i, k] * poses[i, k]
+    record[path.LOADS] += _power_of_loads(table, t)
+    driving, record[path.DRIVEN] = driven_power(driven, inertia, rates, wrenches)
+    record[path.INPUT] = record[path.LOADS] + driving
+    record[path.LARGEST] = largest_force(support_reactions(wrenches, integers_1d(table, FREE)))
+    fill_reactions(driven, t, np.zeros(inertia.shape), wrenches, record[DRIVES:])
+
+
+@kernel
+def _power_of_loads(table: np.ndarray, t: float) -> float:
+    """Power of loads at the present poses and rates, W."""
+    loads, power = loads_of(table), 0.0
     if loads.bodies.shape[0] > 0:
-        record[LOADS] += applied_power(
-            poses, floats_2d(table, RATES), loads.bodies, loads.points, loads.forces, loads.moments, loads.follower,
-            factors_of(loads, t),
+        power = applied_power(
+            floats_2d(table, POSES), floats_2d(table, RATES), loads.bodies, loads.points, loads.forces, loads.moments,
+            loads.follower, factors_of(loads, t),
         )  # fmt: skip
+    return power
+
+
+@kernel
+def _power_before(model: Segments, t: float, q: np.ndarray) -> float:
+    table = model.table
+    poses, of_elements = floats_2d(table, POSES), floats_1d(table, STORED)
+    scatter_free(integers_1d(table, FREE), q, not q.shape[0] < 0 and poses.shape[1] == 7, poses)
+    place_driven(driven_of(table), t, t, poses, np.empty(floats_2d(table, RATES).shape))
+    of_elements[:] = 0.0
+    for k in range(model.elements.shape[0]):
+        call_at(model.elements[k, STORED_BY], table, model.element_tables[k], t, 0.0)
+    return _power_of_loads(table, t) + of_elements[2]
+
+
+@kernel
+def _balance_at_rest(model: Segments, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
+    _rest(model.at_rest, t, q)
+    table, count = model.at_rest, drives.shape[0]
+    sum_forces(_resting(model), t, 0.0)
+    wrenches, out = floats_2d(table, FORCE), np.empty(2 * count)
+    copy_into(gather_free(integers_1d(table, FREE), wrenches), force)
+    fill_reactions(driven_of(table), t, np.zeros(wrenches.shape), wrenches, out)
+    copy_into(out[count:], drives)
+
+
+@kernel
+def _rest(table: np.ndarray, t: float, q: np.ndarray) -> None:
+    """Write the poses of a state at rest to the table of rates at rest."""
+    rates = floats_2d(table, RATES)
+    place(table, t, q, np.zeros(integers_1d(table, FREE).shape[0] * rates.shape[1]))
+    rates[:] = 0.0
+
+
+@kernel
+def _resting(model: Segments) -> Segments:
+    """The model with its table of rates at rest."""
+    return Segments(
+        model.at_rest, model.at_rest, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
+        model.by_contacts, model.contact_parts, model.equations,
+    )  # fmt: skip
 
 
 # stability --------------------------------------------------------------------------------------------------------------
@@ -150,13 +281,9 @@ def _definite_pivots(diagonal: np.ndarray, factors: np.ndarray) -> bool:
 
 @kernel
 def _negative_at_rest(model: Segments, trial: np.ndarray, accurate: float) -> float:
-    """Number of negative pivots of the symmetric part of the stiffness at rest, or `UNKNOWN`; writes the forces there."""
+    """Number of negative pivots of the symmetric part of the stiffness at rest, or `UNKNOWN`."""
     table, t = model.at_rest, floats_1d(model.table, INTERVAL)[0]
-    others = Segments(
-        table, table, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
-        model.by_contacts, model.contact_parts, model.equations,
-    )  # fmt: skip
-    sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
+    sum_tangents(_resting(model), t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
     p, blocks = pattern_of(table), floats_3d(table, STIFFNESS)
     matrix, factors = floats_3d(table, MATRIX), floats_3d(table, FACTORS)
     for k in range(matrix.shape[0]):
@@ -164,9 +291,7 @@ def _negative_at_rest(model: Segments, trial: np.ndarray, accurate: float) -> fl
         for i in range(matrix.shape[1]):
             for j in range(matrix.shape[1]):
                 matrix[k, i, j] = 0.5 * (blocks[k, i, j] + blocks[mirrored, j, i])
-    failed = model.equations.factorise(
-        matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors
-    )
+    failed = model.equations.factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors)
     if failed >= 0 or not _signs_hold(model, p, matrix, factors, trial, accurate):
         return UNKNOWN
     return float(count_negative(p.filled_diagonal, factors))
@@ -196,7 +321,7 @@ def _signs_hold(
 @kernel
 def _accept(model: Segments, q: np.ndarray) -> None:
     table = model.table
-    place_mean(table, q)
+    _place_end(table, q)
     t, per_second, s = floats_1d(table, INTERVAL)[0], per_second_of(table), springs_of(table)
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     if model.groups.shape[0] > 0:
@@ -212,14 +337,25 @@ def _contact_force(model: Segments, t: float, q: np.ndarray) -> float:
     if model.groups.shape[0] == 0:
         return 0.0
     table = model.at_rest
-    force, rates = floats_2d(table, FORCE), floats_2d(table, RATES)
-    place(table, t, q, np.zeros(integers_1d(table, FREE).shape[0] * rates.shape[1]))
+    _rest(table, t, q)
+    force = floats_2d(table, FORCE)
     force[:] = 0.0
-    rates[:] = 0.0
     model.by_contacts.force(table, model.groups, model.contact_parts, t, False)
     largest: float = largest_force(force)
     return largest
 
 
-PATH = PathCalls(_end_of_step, _accept, _contact_force)
-"""Kernels of `Segments` that quasi-static paths call."""
+PATH = StaticCalls(
+    *STATICS[:7],
+    _begin,
+    _lacks,
+    _efforts,
+    _end_of_step,
+    _accept,
+    _progress,
+    _difference,
+    _contact_force,
+    _balance_at_rest,
+    _power_before,
+)
+"""Kernels of `Segments` that quasi-static steps and paths call."""

@@ -84,8 +84,9 @@ class Arrays(NamedTuple):
     kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
     last_q : (nq,) array
         Configuration of the last state in statics.
-    interval : (3,) array, s
-        Time in statics, and time since the last state, first as zero if no force depends on rates.
+    interval : (5,) array
+        Time in statics, and time since the last state, first as zero if no force depends on rates; time of the last state
+        (s). Part of the time in `System.progress`, per second; zero if the progress is the time.
     dof : (n_bodies,) int array, see `BodyPattern`
     stored : (4,) array, J and W
         Energies of elements in panels and in creases, power that elements put into the system, and power that their
@@ -188,8 +189,13 @@ def springs_of(t: np.ndarray) -> Springs:
     """Springs of the table."""
     k = _SPRINGS
     return Springs(
-        integers_2d(t, k), floats_2d(t, k + 1), integers_2d(t, k + 2), integers_1d(t, k + 3), floats_1d(t, k + 4),
-        floats_2d(t, k + 5), floats_2d(t, k + 6),
+        integers_2d(t, k),
+        floats_2d(t, k + 1),
+        integers_2d(t, k + 2),
+        integers_1d(t, k + 3),
+        floats_1d(t, k + 4),
+        floats_2d(t, k + 5),
+        floats_2d(t, k + 6),
     )
 
 

@@ -85,6 +85,7 @@ class ContactKernels(NamedTuple):
     advance: Any
     passed: Any
     sums: Any
+    press: Any
 
 
 class ContactArrays(NamedTuple):

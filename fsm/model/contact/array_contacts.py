@@ -23,6 +23,9 @@ from fsm.model.bodies.contact_arrays import (
     KIND,
     LOSSY,
     MARGIN,
+    MOST,
+    REFERRED,
+    SHEETS,
     STARTED,
     SURFACES,
     ContactArrays,
@@ -119,6 +122,19 @@ def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, cou
         laws.energy(depth, whole, params), elastic_force(g, laws, depth, whole), normal, g.by_normal[:count],
         dof, indptr, indices, stiffness,
     )  # fmt: skip
+
+
+@kernel
+def _press(groups: np.ndarray, parts: ContactParts, most: float) -> None:
+    """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
+    for k in range(groups.shape[0]):
+        g = contacts_at(groups, k)
+        if g.state[KIND] == SHEETS:  # the slots are those of the last accepted state
+            g.state[REFERRED] = 0
+            parts.sheets.renew(g, g.committed)
+        copy_into(g.depth, g.pressed)
+        copy_into(g.depth, g.pressed_before)
+        g.numbers[MOST] = most
 
 
 @kernel
@@ -401,5 +417,6 @@ def _losses(
 
 
 CONTACTS = ContactKernels(
-    _force, _tangent, _part_of_step, _accept, _longest_step, _stored, _losses, _advance, _passed, _state_of_pairs
+    _force, _tangent, _part_of_step, _accept, _longest_step, _stored, _losses, _advance, _passed, _state_of_pairs,
+    _press,
 )

@@ -47,6 +47,8 @@ _SPATIAL_SPRINGS = SpringKernels(
     force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial
 )
 _NONE, _NO_PAIRS, _NO_NUMBERS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+
+
 def arrays_of(
     system: SegmentForces, pattern: BodyPattern, ready: Ready, contacts: ContactModel
 ) -> tuple[ArrayModel, tuple[object, ...]]:
@@ -58,7 +60,11 @@ def arrays_of(
 
 
 def segments_of(
-    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel,
+    system: SegmentForces,
+    pattern: BodyPattern,
+    known: Elimination,
+    factors: np.ndarray,
+    contacts: ContactModel,
     statics: bool = False,
 ) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
     """Model of all bodies for time steps or for statics, its arrays, and those of groups of elements; see `arrays_of`.
@@ -126,13 +132,20 @@ def _arrays(
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
-        q.copy(), np.zeros(3), pattern.dof, np.zeros(4), of_pattern, springs, loads, _driven(system),
+        q.copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system)]), pattern.dof, np.zeros(4), of_pattern, springs, loads,
+        _driven(system),
     )  # fmt: skip
     rest = arrays._replace(
         rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
         matrix=pattern.zeros(), factors=np.zeros(factors.shape),
     )  # fmt: skip
     return arrays, rest, elements
+
+
+def _pace(system: SegmentForces) -> float:
+    """See `Arrays.interval`."""
+    program = system.motions[0].program if system.motions else None
+    return 1e-6 * program.speed if program is not None and program.forward else 0.0
 
 
 def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:

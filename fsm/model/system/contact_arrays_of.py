@@ -24,7 +24,6 @@ from fsm.model.bodies.contact_arrays import (
     KIND,
     LACKS,
     LOSSY,
-    MOST,
     REFERRED,
     SHEETS,
     STARTED,
@@ -56,7 +55,7 @@ _AHEAD = 2
 while the probe slides."""
 
 
-_IN_STATICS = frozenset({"force", "tangent", "accept", "advance", "passed", "sums"})
+_IN_STATICS = frozenset({"force", "tangent", "accept", "advance", "passed", "sums", "press"})
 _IN_MOTION = frozenset({"force", "tangent", "part_of_step", "accept", "longest_step", "stored", "losses"})
 """Kernels of `ContactKernels` that quasi-static steps call, and those that steps in time call."""
 
@@ -160,10 +159,6 @@ class _GroupArrays(ABC):
         return ContactMemory(
             self.keys[rows], arrays.onset[rows], arrays.began[rows], arrays.depth[rows], arrays.deflection[rows]
         ).ordered()
-
-    def press(self) -> None:
-        """Take the depths of the last accepted state as depths of statics."""
-        self.common.pressed[:] = self.common.pressed_before[:] = self.common.depth
 
     def count(self) -> None:
         """Add the number of evaluated states to that of the group."""
@@ -308,15 +303,6 @@ class _SheetGroup(_GroupArrays):
             self._set(*roomier(self.common, self.own))
         self.common.state[REFERRED], self.common.state[FOUND] = 0, -1
 
-    def press(self) -> None:
-        """See `_GroupArrays`; first the slots are those of the last accepted state."""
-        self.common.state[REFERRED] = 0
-        SHEET_KERNELS.renew(self.own_table, self.common.committed)
-        if is_full(self.own):
-            self._set(*roomier(self.common, self.own))
-            SHEET_KERNELS.renew(self.own_table, self.common.committed)
-        super().press()
-
     def pairs(self) -> np.ndarray:
         """See `_GroupArrays`: the pairs of the present slots, and those of the last pattern."""
         now = bodies_of_slots(self.own)
@@ -403,12 +389,6 @@ class ContactModel:
         for arrays in self.arrays:
             arrays.count()
 
-    def press(self, most: float) -> None:
-        """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
-        for arrays in self.arrays:
-            arrays.press()
-            arrays.common.numbers[MOST] = most
-
     def store(self) -> np.ndarray:
         """Copy the memory of the arrays to the groups, and return and reset `pair_energy`."""
         for arrays in self.arrays:
@@ -418,9 +398,7 @@ class ContactModel:
         return energy
 
 
-def _found(
-    count: int, slips: int, bodies: int, size: int, poses: np.ndarray, rates: np.ndarray
-) -> tuple[np.ndarray, ...]:
+def _found(count: int, slips: int, bodies: int, size: int, poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, ...]:
     """Arrays of `ContactArrays`, starting with `slot`, with a row for each slot; most rows are never used."""
     ways, square = (count, slips), (count, slips, slips)
     return (
@@ -478,10 +456,19 @@ def _pointers(
     parts = ContactParts(shapes, surfaces, sheets, laws)
     state = np.zeros((0, 4), dtype=np.int64), addresses, parts, 0.0
     rest = ContactKernels(
-        (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
-        (addresses, two, 0.0), state[:3], (*state, True, two),
+        (*state, True),
+        (*state, True, True),
+        (*state, 0.0),
+        (*state, True),
+        state,
+        (*state, 0.0, one),
+        (*state, two),
+        (addresses, two, 0.0),
+        state[:3],
+        (*state, True, two),
+        (addresses, parts, 0.0),
     )
-    without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0))
+    without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0), None)
     return parts, ContactKernels(*(
         Pointer(kernel, *own) if groups and name in used else AbsentPointer(result, *own)
         for name, kernel, own, result in zip(CONTACTS._fields, CONTACTS, rest, without, strict=True)

@@ -37,20 +37,17 @@ if TYPE_CHECKING:
     from scipy import sparse
 
 
-class EndAtRest(Protocol):
-    """What compiled statics know of the end of a step (`fsm.model.system.static_arrays.StaticSegments`)."""
+class NewerMemory(Protocol):
+    """Arrays of statics, which hold the memory of contacts (`fsm.model.system.static_arrays.StaticSegments`)."""
 
     def to_groups(self) -> None:
         """Give the groups the memory of the arrays, if it is newer."""
-
-    def forces_at_rest(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Force h (nu,) and the reactions of all drives at rest at the end of a step, if known."""
 
 
 class SegmentForces(Configuration):
     """Forces, stiffness, damping and mass of finite segments; see `SegmentSystem`."""
 
-    _statics: EndAtRest | None = None
+    _statics: NewerMemory | None = None
 
     def __init__(
         self,
@@ -167,9 +164,6 @@ class SegmentForces(Configuration):
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
-        at_rest = None if u is not None or self._statics is None else self._statics.forces_at_rest(t, q)
-        if at_rest is not None:
-            return at_rest[0]
         forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
         return self._generalised(t, q, u, before, forces)
 
@@ -318,7 +312,12 @@ class SegmentForces(Configuration):
         return self._assembled(t, q, u, before, pattern, sums, by_rates, others)
 
     def _generalised(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        forces: np.ndarray,
         whole: bool = True,
     ) -> np.ndarray:
         """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; if `whole` is true, they include the

@@ -50,7 +50,10 @@ class SegmentSystem(SegmentForces):
     _statics: StaticSegments | None = None
 
     def variant(
-        self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
+        self,
+        bodies: Bodies,
+        motions: tuple[PrescribedMotion, ...],
+        groups: tuple[Group, ...],
         pressures: tuple[Load, ...] = (),
     ) -> SegmentSystem:
         """System of the same bodies with a different choice of free, driven and held bodies, under pressures on nodes.
@@ -129,7 +132,11 @@ class SegmentSystem(SegmentForces):
     # protocol: drives -------------------------------------------------------------------------------------------------
 
     def balance(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None,
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None = None,
         contacts: bool | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Force h (nu,) and the reactions of all drives (n_drives,) in a state.
@@ -137,10 +144,6 @@ class SegmentSystem(SegmentForces):
         If `contacts` is true, only contacts count; if false, all forces except contacts. Other arguments as in
         `System.force`.
         """
-        if u is None and contacts is None and self._statics is not None:
-            at_rest = self._statics.forces_at_rest(t, q)
-            if at_rest is not None:
-                return at_rest
         poses, rates = self.place(t, q, u, before)
         past = self.past(t, before)
         forces = np.zeros(rates.shape)
@@ -241,9 +244,7 @@ class SegmentSystem(SegmentForces):
         past = self.past(t, before)
         return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
 
-    def reactions(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
-    ) -> np.ndarray:
+    def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
         reactions = self._reactions(t, *self.place(t, q, u, before), self.past(t, before))
         if u is not None and before is None:
@@ -252,10 +253,6 @@ class SegmentSystem(SegmentForces):
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
-        if self._statics is not None and u is not None and before is not None:
-            observed = self._statics.observed(t, q, before)
-            if observed is not None:
-                return observed
         poses, rates = self.place(t, q, u, before)
         past = self.past(t, before)
         reactions = self._reactions(t, poses, rates, past)
@@ -269,8 +266,6 @@ class SegmentSystem(SegmentForces):
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`."""
-        if self._statics is not None and before is not None and self._statics.accept(t, q, before):
-            return
         if not self.contacts and not self._sliding:
             return
         poses, rates = self.place(t, q, u, before)
@@ -313,13 +308,9 @@ class SegmentSystem(SegmentForces):
 
     def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """See `System`."""
-        if not self._contacts or (self._statics is not None and u is None and self._statics.crossed(t, q) is False):
+        if not self._contacts:
             return None
         return self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
-
-    def negative_at_rest(self, t: float, q: np.ndarray) -> int | None:
-        """See `System`."""
-        return None if self._statics is None else self._statics.negative_at_rest(t, q)
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: limit from impacts."""
@@ -331,8 +322,6 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         if not self._contacts:
             return 0.0
-        if self._statics is not None and self._statics.current:
-            return self._statics.contact_force(t, q)
         poses, rates = self.place(t, q, None)
         forces = np.zeros(rates.shape)
         for contacts in self.contacts:

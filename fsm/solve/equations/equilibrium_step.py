@@ -150,8 +150,8 @@ class EquilibriumStep:
             depths = None if self.mixed is None else self.mixed.depths(self.largest_reaction)
             model = _Model(self.system, self.mixed, self.solver, t, before, self._rates(t, before), efforts, depths)
             settled = settle(StaticModel(_CALLS, model), guess, rules)
-            found = settled, model.efforts, model.matrix, None
-        settled, efforts, matrix, negative = found
+            found = settled, model.efforts, model.matrix
+        settled, efforts, matrix = found
         counts = settled.counts.tolist()
         self.iterations += counts[quasi_static.SOLVED]
         self.evaluations += counts[quasi_static.EVALUATED]
@@ -161,36 +161,34 @@ class EquilibriumStep:
             ending = _FAILURES[settled.ending]
             return Equilibrium(settled.q, np.zeros(self.system.nu), None, ending, iterations, settled.residual)
         assert matrix is not None
-        return self._found(t, settled.q, before, iterations, settled.residual, matrix, efforts, negative)
+        return self._found(t, settled.q, before, iterations, settled.residual, matrix, efforts)
 
     def _solve_arrays(
         self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None, rules: NewtonRules
-    ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None, int | None] | None:
+    ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None] | None:
         """Solve the equations in one call of a kernel.
 
-        The result has the efforts, the last matrix, and the number of its negative pivots if it is known. The result is
-        None if the system has no arrays, or if the kernel could not solve the equations; the methods in Python may then
-        solve them.
+        The result has the efforts and the last matrix. It is None if the system has no arrays, or if the kernel could not
+        solve the equations; the methods in Python may then solve them.
         """
         arrays = None if self._with_arrays is None else self._with_arrays.static_arrays(self.solver.ready)
         if arrays is None or efforts is None:
             return None
         q = np.ascontiguousarray(guess, dtype=float)
         for _ in range(_PATTERNS):
-            arrays.begin(t, guess, before, efforts, rules.largest_reaction)
+            arrays.begin(t, before, efforts, rules.largest_reaction)
             model = arrays.model
             settled = Settled._make(model.calls.force.entry(settle_arrays, model, q, rules)(model, q, rules))
             if not arrays.lacks:
                 break
         else:
             return None
-        ended = settled.ending == quasi_static.FOUND
-        later, matrix, symmetric, trusted, negative = arrays.end(t, settled.q, before, ended)
+        later, matrix, symmetric, trusted = arrays.end()
         if settled.ending in (quasi_static.SINGULAR, quasi_static.NOT_FINITE):
             return None
         if settled.counts[quasi_static.FACTORISED]:
             self.solver.adopt(matrix, symmetric, trusted, int(settled.counts[quasi_static.FACTORISED]))
-        return settled, later, matrix, negative
+        return settled, later, matrix
 
     def _rates(self, t: float, before: PreviousState | None) -> PreviousState | None:
         """Last state, if forces depend on rates; else None."""
@@ -205,7 +203,6 @@ class EquilibriumStep:
         residual: np.ndarray,
         matrix: BlockMatrix,
         efforts: np.ndarray | None,
-        negative: int | None,
     ) -> Equilibrium:
         """Equilibrium, with the stability from the matrix of the last iteration, whose state is very near to the
         equilibrium.
@@ -218,10 +215,9 @@ class EquilibriumStep:
         u = self.system.difference(before[1], q) / duration if duration > 0.0 else np.zeros(self.system.nu)
         # friction and rotating dampers make the matrix unsymmetric; else the last factors are those of the symmetric part
         unsymmetric = self.system.rate_dependent and not self.solver.symmetric
-        if negative is None:
-            if unsymmetric:
-                self.solver.factorise(matrix.symmetric())
-            negative = self.solver.negative_pivots()
+        if unsymmetric:
+            self.solver.factorise(matrix.symmetric())
+        negative = self.solver.negative_pivots()
         if negative and unsymmetric:
             self.solver.factorise(matrix)
             negative = self.solver.negative_real_pivots()

@@ -133,14 +133,13 @@ def negative_pivots(
     Sylvester's law of inertia counts them for the symmetric part, by a factorisation without row exchanges between blocks.
     Friction bristles make the stiffness unsymmetric. If the symmetric part then has negative pivots, the negative real
     pivots of the stiffness itself count (see `fsm.solve.equations.equilibrium_step`). With a given `solver` the pattern is
-    not analysed again; the factorisation of the solver is overwritten, unless the system knows the number of this state.
+    not analysed again; the factorisation of the solver is overwritten.
 
     With `sticking` (s), the stiffness includes the damping of regularised friction over this time. The result is then the
     number of modes that grow by the factor e in less than this time although contacts stick.
     """
     solver = solver or LinearSolver()
-    if system.nu == 0 or (sticking is None and system.negative_at_rest(t, q) == 0):
-        solver.factorisations += 1 if system.nu else 0  # by the kernel
+    if system.nu == 0:
         return 0
     stiffness = system.linearise(t, q, None).stiffness
     if sticking is not None:

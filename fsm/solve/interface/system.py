@@ -241,10 +241,6 @@ class System(Protocol):
         """Name of the body with the largest entry of a (nu,) vector, for messages."""
         ...
 
-    def negative_at_rest(self, t: float, q: np.ndarray) -> int | None:
-        """Number of negative pivots of the symmetric part of the stiffness at rest; None if it is not yet known."""
-        return None
-
     def contact_force(self, t: float, q: np.ndarray) -> float:
         """Largest contact force on a body at rest, N; 0 for most systems."""
         return 0.0
@@ -348,23 +344,31 @@ class StaticArrays(Protocol):
 
     @property
     def lacks(self) -> bool:
-        """Whether the last step met bodies whose block the pattern of the matrix lacks; `begin` adds the block."""
+        """Whether the last step met bodies whose block the pattern of the matrix lacks; `prepare` adds the block."""
         ...
 
-    def begin(self, t: float, q: np.ndarray, before: PreviousState, efforts: np.ndarray, most: float) -> None:
-        """Set the time, the last state, and the efforts to begin with; q is the first configuration.
-
-        `most` (N) as in `MixedSystem.depths`.
+    def prepare(self, before: PreviousState) -> None:
+        """Give the arrays the present memory, the factors and the pattern, before a kernel takes steps from the state
+        `before`.
         """
         ...
 
-    def end(
-        self, t: float, q: np.ndarray, before: PreviousState, found: bool
-    ) -> tuple[np.ndarray, BlockMatrix, bool, bool, int | None]:
+    def begin(self, t: float, before: PreviousState, efforts: np.ndarray, most: float) -> None:
+        """`prepare`, and set the time, the last state, and the efforts to begin with; `most` (N) as in
+        `MixedSystem.depths`.
+        """
+        ...
+
+    def end(self) -> tuple[np.ndarray, BlockMatrix, bool, bool]:
         """Efforts at the end, the matrix of the last factorisation, whether it is symmetric, and whether its last solution
         needed no refinement.
-
-        With `found`, q is an equilibrium; the last result is then the number of negative pivots of the matrix, or None if it
-        is not certain.
         """
+        ...
+
+    def followed(self, q: np.ndarray) -> None:
+        """A kernel has accepted steps to q: the memory of the arrays is the present one."""
+        ...
+
+    def observation(self, record: np.ndarray) -> Observation:
+        """Observation of a state from its record (`fsm.solve.stepping.path`)."""
         ...

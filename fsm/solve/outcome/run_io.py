@@ -76,13 +76,17 @@ class CurvePoint(NamedTuple):
         cls, points: Sequence[CurvePoint], time: float, observed: Observation, dynamic: bool, jumped: bool = False
     ) -> CurvePoint:
         """Next point of a curve; `jumped`: it is on another equilibrium path than the last point."""
-        path = points[-1].path if points else 0
-        if path % 2 != int(dynamic):
-            path += 1
-        elif jumped and not dynamic:
-            path += 2
+        path = cls.path_after(points, dynamic, jumped)
         stored = observed.energy.potential
         return cls(observed.drive, observed.pairs.force, time, path, stored.get("panels", 0.0), stored.get("creases", 0.0))
+
+    @staticmethod
+    def path_after(points: Sequence[CurvePoint], dynamic: bool, jumped: bool = False) -> int:
+        """Number of the path of the next point of a curve."""
+        path = points[-1].path if points else 0
+        if path % 2 != int(dynamic):
+            return path + 1
+        return path + 2 if jumped and not dynamic else path
 
 
 def time_and_travel(system: System, t: float, drive: DriveState) -> str:

@@ -22,14 +22,7 @@ from fsm.solve.outcome.run_io import (
     Statistics,
     inertia_counts,
 )
-
-_AT_FIRST = 5e-3
-"""Displacement relative to the extent of the structure; the largest reaction times this displacement is the first scale
-of energy."""
-
-
-_SMALL_LOSS = 1e-6
-"""Dissipation relative to the reference energy, below which the forces at the end of a step are accurate enough."""
+from fsm.solve.stepping.path import BEFORE, POINT_DRIVES, REACTION, TIME, Path, is_off
 
 
 class StepEnergy(NamedTuple):
@@ -66,8 +59,6 @@ class PathRecorder:
         self.system, self.statistics, self.request = system, statistics, request
         save_times, energy_balance, after = request.save_times, initial_state.energy_balance, initial_state.after
         self.time, self.q, self.u = time, q, u
-        self._earlier: DriveState | None = None
-        self._resting: list[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]] = []
         self._extent = system.scales().extent
         self._saved = -np.inf
         self._before: PreviousState | None = None
@@ -91,12 +82,8 @@ class PathRecorder:
 
     def state(self) -> State:
         """State of the recorder for a restart, besides time, q, u, energy balance and curve."""
-        earlier = [] if self._earlier is None else [self._earlier.travel, self._earlier.force]
-        resting = [found for known, found in self._resting if known is self.q]
         return {
             **observation_state(self.last),
-            "earlier": np.array(earlier),
-            **({"resting": resting[0][0], "resting_drive": resting[0][1]} if resting else {}),
             "bounds": np.array([self.largest_reaction, self._saved]),
         }
 
@@ -107,112 +94,39 @@ class PathRecorder:
         self.time, self.q, self.u = end.time, end.q, end.u
         stored_by = list(self.system.energy(end.time, end.q, None).potential)
         self.last = observation_from(state, stored_by)
-        self._earlier = DriveState(*state["earlier"]) if len(state["earlier"]) else None
-        self._resting = [(self.q, (state["resting"], state["resting_drive"]))] if "resting" in state else []
         self.largest_reaction, self._saved = state["bounds"].tolist()
 
     def next_save(self, end: float) -> float:
         """Time of the next state to be saved, or `end`."""
         return self.pending[0] if self.pending else end
 
-    def step_energy(self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation) -> StepEnergy:
-        """Work and dissipated energy of a quasi-static step, whose velocities are means over the step.
+    def follow(self, path: Path, points: np.ndarray, observed: Observation, q: np.ndarray, pivots: int | None) -> None:
+        """Record the steps of a path (`fsm.solve.stepping.path`), with the points of its curve; the caller must call
+        `finish_step` next.
 
-        The work of drives is the integral of the parabola through the forces of the last three states.
+        `observed`: the last state, whose configuration is q. `pivots`: number of negative pivots of the stiffness at rest
+        there, if known.
         """
-        duration = t - self.time
-        drives = driven = 0.0
-        for k, force in enumerate(observed.drive.force.tolist()):
-            travel = float(observed.drive.travel[k] - self.last.drive.travel[k])
-            drives += (0.5 * (float(self.last.drive.force[k]) + force) - self._bow(k, observed)) * travel
-            driven += force * travel
-        power = observed.energy.load_power
-        loads = observed.energy.input_power * duration - driven if power is None else power * duration
-        if loads:  # mean of the loads at both ends of the step, along the same motion
-            begin = self.system.energy(self.time, self.q, u, (t, q))
-            power = begin.input_power if begin.load_power is None else begin.load_power
-            loads = 0.5 * (loads + power * duration)
-        return StepEnergy(drives + loads, self._dissipated(t, q, observed), observed.energy.pair_power * duration)
-
-    def _dissipated(self, t: float, q: np.ndarray, observed: Observation) -> float:
-        """Energy that dampers and friction dissipate in a quasi-static step, J: mean force at both ends times the motion.
-
-        At an equilibrium these forces are the residual without them. Small losses, and the first step, use the forces at the
-        end only. The loss of rate-independent sliding is computed exactly.
-        """
-        alone = observed.energy.dissipated_power * (t - self.time)
-        if self._earlier is None or alone < _SMALL_LOSS * self.energy_balance.turnover:
-            return alone
-        (force, drive), (next_force, next_drive) = self._at_rest(self.time, self.q), self._at_rest(t, q)
-        driven = self.last.drive.force - drive + observed.drive.force - next_drive
-        taken = (force + next_force) @ self.system.difference(self.q, q)
-        damped = max(0.0, 0.5 * float(taken + driven @ (observed.drive.travel - self.last.drive.travel)))
-        return damped + observed.energy.sliding_power * (t - self.time)
-
-    def _at_rest(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual at rest and drive forces, N; stored for the next step."""
-        for known, found in self._resting:
-            if known is q:
-                return found
-        found = self.system.balance(t, q, None)
-        self._resting = [*self._resting[-1:], (q, found)]
-        return found
-
-    def _bow(self, k: int, observed: Observation) -> float:
-        """Mean force of drive k at both ends minus its mean over the step, from the curvature of the force curve, N."""
-        if self._earlier is None:
-            return 0.0
-        points = [
-            (float(drive.travel[k]), float(drive.force[k]))
-            for drive in (self._earlier, self.last.drive, observed.drive)
-        ]
-        (x0, f0), (x1, f1), (x2, f2) = points
-        first, second = x1 - x0, x2 - x1
-        if first * second <= 0.0:  # the drive has stopped or reversed
-            return 0.0
-        bend = (f2 - f1) / second - (f1 - f0) / first
-        return second**2 / (6.0 * (first + second)) * bend
-
-    def quasi_static(
-        self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, step_energy: StepEnergy, unstable: bool = False,
-        pivots: int | None = None,
-    ) -> None:  # fmt: skip
-        """Record a quasi-static step; the caller must call `finish_step` next.
-
-        `unstable`: only dampers hold the state. `pivots`: number of negative pivots of the stiffness at rest, if known.
-        """
-        self.energy_balance.add(*step_energy)
-        earlier = self.last.drive
-        self.system.commit(t, q, u, (self.time, self.q))
-        self._take(t, q, u, observed, dynamic=unstable, before=(self.time, self.q), pivots=pivots)
-        self._earlier = earlier
-
-    def imbalance(self, observed: Observation, step_energy: StepEnergy) -> float:
-        """Energy balance residual of a quasi-static step relative to the reference energy so far; 0 below round-off.
-
-        At the start the residual is relative to the work of the largest reaction along a small part of the span.
-        """
-        work, dissipated, _ = step_energy
-        stored = observed.energy.stored_at_rest - self.last.energy.stored_at_rest
-        change = abs(observed.energy.stored_at_rest - self.energy_balance.start)
-        turnover = max(self.energy_balance.turnover, change, abs(work))
-        turnover = max(turnover, self._little(max(self.largest_reaction, observed.reaction)))
-        return abs(stored + dissipated - work) / turnover if turnover > self.energy_balance.round_off_floor else 0.0
+        numbers, drives = path.numbers, len(observed.drive.travel)
+        before = float(numbers[BEFORE]), self.q if len(points) == 1 else path.q_before.copy()
+        self.time, self.q, self.last, self._before = float(numbers[TIME]), q, observed, before
+        self.u = self.system.difference(before[1], q) / (self.time - before[0])
+        self.largest_reaction = float(numbers[REACTION])
+        self.energy_balance.set_numbers(path.balance)
+        self.energy_balance.pair_energy = self.energy_balance.pair_energy + path.pair_energy
+        path.pair_energy[:] = 0.0
+        self._pivots = pivots if drives else None  # records of a path without drives have no count
+        for point in points:
+            at, moving, panels, creases = point[:POINT_DRIVES].tolist()
+            travel, force, pair_force = np.split(point[POINT_DRIVES:], [drives, 2 * drives])
+            curve, drive = self.statistics.points, DriveState(travel, force)
+            number = CurvePoint.path_after(curve, bool(moving))
+            curve.append(CurvePoint(drive, pair_force, at, number, panels, creases))
+        self._save()
 
     def is_off(self, bound: float) -> bool:
-        """Whether the energy error exceeds a bound relative to the reference energy, or relative to a small work if
-        that is larger.
-
-        The small work is needed where a body moves freely to its first contact, because the reference energy is then
-        almost zero.
-        """
-        balance = self.energy_balance
-        turnover = max(balance.turnover, self._little(self.largest_reaction))
-        return balance.relative_error > bound and balance.worst > bound * turnover
-
-    def _little(self, reaction: float) -> float:
-        """Work of a force along a small part of the extent of the structure, J."""
-        return _AT_FIRST * reaction * self._extent
+        """See `fsm.solve.stepping.path.is_off`."""
+        return is_off(self.energy_balance.numbers(), self.largest_reaction, self._extent, bound)
 
     def step_energy_in_motion(self, t: float, q: np.ndarray, observed: Observation) -> StepEnergy:
         """Work and dissipated energy of a step of a time integrator."""
@@ -273,12 +187,9 @@ class PathRecorder:
         stored: float | None = None,
         dynamic: bool = False,
         jumped: bool = False,
-        before: PreviousState | None = None,
-        pivots: int | None = None,
     ) -> None:
         """Set the present state; `stored` is its energy if inertia is included, None in statics."""
-        self.time, self.q, self.u, self.last, self._earlier, self._before = t, q, u, observed, None, before
-        self._pivots = pivots if len(observed.drive.travel) else None  # records of a path without drives have no count
+        self.time, self.q, self.u, self.last, self._before, self._pivots = t, q, u, observed, None, None
         if stored is None:
             self.largest_reaction = max(self.largest_reaction, observed.reaction)  # in statics only
             self.energy_balance.balance(observed.energy.stored_at_rest, 0.0)

@@ -1,27 +1,28 @@
-"""Steps of a quasi-static path: prediction, correction, and the conditions for acceptance; see
-`fsm.solve.statics.static`.
-"""
+"""Steps of a quasi-static path, its critical points apart; `fsm.solve.stepping.path` has the conditions for acceptance."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from enum import Enum
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
-from fsm.solve.equations.newton import negative_pivots, tangent_prediction
+from fsm.solve.equations.equilibrium_step import EquilibriumStep
 from fsm.solve.interface.records import Observation
-from fsm.solve.interface.system import System
+from fsm.solve.interface.system import ArrayStaticSystem, StaticArrays, System
 from fsm.solve.outcome.restart_points import State, steps_between
 from fsm.solve.outcome.run_io import AcceptedStep, InitialState, OutputRequest, Statistics, time_and_travel
 from fsm.solve.outcome.status import TORN, Event, Outcome
 from fsm.solve.settings import PathSettings
-from fsm.solve.statics.extrapolation import History, Prediction
+from fsm.solve.statics.path_model import SHORT, SystemPath, write_record
 from fsm.solve.statics.path_recorder import PathRecorder
+from fsm.solve.stepping import path as stepping
+from fsm.solve.stepping.accuracy import trial_vector
+from fsm.solve.stepping.path import CUT, MOVING, Path, PathRules, extrapolate, follow, follow_arrays, remember
 
 _FORCES = 1e-3
 """Residual at an equilibrium, relative to the largest reaction and rtol."""
@@ -29,46 +30,36 @@ _FAR = 8.0
 """Largest correction relative to the desired one; a larger one rejects the step."""
 LARGEST_CORRECTION = 0.25
 """Largest correction relative to the structure's span, or in rad, at any tolerance."""
-_GROWTH, _SHRINK, CUT = 2.0, 0.4, 0.35
-"""Factors on the step: largest and smallest after an accepted step, and after a rejected one."""
-_ITERATIONS = 6
-"""Newton iterations above which steps do not grow."""
 _SMALLEST = 1e-6
 """Smallest step relative to the duration; if it fails, the point is critical."""
 _RESOLVED = 1e-12
 """Smallest step relative to the present time: resolution of times."""
-MOVING = 1e-3
-"""Kinetic energy relative to the reference energy, above which inertia is not negligible."""
-_COARSE = 3.0
-"""Energy error of one step, relative to the reference energy and rtol, above which the step has missed a kink of the
-force."""
-_DEEP = 1e4
-"""Contact forces of a prediction relative to reactions and previous contact forces, above which the prediction
-penetrates too far."""
-_RESTING = 1e-3
-"""Residual without damper forces, relative to the largest reaction, below which a state is an equilibrium."""
-SHORT = 0.1
-"""Ratio of a step without history for a prediction to the first step."""
-_KINK = 1e-2
-"""Smallest step relative to the first step, for cuts because of the energy balance or a contact that closes."""
-EXACT = 1e-3
-"""Relative error of the force at which the path ends because of `force_limit`."""
-_NONE_COARSE = (-math.inf, 0.0, 0.0)
-"""Initial value of the time, duration and energy error of the last step whose energy balance was checked."""
+_PATTERNS = 20
+"""Largest number of repetitions of a step because bodies came near each other whose block the pattern lacks."""
+
+_RESTART = (
+    "numbers", "counts", "progress", "states", "efforts", "earlier", "resting", "resting_drives",
+)  # fmt: skip
+"""Fields of `Path` that a restart needs, besides those of the recorder."""
 
 
 class Reason(Enum):
-    """Reason for the rejection of a step."""
+    """Reason for the rejection of a step, by its number in `fsm.solve.stepping.path`."""
 
-    NEWTON = "Newton's method did not converge"
-    FAR = "the equilibrium found is far from its prediction"
-    UNSTABLE = "the equilibrium is unstable"
-    SINGULAR = "the stiffness is singular"
-    INERTIA = "inertia is not negligible"
-    CROSSED = "a body passed through a face"
-    HEAD_ON = "the prediction penetrates closing contacts"
-    COARSE = "the energy balance residual of the step is too large"
-    LIMIT = "the force of the drive exceeds its limit"
+    NEWTON = stepping.NEWTON, "Newton's method did not converge"
+    FAR = stepping.FAR, "the equilibrium found is far from its prediction"
+    UNSTABLE = stepping.UNSTABLE, "the equilibrium is unstable"
+    SINGULAR = stepping.SINGULAR, "the stiffness is singular"
+    INERTIA = stepping.INERTIA, "inertia is not negligible"
+    CROSSED = stepping.CROSSED, "a body passed through a face"
+    HEAD_ON = stepping.HEAD_ON, "the prediction penetrates closing contacts"
+    COARSE = stepping.COARSE, "the energy balance residual of the step is too large"
+    LIMIT = stepping.LIMIT, "the force of the drive exceeds its limit"
+
+    @classmethod
+    def of(cls, outcome: int) -> Reason | None:
+        """Reason of an outcome; None if the step was accepted."""
+        return next((reason for reason in cls if reason.value[0] == outcome), None)
 
 
 class Mark(NamedTuple):
@@ -91,7 +82,6 @@ class PathSteps:
         self.system, self.settings = system, settings
         self.statistics = Statistics("static", points=initial_state.points)
         self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
-        self.history = History(system)
         self.every, self.renewed = steps_between(system.nu), 0
         self.first_step = min(settings.first_step, settings.max_step)
         whole = settings.end_time - settings.start_time
@@ -104,129 +94,165 @@ class PathSteps:
             system.clear_caches(np.zeros(0))
             if start is None:
                 system.restore(np.zeros(0))
-            self.history.add(t, q, self.newton.efforts(t, q))
         self.recorder = PathRecorder(system, self.statistics, request, initial_state, t, q, u)
+        efforts = self.newton.efforts(t, q)
+        observed = system.observe(t, q, None) if after is not None else self.recorder.last
+        sizes = 0 if efforts is None else len(efforts), len(observed.drive.travel), len(observed.pairs.force)
+        self.path = Path.of(system.nq, system.nu, *sizes)
+        self.model = SystemPath(system, self.newton, self.recorder, self.first_step)
+        with_arrays = isinstance(system, ArrayStaticSystem) and self.newton.mixed is not None
+        self._with_arrays = cast(ArrayStaticSystem, system) if with_arrays else None
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
         # a single state gives only a tangent; if the solve does not start at rest, the drive has its full speed at the start
         self.step_size = self.first_step if start is None else SHORT * self.first_step
-        self.aim = math.sqrt(settings.rtol)
-        self.far = min(_FAR * self.aim, LARGEST_CORRECTION)
-        self.failed = np.zeros(system.nu)
-        self.rejection = ""
-        self.pivots: int | None = None  # negative pivots of the stiffness at rest in the last step
+        self._recorded: Observation | None = None  # state of `path.record`
+        self.far = min(_FAR * math.sqrt(settings.rtol), LARGEST_CORRECTION)
         self.reason: Reason | None = None
-        self.coarse = _NONE_COARSE
         self.lost: Mark | None = None
         # kinetic energy of all bodies at the speed that the drives may cause; without drives, a part of the work of loads
         scales = self.newton.scales
         speed = scales.driven_velocity
         slow = 0.5 * float(speed @ system.momentum(q, speed)) if scales.drive_speed else MOVING * scales.work
         self.slow = slow if system.rate_dependent else 0.0
-        self.joint = system.max_joint_opening(t, q)[1]
+        self.rules = PathRules(
+            self.newton.tolerance, self.newton.reach, self.newton.max_iterations, self.newton.mixed is not None, scales.span,
+            scales.force_scale, settings.rtol, math.sqrt(settings.rtol), self.far, self.first_step, settings.max_step,
+            self.smallest, self.slow, scales.length, scales.extent, settings.force_limit, settings.energy_abort,
+            settings.judged_from, system.rate_dependent, system.fixed_pattern, trial_vector(system.nu),
+        )  # fmt: skip
         self.anchor = self._here()
         if after is not None:
             self._renew(after)
+        else:
+            self._forget()
 
     def _here(self) -> tuple[float, np.ndarray, np.ndarray]:
         """Time, configuration and memory of the present state."""
         return self.recorder.time, self.recorder.q, self.system.memory()
 
-    def _duration(self) -> float:
-        """Duration of the next step: to the next given time, or a part of it."""
+    @property
+    def step_size(self) -> float:
+        """Size of the next step, s."""
+        return float(self.path.numbers[stepping.SIZE])
+
+    @step_size.setter
+    def step_size(self, size: float) -> None:
+        self.path.numbers[stepping.SIZE] = size
+
+    def _target(self) -> float:
+        """Next time at which a state is saved, or at which loads or drives are not smooth."""
         recorder = self.recorder
         while self.breaks and self.breaks[0] <= recorder.time * (1.0 + 1e-12):
             self.breaks.pop(0)
-        target = min(recorder.next_save(self.settings.end_time), *self.breaks[:1], self.settings.end_time)
-        left = target - recorder.time
-        size = min(self.step_size, self.settings.max_step)
-        if size >= 0.999 * left:
-            return left
-        return min(size, 0.5 * left)
+        return float(min(recorder.next_save(self.settings.end_time), *self.breaks[:1], self.settings.end_time))
 
-    def _attempt(self, t: float, may_renew: bool = False) -> Reason | None:
-        """Try a step to time t; return None if the step is accepted, else the reason for its rejection."""
-        recorder = self.recorder
-        before = (recorder.time, recorder.q)
-        prediction = self.history.predict(t)
-        extrapolated = prediction is not None
-        if prediction is None:
-            try:
-                increment = tangent_prediction(self.system, recorder.time, t, recorder.q, self.newton.solver)
-            except NotConverged:
-                return Reason.SINGULAR
-            prediction = Prediction(increment, self.newton.efforts(t, recorder.q, before, increment))
-        guess = self.system.retract(recorder.q, prediction.increment)
-        if extrapolated and self._head_on(t, guess):
-            return Reason.HEAD_ON
-        self.newton.largest_reaction = recorder.largest_reaction
-        found = self.newton.solve(t, guess, before, prediction.efforts)
-        if found.ending is Ending.UNSTABLE:
-            self.failed = found.residual
-            return Reason.UNSTABLE
-        if found.ending is not Ending.CONVERGED:
-            self.failed = found.residual
-            return Reason.SINGULAR if found.ending is Ending.SINGULAR else Reason.NEWTON
-        correction = self._size(self.system.difference(guess, found.q))
-        if extrapolated and correction > self.far:
-            return Reason.FAR
-        rejection = self.system.rejection(t, found.q, None, t - recorder.time)
-        if rejection is not None:
-            self.rejection = rejection.reason
-            return Reason.CROSSED
-        balance, round_off = recorder.energy_balance, self.newton.round_off * self.newton.scales.length
-        balance.round_off_floor = max(balance.round_off_floor, round_off)
-        observed = self.system.observe(t, found.q, found.u, before)
-        if self._inertia_counts(observed):
-            return Reason.INERTIA
-        duration = t - recorder.time
-        if self.settings.force_ratio(observed.drive) > 1.0 + EXACT and duration > 10.0 * self.smallest:
-            return Reason.LIMIT
-        step_energy = recorder.step_energy(t, found.q, found.u, observed)
-        judged = duration > _KINK * self.first_step
-        if judged and self._coarse(duration, recorder.imbalance(observed, step_energy), found.iterations):
-            return Reason.COARSE
-        unstable = self._is_unstable(t, found.q)
-        if unstable and self._rests(t, found.q):
-            return Reason.UNSTABLE
-        apart, self.joint = self.system.max_joint_opening(t, found.q)
-        if apart > TORN * self.newton.scales.length:
-            self._fail(Outcome.TORN)
-        self._adapt(duration, correction if extrapolated else None, found.iterations)
+    def _march(self) -> Reason | None:
+        """Take steps to the next save in one kernel, or one step in Python; return None, or the reason why none is possible.
+
+        After a rejection in the kernel that a shorter step does not help, Python repeats the step, to find its reason.
+        """
+        left = min(self.every - (self.statistics.steps - self.renewed), self.settings.max_steps - self.statistics.steps)
+        arrays = None
+        if self._with_arrays is not None and self.path.counts[stepping.KNOWN] > 1:
+            arrays = self._with_arrays.static_arrays(self.newton.solver.ready)
+        if arrays is not None and self._march_arrays(arrays, 1 if self.lost is not None else max(1, left)):
+            return None
+        return self._in_python(follow, self._target())
+
+    def _march_arrays(self, arrays: StaticArrays, most: int) -> bool:
+        """Take at most `most` steps up to the next save in one kernel; return whether it took any."""
+        path, recorder = self.path, self.recorder
+        points, outcome = np.empty((most, path.point_size)), stepping.LACKS
+        self._begin()
+        for _ in range(_PATTERNS):
+            arrays.prepare((recorder.time, recorder.q))
+            arguments = arrays.model, path, self.rules, self._target(), points
+            outcome = arrays.model.calls.force.entry(follow_arrays, *arguments)(*arguments)
+            if outcome != stepping.LACKS or path.counts[stepping.STEPS]:
+                break
+        if Reason.of(outcome) is not None:
+            path.numbers[stepping.SIZE] /= CUT
+            path.counts[stepping.REJECTED] -= 1
+        taken = int(path.counts[stepping.STEPS])
+        if taken:
+            q = path.q.copy()
+            arrays.followed(q)
+            stable = 0 if self.system.rate_dependent else None
+            self._take(points[:taken], arrays.observation(path.record), q, stable)
+        self._end()
+        if taken:
+            self._finish(may_renew=True)
+        return taken > 0
+
+    def _in_python(self, steps: Callable[..., int], until: float, single: bool = False) -> Reason | None:
+        """Take one step up to a time by `follow`, or to this time without another attempt (`single`)."""
+        points = np.empty((1, self.path.point_size))
+        self._begin()
+        with np.errstate(all="ignore"):
+            outcome = steps(self.model, self.path, self.rules, until, points[0] if single else points)
+        taken = bool(self.path.counts[stepping.STEPS])
+        if taken:
+            self._take(points, self.model.observed, self.model.state, self.model.pivots)
+        self._end()
+        if taken:
+            self._finish(may_renew=not single)
+        return Reason.of(outcome)
+
+    def _begin(self) -> None:
+        """Write the present state to the path."""
+        path, recorder = self.path, self.recorder
+        path.numbers[stepping.TIME], path.numbers[stepping.REACTION] = recorder.time, recorder.largest_reaction
+        path.balance[:] = recorder.energy_balance.numbers()
+        path.q[:] = recorder.q
+        if self._recorded is not recorder.last:
+            write_record(recorder.last, path.record)
+
+    def _end(self) -> None:
+        """Add the counts of the path to those of the solve."""
+        path, counts, newton = self.path, self.path.counts, self.newton
+        self.recorder.energy_balance.set_numbers(path.balance)
+        self._recorded = self.recorder.last
+        self.statistics.steps += int(counts[stepping.STEPS])
+        self.statistics.rejected += int(counts[stepping.REJECTED])
+        newton.iterations += int(counts[stepping.ITERATIONS])
+        newton.evaluations += int(counts[stepping.EVALUATIONS])
+        newton.solver.factorisations += int(counts[stepping.FACTORISATIONS])
+        counts[stepping.STEPS : stepping.LAST_ITERATIONS] = 0
+
+    def _take(self, points: np.ndarray, observed: Observation, q: np.ndarray, pivots: int | None) -> None:
+        """Record the steps of the path; `observed`, q and `pivots` belong to the last state."""
+        recorder, unstable = self.recorder, bool(points[-1, stepping.MOVING_ON])
         lost = self.lost or mark(recorder)
-        recorder.quasi_static(t, found.q, found.u, observed, step_energy, unstable, self.pivots)
+        recorder.follow(self.path, points, observed, q, pivots)
         if self.lost is not None and not unstable:
             self._note("damped snap", self.lost)
         self.lost = lost if unstable else None
-        self.rejection = ""
-        self.history.add(t, found.q, found.efforts)
-        due = self.statistics.steps - self.renewed >= self.every and not unstable
-        renews = may_renew and due and t < self.settings.end_time
+        self.model.rejection = ""
+
+    def _finish(self, may_renew: bool) -> None:
+        """End a step: it may be a restart point."""
+        recorder = self.recorder
+        if self.system.max_joint_opening(recorder.time, recorder.q)[0] > TORN * self.newton.scales.length:
+            self._fail(Outcome.TORN)
+        due = self.statistics.steps - self.renewed >= self.every and self.lost is None
+        renews = may_renew and due and recorder.time < self.settings.end_time
         end = recorder.finish_step(self._state() if renews else None)
         if renews:
             self._renew(end)
-        return None
-
-    def _head_on(self, t: float, guess: np.ndarray) -> bool:
-        """Whether a prediction penetrates a closing contact too far for Newton's method."""
-        system, recorder = self.system, self.recorder
-        if system.fixed_pattern or t - recorder.time < _KINK * self.first_step:
-            return False
-        force = system.contact_force(t, guess) / _DEEP
-        return force > recorder.largest_reaction and force > system.contact_force(recorder.time, recorder.q)
 
     def _state(self) -> State:
         """State of the solve for a restart."""
-        counts = self._counts()
+        path = self.path
+        counts = *self._counts(), self.statistics.newton_iterations, self.statistics.rejected
         return {
-            **self.history.state(),
             **self.recorder.state(),
+            **{f"path_{name}": getattr(path, name).copy() for name in _RESTART},
             "memory": self.system.memory(),
             "counted": self.system.counters(),
-            "step_size": np.array([self.step_size]),
             "anchor_time": np.array([self.anchor[0]]),
             "anchor": self.anchor[1],
             "anchor_memory": self.anchor[2],
-            "counts": np.array([*counts, self.statistics.newton_iterations, self.statistics.rejected]),
+            "counts": np.array(counts),
         }
 
     def _counts(self) -> tuple[int, int, int]:
@@ -243,76 +269,35 @@ class PathSteps:
         newton.iterations, newton.evaluations, newton.solver.factorisations = counts[:3]
         statistics.newton_iterations, statistics.rejected = counts[3:]
         statistics.steps, self.renewed = end.steps, end.steps
-        self.history.resume(state)
         self.recorder.resume(end)
-        self.step_size = float(state["step_size"][0])
         self.anchor = float(state["anchor_time"][0]), state["anchor"], state["anchor_memory"]
-        self.failed, self.coarse = np.zeros(self.system.nu), _NONE_COARSE
-
-    def _coarse(self, duration: float, imbalance: float, iterations: int) -> bool:
-        """Whether the energy balance of a step requires a shorter step.
-
-        If the residual does not decrease with the step size, the initial state was not an equilibrium, and the step is
-        accepted. A step with many iterations is not accepted, since it may have reached another branch. Contacts cause
-        kinks that a step may miss. Without contacts and dampers, the bound is the round-off of the forces if this is
-        larger than rtol.
-        """
-        at, longer, worse = self.coarse
-        self.coarse = self.recorder.time, duration, imbalance
-        jump = at == self.recorder.time and duration < longer and imbalance > math.sqrt(duration / longer) * worse
-        resolved = self.settings.rtol
-        if self.system.fixed_pattern and not self.system.rate_dependent:
-            resolved = max(resolved, self.newton.round_off / max(self.newton.largest_reaction, 1e-300))
-        return imbalance > _COARSE * resolved and not (jump and iterations <= _ITERATIONS)
-
-    def _inertia_counts(self, observed: Observation) -> bool:
-        """Whether the motion is too fast for statics; false without damping, since a motion would then not decay."""
-        energy_balance = self.recorder.energy_balance
-        turnover = max(energy_balance.turnover, abs(observed.energy.stored_at_rest - energy_balance.start))
-        return self.system.rate_dependent and observed.energy.kinetic > max(MOVING * turnover, self.slow)
-
-    def _is_unstable(self, t: float, q: np.ndarray) -> bool:
-        """Whether an equilibrium with dampers is unstable at rest, and friction does not hold it.
-
-        Coulomb friction would hold contacts that stick. Regularised friction lets them creep, which is slow on the path.
-        """
-        system, solver = self.system, self.newton.solver
-        self.pivots = negative_pivots(system, t, q, solver) if system.rate_dependent else None
-        if not self.pivots:
-            return False
-        held = system.sticking_damping(t, q) is not None
-        return not held or bool(negative_pivots(system, t, q, solver, SHORT * self.first_step))
-
-    def _rests(self, t: float, q: np.ndarray) -> bool:
-        """Whether a state is an equilibrium without damper forces; these forces may hold an unstable state for a long
-        time.
-
-        If the state is no equilibrium, dampers slow a snap, and the stiffness may be indefinite. This is recorded as an
-        event ("damped snap"); its forces do not belong to a quasi-static path.
-        """
-        left_over = np.abs(self.system.force(t, q, None) / self.newton.scales.force_scale)
-        return bool(left_over.max() < _RESTING * self.recorder.largest_reaction)
+        for name in _RESTART:
+            getattr(self.path, name)[:] = state[f"path_{name}"]
+        self.path.numbers[stepping.COARSE_AT] = -math.inf
+        self._recorded = None
+        self.model = SystemPath(self.system, newton, self.recorder, self.first_step)
 
     def _size(self, increment: np.ndarray) -> float:
         return float(largest_ratio(increment, self.newton.scales.span))
 
     def _forget(self) -> None:
-        """Restart the history at the present state."""
-        self.history = History(self.system)
-        self.history.add(self.recorder.time, self.recorder.q, self.newton.efforts(self.recorder.time, self.recorder.q))
+        """Restart the extrapolation at the present state."""
+        path, recorder = self.path, self.recorder
+        path.counts[[stepping.KNOWN, stepping.EARLIER, stepping.RESTING]] = 0
+        efforts = self.newton.efforts(recorder.time, recorder.q)
+        if efforts is not None:
+            path.next_efforts[:] = efforts
+        remember(path, self.system.progress(recorder.time), recorder.q)
 
-    def _adapt(self, duration: float, correction: float | None, iterations: int) -> None:
-        """Set the size of the next step from the error of the prediction, which is proportional to the cube of the step.
-
-        The step does not grow after many Newton iterations.
-        """
-        if correction is None:
-            return
-        factor = 0.9 * (self.aim / max(correction, 1e-12)) ** (1.0 / 3.0)
-        factor = min(factor, _GROWTH, _ITERATIONS / max(iterations, 1))
-        wanted = duration * max(_SHRINK, factor)
-        # a step that is shortened to end at a given time gives no estimate for longer steps
-        self.step_size = wanted if duration >= 0.5 * self.step_size else max(wanted, self.step_size)
+    def _predicted(self, t: float) -> tuple[np.ndarray, np.ndarray | None]:
+        """Configuration and efforts at time t by extrapolation; those of the present state if it is the only one."""
+        path, q = self.path, self.recorder.q
+        if path.counts[stepping.KNOWN] > 1:
+            extrapolate(self.model, path, self.system.progress(t))
+            q = self.system.retract(q, path.increment)
+        else:
+            path.next_efforts[:] = path.efforts[0]
+        return q, None if self.newton.mixed is None else path.next_efforts.copy()
 
     def _judge_energy(self) -> None:
         judged = self.recorder.time >= self.settings.judged_from
@@ -334,14 +319,15 @@ class PathSteps:
         if outcome is Outcome.ENERGY_OF_STATICS:
             raise EnergyAbort(f"{where}: {outcome.value}. {recorder.energy_balance.text}")
         text = f"{where}, step {self.statistics.steps}, method static: {outcome.value}"
-        if np.any(self.failed):
+        if np.any(self.model.failed):
             what = "Not held" if outcome is Outcome.MECHANISM else "Largest residual at"
-            text += f". {what}: {self.system.worst_body(self.failed)}"
-        if self.rejection:
-            text += f". {self.rejection}"
+            text += f". {what}: {self.system.worst_body(self.model.failed)}"
+        if self.model.rejection:
+            text += f". {self.model.rejection}"
         elif self.reason is not None and outcome is not Outcome.MECHANISM:
-            text += f". Last rejected static step: {self.reason.value}"
-        raise NotConverged(f"{text}. Joint strained most: {self.joint}")
+            text += f". Last rejected static step: {self.reason.value[1]}"
+        _, joint = self.system.max_joint_opening(recorder.time, recorder.q)
+        raise NotConverged(f"{text}. Joint strained most: {joint}")
 
 
 def mark(recorder: PathRecorder) -> Mark:

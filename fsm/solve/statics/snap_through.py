@@ -17,7 +17,7 @@ from fsm.solve.interface.system import System
 from fsm.solve.outcome.status import Outcome, StepFailed
 from fsm.solve.settings import PathSettings
 from fsm.solve.statics.path_recorder import PathRecorder
-from fsm.solve.statics.path_steps import EXACT
+from fsm.solve.stepping.path import EXACT
 from fsm.solve.time.artificial_damping import DampedSystem
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 
@@ -69,7 +69,12 @@ class RestCriterion(NamedTuple):
 
 
 def move_until_rest(
-    system: System, recorder: PathRecorder, u: np.ndarray, settings: PathSettings, rest: RestCriterion, worst: float,
+    system: System,
+    recorder: PathRecorder,
+    u: np.ndarray,
+    settings: PathSettings,
+    rest: RestCriterion,
+    worst: float,
     begins: bool = True,
 ) -> int:
     """Integrate with inertia and damping until the motion has decayed, or to the end time of the path.

@@ -29,8 +29,10 @@ from fsm.solve.outcome.status import Outcome, StepFailed
 from fsm.solve.settings import PathSettings
 from fsm.solve.statics.arc_length import limit_point_before
 from fsm.solve.statics.critical import Critical, critical_point, softest_mode, stable_branch
-from fsm.solve.statics.path_steps import CUT, EXACT, LARGEST_CORRECTION, MOVING, SHORT, PathSteps, Reason, mark
+from fsm.solve.statics.path_model import SHORT
+from fsm.solve.statics.path_steps import LARGEST_CORRECTION, PathSteps, Reason, mark
 from fsm.solve.statics.snap_through import RestCriterion, move_until_rest, slide
+from fsm.solve.stepping.path import EXACT, MOVING, attempt, duration_to
 
 _DRIVEN = 1e-2
 """Kinetic energy of all bodies at the speed of the drives, relative to the largest kinetic energy that the drives may
@@ -91,14 +93,10 @@ class _Follower(PathSteps):
             while recorder.time < settings.end_time and not self._force_limit_reached():
                 if self.statistics.steps >= settings.max_steps:
                     self._fail(Outcome.TOO_MANY_STEPS)
-                duration = self._duration()
-                reason = self.reason = self._attempt(recorder.time + duration, may_renew=True)
+                reason = self.reason = self._march()
                 if reason is None:
                     self._judge_energy()
-                    continue
-                self.statistics.rejected += 1
-                self.step_size = CUT * duration
-                if reason is Reason.INERTIA or self.step_size < self.smallest:
+                else:
                     self._pass_critical(reason)
             if self.lost is not None:
                 self._note("damped snap", self.lost)
@@ -128,7 +126,7 @@ class _Follower(PathSteps):
         dissipated.
         """
         recorder, t = self.recorder, self.recorder.time
-        if not self.system.nu or self._rests(t, recorder.q):
+        if not self.system.nu or self.model.rests(t, recorder.q):
             return
         try:
             q = equilibrium(self.system, recorder.q, np.array([t]))
@@ -152,13 +150,13 @@ class _Follower(PathSteps):
         later = recorder.time + 1e-3 * self.first_step
         kind = "motion"
         if reason is Reason.SINGULAR:
-            self.failed = softest_mode(self.system, recorder.time, recorder.q)
+            self.model.failed = softest_mode(self.system, recorder.time, recorder.q)
             self._fail(Outcome.MECHANISM)
         if reason is not Reason.INERTIA:
             critical = critical_point(self.system, recorder.time, recorder.q, later)
             kind = "snap"
             # branches are searched at rest and without friction
-            if critical.bifurcation and self._rests(recorder.time, recorder.q) and self._branch(critical):
+            if critical.bifurcation and self.model.rests(recorder.time, recorder.q) and self._branch(critical):
                 kind = "bifurcation"
         if kind != "bifurcation":
             self._move(reason is Reason.INERTIA)
@@ -196,10 +194,7 @@ class _Follower(PathSteps):
         step = 10.0 * self.smallest
         while step < self.first_step:
             t = min(recorder.time + step, recorder.next_save(self.settings.end_time))
-            prediction = self.history.predict(t)
-            guess, efforts = recorder.q, self.history.efforts
-            if prediction is not None:
-                guess, efforts = self.system.retract(recorder.q, prediction.increment), prediction.efforts
+            guess, efforts = self._predicted(t)
             found = stable_branch(self.newton, t, guess, efforts, critical, self.settings.imperfection)
             observed = None if found is None else self.system.observe(t, found.q, None)
             if found is not None and observed is not None and recorder.jump_admissible(t, found.q, observed):
@@ -231,7 +226,7 @@ class _Follower(PathSteps):
                     self.system, recorder, u, settings, rest, worst, begins=not again
                 )
             except StepFailed as error:
-                self.rejection = error.reason
+                self.model.rejection = error.reason
                 self._fail(error.outcome)
             self._judge_energy()
             if recorder.time >= settings.end_time or self._force_limit_reached():
@@ -239,7 +234,8 @@ class _Follower(PathSteps):
             u = recorder.u
             self._forget()
             self.step_size = 1e-2 * self.first_step
-            self.reason = self._attempt(recorder.time + self._duration())
+            duration = duration_to(self._target(), recorder.time, self.step_size, settings.max_step)
+            self.reason = self._in_python(attempt, recorder.time + duration, single=True)
             if self.reason is None:
                 return
         self._fail(Outcome.NO_EQUILIBRIUM)

@@ -107,6 +107,28 @@ class StaticCalls(NamedTuple):
     advance : ``advance(model, q, dx, cut)``
         Advance efforts and depths by an increment from q, to first order; with `cut`, start from the depths before the
         last increment.
+
+    Only compiled models have the rest, for `fsm.solve.stepping.path`:
+
+    begin : ``begin(model, t, before, q, efforts, rate_dependent, most)``
+        Begin a step from the last state (time and q) to t, with these efforts; `most` (N) as in `MixedSystem.depths`.
+    lacks : ``lacks(model)``
+        Whether bodies have met whose block the pattern of the matrix lacks.
+    efforts : ``efforts(model, out)``
+        Write the efforts of springs to `out` (m,).
+    end_of_step : ``end_of_step(model, q, trial, accurate, at_rest, record)``
+        Write the record of a state at the end of a step. `trial` (nu,) is a vector of entries 1 and -1; if the solution of
+        equations with this vector has an error above `accurate`, numbers of pivots are `UNKNOWN`. Without `at_rest` the
+        pivots of the stiffness at rest are left out.
+    accept : ``accept(model, q)``
+        Accept this state: update the memory of contacts and elements.
+    progress, difference : as `System.progress`, `System.difference`
+    contact_force : ``contact_force(model, t, q)``
+        Largest component of the forces of contacts at rest, N.
+    balance_at_rest : ``balance_at_rest(model, t, q, force, drives)``
+        Write the force (nu,) and the forces of all drives (n_drives,) at rest.
+    power_before : ``power_before(model, t, q)``
+        Power of loads (W) in the last state, with the mean velocities of the step whose end was recorded.
     """
 
     force: Any
@@ -116,6 +138,16 @@ class StaticCalls(NamedTuple):
     solve: Any
     retract: Any
     advance: Any
+    begin: Any = None
+    lacks: Any = None
+    efforts: Any = None
+    end_of_step: Any = None
+    accept: Any = None
+    progress: Any = None
+    difference: Any = None
+    contact_force: Any = None
+    balance_at_rest: Any = None
+    power_before: Any = None
 
 
 class StaticModel(NamedTuple):
@@ -127,7 +159,10 @@ class StaticModel(NamedTuple):
     @classmethod
     def of(cls, kernels: StaticCalls, arrays: Any, q: np.ndarray) -> StaticModel:
         """Create a model from arrays and kernels; q (nq,) is an example of a configuration."""
-        arguments = StaticCalls((q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True))
+        arguments = StaticCalls(
+            (q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True), (0.0, 0.0, q, q, True, 0.0), (), (q,),
+            (q, q, 0.0, True, q), (q,), (0.0,), (q, q), (0.0, q), (0.0, q, q, q), (0.0, q),
+        )  # fmt: skip
         pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
         return cls(StaticCalls(*pointers), arrays)
 

@@ -1,0 +1,648 @@
+"""Steps of a quasi-static path: prediction, correction, and the conditions for acceptance.
+
+As for time steps, Python runs `follow` for any system, and a kernel compiles it for compiled models
+(`fsm.solve.stepping.quasi_static.StaticModel`). A `Path` holds the state; its arrays are changed in place.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.interactions.contact.pair_sums import DAMPING, SLIDING
+from fsm.interactions.contact.pair_sums import FORCE as PAIR_FORCE
+from fsm.kernels.jit import compiled_as, kernel, shared
+from fsm.kernels.pointers import borrowed
+from fsm.kernels.vector import largest_ratio
+from fsm.solve.stepping.accuracy import ACCURATE
+from fsm.solve.stepping.march import (
+    DISSIPATED,
+    ERROR,
+    GAINED,
+    KINETIC_WORST,
+    ROUND_OFF,
+    START,
+    TURNOVER,
+    WORK,
+    WORST,
+    balanced,
+)
+from fsm.solve.stepping.quasi_static import (
+    EVALUATED,
+    FACTORISED,
+    FOUND,
+    ITERATION,
+    SOLVED,
+    TOO_MANY,
+    NewtonRules,
+    StaticModel,
+    settle_arrays,
+)
+from fsm.solve.stepping.vectors import copy_into, inner, subtracted
+
+(
+    ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, SLOWED, LACKS, UNABLE,
+) = range(13)  # fmt: skip
+"""Outcomes of a step: acceptance, and the reasons for a rejection (`fsm.solve.statics.path_steps.Reason`).
+
+SLOWED is an unstable state that only dampers hold. LACKS: two bodies have met whose block the pattern lacks. UNABLE: only
+the methods in Python can take or judge this step."""
+
+TIME, BEFORE, SIZE, COARSE_AT, COARSE_STEP, COARSE_ERROR, REACTION, FORCE_ROUND_OFF = range(8)
+"""Indices of `Path.numbers`: time and the time before (s), size of the next step (s); time (s), size (s) and relative energy
+error of the last step whose energy balance was checked; largest reaction so far and round-off of the forces (N)."""
+KNOWN, STEPS, REJECTED, ITERATIONS, EVALUATIONS, FACTORISATIONS, LAST_ITERATIONS, EARLIER, RESTING = range(9)
+"""Indices of `Path.counts`: known states of the extrapolation; accepted and rejected steps; iterations, evaluations and
+factorisations; iterations of the last step; whether `earlier` and `resting` belong to this path (0 or 1)."""
+(
+    PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
+    STORED, LARGEST, DRIVES,
+) = range(16)  # fmt: skip
+"""Indices of a record of a state. PASSED is 1 if sides of a contact have passed through each other. NEGATIVE is the number
+of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at rest; both
+may be `UNKNOWN`. LOST, LOADS and INPUT are the powers of dampers and friction, of loads, and of loads and drives (W);
+KEPT_LOSS is the part of LOST whose forces also act at rest. Energies of contacts, weights, panels and creases, of the
+motion, of driven bodies, and the sum of all potential energies (J). LARGEST is the largest reaction (N). Travels, then forces
+of all drives follow, and seven values of each contact pair: the rows of `fsm.interactions.contact.pair_sums`, and the gap
+(m)."""
+UNKNOWN = -1.0
+"""Number of pivots that the factors do not show with certainty."""
+
+AT, MOVING_ON, POINT_PANELS, POINT_CREASES, POINT_DRIVES = range(5)
+"""Indices of a point of the curve: time (s), 1 for an unstable state, elastic energies (J); then travels and forces of all
+drives, and normal forces of all contact pairs."""
+
+_DEEP = 1e4
+"""Contact forces of a prediction relative to reactions and previous contact forces, above which the prediction
+penetrates too far."""
+_GROWTH, _SHRINK, CUT = 2.0, 0.4, 0.35
+"""Factors on the step: largest and smallest after an accepted step, and after a rejected one."""
+_ITERATIONS = 6
+"""Newton iterations above which steps do not grow."""
+MOVING = 1e-3
+"""Kinetic energy relative to the reference energy, above which inertia is not negligible."""
+_COARSE = 3.0
+"""Energy error of one step, relative to the reference energy and rtol, above which the step has missed a kink of the
+force."""
+_KINK = 1e-2
+"""Smallest step relative to the first step, for cuts because of the energy balance or a contact that closes."""
+EXACT = 1e-3
+"""Relative error of the force at which the path ends because of `force_limit`."""
+AT_FIRST = 5e-3
+"""Displacement relative to the extent of the structure; the largest reaction times this displacement is the first scale
+of energy."""
+_SMALL_LOSS = 1e-6
+"""Dissipation relative to the reference energy, below which the forces at the end of a step are accurate enough."""
+_KEPT = 3
+"""Number of stored states of the extrapolation: three for a parabola."""
+
+
+class PathRules(NamedTuple):
+    """Tolerances and scales.
+
+    Attributes
+    ----------
+    tolerance : -
+        Largest residual relative to the largest reaction.
+    reach, max_iterations, mixed, span, force_scale : as in `NewtonRules`
+    rtol, aim, far : -
+        Relative tolerance, desired and largest correction of a prediction.
+    first_step, max_step, smallest : s
+    slow : J
+        Kinetic energy below which inertia is negligible in any case.
+    length, extent : m
+    force_limit : N
+    abort, judged_from : - and s
+        Energy error that stops the path, and the time from which it does.
+    rate_dependent, fixed_pattern : bool, see `System`
+    trial : (nu,) array, see `fsm.solve.stepping.accuracy`
+    """
+
+    tolerance: float
+    reach: float
+    max_iterations: int
+    mixed: bool
+    span: np.ndarray
+    force_scale: np.ndarray
+    rtol: float
+    aim: float
+    far: float
+    first_step: float
+    max_step: float
+    smallest: float
+    slow: float
+    length: float
+    extent: float
+    force_limit: float
+    abort: float
+    judged_from: float
+    rate_dependent: bool
+    fixed_pattern: bool
+    trial: np.ndarray
+
+
+class Path(NamedTuple):
+    """State of a path.
+
+    Attributes
+    ----------
+    numbers, counts : arrays, see above
+    balance : (9,) array, J
+        Numbers of `fsm.solve.outcome.energy_balance.EnergyBalance`.
+    pair_energy : (2, n_pairs) array, J
+        Energy that contact pairs have dissipated since the caller has read it.
+    q, q_before : (nq,) arrays
+        Present configuration and the one before.
+    progress, states, efforts : (3,), (3, nq) and (3, m) arrays
+        Path parameters, configurations and efforts of springs of the last states; `counts[KNOWN]` are known.
+    record, earlier : records
+        Present state, and (drives only) the state before.
+    resting, resting_drives : (nu,) and (n_drives,) arrays
+        Force and forces of the drives at rest in the present state.
+    increment, next_efforts, found : (nu,), (m,) and (nq,) arrays
+        Predicted increment and efforts of a step, and the configuration that it found.
+    next_record, next_resting, next_resting_drives : of the state that a step found
+    """
+
+    numbers: np.ndarray
+    counts: np.ndarray
+    balance: np.ndarray
+    pair_energy: np.ndarray
+    q: np.ndarray
+    q_before: np.ndarray
+    progress: np.ndarray
+    states: np.ndarray
+    efforts: np.ndarray
+    record: np.ndarray
+    earlier: np.ndarray
+    resting: np.ndarray
+    resting_drives: np.ndarray
+    increment: np.ndarray
+    next_efforts: np.ndarray
+    found: np.ndarray
+    next_record: np.ndarray
+    next_resting: np.ndarray
+    next_resting_drives: np.ndarray
+
+    @classmethod
+    def of(cls, nq: int, nu: int, efforts: int, drives: int, pairs: int) -> Path:
+        """State of zeros for systems of these sizes."""
+        record = DRIVES + 2 * drives + 7 * pairs
+        shapes: list[Any] = [
+            8, 9, 9, (2, pairs), nq, nq, _KEPT, (_KEPT, nq), (_KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
+            record, nu, drives,
+        ]  # fmt: skip
+        arrays = [np.zeros(shape) for shape in shapes]
+        arrays[1] = np.zeros(9, dtype=np.int64)
+        return cls(*arrays)
+
+    @property
+    def point_size(self) -> int:
+        """Number of values of a point of the curve."""
+        return POINT_DRIVES + 2 * len(self.resting_drives) + self.pair_energy.shape[1]
+
+
+# functions of a model ---------------------------------------------------------------------------------------------------
+
+
+def progress_at(model: Any, t: float) -> float:
+    """Path parameter, see `System.progress`."""
+    return float(model.progress(t))
+
+
+def difference(model: Any, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Increment (nu,) between two configurations."""
+    return np.asarray(model.difference(start, end))
+
+
+def retracted(model: Any, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
+    """Configuration (nq,) after an increment."""
+    return np.asarray(model.retract(q, dx))
+
+
+def contact_force(model: Any, t: float, q: np.ndarray) -> float:
+    """Largest component of the forces of contacts at rest, N."""
+    return float(model.contact_force(t, q))
+
+
+def balance_at_rest(model: Any, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
+    """Write the force (nu,) and the forces of all drives (n_drives,) at rest."""
+    model.balance_at_rest(t, q, force, drives)
+
+
+def power_before(model: Any, t: float, q: np.ndarray, end: float, found: np.ndarray) -> float:
+    """Power of loads (W) in the state before a step, with the mean velocities of the step to the state `found` at `end`."""
+    return float(model.power_before(t, q, end, found))
+
+
+def tangent_guess(model: Any, path: Path, t: float) -> int:
+    """Write the increment and the efforts at t from the tangent; the outcome is ACCEPTED, SINGULAR or UNABLE."""
+    return int(model.tangent_guess(path, t))
+
+
+def equilibrium(model: Any, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
+    """Find the equilibrium at t, and write it to `path.found` and `path.next_efforts`."""
+    return int(model.equilibrium(path, rules, t, guess))
+
+
+def look(model: Any, path: Path, rules: PathRules, t: float, record: np.ndarray) -> int:
+    """Write the record of the state that was found; the outcome is ACCEPTED, CROSSED, UNSTABLE or UNABLE."""
+    return int(model.look(path, rules, t, record))
+
+
+def stability(model: Any, path: Path, rules: PathRules, t: float) -> int:
+    """Whether an equilibrium with dampers is stable at rest: ACCEPTED, SLOWED, UNSTABLE or UNABLE."""
+    return int(model.stability(path, rules, t))
+
+
+def accept(model: Any, path: Path, t: float) -> None:
+    """Accept the state that was found: update internal variables."""
+    model.accept(path, t)
+
+
+# one step ---------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _add(factor: float, vector: np.ndarray, out: np.ndarray) -> None:
+    """Add a multiple of a vector."""
+    for i in range(out.shape[0]):
+        out[i] += factor * vector[i]
+
+
+@shared
+def extrapolate(model: Any, path: Path, aim: float) -> None:
+    """Write increment and efforts at a path parameter, by the polynomial through the last states (two or three)."""
+    last = path.counts[KNOWN] - 1
+    path.increment[:] = 0.0
+    copy_into(path.efforts[last], path.next_efforts)
+    for k in range(last):
+        weight = 1.0
+        for other in range(last + 1):
+            if other != k:
+                weight *= (aim - path.progress[other]) / (path.progress[k] - path.progress[other])
+        _add(weight, difference(model, path.states[last], path.states[k]), path.increment)
+        _add(weight, subtracted(path.efforts[k], path.efforts[last]), path.next_efforts)
+
+
+@shared
+def remember(path: Path, progress: float, q: np.ndarray) -> None:
+    """Add a state, with the efforts of `path.next_efforts`, to the states of the extrapolation."""
+    known = path.counts[KNOWN]
+    if known == _KEPT:
+        for k in range(_KEPT - 1):
+            path.progress[k] = path.progress[k + 1]
+            copy_into(path.states[k + 1], path.states[k])
+            copy_into(path.efforts[k + 1], path.efforts[k])
+        known -= 1
+    path.progress[known] = progress
+    copy_into(q, path.states[known])
+    copy_into(path.next_efforts, path.efforts[known])
+    path.counts[KNOWN] = known + 1
+
+
+@shared
+def _head_on(model: Any, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> bool:
+    """Whether a prediction penetrates a closing contact too far for Newton's method."""
+    begin = path.numbers[TIME]
+    if rules.fixed_pattern or t - begin < _KINK * rules.first_step:
+        return False
+    force = contact_force(model, t, guess) / _DEEP
+    return bool(force > path.numbers[REACTION]) and force > contact_force(model, begin, path.q)
+
+
+@shared
+def _bow(path: Path, k: int, record: np.ndarray) -> float:
+    """Mean force of drive k at both ends minus its mean over the step, from the curvature of the force curve, N."""
+    if path.counts[EARLIER] == 0:
+        return 0.0
+    force = DRIVES + path.resting_drives.shape[0] + k
+    first = path.record[DRIVES + k] - path.earlier[DRIVES + k]
+    second = record[DRIVES + k] - path.record[DRIVES + k]
+    if first * second <= 0.0:  # the drive has stopped or reversed
+        return 0.0
+    bend = (record[force] - path.record[force]) / second - (path.record[force] - path.earlier[force]) / first
+    bow: float = second**2 / (6.0 * (first + second)) * bend
+    return bow
+
+
+@shared
+def _work(model: Any, path: Path, t: float, record: np.ndarray) -> float:
+    """Work of drives and loads in a step, J: the integral of the parabola through the forces of the last three states."""
+    begin, count = path.numbers[TIME], path.resting_drives.shape[0]
+    work = 0.0
+    for k in range(count):
+        force = DRIVES + count + k
+        travel = record[DRIVES + k] - path.record[DRIVES + k]
+        work += (0.5 * (path.record[force] + record[force]) - _bow(path, k, record)) * travel
+    loads = record[LOADS] * (t - begin)
+    if loads != 0.0:  # mean of the loads at both ends of the step, along the same motion
+        loads = 0.5 * (loads + power_before(model, begin, path.q, t, path.found) * (t - begin))
+    return float(work + loads)
+
+
+@shared
+def _dissipated(model: Any, path: Path, t: float, record: np.ndarray) -> float:
+    """Energy that dampers and friction dissipate in a step, J: mean force at both ends times the motion.
+
+    At an equilibrium these forces are the residual without them. Small losses, and the first step, use the forces at the
+    end only. The loss of rate-independent sliding is computed exactly.
+    """
+    counts, begin, count = path.counts, path.numbers[TIME], path.resting_drives.shape[0]
+    alone = record[LOST] * (t - begin)
+    if counts[EARLIER] == 0 or alone < _SMALL_LOSS * path.balance[TURNOVER]:
+        counts[RESTING] = 0
+        return float(alone)
+    if counts[RESTING] == 0:
+        balance_at_rest(model, begin, path.q, path.resting, path.resting_drives)
+    balance_at_rest(model, t, path.found, path.next_resting, path.next_resting_drives)
+    counts[RESTING] = 1
+    moved = difference(model, path.q, path.found)
+    taken = inner(path.resting, moved) + inner(path.next_resting, moved)
+    for k in range(count):
+        force = DRIVES + count + k
+        driven = path.record[force] - path.resting_drives[k] + record[force] - path.next_resting_drives[k]
+        taken += driven * (record[DRIVES + k] - path.record[DRIVES + k])
+    return float(max(0.0, 0.5 * taken) + record[KEPT_LOSS] * (t - begin))
+
+
+@shared
+def little_work(reaction: float, extent: float) -> float:
+    """Work of a force along a small part of the extent of the structure, J."""
+    return AT_FIRST * reaction * extent
+
+
+@shared
+def _imbalance(path: Path, rules: PathRules, record: np.ndarray, work: float, dissipated: float) -> float:
+    """Energy balance residual of a step relative to the reference energy so far; 0 below round-off.
+
+    At the start the residual is relative to the work of the largest reaction along a small part of the span.
+    """
+    balance, stored = path.balance, record[STORED] - path.record[STORED]
+    turnover = max(balance[TURNOVER], abs(record[STORED] - balance[START]), abs(work))
+    turnover = max(turnover, little_work(max(path.numbers[REACTION], record[LARGEST]), rules.extent))
+    return float(abs(stored + dissipated - work) / turnover) if turnover > balance[ROUND_OFF] else 0.0
+
+
+@shared
+def _is_coarse(path: Path, rules: PathRules, duration: float, error: float) -> bool:
+    """Whether the energy balance of a step requires a shorter step.
+
+    If the residual does not decrease with the step size, the initial state was not an equilibrium, and the step is
+    accepted. A step with many iterations is not accepted, since it may have reached another branch. Contacts cause
+    kinks that a step may miss. Without contacts and dampers, the bound is the round-off of the forces if this is
+    larger than rtol.
+    """
+    numbers = path.numbers
+    longer, worse, jump = numbers[COARSE_STEP], numbers[COARSE_ERROR], False
+    if numbers[COARSE_AT] == numbers[TIME] and duration < longer:
+        jump = error > math.sqrt(duration / longer) * worse
+    numbers[COARSE_AT], numbers[COARSE_STEP], numbers[COARSE_ERROR] = numbers[TIME], duration, error
+    resolved = rules.rtol
+    if rules.fixed_pattern and not rules.rate_dependent:
+        resolved = max(resolved, numbers[FORCE_ROUND_OFF] / max(numbers[REACTION], 1e-300))
+    return bool(error > _COARSE * resolved and not (jump and path.counts[LAST_ITERATIONS] <= _ITERATIONS))
+
+
+@shared
+def _adapt(path: Path, rules: PathRules, duration: float, correction: float) -> None:
+    """Set the size of the next step from the error of the prediction, which is proportional to the cube of the step.
+
+    The step does not grow after many Newton iterations.
+    """
+    factor = 0.9 * (rules.aim / max(correction, 1e-12)) ** (1.0 / 3.0)
+    factor = min(factor, _GROWTH, _ITERATIONS / max(path.counts[LAST_ITERATIONS], 1))
+    wanted = duration * max(_SHRINK, factor)
+    # a step that is shortened to end at a given time gives no estimate for longer steps
+    size = path.numbers[SIZE]
+    path.numbers[SIZE] = wanted if duration >= 0.5 * size else max(wanted, size)
+
+
+@shared
+def _advance(model: Any, path: Path, t: float, record: np.ndarray, work: float, dissipated: float) -> None:
+    """Make the state that was found the present state."""
+    numbers, counts, balance = path.numbers, path.counts, path.balance
+    drives, duration = path.resting_drives.shape[0], t - numbers[TIME]
+    sums = record[DRIVES + 2 * drives :].reshape(7, path.pair_energy.shape[1])
+    for p in range(path.pair_energy.shape[1]):
+        path.pair_energy[0, p] += sums[SLIDING, p] * duration
+        path.pair_energy[1, p] += sums[DAMPING, p] * duration
+    accept(model, path, t)
+    balance[WORK] += work
+    balance[DISSIPATED] += dissipated
+    balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
+        record[STORED], 0.0, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST], balance[GAINED],
+        balance[TURNOVER], balance[KINETIC_WORST],
+    )  # fmt: skip
+    numbers[REACTION] = max(numbers[REACTION], record[LARGEST])
+    copy_into(path.record, path.earlier)
+    copy_into(record, path.record)
+    copy_into(path.next_resting, path.resting)
+    copy_into(path.next_resting_drives, path.resting_drives)
+    copy_into(path.q, path.q_before)
+    copy_into(path.found, path.q)
+    numbers[BEFORE], numbers[TIME] = numbers[TIME], t
+    counts[EARLIER] = 1
+    counts[STEPS] += 1
+    remember(path, progress_at(model, t), path.q)
+
+
+@shared
+def _note(path: Path, held: int, point: np.ndarray) -> None:
+    """Write the present state as a point of the curve."""
+    record, drives, pairs = path.record, 2 * path.resting_drives.shape[0], path.pair_energy.shape[1]
+    point[AT], point[MOVING_ON] = path.numbers[TIME], 1.0 if held == SLOWED else 0.0
+    point[POINT_PANELS], point[POINT_CREASES] = record[PANELS], record[CREASES]
+    copy_into(record[DRIVES : DRIVES + drives], point[POINT_DRIVES : POINT_DRIVES + drives])
+    first = DRIVES + drives + PAIR_FORCE * pairs
+    copy_into(record[first : first + pairs], point[POINT_DRIVES + drives :])
+
+
+@shared
+def attempt(model: Any, path: Path, rules: PathRules, t: float, point: np.ndarray) -> int:
+    """Try a step to time t, and return its outcome; an accepted step writes a point of the curve."""
+    numbers, balance, record = path.numbers, path.balance, path.next_record
+    duration, extrapolated = t - numbers[TIME], path.counts[KNOWN] > 1
+    if extrapolated:
+        extrapolate(model, path, progress_at(model, t))
+    else:
+        outcome = tangent_guess(model, path, t)
+        if outcome != ACCEPTED:
+            return outcome
+    guess = retracted(model, path.q, path.increment)
+    if extrapolated and _head_on(model, path, rules, t, guess):
+        return HEAD_ON
+    outcome = equilibrium(model, path, rules, t, guess)
+    if outcome != ACCEPTED:
+        return outcome
+    correction = largest_ratio(difference(model, guess, path.found), rules.span)
+    if extrapolated and correction > rules.far:
+        return FAR
+    outcome = look(model, path, rules, t, record)
+    if outcome != ACCEPTED:
+        return outcome
+    balance[ROUND_OFF] = max(balance[ROUND_OFF], numbers[FORCE_ROUND_OFF] * rules.length)
+    # false without damping, since a motion would then not decay
+    turnover = max(balance[TURNOVER], abs(record[STORED] - balance[START]))
+    if rules.rate_dependent and record[KINETIC] > max(MOVING * turnover, rules.slow):
+        return INERTIA
+    drives = path.resting_drives.shape[0]
+    longer = drives > 0 and duration > 10.0 * rules.smallest
+    if longer and abs(record[DRIVES + drives]) / rules.force_limit > 1.0 + EXACT:
+        return LIMIT
+    work, dissipated = _work(model, path, t, record), _dissipated(model, path, t, record)
+    error = _imbalance(path, rules, record, work, dissipated)
+    if duration > _KINK * rules.first_step and _is_coarse(path, rules, duration, error):
+        return COARSE
+    held = stability(model, path, rules, t)
+    if held not in (ACCEPTED, SLOWED):
+        return held
+    if extrapolated:
+        _adapt(path, rules, duration, correction)
+    _advance(model, path, t, record, work, dissipated)
+    _note(path, held, point)
+    return ACCEPTED
+
+
+@shared
+def is_off(balance: np.ndarray, reaction: float, extent: float, bound: float) -> bool:
+    """Whether the energy error exceeds a bound relative to the reference energy, or relative to a small work if that is
+    larger.
+
+    The small work is needed where a body moves freely to its first contact, because the reference energy is then almost
+    zero.
+    """
+    turnover = max(balance[TURNOVER], little_work(reaction, extent))
+    error = balance[WORST] / balance[TURNOVER] if balance[TURNOVER] > balance[ROUND_OFF] else 0.0
+    return bool(error > bound and balance[WORST] > bound * turnover)
+
+
+@shared
+def duration_to(until: float, now: float, size: float, longest: float) -> float:
+    """Duration of the next step: to a given time, or a part of it, s."""
+    left = until - now
+    size = min(size, longest)
+    return left if size >= 0.999 * left else min(size, 0.5 * left)
+
+
+@shared
+def follow(model: Any, path: Path, rules: PathRules, until: float, points: np.ndarray) -> int:
+    """Take steps up to the time `until` (s), at most one for each row of `points`.
+
+    A rejected step is repeated with a shorter one. The result is ACCEPTED, or the reason of a rejection that a shorter step
+    does not help. The function returns early if the energy error is too large or the drive reaches its limit.
+    """
+    numbers, counts, taken = path.numbers, path.counts, 0
+    drives = path.resting_drives.shape[0]
+    while taken < points.shape[0]:
+        left = until - numbers[TIME]
+        duration = duration_to(until, numbers[TIME], numbers[SIZE], rules.max_step)
+        outcome = attempt(model, path, rules, numbers[TIME] + duration, points[taken])
+        if outcome in (LACKS, UNABLE):
+            return outcome
+        if outcome == ACCEPTED:
+            taken += 1
+            limit = drives > 0 and abs(path.record[DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT
+            judged = numbers[TIME] >= rules.judged_from
+            if limit or duration == left or (judged and is_off(path.balance, numbers[REACTION], rules.extent, rules.abort)):
+                break
+            continue
+        counts[REJECTED] += 1
+        numbers[SIZE] = CUT * duration
+        if outcome == INERTIA or numbers[SIZE] < rules.smallest:
+            return outcome
+    return ACCEPTED
+
+
+@kernel
+def follow_arrays(model: Any, path: Path, rules: PathRules, until: float, points: np.ndarray) -> int:
+    """Compiled `follow` for a `StaticModel`."""
+    outcome: int = follow(borrowed(model), borrowed(path), borrowed(rules), until, borrowed(points))
+    return outcome
+
+
+@kernel
+def begin_step(
+    model: StaticModel, t: float, before: float, q: np.ndarray, efforts: np.ndarray, rate_dependent: bool, most: float
+) -> None:
+    """See `StaticCalls.begin`."""
+    model.calls.begin(model.arrays, t, before, q, efforts, rate_dependent, most)
+
+
+# compiled models --------------------------------------------------------------------------------------------------------
+
+
+def _progress_at(model: StaticModel, t: float) -> Any:
+    return model.calls.progress(model.arrays, t)
+
+
+def _difference(model: StaticModel, start: np.ndarray, end: np.ndarray) -> Any:
+    return model.calls.difference(model.arrays, start, end)
+
+
+def _retracted(model: StaticModel, q: np.ndarray, dx: np.ndarray) -> Any:
+    return model.calls.retract(model.arrays, q, dx)
+
+
+def _contact_force(model: StaticModel, t: float, q: np.ndarray) -> Any:
+    return model.calls.contact_force(model.arrays, t, q)
+
+
+def _balance_at_rest(model: StaticModel, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
+    model.calls.balance_at_rest(model.arrays, t, q, force, drives)
+
+
+def _power_before(model: StaticModel, t: float, q: np.ndarray, end: float, found: np.ndarray) -> Any:
+    return model.calls.power_before(model.arrays, t, q)
+
+
+def _tangent_guess(model: StaticModel, path: Path, t: float) -> int:
+    return UNABLE
+
+
+def _equilibrium(model: StaticModel, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
+    calls, arrays, numbers, counts = model.calls, model.arrays, path.numbers, path.counts
+    reaction = numbers[REACTION]
+    calls.begin(arrays, t, numbers[TIME], path.q, path.next_efforts, rules.rate_dependent, reaction)
+    newton = NewtonRules(
+        rules.tolerance * reaction, reaction, rules.reach, rules.max_iterations, rules.mixed, rules.span, rules.force_scale
+    )
+    found = settle_arrays(model, guess, newton)
+    if calls.lacks(arrays):
+        return LACKS
+    counts[ITERATIONS] += found.counts[SOLVED]
+    counts[EVALUATIONS] += found.counts[EVALUATED]
+    counts[FACTORISATIONS] += found.counts[FACTORISED]
+    counts[LAST_ITERATIONS], numbers[FORCE_ROUND_OFF] = found.counts[ITERATION], found.round_off
+    if found.ending != FOUND:
+        return NEWTON if found.ending == TOO_MANY else UNABLE
+    copy_into(found.q, path.found)
+    calls.efforts(arrays, path.next_efforts)
+    return ACCEPTED
+
+
+def _look(model: StaticModel, path: Path, rules: PathRules, t: float, record: np.ndarray) -> int:
+    model.calls.end_of_step(model.arrays, path.found, rules.trial, ACCURATE, rules.rate_dependent, record)
+    if record[PASSED] > 0.0:
+        return CROSSED
+    if record[NEGATIVE] == UNKNOWN:
+        return UNABLE
+    return UNSTABLE if record[NEGATIVE] > 0.0 else ACCEPTED
+
+
+def _stability(model: StaticModel, path: Path, rules: PathRules, t: float) -> int:
+    return UNABLE if rules.rate_dependent and path.next_record[NEGATIVE_AT_REST] != 0.0 else ACCEPTED
+
+
+def _accept(model: StaticModel, path: Path, t: float) -> None:
+    model.calls.accept(model.arrays, path.found)
+
+
+for _asked, _instead in (
+    (progress_at, _progress_at), (difference, _difference), (retracted, _retracted), (contact_force, _contact_force),
+    (balance_at_rest, _balance_at_rest), (power_before, _power_before), (tangent_guess, _tangent_guess),
+    (equilibrium, _equilibrium), (look, _look), (stability, _stability), (accept, _accept),
+):  # fmt: skip
+    compiled_as(_asked, StaticModel, _instead)
