@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from fsm.interactions.contact.pair_sums import FORCE as PAIR_FORCE
 from fsm.solve.interface.records import DriveState, Observation, PreviousState
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.dissipation import mean_dissipation
@@ -22,7 +24,7 @@ from fsm.solve.outcome.run_io import (
     Statistics,
     inertia_counts,
 )
-from fsm.solve.stepping.path import BEFORE, POINT_DRIVES, REACTION, TIME, Path, is_off
+from fsm.solve.stepping.path import AT, CREASES, DRIVES, MOVING_ON, PANELS, REACTION, Path, is_off
 
 
 class StepEnergy(NamedTuple):
@@ -100,29 +102,34 @@ class PathRecorder:
         """Time of the next state to be saved, or `end`."""
         return self.pending[0] if self.pending else end
 
-    def follow(self, path: Path, points: np.ndarray, observed: Observation, q: np.ndarray, pivots: int | None) -> None:
-        """Record the steps of a path (`fsm.solve.stepping.path`), with the points of its curve; the caller must call
-        `finish_step` next.
+    def follow(
+        self, path: Path, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], last: np.ndarray,
+        pivots: int | None,
+    ) -> None:  # fmt: skip
+        """Record the steps of a path (`fsm.solve.stepping.path`); the caller must call `finish_step` next.
 
-        `observed`: the last state, whose configuration is q. `pivots`: number of negative pivots of the stiffness at rest
-        there, if known.
+        `observation` is the function of a record, `last` the last configuration. `pivots`: number of negative pivots of the
+        stiffness at rest in each state, if known.
         """
-        numbers, drives = path.numbers, len(observed.drive.travel)
-        before = float(numbers[BEFORE]), self.q if len(points) == 1 else path.q_before.copy()
-        self.time, self.q, self.last, self._before = float(numbers[TIME]), q, observed, before
-        self.u = self.system.difference(before[1], q) / (self.time - before[0])
-        self.largest_reaction = float(numbers[REACTION])
-        self.energy_balance.set_numbers(path.balance)
-        self.energy_balance.pair_energy = self.energy_balance.pair_energy + path.pair_energy
-        path.pair_energy[:] = 0.0
+        curve, drives = self.statistics.points, len(self.last.drive.travel)
+        dissipated, count = self.energy_balance.pair_energy, len(rows)
         self._pivots = pivots if drives else None  # records of a path without drives have no count
-        for point in points:
-            at, moving, panels, creases = point[:POINT_DRIVES].tolist()
-            travel, force, pair_force = np.split(point[POINT_DRIVES:], [drives, 2 * drives])
-            curve, drive = self.statistics.points, DriveState(travel, force)
-            number = CurvePoint.path_after(curve, bool(moving))
-            curve.append(CurvePoint(drive, pair_force, at, number, panels, creases))
-        self._save()
+        for number, row in enumerate(rows, start=1):
+            balance, record, pair_energy, q = path.parts(row)
+            before, self.time, self.q = (self.time, self.q), float(row[AT]), last if number == count else q
+            travel, force, sums = np.split(record[DRIVES:], [drives, 2 * drives])
+            pair_force = sums.reshape(7, -1)[PAIR_FORCE]
+            path_number = CurvePoint.path_after(curve, bool(row[MOVING_ON]))
+            energies = float(record[PANELS]), float(record[CREASES])
+            curve.append(CurvePoint(DriveState(travel, force), pair_force, self.time, path_number, *energies))
+            if number == count or self._is_due():
+                self.energy_balance.set_numbers(balance)
+                self.energy_balance.pair_energy = dissipated + pair_energy
+                self.last, self._before = observation(record), before
+                self.u = self.system.difference(before[1], self.q) / (self.time - before[0])
+                self._save()
+        self.largest_reaction = float(path.numbers[REACTION])
+        path.pair_energy[:] = 0.0
 
     def is_off(self, bound: float) -> bool:
         """See `fsm.solve.stepping.path.is_off`."""
@@ -213,8 +220,12 @@ class PathRecorder:
             self.pending = [self.time]
             self._save(final)
 
+    def _is_due(self) -> bool:
+        """Whether the present state is to be saved."""
+        return bool(self.pending) and self.pending[0] <= self.time + self._nothing
+
     def _save(self, final: bool = False) -> None:
-        while self.pending and self.pending[0] <= self.time + self._nothing:
+        while self._is_due():
             self.pending.pop(0)
             self._saved = self.time
             energy_balance = self.energy_balance

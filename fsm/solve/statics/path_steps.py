@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from enum import Enum
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -139,15 +139,13 @@ class PathSteps:
     def step_size(self, size: float) -> None:
         self.path.numbers[stepping.SIZE] = size
 
-    def _target(self) -> float:
-        """Next time at which a state is saved, or at which loads or drives are not smooth."""
-        recorder = self.recorder
-        while self.breaks and self.breaks[0] <= recorder.time * (1.0 + 1e-12):
-            self.breaks.pop(0)
-        return float(min(recorder.next_save(self.settings.end_time), *self.breaks[:1], self.settings.end_time))
+    def _stops(self) -> np.ndarray:
+        """Times at which a state is saved, or at which loads or drives are not smooth, up to the end, s."""
+        end = self.settings.end_time
+        return np.unique([*(at for at in self.recorder.pending + self.breaks if at < end), end])
 
     def _march(self) -> Reason | None:
-        """Take steps to the next save in one kernel, or one step in Python; return None, or the reason why none is possible.
+        """Take many steps in one kernel, or one step in Python; return None, or the reason why none is possible.
 
         After a rejection in the kernel that a shorter step does not help, Python repeats the step, to find its reason.
         """
@@ -157,16 +155,16 @@ class PathSteps:
             arrays = self._with_arrays.static_arrays(self.newton.solver.ready)
         if arrays is not None and self._march_arrays(arrays, 1 if self.lost is not None else max(1, left)):
             return None
-        return self._in_python(follow, self._target())
+        return self._in_python(follow, self._stops())
 
     def _march_arrays(self, arrays: StaticArrays, most: int) -> bool:
-        """Take at most `most` steps up to the next save in one kernel; return whether it took any."""
+        """Take at most `most` steps in one kernel; return whether it took any."""
         path, recorder = self.path, self.recorder
-        points, outcome = np.empty((most, path.point_size)), stepping.LACKS
+        rows, outcome = path.rows(most), stepping.LACKS
         self._begin()
         for _ in range(_PATTERNS):
             arrays.prepare((recorder.time, recorder.q))
-            arguments = arrays.model, path, self.rules, self._target(), points
+            arguments = arrays.model, path, self.rules, self._stops(), rows
             outcome = arrays.model.calls.force.entry(follow_arrays, *arguments)(*arguments)
             if outcome != stepping.LACKS or path.counts[stepping.STEPS]:
                 break
@@ -178,21 +176,21 @@ class PathSteps:
             q = path.q.copy()
             arrays.followed(q)
             stable = 0 if self.system.rate_dependent else None
-            self._take(points[:taken], arrays.observation(path.record), q, stable)
+            self._take(rows[:taken], arrays.observation, q, stable)
         self._end()
         if taken:
             self._finish(may_renew=True)
         return taken > 0
 
-    def _in_python(self, steps: Callable[..., int], until: float, single: bool = False) -> Reason | None:
-        """Take one step up to a time by `follow`, or to this time without another attempt (`single`)."""
-        points = np.empty((1, self.path.point_size))
+    def _in_python(self, steps: Callable[..., int], to: Any, single: bool = False) -> Reason | None:
+        """Take one step by `follow` to the first of several times, or by `attempt` to one time (`single`)."""
+        rows = self.path.rows(1)
         self._begin()
         with np.errstate(all="ignore"):
-            outcome = steps(self.model, self.path, self.rules, until, points[0] if single else points)
+            outcome = steps(self.model, self.path, self.rules, to, rows[0] if single else rows)
         taken = bool(self.path.counts[stepping.STEPS])
         if taken:
-            self._take(points, self.model.observed, self.model.state, self.model.pivots)
+            self._take(rows, lambda record: self.model.observed, self.model.state, self.model.pivots)
         self._end()
         if taken:
             self._finish(may_renew=not single)
@@ -219,11 +217,13 @@ class PathSteps:
         newton.solver.factorisations += int(counts[stepping.FACTORISATIONS])
         counts[stepping.STEPS : stepping.LAST_ITERATIONS] = 0
 
-    def _take(self, points: np.ndarray, observed: Observation, q: np.ndarray, pivots: int | None) -> None:
-        """Record the steps of the path; `observed`, q and `pivots` belong to the last state."""
-        recorder, unstable = self.recorder, bool(points[-1, stepping.MOVING_ON])
+    def _take(
+        self, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], q: np.ndarray, pivots: int | None
+    ) -> None:
+        """Record the steps of the path; arguments as in `PathRecorder.follow`."""
+        recorder, unstable = self.recorder, bool(rows[-1, stepping.MOVING_ON])
         lost = self.lost or mark(recorder)
-        recorder.follow(self.path, points, observed, q, pivots)
+        recorder.follow(self.path, rows, observation, q, pivots)
         if self.lost is not None and not unstable:
             self._note("damped snap", self.lost)
         self.lost = lost if unstable else None

@@ -32,7 +32,7 @@ from fsm.solve.statics.critical import Critical, critical_point, softest_mode, s
 from fsm.solve.statics.path_model import SHORT
 from fsm.solve.statics.path_steps import LARGEST_CORRECTION, PathSteps, Reason, mark
 from fsm.solve.statics.snap_through import RestCriterion, move_until_rest, slide
-from fsm.solve.stepping.path import EXACT, MOVING, attempt, duration_to
+from fsm.solve.stepping.path import EXACT, MOVING, attempt, next_time
 
 _DRIVEN = 1e-2
 """Kinetic energy of all bodies at the speed of the drives, relative to the largest kinetic energy that the drives may
@@ -234,8 +234,9 @@ class _Follower(PathSteps):
             u = recorder.u
             self._forget()
             self.step_size = 1e-2 * self.first_step
-            duration = duration_to(self._target(), recorder.time, self.step_size, settings.max_step)
-            self.reason = self._in_python(attempt, recorder.time + duration, single=True)
+            stop = next(at for at in self._stops() if at > recorder.time)
+            t, _ = next_time(stop, recorder.time, self.step_size, settings.max_step)
+            self.reason = self._in_python(attempt, t, single=True)
             if self.reason is None:
                 return
         self._fail(Outcome.NO_EQUILIBRIUM)

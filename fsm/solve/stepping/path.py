@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.interactions.contact.pair_sums import DAMPING, SLIDING
-from fsm.interactions.contact.pair_sums import FORCE as PAIR_FORCE
 from fsm.kernels.jit import compiled_as, kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.vector import largest_ratio
@@ -70,9 +69,9 @@ of all drives follow, and seven values of each contact pair: the rows of `fsm.in
 UNKNOWN = -1.0
 """Number of pivots that the factors do not show with certainty."""
 
-AT, MOVING_ON, POINT_PANELS, POINT_CREASES, POINT_DRIVES = range(5)
-"""Indices of a point of the curve: time (s), 1 for an unstable state, elastic energies (J); then travels and forces of all
-drives, and normal forces of all contact pairs."""
+AT, MOVING_ON, BALANCE = range(3)
+"""Indices of a row that describes a state: time (s), 1 for an unstable state, and the numbers of the energy balance; then its
+record, `Path.pair_energy`, and its configuration."""
 
 _DEEP = 1e4
 """Contact forces of a prediction relative to reactions and previous contact forces, above which the prediction
@@ -95,6 +94,8 @@ AT_FIRST = 5e-3
 of energy."""
 _SMALL_LOSS = 1e-6
 """Dissipation relative to the reference energy, below which the forces at the end of a step are accurate enough."""
+_SAME = 1e-12
+"""Times whose relative difference is below this are equal."""
 _KEPT = 3
 """Number of stored states of the extrapolation: three for a parabola."""
 
@@ -198,10 +199,16 @@ class Path(NamedTuple):
         arrays[1] = np.zeros(9, dtype=np.int64)
         return cls(*arrays)
 
-    @property
-    def point_size(self) -> int:
-        """Number of values of a point of the curve."""
-        return POINT_DRIVES + 2 * len(self.resting_drives) + self.pair_energy.shape[1]
+    def rows(self, count: int) -> np.ndarray:
+        """Room for rows that describe states."""
+        sizes = len(self.balance) + len(self.record) + self.pair_energy.size + len(self.q)
+        return np.empty((count, BALANCE + sizes))
+
+    def parts(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Balance, record, energy of contact pairs and configuration of a row."""
+        sizes = len(self.balance), len(self.record), self.pair_energy.size
+        balance, record, pairs, q = np.split(row[BALANCE:], np.cumsum(sizes))
+        return balance, record, pairs.reshape(2, -1), q
 
 
 # functions of a model ---------------------------------------------------------------------------------------------------
@@ -450,19 +457,19 @@ def _advance(model: Any, path: Path, t: float, record: np.ndarray, work: float, 
 
 
 @shared
-def _note(path: Path, held: int, point: np.ndarray) -> None:
-    """Write the present state as a point of the curve."""
-    record, drives, pairs = path.record, 2 * path.resting_drives.shape[0], path.pair_energy.shape[1]
-    point[AT], point[MOVING_ON] = path.numbers[TIME], 1.0 if held == SLOWED else 0.0
-    point[POINT_PANELS], point[POINT_CREASES] = record[PANELS], record[CREASES]
-    copy_into(record[DRIVES : DRIVES + drives], point[POINT_DRIVES : POINT_DRIVES + drives])
-    first = DRIVES + drives + PAIR_FORCE * pairs
-    copy_into(record[first : first + pairs], point[POINT_DRIVES + drives :])
+def _note(path: Path, held: int, row: np.ndarray) -> None:
+    """Write the row of the present state."""
+    row[AT], row[MOVING_ON] = path.numbers[TIME], 1.0 if held == SLOWED else 0.0
+    first = BALANCE
+    for part in (path.balance, path.record, path.pair_energy.reshape(-1), path.q):
+        last = first + part.shape[0]
+        copy_into(part, row[first:last])
+        first = last
 
 
 @shared
-def attempt(model: Any, path: Path, rules: PathRules, t: float, point: np.ndarray) -> int:
-    """Try a step to time t, and return its outcome; an accepted step writes a point of the curve."""
+def attempt(model: Any, path: Path, rules: PathRules, t: float, row: np.ndarray) -> int:
+    """Try a step to time t, and return its outcome; an accepted step writes the row of its state."""
     numbers, balance, record = path.numbers, path.balance, path.next_record
     duration, extrapolated = t - numbers[TIME], path.counts[KNOWN] > 1
     if extrapolated:
@@ -502,7 +509,7 @@ def attempt(model: Any, path: Path, rules: PathRules, t: float, point: np.ndarra
     if extrapolated:
         _adapt(path, rules, duration, correction)
     _advance(model, path, t, record, work, dissipated)
-    _note(path, held, point)
+    _note(path, held, row)
     return ACCEPTED
 
 
@@ -520,33 +527,39 @@ def is_off(balance: np.ndarray, reaction: float, extent: float, bound: float) ->
 
 
 @shared
-def duration_to(until: float, now: float, size: float, longest: float) -> float:
-    """Duration of the next step: to a given time, or a part of it, s."""
+def next_time(until: float, now: float, size: float, longest: float) -> tuple[float, float]:
+    """Time at the end of the next step, at most `until`, and its duration, s."""
     left = until - now
     size = min(size, longest)
-    return left if size >= 0.999 * left else min(size, 0.5 * left)
+    if size >= 0.999 * left:
+        return until, left
+    duration = min(size, 0.5 * left)
+    return now + duration, duration
 
 
 @shared
-def follow(model: Any, path: Path, rules: PathRules, until: float, points: np.ndarray) -> int:
-    """Take steps up to the time `until` (s), at most one for each row of `points`.
+def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np.ndarray) -> int:
+    """Take steps that end at each of the increasing times `stops` (s), up to the last one, at most one for each row.
 
     A rejected step is repeated with a shorter one. The result is ACCEPTED, or the reason of a rejection that a shorter step
     does not help. The function returns early if the energy error is too large or the drive reaches its limit.
     """
-    numbers, counts, taken = path.numbers, path.counts, 0
+    numbers, counts, taken, stop = path.numbers, path.counts, 0, 0
     drives = path.resting_drives.shape[0]
-    while taken < points.shape[0]:
-        left = until - numbers[TIME]
-        duration = duration_to(until, numbers[TIME], numbers[SIZE], rules.max_step)
-        outcome = attempt(model, path, rules, numbers[TIME] + duration, points[taken])
+    while taken < rows.shape[0]:
+        while stop < stops.shape[0] and stops[stop] <= numbers[TIME] * (1.0 + _SAME):
+            stop += 1
+        if stop == stops.shape[0]:
+            break
+        t, duration = next_time(stops[stop], numbers[TIME], numbers[SIZE], rules.max_step)
+        outcome = attempt(model, path, rules, t, rows[taken])
         if outcome in (LACKS, UNABLE):
             return outcome
         if outcome == ACCEPTED:
             taken += 1
             limit = drives > 0 and abs(path.record[DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT
             judged = numbers[TIME] >= rules.judged_from
-            if limit or duration == left or (judged and is_off(path.balance, numbers[REACTION], rules.extent, rules.abort)):
+            if limit or (judged and is_off(path.balance, numbers[REACTION], rules.extent, rules.abort)):
                 break
             continue
         counts[REJECTED] += 1
@@ -557,9 +570,9 @@ def follow(model: Any, path: Path, rules: PathRules, until: float, points: np.nd
 
 
 @kernel
-def follow_arrays(model: Any, path: Path, rules: PathRules, until: float, points: np.ndarray) -> int:
+def follow_arrays(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np.ndarray) -> int:
     """Compiled `follow` for a `StaticModel`."""
-    outcome: int = follow(borrowed(model), borrowed(path), borrowed(rules), until, borrowed(points))
+    outcome: int = follow(borrowed(model), borrowed(path), borrowed(rules), borrowed(stops), borrowed(rows))
     return outcome
 
 
