@@ -90,6 +90,8 @@ def compiled_as(asked: Callable[..., Any], kind: type, instead: Callable[..., An
     def choose(model: Any, *arguments: Any) -> Callable[..., Any] | None:
         return instead if getattr(model, "instance_class", None) is kind else None
 
+    # symbols have the names of functions: in two libraries from the cache, functions of one name would be taken as one
+    instead.__qualname__ = f"{asked.__qualname__}.{kind.__name__}"
     if not numba.config.DISABLE_JIT:
         numba.extending.overload(asked, strict=False)(choose)
 

@@ -66,6 +66,6 @@ def test_a_body_that_may_turn_freely_is_named() -> None:
 
 
 def test_a_failure_states_why_the_last_static_step_was_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(PathSteps, "_attempt", lambda *_, **__: Reason.FAR)
+    monkeypatch.setattr(PathSteps, "_march", lambda *_: Reason.FAR)
     with pytest.raises(NotConverged, match="Last rejected static step: the equilibrium found is far from its prediction"):
         path(pulled_bar())

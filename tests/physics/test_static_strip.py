@@ -21,8 +21,8 @@ from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
-from fsm.solve.statics import path_steps
 from fsm.solve.statics.static import follow
+from fsm.solve.stepping import path as stepping
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 
@@ -273,7 +273,8 @@ def test_a_prediction_through_a_face_is_no_work_for_newton(monkeypatch: pytest.M
     _, quick, _ = pulled(system, 2e-3, 1e-3)
     at_start = system.initial()[0]
     assert system.contact_force(0.0, at_start) == 0.0
-    monkeypatch.setattr(path_steps, "_DEEP", np.inf)
+    system.__dict__["static_arrays"] = lambda ready: None  # constants of kernels cannot change
+    monkeypatch.setattr(stepping, "_DEEP", np.inf)
     _, slow, _ = pulled(system, 2e-3, 1e-3)
     at = np.linspace(6e-3, 4e-2, 18)
     forces = [CubicSpline(*curve(statistics))(at) for statistics in (quick, slow)]

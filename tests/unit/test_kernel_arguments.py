@@ -2,6 +2,11 @@
 
 import ast
 from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.kernels.jit import compiled_as
 
 PACKAGE = Path(__file__).parents[2] / "fsm"
 MOST = 14
@@ -25,3 +30,25 @@ def test_no_kernel_has_more_than_fourteen_arguments():
     counted = dict(kernels())
     assert len(counted) > 300
     assert {name: count for name, count in counted.items() if count > MOST} == {}
+
+
+def test_functions_of_compiled_models_have_names_of_their_own() -> None:
+    """Two libraries from the cache that name different functions alike would both use the one that is loaded first."""
+
+    class Model(NamedTuple):
+        arrays: np.ndarray
+
+    def function_of(number: int) -> tuple[Any, Any]:
+        def asked(model: Any) -> int:
+            return 0
+
+        def instead(model: Any) -> int:
+            return number
+
+        asked.__qualname__ = f"function {number}"
+        return asked, instead
+
+    pairs = [function_of(number) for number in range(3)]
+    for asked, instead in pairs:
+        compiled_as(asked, Model, instead)
+    assert len({instead.__qualname__ for _, instead in pairs}) == 3

@@ -10,7 +10,7 @@ import pytest
 
 from fsm.case.loading.load_case import load_case
 from fsm.model.compile.compile_case import compile_case
-from fsm.solve.outcome.run_io import SavedState
+from fsm.solve.outcome.run_io import CurvePoint, SavedState
 from fsm.solve.settings import PathSettings
 from fsm.solve.statics.static import follow
 
@@ -61,19 +61,19 @@ CASES = {
     "damped contact": ['contact.law="flores"', "contact.restitution=0.5"],
 }
 
-Followed = tuple[Any, list[SavedState], list[Any]]
-"""System, saved states, and ends of all steps."""
+Followed = tuple[Any, list[SavedState], list[CurvePoint]]
+"""System, saved states, and the curve of all steps."""
 
 
 def follow_case(overrides: list[str], compiled: bool, path: Path = CASE, travel: float = 0.02) -> Followed:
-    """System, saved states and ends of all steps of the beginning of a path."""
+    """System, saved states and the curve of the beginning of a path."""
     _, system = compile_case(load_case(path, overrides).case)
     if not compiled:
         system.__dict__["static_arrays"] = lambda ready: None
-    motion, saved, ends = system.motions[0], list[SavedState](), list[Any]()
+    motion, saved = system.motions[0], list[SavedState]()
     settings = PathSettings(motion.time_of(travel), motion.time_of(1e-3), rtol=1e-4)
-    follow(system, settings, np.linspace(0.0, motion.time_of(travel), 11).tolist(), saved.append, ends.append)
-    return system, saved, ends
+    statistics, _ = follow(system, settings, np.linspace(0.0, motion.time_of(travel), 11).tolist(), saved.append)
+    return system, saved, statistics.points
 
 
 def numbers(state: SavedState) -> dict[str, np.ndarray]:
@@ -111,11 +111,12 @@ def compare(one: Followed, other: Followed) -> None:
     assert python._statics is None
     assert len(ends) == len(steps) > 10
     assert max(state.observation.pairs.force.max() for state in wanted) > 0.0  # faces have touched
-    size = system.scales().increment
+    size, largest = system.scales().increment, max(np.abs(point.drive.force).max() for point in steps)
     for mine, theirs in zip(ends, steps, strict=True):
         assert mine.time == pytest.approx(theirs.time, rel=1e-7)
-        assert np.abs(system.difference(mine.q, theirs.q) / size).max() < 1e-6
+        assert mine.drive.force == pytest.approx(theirs.drive.force, rel=1e-6, abs=1e-6 * largest)
     for own, another in zip(saved, wanted, strict=True):
+        assert np.abs(system.difference(own.q, another.q) / size).max() < 1e-6
         assert list(own.observation.energy.potential) == list(another.observation.energy.potential)
         for key, value in numbers(another).items():
             assert np.allclose(numbers(own)[key], value, rtol=1e-6, atol=1e-6 * np.abs(value).max(initial=0.0)), key

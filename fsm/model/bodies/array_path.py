@@ -124,6 +124,8 @@ def _end_of_step(
     if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups, model.contact_parts):
         record[path.PASSED] = 1.0
         return
+    s = springs_of(table)
+    _, record[path.OPENING] = model.by_springs.widest(floats_2d(table, POSES), s.bodies, s.constants, s.structural)
     sum_forces(model, t, per_second)
     _add_joints(model, t, per_second, record)
     _add_motion(table, t, record)
@@ -212,7 +214,7 @@ def _power_before(model: Segments, t: float, q: np.ndarray) -> float:
     place_driven(driven_of(table), t, t, poses, np.empty(floats_2d(table, RATES).shape))
     of_elements[:] = 0.0
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, STORED_BY], table, model.element_tables[k], t, 0.0)
+        call_at(model.elements[k, LOST_BY], table, model.element_tables[k], t, 0.0)  # actuators write their power
     return _power_of_loads(table, t) + of_elements[2]
 
 

@@ -21,22 +21,21 @@ from fsm.model.bodies.contact_arrays import ContactKernels, ContactParts
 
 
 class SpringKernels(NamedTuple):
-    """Kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`.
-
-    Only time steps use `stored` and `deformations`; only statics uses `advance`.
-    """
+    """Kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`; only statics uses `advance` and `widest`."""
 
     force: Any
     tangent: Any
     stored: Any
     deformations: Any
     advance: Any
+    widest: Any
 
 
 class Springs(NamedTuple):
     """Arrays of a `BushingGroup`.
 
-    `category` and `in_panels` have the same meaning as in the group. `last` (m, 3 or 6) contains the deformations at the end
+    `category`, `in_panels` and `structural` (0 or 1; 0 too if a step of the case may remove the element) have the same
+    meaning as in the group. `last` (m, 3 or 6) contains the deformations at the end
     of the last step. `efforts` (m, 3 or 6) contains the efforts that Newton's method of statics advances.
     """
 
@@ -45,6 +44,7 @@ class Springs(NamedTuple):
     slots: np.ndarray
     category: np.ndarray
     in_panels: np.ndarray
+    structural: np.ndarray
     last: np.ndarray
     efforts: np.ndarray
 
@@ -189,13 +189,8 @@ def springs_of(t: np.ndarray) -> Springs:
     """Springs of the table."""
     k = _SPRINGS
     return Springs(
-        integers_2d(t, k),
-        floats_2d(t, k + 1),
-        integers_2d(t, k + 2),
-        integers_1d(t, k + 3),
-        floats_1d(t, k + 4),
-        floats_2d(t, k + 5),
-        floats_2d(t, k + 6),
+        integers_2d(t, k), floats_2d(t, k + 1), integers_2d(t, k + 2), integers_1d(t, k + 3), floats_1d(t, k + 4),
+        integers_1d(t, k + 5), floats_2d(t, k + 6), floats_2d(t, k + 7),
     )
 
 

@@ -147,8 +147,13 @@ class BushingGroup(TwoBodyGroup):
 
     def gap(self, poses: np.ndarray) -> tuple[float, str]:
         """Largest separation (m) of the two sides of a structural joint, and the name of the joint."""
-        worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.structural)
+        worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.in_structure)
         return apart, self.names[worst]
+
+    @cached_property
+    def in_structure(self) -> np.ndarray:
+        """`structural` as integers, for kernels."""
+        return self.structural.astype(np.int64)
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None

@@ -12,6 +12,7 @@ from fsm.interactions.bushing_planar import (
     force_pose_planar,
     linearise_pose_planar,
     stored_pose_planar,
+    widest_pose_planar,
 )
 from fsm.interactions.bushing_spatial import (
     advance_efforts_spatial,
@@ -19,6 +20,7 @@ from fsm.interactions.bushing_spatial import (
     force_pose_spatial,
     linearise_pose_spatial,
     stored_pose_spatial,
+    widest_pose_spatial,
 )
 from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import address_table
@@ -41,10 +43,12 @@ if TYPE_CHECKING:
     from fsm.model.system.force_system import SegmentForces
 
 _PLANAR_SPRINGS = SpringKernels(
-    force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar
+    force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar,
+    widest_pose_planar,
 )
 _SPATIAL_SPRINGS = SpringKernels(
-    force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial
+    force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial,
+    widest_pose_spatial,
 )
 _NONE, _NO_PAIRS, _NO_NUMBERS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0)
 
@@ -84,9 +88,13 @@ def segments_of(
             Pointer(of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
             Pointer(of_springs.stored, poses, rates, *before, springs.category, 1),
             Pointer(of_springs.deformations, poses, rates, *own),
-            Pointer(of_springs.advance, poses, rates, *before)
-            if statics
-            else AbsentPointer(springs.last, poses, rates, *before),
+            *(
+                Pointer(one, *rest) if statics else AbsentPointer(result, *rest)
+                for one, result, rest in (
+                    (of_springs.advance, springs.last, (poses, rates, *before)),
+                    (of_springs.widest, (0, 0.0), (poses, *own, springs.structural)),
+                )
+            ),
         ),
         contacts.kernels, contacts.parts,
         equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
@@ -112,14 +120,15 @@ def _arrays(
     """Arrays of all bodies, those for tangents at zero rates, and those of groups of elements."""
     bodies, spatial = system.bodies, system.spatial
     weight = np.zeros((len(bodies.pose), 3 if spatial else 2))
-    springs, loads = _springs(None, pattern, system.size), _loads(None, pattern, spatial)
+    springs, loads = _springs(None, _NONE, pattern, system.size), _loads(None, pattern, spatial)
     if sum(isinstance(group, BushingGroup) for group in system.groups) > 1:
         raise ValueError("groups of springs must be merged (`fsm.model.system.merge.merged`)")
     for group in system.groups:
         if isinstance(group, GravityGroup):
             weight = group.mass[:, None] * group.acceleration
         elif isinstance(group, BushingGroup):
-            springs = _springs(group, pattern, system.size)
+            sometimes = any(group is other for other, _ in system.steps_of)
+            springs = _springs(group, (0 if sometimes else 1) * group.in_structure, pattern, system.size)
         elif isinstance(group, LoadGroup):
             loads = _loads(group, pattern, spatial)
         elif not isinstance(group, ElementGroup | ContactGroup):
@@ -158,13 +167,13 @@ def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
     return kernels, tables
 
 
-def _springs(group: BushingGroup | None, pattern: BodyPattern, size: int) -> Springs:
+def _springs(group: BushingGroup | None, structural: np.ndarray, pattern: BodyPattern, size: int) -> Springs:
     if group is None:
         slots = np.zeros((0, 4), dtype=np.int64)
         none = np.zeros((0, size))
-        return Springs(_NO_PAIRS, np.zeros((0, 1)), slots, _NONE, _NO_NUMBERS, none, none)
+        return Springs(_NO_PAIRS, np.zeros((0, 1)), slots, _NONE, _NO_NUMBERS, _NONE, none, none)
     empty = np.zeros(group.rest.shape)
-    return Springs(*group.arrays(pattern), group.category, group.in_panels, empty, empty.copy())
+    return Springs(*group.arrays(pattern), group.category, group.in_panels, structural, empty, empty.copy())
 
 
 def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Loads:

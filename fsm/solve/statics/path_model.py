@@ -65,12 +65,15 @@ class SystemPath:
         Residual of the last step without an equilibrium; zeros if there is none.
     rejection : str
         Reason why the system rejected the last step.
+    joint : str
+        Joint with the largest opening in the last state that a step found.
     """
 
     def __init__(self, system: System, newton: EquilibriumStep, recorder: PathRecorder, first_step: float) -> None:
         self.system, self.newton, self.recorder, self._first_step = system, newton, recorder, first_step
-        self.observed = recorder.last
+        self.observed: Observation
         self.failed, self.rejection = np.zeros(system.nu), ""
+        self.joint = "none"
         self._found: Equilibrium | None = None
         self.progress, self.difference, self.retract = system.progress, system.difference, system.retract
         self.contact_force = system.contact_force
@@ -129,6 +132,7 @@ class SystemPath:
             return stepping.CROSSED
         self.observed = observed = self.system.observe(t, found.q, found.u, self._before)
         write_record(observed, record)
+        record[stepping.OPENING], self.joint = self.system.max_joint_opening(t, found.q)
         if observed.energy.load_power is None:
             travel = observed.drive.travel - self.recorder.last.drive.travel
             record[stepping.LOADS] -= float(observed.drive.force @ travel) / duration

@@ -117,8 +117,9 @@ class PathSteps:
         self.rules = PathRules(
             self.newton.tolerance, self.newton.reach, self.newton.max_iterations, self.newton.mixed is not None, scales.span,
             scales.force_scale, settings.rtol, math.sqrt(settings.rtol), self.far, self.first_step, settings.max_step,
-            self.smallest, self.slow, scales.length, scales.extent, settings.force_limit, settings.energy_abort,
-            settings.judged_from, system.rate_dependent, system.fixed_pattern, trial_vector(system.nu),
+            self.smallest, self.slow, scales.length, scales.extent, TORN * scales.length, settings.force_limit,
+            settings.energy_abort, settings.judged_from, system.rate_dependent, system.fixed_pattern,
+            trial_vector(system.nu),
         )  # fmt: skip
         self.anchor = self._here()
         if after is not None:
@@ -151,9 +152,9 @@ class PathSteps:
         """
         left = min(self.every - (self.statistics.steps - self.renewed), self.settings.max_steps - self.statistics.steps)
         arrays = None
-        if self._with_arrays is not None and self.path.counts[stepping.KNOWN] > 1:
+        if self._with_arrays is not None and self.path.counts[stepping.KNOWN] > 1 and self.lost is None:
             arrays = self._with_arrays.static_arrays(self.newton.solver.ready)
-        if arrays is not None and self._march_arrays(arrays, 1 if self.lost is not None else max(1, left)):
+        if arrays is not None and self._march_arrays(arrays, max(1, left)):
             return None
         return self._in_python(follow, self._stops())
 
@@ -168,7 +169,7 @@ class PathSteps:
             outcome = arrays.model.calls.force.entry(follow_arrays, *arguments)(*arguments)
             if outcome != stepping.LACKS or path.counts[stepping.STEPS]:
                 break
-        if Reason.of(outcome) is not None:
+        if outcome == stepping.APART or Reason.of(outcome) is not None:
             path.numbers[stepping.SIZE] /= CUT
             path.counts[stepping.REJECTED] -= 1
         taken = int(path.counts[stepping.STEPS])
@@ -192,6 +193,8 @@ class PathSteps:
         if taken:
             self._take(rows, lambda record: self.model.observed, self.model.state, self.model.pivots)
         self._end()
+        if outcome == stepping.APART:
+            self._fail(Outcome.TORN)
         if taken:
             self._finish(may_renew=not single)
         return Reason.of(outcome)
@@ -232,8 +235,6 @@ class PathSteps:
     def _finish(self, may_renew: bool) -> None:
         """End a step: it may be a restart point."""
         recorder = self.recorder
-        if self.system.max_joint_opening(recorder.time, recorder.q)[0] > TORN * self.newton.scales.length:
-            self._fail(Outcome.TORN)
         due = self.statistics.steps - self.renewed >= self.every and self.lost is None
         renews = may_renew and due and recorder.time < self.settings.end_time
         end = recorder.finish_step(self._state() if renews else None)
@@ -326,7 +327,9 @@ class PathSteps:
             text += f". {self.model.rejection}"
         elif self.reason is not None and outcome is not Outcome.MECHANISM:
             text += f". Last rejected static step: {self.reason.value[1]}"
-        _, joint = self.system.max_joint_opening(recorder.time, recorder.q)
+        joint = self.model.joint
+        if outcome is not Outcome.TORN:
+            _, joint = self.system.max_joint_opening(recorder.time, recorder.q)
         raise NotConverged(f"{text}. Joint strained most: {joint}")
 
 

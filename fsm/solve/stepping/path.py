@@ -42,12 +42,12 @@ from fsm.solve.stepping.quasi_static import (
 from fsm.solve.stepping.vectors import copy_into, inner, subtracted
 
 (
-    ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, SLOWED, LACKS, UNABLE,
-) = range(13)  # fmt: skip
+    ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, APART, SLOWED, LACKS, UNABLE,
+) = range(14)  # fmt: skip
 """Outcomes of a step: acceptance, and the reasons for a rejection (`fsm.solve.statics.path_steps.Reason`).
 
-SLOWED is an unstable state that only dampers hold. LACKS: two bodies have met whose block the pattern lacks. UNABLE: only
-the methods in Python can take or judge this step."""
+APART: a joint has opened too far. SLOWED is an unstable state that only dampers hold. LACKS: two bodies have met whose block
+the pattern lacks. UNABLE: only the methods in Python can take or judge this step."""
 
 TIME, BEFORE, SIZE, COARSE_AT, COARSE_STEP, COARSE_ERROR, REACTION, FORCE_ROUND_OFF = range(8)
 """Indices of `Path.numbers`: time and the time before (s), size of the next step (s); time (s), size (s) and relative energy
@@ -57,20 +57,20 @@ KNOWN, STEPS, REJECTED, ITERATIONS, EVALUATIONS, FACTORISATIONS, LAST_ITERATIONS
 factorisations; iterations of the last step; whether `earlier` and `resting` belong to this path (0 or 1)."""
 (
     PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
-    STORED, LARGEST, DRIVES,
-) = range(16)  # fmt: skip
+    STORED, LARGEST, OPENING, DRIVES,
+) = range(17)  # fmt: skip
 """Indices of a record of a state. PASSED is 1 if sides of a contact have passed through each other. NEGATIVE is the number
 of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at rest; both
 may be `UNKNOWN`. LOST, LOADS and INPUT are the powers of dampers and friction, of loads, and of loads and drives (W);
 KEPT_LOSS is the part of LOST whose forces also act at rest. Energies of contacts, weights, panels and creases, of the
-motion, of driven bodies, and the sum of all potential energies (J). LARGEST is the largest reaction (N). Travels, then forces
-of all drives follow, and seven values of each contact pair: the rows of `fsm.interactions.contact.pair_sums`, and the gap
-(m)."""
+motion, of driven bodies, and the sum of all potential energies (J). LARGEST is the largest reaction (N), OPENING the largest
+separation of the sides of a joint (m). Travels, then forces of all drives follow, and seven values of each contact pair: the
+rows of `fsm.interactions.contact.pair_sums`, and the gap (m)."""
 UNKNOWN = -1.0
 """Number of pivots that the factors do not show with certainty."""
 
 AT, MOVING_ON, BALANCE = range(3)
-"""Indices of a row that describes a state: time (s), 1 for an unstable state, and the numbers of the energy balance; then its
+"""Indices of a row that describes a state: time (s), 1 for an unstable state, and numbers of the energy balance; then its
 record, `Path.pair_energy`, and its configuration."""
 
 _DEEP = 1e4
@@ -113,7 +113,8 @@ class PathRules(NamedTuple):
     first_step, max_step, smallest : s
     slow : J
         Kinetic energy below which inertia is negligible in any case.
-    length, extent : m
+    length, extent, widest : m
+        Sizes of a segment and of the structure, and largest opening of a joint.
     force_limit : N
     abort, judged_from : - and s
         Energy error that stops the path, and the time from which it does.
@@ -136,6 +137,7 @@ class PathRules(NamedTuple):
     slow: float
     length: float
     extent: float
+    widest: float
     force_limit: float
     abort: float
     judged_from: float
@@ -506,6 +508,8 @@ def attempt(model: Any, path: Path, rules: PathRules, t: float, row: np.ndarray)
     held = stability(model, path, rules, t)
     if held not in (ACCEPTED, SLOWED):
         return held
+    if record[OPENING] > rules.widest:
+        return APART
     if extrapolated:
         _adapt(path, rules, duration, correction)
     _advance(model, path, t, record, work, dissipated)
@@ -564,7 +568,7 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
             continue
         counts[REJECTED] += 1
         numbers[SIZE] = CUT * duration
-        if outcome == INERTIA or numbers[SIZE] < rules.smallest:
+        if outcome in (INERTIA, APART) or numbers[SIZE] < rules.smallest:
             return outcome
     return ACCEPTED
 
