@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from fsm.case.loading.load_case import load_case
+from fsm.interactions.contact import pair_sums
 from fsm.model.compile.compile_case import compile_case
 from fsm.solve.outcome.run_io import CurvePoint, SavedState
 from fsm.solve.settings import PathSettings
 from fsm.solve.statics.static import follow
+from fsm.solve.stepping import path as stepping
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SOFT = ["expect=none", "strip.segments_per_panel=4", "contact.stiffness=3e6 N/m^1.5"]
@@ -121,3 +123,8 @@ def compare(one: Followed, other: Followed) -> None:
         for key, value in numbers(another).items():
             assert np.allclose(numbers(own)[key], value, rtol=1e-6, atol=1e-6 * np.abs(value).max(initial=0.0)), key
     assert system.memory() == pytest.approx(python.memory(), rel=1e-5, abs=1e-9)
+
+
+def test_records_have_the_rows_of_the_sums_of_pairs() -> None:
+    names = ("FORCE", "AREA", "FRICTION", "CARRIED", "SLIDING", "DAMPING")
+    assert [getattr(stepping, f"PAIR_{name}") for name in names] == [getattr(pair_sums, name) for name in names]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.applied import applied_power
-from fsm.interactions.contact.pair_sums import SLIDING
 from fsm.interactions.driven import driven_power, fill_reactions, place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED, Pattern
@@ -136,7 +135,7 @@ def _end_of_step(
         record[path.LOST] += lost
         if _bristles(model.groups):  # these also resist at zero speed
             for p in range(sums.shape[1]):
-                record[path.KEPT_LOSS] += sums[SLIDING, p]
+                record[path.KEPT_LOSS] += sums[path.PAIR_SLIDING, p]
     record[path.STORED] = (
         record[path.PANELS] + record[path.CREASES] + record[path.GRAVITY] + record[path.CONTACT]
     )  # fmt: skip
@@ -147,10 +146,10 @@ def _end_of_step(
 
 @kernel
 def _bristles(groups: np.ndarray) -> bool:
+    count = 0
     for k in range(groups.shape[0]):
-        if contacts_at(groups, k).state[BRISTLE] == 1:
-            return True
-    return False
+        count += contacts_at(groups, k).state[BRISTLE]
+    return count > 0
 
 
 @kernel

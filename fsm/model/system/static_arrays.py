@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsm.interactions.contact.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED
 from fsm.kernels.blocks import BlockMatrix
@@ -32,6 +31,13 @@ from fsm.solve.stepping.path import (
     LARGEST,
     LOADS,
     LOST,
+    PAIR_AREA,
+    PAIR_CARRIED,
+    PAIR_DAMPING,
+    PAIR_FORCE,
+    PAIR_FRICTION,
+    PAIR_GAP,
+    PAIR_SLIDING,
     PANELS,
     begin_step,
 )
@@ -170,15 +176,16 @@ class StaticSegments:
         kinetic, lost, put_in, kept, driven, loads, largest = record[
             [KINETIC, LOST, INPUT, KEPT_LOSS, DRIVEN, LOADS, LARGEST]
         ].tolist()
-        energy = Energy(kinetic, potential, lost, put_in, pairs[SLIDING : DAMPING + 1], kept, driven, loads)
+        energy = Energy(kinetic, potential, lost, put_in, pairs[PAIR_SLIDING : PAIR_DAMPING + 1], kept, driven, loads)
         return Observation(DriveState(travel, force), energy, largest, self._pairs(pairs))
 
     def _pairs(self, sums: np.ndarray) -> PairState:
         if not self._contacts.arrays:
             return self._without_contact
-        force = sums[FORCE]
-        slip = np.divide(sums[CARRIED], force, out=np.zeros(len(force)), where=force > 0.0)
-        return PairState(force, sums[-1], sums[AREA], sums[FRICTION], slip, sums[SLIDING], sums[DAMPING])
+        force = sums[PAIR_FORCE]
+        slip = np.divide(sums[PAIR_CARRIED], force, out=np.zeros(len(force)), where=force > 0.0)
+        area, friction, lost, damping = sums[[PAIR_AREA, PAIR_FRICTION, PAIR_SLIDING, PAIR_DAMPING]]
+        return PairState(force, sums[PAIR_GAP], area, friction, slip, lost, damping)
 
     @cached_property
     def _without_contact(self) -> PairState:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.interactions.contact.pair_sums import DAMPING, FORCE, SLIDING
 from fsm.solve.equations.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.equations.newton import negative_pivots, tangent_prediction
 from fsm.solve.interface.records import Observation, PreviousState
@@ -42,9 +41,9 @@ def write_record(observed: Observation, record: np.ndarray) -> None:
         record[index] = value
     record[stepping.DRIVES : first] = np.concatenate([drive.travel, drive.force])
     sums = record[first:].reshape(7, -1)
-    sums[FORCE] = observed.pairs.force
+    sums[stepping.PAIR_FORCE] = observed.pairs.force
     if energy.pair_power.shape[1] == sums.shape[1]:
-        sums[SLIDING], sums[DAMPING] = energy.pair_power
+        sums[stepping.PAIR_SLIDING], sums[stepping.PAIR_DAMPING] = energy.pair_power
 
 
 class SystemPath:

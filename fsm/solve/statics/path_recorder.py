@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.contact.pair_sums import FORCE as PAIR_FORCE
 from fsm.solve.interface.records import DriveState, Observation, PreviousState
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.dissipation import mean_dissipation
@@ -24,7 +23,7 @@ from fsm.solve.outcome.run_io import (
     Statistics,
     inertia_counts,
 )
-from fsm.solve.stepping.path import AT, CREASES, DRIVES, MOVING_ON, PANELS, REACTION, Path, is_off
+from fsm.solve.stepping.path import AT, CREASES, DRIVES, MOVING_ON, PAIR_FORCE, PANELS, REACTION, Path, is_off
 
 
 class StepEnergy(NamedTuple):

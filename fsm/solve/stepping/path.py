@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.interactions.contact.pair_sums import DAMPING, SLIDING
 from fsm.kernels.jit import compiled_as, kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.vector import largest_ratio
@@ -65,7 +64,10 @@ may be `UNKNOWN`. LOST, LOADS and INPUT are the powers of dampers and friction, 
 KEPT_LOSS is the part of LOST whose forces also act at rest. Energies of contacts, weights, panels and creases, of the
 motion, of driven bodies, and the sum of all potential energies (J). LARGEST is the largest reaction (N), OPENING the largest
 separation of the sides of a joint (m). Travels, then forces of all drives follow, and seven values of each contact pair: the
-rows of `fsm.interactions.contact.pair_sums`, and the gap (m)."""
+rows PAIR_FORCE to PAIR_GAP."""
+PAIR_FORCE, PAIR_AREA, PAIR_FRICTION, PAIR_CARRIED, PAIR_SLIDING, PAIR_DAMPING, PAIR_GAP = range(7)
+"""Rows of the values of contact pairs in a record: normal force and magnitude of friction (N), area (m^2), sum of normal force
+times slip speed, powers of friction and damping (W), and gap (m)."""
 UNKNOWN = -1.0
 """Number of pivots that the factors do not show with certainty."""
 
@@ -436,8 +438,8 @@ def _advance(model: Any, path: Path, t: float, record: np.ndarray, work: float, 
     drives, duration = path.resting_drives.shape[0], t - numbers[TIME]
     sums = record[DRIVES + 2 * drives :].reshape(7, path.pair_energy.shape[1])
     for p in range(path.pair_energy.shape[1]):
-        path.pair_energy[0, p] += sums[SLIDING, p] * duration
-        path.pair_energy[1, p] += sums[DAMPING, p] * duration
+        path.pair_energy[0, p] += sums[PAIR_SLIDING, p] * duration
+        path.pair_energy[1, p] += sums[PAIR_DAMPING, p] * duration
     accept(model, path, t)
     balance[WORK] += work
     balance[DISSIPATED] += dissipated
