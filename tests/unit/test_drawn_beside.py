@@ -92,3 +92,37 @@ def test_a_result_is_drawn_by_the_copy_of_the_command(tmp_path, monkeypatch):
     figures.draw("here", tmp_path)
     assert (tmp_path / "here").read_text(encoding="utf-8") == str(os.getpid())
     assert (tmp_path / "by the copy").read_text(encoding="utf-8") != str(os.getpid())
+
+
+def test_copies_of_the_copy_end_with_it(tmp_path):
+    """As when a run is interrupted while two processes draw its figures."""
+
+    def answer(path: Path) -> None:
+        if not os.fork():
+            time.sleep(60.0)
+        path.write_text(str(os.getpgid(0)), encoding="utf-8")
+
+    with beside.waiting_copy(lambda: answer):
+        assert beside.ask_copy(tmp_path / "group")
+    group, deadline = int((tmp_path / "group").read_text(encoding="utf-8")), time.monotonic() + 10.0
+    assert group != os.getpgid(0)
+    while _has_members(group) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not _has_members(group)
+
+
+def _has_members(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    stat = Path("/proc").glob("[0-9]*/stat")
+    running = [fields for path in stat if (fields := _fields(path)) and fields[2] == str(group) and fields[0] != "Z"]
+    return bool(running)
+
+
+def _fields(path: Path) -> list[str]:
+    try:
+        return path.read_text(encoding="utf-8").rpartition(")")[2].split()
+    except OSError:
+        return []

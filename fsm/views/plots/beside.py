@@ -42,7 +42,7 @@ def waiting_copy(prepare: Callable[[], Callable[[Any], None]]) -> Iterator[None]
     if copy == 0:
         with suppress(BaseException):
             os.close(requests)  # so that the end of the other process ends this one
-            signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process decides what an interrupt ends
+            os.setpgid(0, 0)  # an interrupt of a terminal reaches the other process only, and ends this one with its copies
             _serve(prepare(), asked, replying)
         os._exit(0)
     os.close(asked)
@@ -54,6 +54,8 @@ def waiting_copy(prepare: Callable[[], Callable[[Any], None]]) -> Iterator[None]
         finally:
             _waiting.pop()
             os.close(replies)
+            with suppress(ProcessLookupError):  # it has no copies, or has not yet begun
+                os.killpg(copy, signal.SIGKILL)
             _end(copy)
             with suppress(OSError):  # a request that the copy has not read
                 stream.close()
