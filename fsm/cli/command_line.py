@@ -156,14 +156,18 @@ def run(
     loaded = load_case(case, settings)
     folder = out_folder(out)
 
-    with imports_outside_gc(), plain_matplotlib():
-        from fsm.run.compile_beside import compiled_beside
-        from fsm.run.run_case import run_case
+    with imports_outside_gc():
+        from fsm.views.plots.figures import drawn_beside
 
     shown = _watched(folder, loaded.case.title or case) if watch else nullcontext(not quiet)
     try:
-        with compiled_beside(["--case", case, *settings]), add_source(case), shown as progress:
-            summary = run_case(loaded, folder, progress=progress, resume=resume)
+        with drawn_beside():
+            with imports_outside_gc():
+                from fsm.run.compile_beside import compiled_beside
+                from fsm.run.run_case import run_case
+
+            with compiled_beside(["--case", case, *settings]), add_source(case), shown as progress:
+                summary = run_case(loaded, folder, progress=progress, resume=resume)
     except ExpectationFailed:  # the run itself is complete and its files are written
         if not quiet:
             from fsm.results.summary_file import SUMMARY, read_summary
@@ -317,7 +321,7 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
     folder.mkdir(parents=True, exist_ok=True)
 
     with imports_outside_gc(), plain_matplotlib():
-        from fsm.views.plots.channels import plot_channels
+        from fsm.views.plots.channels import plot_channels  # this imports Matplotlib
         from fsm.views.plots.drawing import file_format
         from fsm.views.plots.figures import draw, draw_one
 

@@ -21,6 +21,8 @@ if sys.platform != "win32":
 LOCK = ".fsm.lock"
 """Name of the lock file. The file names its owner in one line; the file is removed when the owner ends."""
 
+ENDING = 30.0
+"""Time that a restarted run waits until the interrupted run has written its checkpoint, s."""
 _POLL = 0.1
 """Seconds between two attempts."""
 

@@ -166,8 +166,10 @@ def fixed_text(text: str | Sequence[str]) -> np.ndarray:
     """One string, or several, as an array of UTF-8 strings of fixed length."""
     import h5py
 
-    encoded = np.char.encode(np.array(text, dtype=str), "utf-8", "backslashreplace")  # a path may hold any bytes
-    return encoded.astype(h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 1)))
+    texts = [text] if isinstance(text, str) else text
+    encoded = [one.encode("utf-8", "backslashreplace") for one in texts]  # a path may hold any bytes
+    kind = h5py.string_dtype("utf-8", max(map(len, encoded), default=0) or 1)
+    return np.array(encoded[0] if isinstance(text, str) else encoded, dtype=kind)
 
 
 def plain(value: Any) -> Any:

@@ -40,11 +40,17 @@ def provenance() -> dict[str, str]:
 
 def _source_digest() -> str:
     """First 16 digits of the SHA-256 over names and contents of all modules of the package."""
-    package = Path(__file__).parents[1]
+    package = str(Path(__file__).parents[1])
+    modules = [
+        os.path.join(folder, name)
+        for folder, _, names in os.walk(package)
+        for name in names
+        if name.endswith(".py") and name[:-3].isidentifier()  # no backup files of editors
+    ]
     digest = hashlib.sha256()
-    # identifiers only: no backup files of editors
-    for module in sorted(path for path in package.rglob("*.py") if path.stem.isidentifier()):
-        content = module.read_bytes()
-        digest.update(f"{module.relative_to(package).as_posix()} {len(content)}\n".encode())
+    for module in sorted(modules):
+        with open(module, "rb") as file:
+            content = file.read()
+        digest.update(f"{module.removeprefix(package).replace(os.sep, '/')} {len(content)}\n".encode())
         digest.update(content)
     return digest.hexdigest()[:16]

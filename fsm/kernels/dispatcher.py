@@ -17,10 +17,12 @@ This module adds to ``numba.njit(cache=True)``:
 from __future__ import annotations
 
 import errno
+import functools
 import gc
 import hashlib
 import logging
 import sys
+import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -53,6 +55,7 @@ _LONGEST_NAME: Final = 200
 """Letters of a symbol that keeps the name that numba gives it."""
 
 _log = logging.getLogger(__name__)
+_making = threading.RLock()
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
@@ -71,8 +74,6 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         self.targetctx.mangler = _short_name
         self._linked: dict[tuple[Any, ...], Any] = {}
         self._to_cache = is_covered(function)
-        if self._to_cache:
-            key(source_of(function))  # this is the hash of the sources at the time of the import
 
     def compile(self, sig: Any) -> Any:
         """Compile the function for calls from Python, or load it from the cache."""
@@ -129,6 +130,51 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
             result = result._replace(entry_point=object())
             self.targetctx.insert_user_function(result.entry_point, result.fndesc, [library])
             self._linked[kinds] = result
+
+
+class ImportedKernel(KernelDispatcher):
+    """Kernel that was imported and not used so far. The first use makes it a `KernelDispatcher`.
+
+    Most kernels of the package are never used in a process, and to make the dispatchers of all of them takes 50 ms.
+
+    Parameters
+    ----------
+    function, inline : as for `KernelDispatcher`
+    """
+
+    def __init__(self, function: Callable[..., Any], inline: bool) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func, self._made_with, self._maker = function, (function, inline), 0
+        if is_covered(function):
+            key(source_of(function))  # this is the hash of the sources at the time of the import
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Call the kernel."""
+        self._make()
+        return self(*arguments, **named)
+
+    def __getattr__(self, name: str) -> Any:
+        if self._maker == threading.get_ident():
+            raise AttributeError(name)
+        self._make()
+        return getattr(self, name)
+
+    @property
+    def _numba_type_(self) -> Any:
+        self._make()
+        return self._numba_type_
+
+    def __reduce__(self) -> Any:
+        self._make()
+        return self.__reduce__()
+
+    def _make(self) -> None:
+        """Make the dispatcher; other threads wait for it."""
+        with _making:
+            if type(self) is ImportedKernel:
+                self._maker = threading.get_ident()
+                super().__init__(*self._made_with)
+                self.__class__ = KernelDispatcher
 
 
 def _short_name(name: str, types: Any, *, abi_tags: Any = (), uid: int | None = None) -> str:

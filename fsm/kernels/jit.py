@@ -22,7 +22,7 @@ from numba.core import event
 
 from fsm.kernels.cache_folder import OPTIONS
 from fsm.kernels.compile_lock import waited
-from fsm.kernels.dispatcher import KernelDispatcher
+from fsm.kernels.dispatcher import ImportedKernel
 
 _kernels: dict[int, Any] = {}
 
@@ -100,7 +100,7 @@ def _compile_lazily(function: F, inline: bool) -> F:
     """Wrap `function` in a dispatcher with the cache of this package."""
     if numba.config.DISABLE_JIT:
         return function
-    dispatcher: Any = KernelDispatcher(function, inline)
+    dispatcher: Any = ImportedKernel(function, inline)
     _kernels[id(dispatcher)] = dispatcher
     return dispatcher
 

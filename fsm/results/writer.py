@@ -316,9 +316,11 @@ def _write_records(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
     add_scale(file, "time", rows["time"], "time", "s", 256, np.nan)
     add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
     add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
+    dims = {dim for variable in variables.values() for dim in variable.dims}
+    size_of = {dim: len(file[dim]) for dim in dims}
     for name, variable in variables.items():
         values = np.asarray(rows[name], dtype=np.int64 if name in INTEGERS else np.float64)
-        sizes = tuple(len(file[dim]) for dim in variable.dims)
+        sizes = tuple(size_of[dim] for dim in variable.dims)
         if values.shape[1:] != sizes:
             raise ValueError(f"{name} has the shape {values.shape[1:]} per record; the layout requires {sizes}")
         if 0 in sizes:

@@ -7,21 +7,25 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 import traceback
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
 from typing import Any
 
 from fsm.errors import FsmError, OutOfMemory, is_interrupt
 from fsm.io.gc_startup import rare_gc
 from fsm.io.threads import one_thread
 
+_LOOK = 0.2
+"""Time between two looks of a worker at its parent, s."""
 GRACE = 20.0
 """Time for interrupted workers to write their checkpoints, s."""
 
@@ -48,12 +52,14 @@ class JobOutcome:
 
 @dataclass
 class _Worker:
-    process: SpawnProcess
+    process: BaseProcess
     channel: Connection
     job: int | None = None
 
 
-def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> Generator[JobOutcome, None, None]:
+def run_jobs(
+    work: Callable[[Any], Any], jobs: Sequence[Any], workers: int, copies: bool = False
+) -> Generator[JobOutcome, None, None]:
     """Run jobs on worker processes and yield their outcomes in the order of completion.
 
     Parameters
@@ -64,6 +70,9 @@ def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> G
         Arguments of `work`; they must be picklable.
     workers : int
         Number of processes, at least one.
+    copies : bool
+        Whether workers are copies of this process, which have its modules, kernels and data at once. Only the command line
+        on Linux may ask for this: a copy has no threads but one, and locks of the others would stay locked.
 
     Notes
     -----
@@ -72,19 +81,19 @@ def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> G
     interrupted, every worker is interrupted once, so that it can write its checkpoint. The worker is killed after `GRACE`
     seconds.
     """
-    context = multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("fork" if copies else "spawn")
     waiting = deque(range(len(jobs)))
     team: list[_Worker] = []
     try:
         for _ in range(min(max(workers, 1), len(jobs))):
-            team.append(_start(context))
+            team.append(_start(context, team))
             _give(team[-1], work, waiting, jobs)
         while team:
             yield from _collect(team)
             for worker in [worker for worker in team if worker.job is None]:
                 if not worker.process.is_alive():
                     team.remove(worker)
-                    worker = _start(context)
+                    worker = _start(context, team)
                     team.append(worker)
                 if not _give(worker, work, waiting, jobs):
                     team.remove(worker)
@@ -93,10 +102,12 @@ def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> G
         _stop(team)
 
 
-def _start(context: SpawnContext) -> _Worker:
+def _start(context: Any, team: Sequence[_Worker]) -> _Worker:
     here, there = context.Pipe()
-    process = context.Process(target=_serve, args=(there,), name="fsm worker", daemon=True)
-    with one_thread(), _no_interrupt():
+    copied = [here, *(worker.channel for worker in team)] if context.get_start_method() == "fork" else []
+    process = context.Process(target=_serve, args=(there, copied), name="fsm worker", daemon=True)
+    with one_thread(), _no_interrupt(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # about threads, such as that of a progress bar
         process.start()
     there.close()
     return _Worker(process, here)
@@ -162,8 +173,10 @@ def _stop(team: Sequence[_Worker]) -> None:
             worker.process.join()
 
 
-def _serve(channel: Connection) -> None:
-    """Run jobs in a worker until the channel closes."""
+def _serve(channel: Connection, copied: Sequence[Connection]) -> None:
+    """Run jobs in a worker until the channel closes; a copy closes the `copied` channels of its parent at once."""
+    for other in copied:
+        other.close()
     # own process group: Ctrl-C then comes from the parent only, not also from the terminal
     if hasattr(os, "setpgrp"):
         os.setpgrp()
@@ -185,7 +198,11 @@ def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is None:
         return
-    parent.join()
+    if hasattr(os, "getppid") and sys.platform != "win32":  # other workers may be copies that keep `parent` joinable
+        while os.getppid() == parent.pid:
+            time.sleep(_LOOK)
+    else:
+        parent.join()
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(GRACE)
     os._exit(1)

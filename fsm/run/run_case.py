@@ -15,7 +15,7 @@ from fsm.case.loading.load_case import LoadedCase
 from fsm.case.models.case import Case
 from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, NotConverged
 from fsm.io.atomic_write import remove_partial_files
-from fsm.io.folder_lock import locked_folder
+from fsm.io.folder_lock import ENDING, locked_folder
 from fsm.io.version import fsm_version
 from fsm.kernels import jit
 from fsm.registry import load_extensions
@@ -30,9 +30,6 @@ from fsm.run.progress import report_compilation, report_restart
 from fsm.run.recorder import RecordedSolve
 from fsm.run.summary import joined, missed_expectations
 from fsm.views.plots.figures import draw, remove_figures
-
-ENDING = 30.0
-"""Time that a restarted run waits until the interrupted run has written its checkpoint, s."""
 
 
 def run_case(
@@ -93,15 +90,20 @@ def run_in_locked_folder(
     progress: bool | Callable[[float], None] = True,
     resume: bool = False,
     figures: bool = True,
+    compiled: tuple[Analysis, list[str]] | None = None,
 ) -> dict[str, Any]:
-    """Run a case as `run_case` does, for a caller that already holds the lock on `out`."""
+    """Run a case as `run_case` does, for a caller that already holds the lock on `out`.
+
+    `compiled` is the compiled case with the warnings of its compilation, if the caller has them.
+    """
     # another process may have read the case
     _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)
     if faults:
         raise CaseError(faults, str(loaded.path))
     begun, warnings = _clocks(), _file_notes(loaded.case)
     with report_compilation(progress, _title(loaded), jit):
-        analysis = analysis_of(loaded.case, str(loaded.path), warnings)
+        analysis, found = compiled or compile_case(loaded)
+    warnings += found
     if loaded.case.save.channels:
         from fsm.channels.sample import check_patterns  # this import loads all kinds of elements
 
@@ -114,6 +116,12 @@ def run_in_locked_folder(
     if failed:
         raise ExpectationFailed("\n".join(failed))
     return summary
+
+
+def compile_case(loaded: LoadedCase) -> tuple[Analysis, list[str]]:
+    """Compiled case, and warnings on changed values."""
+    warnings: list[str] = []
+    return analysis_of(loaded.case, str(loaded.path), warnings), warnings
 
 
 def _run_analysis(

@@ -9,19 +9,23 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from fsm.case.loading.load_case import LoadedCase
 from fsm.case.loading.table import OVERLAY, STUDY, TableCase, load_reference, load_table
 from fsm.errors import CannotWrite, CaseError, Fault, OutOfMemory
 from fsm.io.atomic_write import atomic_write, remove_partial_files
-from fsm.io.folder_lock import locked_folder
+from fsm.io.folder_lock import ENDING, locked_folder
 from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib
 from fsm.results.summary_file import SUMMARY, read_summary
 from fsm.run.pool import JobOutcome, run_jobs
 from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
 from fsm.run.table_text import progress_line
-from fsm.views.plots.drawing import FORMATS, drawing, file_format, selected
+from fsm.views.plots.beside import can_copy
+from fsm.views.plots.drawing import FORMATS, drawing, file_format, in_two_processes, selected
+
+if TYPE_CHECKING:
+    from fsm.analyses.analysis import Analysis
 
 Figures = Literal["none", "first", "all"]
 """Rows whose figures are drawn."""
@@ -30,6 +34,10 @@ RESOLVED = "case.resolved.toml"
 """File with the complete case of a row, in the folder of its results."""
 
 RESULT = "result.h5"
+_MOST_KEPT = 100_000
+"""Degrees of freedom of all compiled cases that are kept for workers; a case of 100 takes about 1 MB."""
+_compiled: dict[str, tuple[Analysis, list[str]]] = {}
+"""Compiled cases with their warnings, by the names of rows."""
 FAILURE = "error.txt"
 """File with the error of a row that failed; finished and interrupted rows have no such file."""
 
@@ -96,9 +104,10 @@ def run_table(
     """
     cases = load_table(path, [*overrides, *([f"solve.method={method}"] if method else [])])
     reference = load_reference(path)
-    kernels = _check_scenes(cases, str(path))
-    with locked_folder(out):
-        return _run_cases(cases, Path(out), kernels, reference, workers, resume, progress, figures)
+    copies = in_two_processes() and can_copy()
+    kernels = _compile(cases, str(path), copies)
+    with locked_folder(out, wait=ENDING if resume else 0.0):
+        return _run_cases(cases, Path(out), kernels, reference, workers, resume, progress, figures, copies)
 
 
 def _run_cases(
@@ -110,6 +119,7 @@ def _run_cases(
     resume: bool,
     progress: bool,
     figures: Figures,
+    copies: bool,
 ) -> list[dict[str, Any]]:
     """Run the rows that are not solved yet, and write the files of the whole table."""
     rows: dict[int, dict[str, Any]] = {}
@@ -123,8 +133,9 @@ def _run_cases(
             jobs[index] = Job(case.loaded, where, same, selected(), figures == "all" or (figures == "first" and index == 0))
     remove_partial_files(folder)
     try:
-        _run_rows(cases, jobs, rows, kernels, workers, progress)
+        _run_rows(cases, jobs, rows, kernels, workers, progress, copies)
     finally:
+        _compiled.clear()
         done = [rows[index] for index in sorted(rows)]
         paths = dict.fromkeys(path for case in cases for path in case.overrides)
         write_summaries(folder, done, list(paths))
@@ -151,9 +162,7 @@ def failures(rows: Sequence[Mapping[str, Any]]) -> int:
 
 def run_row(job: Job) -> dict[str, Any]:
     """Run one row in a worker; the complete case is written to the folder before the run starts."""
-    with imports_outside_gc(), plain_matplotlib():
-        from fsm.run.run_case import ENDING, run_in_locked_folder
-
+    run_in_locked_folder = _ready(job.figures)
     try:
         job.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -165,7 +174,20 @@ def run_row(job: Job) -> dict[str, Any]:
         with atomic_write(job.out / RESOLVED) as part:
             part.write_text(job.loaded.text, encoding="utf-8")
         with drawing(*job.style):
-            return run_in_locked_folder(job.loaded, job.out, progress=False, resume=job.resume, figures=job.figures)
+            return run_in_locked_folder(
+                job.loaded, job.out, progress=False, resume=job.resume, figures=job.figures,
+                compiled=_compiled.pop(job.out.name, None),
+            )  # fmt: skip
+
+
+def _ready(figures: bool) -> Callable[..., dict[str, Any]]:
+    """Import what a row needs."""
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.run.run_case import run_in_locked_folder
+
+        if figures:
+            from fsm.views.plots import motion  # noqa: F401  # this imports Matplotlib
+    return run_in_locked_folder
 
 
 def _same_case(folder: Path, loaded: LoadedCase) -> bool:
@@ -176,25 +198,32 @@ def _same_case(folder: Path, loaded: LoadedCase) -> bool:
         return False
 
 
-def _check_scenes(cases: Sequence[TableCase], source: str) -> set[str]:
+def _compile(cases: Sequence[TableCase], source: str, copies: bool) -> set[str]:
     """Compile every case, so that faults are found before the first case runs.
+
+    Workers that are `copies` of this process find the compiled cases there, as long as these are small.
 
     Returns
     -------
     set of str
         Kinds of kernels that the cases use, see `fsm.run.warm_up.KINDS`.
     """
-    from fsm.analyses.choose import analysis_of
+    from fsm.run.run_case import compile_case
 
-    faults, kernels = [], set[str]()
+    faults, kernels, kept = [], set[str](), 0
     for case in cases:
         try:
-            kernels.update(analysis_of(case.loaded.case).kernels)
+            compiled = compile_case(case.loaded)
+            kernels.update(compiled[0].kernels)
+            kept += compiled[0].system.nu
+            if copies and kept <= _MOST_KEPT:
+                _compiled[case.name] = compiled
         except CaseError as error:
             faults += [Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults]
         except MemoryError as error:
             faults.append(Fault(case.name, str(OutOfMemory(error))))
     if faults:
+        _compiled.clear()
         raise CaseError(faults, source)
     return kernels
 
@@ -206,6 +235,7 @@ def _run_rows(
     kernels: set[str],
     workers: int | None,
     progress: bool,
+    copies: bool,
 ) -> None:
     """Run the jobs and add their rows in the order of completion."""
     if not jobs:
@@ -213,11 +243,13 @@ def _run_rows(
     from fsm.run.warm_up import compile_ahead
 
     compile_ahead(sorted(kernels), progress)
+    if copies:
+        _ready(any(job.figures for job in jobs.values()))
     numbers = list(jobs)
     count = min(workers or os.cpu_count() or 1, len(numbers))
     with (
         _progress(len(cases), len(rows), progress) as report,
-        closing(run_jobs(run_row, list(jobs.values()), count)) as outcomes,
+        closing(run_jobs(run_row, list(jobs.values()), count, copies)) as outcomes,
     ):
         for outcome in outcomes:
             index = numbers[outcome.job]
@@ -256,7 +288,7 @@ def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     from fsm.views.plots.load import plot_load_overlay
 
     plot = plot_overlay if pulled else plot_load_overlay
-    plot([(name, read_solution(folder / name / RESULT)) for name in pulled or loaded], path)
+    plot([(name, read_solution(folder / name / RESULT, records=False)) for name in pulled or loaded], path)
 
 
 def _plot_study(

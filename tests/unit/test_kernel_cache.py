@@ -179,6 +179,24 @@ def test_second_process_compiles_nothing(toy: Toy) -> None:
     assert Path(warm["folder"]).is_relative_to(toy.cache / "toy" / "kernels")
 
 
+def test_the_first_use_makes_a_kernel_also_from_several_threads(toy: Toy) -> None:
+    toy.write("laws/powers.py", POWERS)
+    calls = """
+        from concurrent.futures import ThreadPoolExecutor
+        from toy.laws.powers import cube, sums
+        extra["before"] = [type(each).__name__ for each in (cube, sums)]
+        with ThreadPoolExecutor(4) as pool:
+            extra["values"] = list(pool.map(cube, [1, 2, 3, 4, 5, 6]))
+        extra["after"] = [type(each).__name__ for each in (cube, sums)]
+        extra["names"] = [cube.__name__, sums.__name__]
+    """
+    found = toy.run(dedent(calls))
+    assert found["before"] == ["ImportedKernel", "ImportedKernel"]
+    assert found["values"] == [1, 8, 27, 64, 125, 216]
+    assert found["after"] == ["KernelDispatcher", "ImportedKernel"]
+    assert found["names"] == ["cube", "sums"]
+
+
 @pytest.mark.nightly
 def test_machine_code_only_for_what_python_calls(toy: Toy) -> None:
     toy.run()

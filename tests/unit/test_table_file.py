@@ -13,15 +13,18 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+import fsm.run.table
 from fsm.case.loading.table import load_table
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError, FsmError, NotConverged
 from fsm.io.folder_lock import locked_folder
 from fsm.results.summary_file import write_summary
 from fsm.run.pool import JobOutcome, run_jobs
+from fsm.run.run_case import compile_case
 from fsm.run.table import RESOLVED, failures, run_table
 from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
 from fsm.run.table_text import format_table, progress_line
+from fsm.views.plots.drawing import drawing
 
 CASE = """
 [strip]
@@ -144,8 +147,8 @@ def fake_run(monkeypatch):
     """Stand-in for the solver and the processes: it stores its calls."""
     calls: list[tuple[str, bool]] = []
 
-    def run_in_locked_folder(loaded, out, *, progress, resume, figures):
-        calls.append((out.name, resume))
+    def run_in_locked_folder(loaded, out, *, progress, resume, figures, compiled):
+        calls.append((out.name, resume) if compiled is None else (out.name, resume, compiled[0].case is loaded.case))
         if figures:
             (out / "force.png").touch()
         if out.name == "83 low":
@@ -166,7 +169,7 @@ def fake_run(monkeypatch):
         write_summary(summary, out / "summary.json")
         return summary
 
-    def run_here(work, jobs, workers):
+    def run_here(work, jobs, workers, copies):
         for index, job in enumerate(jobs):
             try:
                 yield JobOutcome(index, value=work(job))
@@ -175,7 +178,7 @@ def fake_run(monkeypatch):
 
     module = types.ModuleType("fsm.run.run_case")
     module.run_in_locked_folder = run_in_locked_folder  # type: ignore[attr-defined]
-    module.ENDING = 0.0  # type: ignore[attr-defined]
+    module.compile_case = compile_case  # type: ignore[attr-defined]
     ahead = types.ModuleType("fsm.run.warm_up")
     ahead.compile_ahead = lambda kinds, *_: calls.append(("compile ahead", *kinds))  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "fsm.run.warm_up", ahead)
@@ -217,6 +220,15 @@ def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     assert (tmp_path / "out" / "80 low" / RESOLVED).read_text() == load_table(tmp_path / "table.csv")[
         0
     ].loaded.text
+
+
+def test_rows_of_the_command_are_compiled_once(tmp_path, fake_run, monkeypatch):
+    """A worker of the command finds the compiled cases of its parent; they are forgotten at the end."""
+    monkeypatch.setattr("fsm.run.table.can_copy", lambda: True)
+    with drawing(two=True):
+        run_table(write(tmp_path), tmp_path / "out", progress=False, figures="none")
+    assert fake_run[1:] == [(name, False, True) for name in ("80 low", "80 high", "83 low", "base")]
+    assert not fsm.run.table._compiled
 
 
 def test_resume_runs_only_what_is_not_there_or_has_changed(tmp_path, fake_run):
@@ -366,8 +378,12 @@ def test_a_run_without_a_drive_has_displacements_of_loads_in_place_of_a_peak(tmp
 # -- processes -----------------------------------------------------------------------------------------------
 
 
+COPIES = [False, pytest.param(True, marks=pytest.mark.skipif(sys.platform != "linux", reason="workers are copies on Linux"))]
+
+
 @pytest.mark.nightly
-def test_jobs_that_fail_or_die_take_no_other_with_them():
+@pytest.mark.parametrize("copies", COPIES)
+def test_jobs_that_fail_or_die_take_no_other_with_them(copies):
     jobs = [
         "6 * 7",
         "1 / 0",
@@ -376,7 +392,7 @@ def test_jobs_that_fail_or_die_take_no_other_with_them():
         "[1]",
     ]
     before = os.environ.get("OMP_NUM_THREADS")
-    outcomes = sorted(run_jobs(eval, jobs, 2), key=lambda outcome: outcome.job)
+    outcomes = sorted(run_jobs(eval, jobs, 2, copies), key=lambda outcome: outcome.job)
     assert [outcome.value for outcome in outcomes] == [42, None, None, "1", [1]]
     assert outcomes[1].error == ("internal error: ZeroDivisionError: division by zero",)
     assert "Traceback" in outcomes[1].trace
@@ -403,6 +419,14 @@ def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
     assert "broken_work.py" in outcome.trace
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are copies on Linux")
+def test_copies_find_what_their_parent_has(monkeypatch):
+    """As rows of a table find their compiled cases; a worker that is no copy imports modules anew."""
+    monkeypatch.setitem(fsm.run.table._compiled, "text", "compiled")
+    (outcome,) = run_jobs(eval, ["__import__('fsm.run.table').run.table._compiled.pop('text', None)"], 1, copies=True)
+    assert outcome.value == "compiled" and fsm.run.table._compiled == {"text": "compiled"}
+
+
 @pytest.mark.nightly
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_workers_start_with_interrupts_held_back():
@@ -410,10 +434,10 @@ def test_workers_start_with_interrupts_held_back():
     interrupts through."""
     code = (
         "import signal\n"
-        "from fsm import pool\n"
+        "from fsm.run import pool\n"
         "start = pool._start\n"
-        "def look(context):\n"
-        "    worker = start(context)\n"
+        "def look(*given):\n"
+        "    worker = start(*given)\n"
         "    status = open(f'/proc/{worker.process.pid}/status').read()\n"
         "    print(int(status.split('SigBlk:')[1].split()[0], 16) >> (signal.SIGINT - 1) & 1)\n"
         "    return worker\n"
@@ -433,7 +457,8 @@ def test_the_interrupt_of_a_terminal_does_not_reach_workers_twice():
 
 @pytest.mark.nightly
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
-def test_workers_end_with_a_parent_that_is_killed(tmp_path):
+@pytest.mark.parametrize("copies", COPIES)
+def test_workers_end_with_a_parent_that_is_killed(tmp_path, copies):
     """They are interrupted, so that they write their checkpoints."""
     job = (
         "import os, time, pathlib\n"
@@ -442,7 +467,7 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path):
         "except KeyboardInterrupt:\n    pathlib.Path({0!r} + '.saved').touch(); raise\n"
     )
     jobs = [job.format(str(tmp_path / name)) for name in "ab"]
-    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2): print(outcome)"
+    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2, {copies}): print(outcome)"
     process = subprocess.Popen([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}, start_new_session=True)
     deadline = time.monotonic() + 60
     while len(list(tmp_path.iterdir())) < 2 and time.monotonic() < deadline:
@@ -467,7 +492,8 @@ def is_running(process: int) -> bool:
 
 @pytest.mark.nightly
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
-def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path):
+@pytest.mark.parametrize("copies", COPIES)
+def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path, copies):
     """Each worker writes a file in place of its checkpoint; no process remains."""
     job = (
         "import sys, time, pathlib\n"
@@ -476,7 +502,7 @@ def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path):
         "except KeyboardInterrupt:\n    time.sleep(0.3); pathlib.Path({0!r} + '.saved').touch(); raise\n"
     )
     jobs = [job.format(str(tmp_path / name)) for name in "abc"]
-    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2): print(outcome)"
+    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2, {copies}): print(outcome)"
     process = subprocess.Popen(
         [sys.executable, "-c", code],
         stderr=subprocess.PIPE,

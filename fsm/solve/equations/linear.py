@@ -10,7 +10,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any, ClassVar, Literal
 from weakref import WeakKeyDictionary
 
@@ -36,6 +35,7 @@ from fsm.kernels.fronts import (
     solve_by_fronts,
     solve_columns,
 )
+from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.solve.equations.low_rank import LowRankSolution, shifted
 from fsm.solve.equations.supernodes import supernodes
 from fsm.solve.stepping.accuracy import ACCURATE, trial_vector
@@ -56,37 +56,9 @@ _FEW = 100
 
 def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
     """Order of the rows by minimum degree on the graph of the blocks; large patterns use the order of SuperLU."""
-    return few_by_minimum_degree(pattern) if pattern.order <= _FEW else many_by_minimum_degree(pattern)
-
-
-def few_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
-    """Order of the rows; the neighbours of a row are the bits of an integer.
-
-    All rows of the lowest degree that are not neighbours follow one another (multiple minimum degree: Liu, 1985). A
-    chain is thus eliminated from both ends, with less round-off than from one end.
-    """
-    bits = [1 << row for row in range(pattern.order)]
-    starts, columns = pattern.indptr.tolist(), pattern.indices.tolist()
-    near = [sum(bits[column] for column in columns[a:b]) for a, b in pairwise(starts)]
-    degree = [row.bit_count() for row in near]
-    left, order = list(range(pattern.order)), []
-    while left:
-        lowest = min(degree[row] for row in left)
-        changed = 0
-        for pivot in [row for row in left if degree[row] == lowest]:
-            if changed & bits[pivot]:
-                continue
-            order.append(pivot)
-            clique = rest = near[pivot] & ~bits[pivot]
-            changed |= near[pivot]
-            while rest:
-                row = rest.bit_length() - 1
-                rest ^= bits[row]
-                near[row] = (near[row] | clique) & ~bits[pivot]
-                degree[row] = near[row].bit_count()
-        ordered = set(order)
-        left = [row for row in left if row not in ordered]
-    return np.array(order, dtype=np.int64)
+    if pattern.order > _FEW:
+        return many_by_minimum_degree(pattern)
+    return few_by_minimum_degree(pattern.indptr, pattern.indices)
 
 
 def many_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:

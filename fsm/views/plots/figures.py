@@ -1,28 +1,29 @@
-"""Selection and drawing of the figures of a result, after a run and by `fsm plot`."""
+"""Selection and drawing of the figures of a result, after a run and by `fsm plot`.
+
+Matplotlib and the modules of figures are imported when one is drawn.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Set
+from collections.abc import Callable, Iterator, Set
+from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
 from pathlib import Path
 
 from fsm.errors import CaseError
+from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.views.plots.beside import draw_all
-from fsm.views.plots.contact_map import plot_contact_map
+from fsm.views.plots.beside import ask_copy, can_copy, draw_all, waiting_copy
 from fsm.views.plots.drawing import FORMATS, file_format, in_two_processes
-from fsm.views.plots.energy import plot_energy
-from fsm.views.plots.force import plot_force
-from fsm.views.plots.motion import plot_motion
 
 Plot = Callable[[Solution, Path], None]
 
 
 def _later(module: str, name: str) -> Plot:
-    """Figure of films, arrays and paths of loads, whose module is imported when one is drawn."""
+    """Figure whose module is imported when one is drawn."""
 
     def plot(solution: Solution, path: Path) -> None:
         getattr(import_module(f"fsm.views.plots.{module}"), name)(solution, path)
@@ -31,11 +32,11 @@ def _later(module: str, name: str) -> Plot:
 
 
 _ALL: dict[str, Plot] = {
-    "force.png": plot_force,
+    "force.png": _later("force", "plot_force"),
     "load.png": _later("load", "plot_load"),
-    "motion.png": plot_motion,
-    "energy.png": plot_energy,
-    "contact.png": plot_contact_map,
+    "motion.png": _later("motion", "plot_motion"),
+    "energy.png": _later("energy", "plot_energy"),
+    "contact.png": _later("contact_map", "plot_contact_map"),
     "history.png": _later("vibration", "plot_history"),
     "spectrum.png": _later("vibration", "plot_spectrum"),
     "modes.png": _later("vibration", "plot_modes"),
@@ -75,7 +76,8 @@ def figures_of(solution: Solution) -> dict[str, Plot]:
 def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
     """Draw all figures of a result into a folder, in the style and format of `fsm.views.plots.drawing`.
 
-    Figures that the result does not have are deleted; with `alone`, also figures in other formats of an earlier run.
+    Within `drawn_beside`, its copy of this process draws them. Figures that the result does not have are deleted; with
+    `alone`, also figures in other formats of an earlier run.
 
     Returns
     -------
@@ -85,9 +87,42 @@ def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
     figures = {_named(name, file_format()): plot for name, plot in figures_of(solution).items()}
     kept = {Path(name).stem for name in figures} if not alone else set()
     remove_figures(folder, {*figures, *(_named(f"{stem}.png", suffix) for stem in kept for suffix in FORMATS)})
-    slowest_first = sorted(figures.items(), key=lambda item: not item[0].startswith("motion"))
-    draw_all([partial(plot, solution, folder / name) for name, plot in slowest_first], in_two_processes())
+    if not ask_copy((solution, folder)):
+        _draw_all(solution, folder)
     return [folder / name for name in figures]
+
+
+def _draw_all(solution: Solution, folder: Path) -> None:
+    """Draw all figures of a result, on two processors if the command allows it."""
+    slowest_first = sorted(figures_of(solution).items(), key=lambda item: not item[0].startswith("motion"))
+    plots = [partial(plot, solution, folder / _named(name, file_format())) for name, plot in slowest_first]
+    draw_all(plots, in_two_processes())
+
+
+@contextmanager
+def drawn_beside() -> Iterator[None]:
+    """Import Matplotlib in a copy of this process, which then draws the figures of results that the block computes.
+
+    For the command line, see `fsm.views.plots.beside`. On one processor, Matplotlib is imported here.
+    """
+    if not in_two_processes() or not can_copy():
+        _import_plots()
+        yield
+        return
+    with waiting_copy(_ready):
+        yield
+
+
+def _ready() -> Callable[[tuple[Solution, Path]], None]:
+    _import_plots()
+    return lambda request: _draw_all(*request)
+
+
+def _import_plots() -> None:
+    """Import Matplotlib and the figures of a deployment."""
+    with imports_outside_gc(), plain_matplotlib():
+        for module in ("motion", "force", "energy", "contact_map"):
+            import_module(f"fsm.views.plots.{module}")
 
 
 def draw_one(solution: Solution, path: Path) -> str:

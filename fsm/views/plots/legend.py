@@ -10,7 +10,8 @@ import matplotlib
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.textpath import TextPath
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 
 from fsm.views.plots.drawing import points
 
@@ -72,4 +73,5 @@ def _wrapped(name: str, size: float, width: float) -> str:
 
 def name_width(name: str, size: float) -> float:
     """Width of the widest line of a name, points."""
-    return max(float(TextPath((0.0, 0.0), line, size=size).get_extents().width) for line in name.split("\n"))
+    font = FontProperties(size=size)
+    return max(float(text_to_path.get_text_width_height_descent(line, font, False)[0]) for line in name.split("\n"))
