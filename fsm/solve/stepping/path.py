@@ -66,8 +66,8 @@ motion, of driven bodies, and the sum of all potential energies (J). LARGEST is 
 separation of the sides of a joint (m). Travels, then forces of all drives follow, and seven values of each contact pair: the
 rows PAIR_FORCE to PAIR_GAP."""
 PAIR_FORCE, PAIR_AREA, PAIR_FRICTION, PAIR_CARRIED, PAIR_SLIDING, PAIR_DAMPING, PAIR_GAP = range(7)
-"""Rows of the values of contact pairs in a record: normal force and magnitude of friction (N), area (m^2), sum of normal force
-times slip speed, powers of friction and damping (W), and gap (m)."""
+"""Rows of the values of contact pairs in a record: normal force and magnitude of friction (N), area (m^2), sum of normal
+force times slip speed, powers of friction and damping (W), and gap (m)."""
 UNKNOWN = -1.0
 """Number of pivots that the factors do not show with certainty."""
 
