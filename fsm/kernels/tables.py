@@ -121,19 +121,27 @@ class Table:
     ----------
     rows : (m, 4) int array
         Table of `named_table`; it keeps its place in memory.
+    parts : tuples of arrays
     """
 
     def __init__(self, *parts: Any) -> None:
-        self._parts, self.rows = parts, named_table(*parts)
+        self.parts, self.rows = parts, named_table(*parts)
         self._numba_type_, self.address = _Table(type(parts[0])), int(self.rows.ctypes.data)
 
     def replace(self, *parts: Any) -> None:
         """Replace the arrays by others of the same kinds."""
-        self._parts, self.rows[:] = parts, named_table(*parts)
+        self.parts, self.rows[:] = parts, named_table(*parts)
+
+    def put(self, **arrays: np.ndarray) -> None:
+        """Replace some arrays of the first tuple."""
+        first, *others = self.parts
+        self.parts = (first._replace(**arrays), *others)
+        for name, array in arrays.items():
+            self.rows[_fields(type(first))[name][0]] = address_table([array])[0]
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Array of this name: kernels without the compiler read it."""
-        for part in self.__dict__.get("_parts", ()):
+        for part in self.__dict__.get("parts", ()):
             if name in part._fields:
                 return np.asarray(getattr(part, name))
         raise AttributeError(name)

@@ -8,7 +8,7 @@ import pytest
 from fsm.case.models.contact import Contact
 from fsm.interactions.contact.contact_depths import advance_depths
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.model.contact.contact_depths import ContactDepths
+from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.system.system import SegmentSystem
 from tests.unit.test_contact_forces import SPATIAL, only_contacts, pressed, pressed_strip
 

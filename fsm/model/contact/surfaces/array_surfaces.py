@@ -410,25 +410,35 @@ def _motion(g: ContactArrays, poses: np.ndarray) -> tuple[float, float]:
 
 
 @kernel
-def _passed_planar(g: ContactArrays, poses: np.ndarray) -> bool:
+def _first_pair(g: ContactArrays, probes: np.ndarray) -> int:
+    """Smallest number of the pairs of probes; -1 without probes."""
+    found = -1
+    for k in range(probes.shape[0]):
+        of = g.pair[probes[k]]
+        found = of if found < 0 else min(found, of)
+    return int(found)
+
+
+@kernel
+def _passed_planar(g: ContactArrays, poses: np.ndarray) -> int:
     own = surfaces_of(g)
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
     if motion > 0.5 * g.numbers[MARGIN]:  # a probe outside the reach had no side, and may have passed through
         before = _heights_planar(g, g.committed, 2.0 * motion)
     height = _heights_planar(g, poses, 2.0 * motion)
-    return passed_through(own.side, own.depth_limit, height, before, deepest).shape[0] > 0
+    return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
 
 
 @kernel
-def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> bool:
+def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     own = surfaces_of(g)
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
     if motion > 0.5 * g.numbers[MARGIN]:
         before = _heights_spatial(g, g.committed, 2.0 * motion)
     height = _heights_spatial(g, poses, 2.0 * motion)
-    return passed_through(own.side, own.depth_limit, height, before, deepest).shape[0] > 0
+    return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
 
 
 PLANAR_SURFACES = GeometryKernels(
