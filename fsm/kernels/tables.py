@@ -50,6 +50,14 @@ def _fields(kind: type) -> dict[str, tuple[int, Any]]:
     return found
 
 
+@cache
+def _declared(kind: type) -> tuple[tuple[str, ...], tuple[Any, ...], tuple[int, ...]]:
+    """Name, type and number of dimensions of each field."""
+    hints = get_type_hints(kind, include_extras=True)
+    names, declared = tuple(hints), [get_args(hint) for hint in hints.values()]
+    return names, tuple(np.dtype(number) for _, number, _ in declared), tuple(of for *_, of in declared)
+
+
 def number_of_fields(kind: type) -> int:
     """Number of rows of a named table."""
     return len(_fields(kind))
@@ -65,17 +73,17 @@ def named_table(*parts: Any) -> np.ndarray:
     """
     arrays = []
     for part in parts:
-        for (name, (_, kind)), array in zip(_fields(part.__class__).items(), part, strict=True):
-            if numba.from_dtype(array.dtype) != kind.dtype or array.ndim > kind.ndim:
+        for name, number, dimensions, array in zip(*_declared(part.__class__), part, strict=True):
+            if array.dtype != number or array.ndim > dimensions:
                 raise ValueError(f"field {name} of {type(part).__name__}: array {array.dtype} {array.shape}")
-            arrays.append(array.reshape(array.shape + (1,) * (kind.ndim - array.ndim)))
+            arrays.append(array.reshape(array.shape + (1,) * (dimensions - array.ndim)))
     return address_table(arrays)
 
 
 def empty_arrays(kind: type[T]) -> T:
     """Tuple of a kind whose arrays have no values."""
-    fields = get_type_hints(kind, include_extras=True).values()
-    return kind(*(np.zeros((0,) * dimensions, dtype=number) for _, number, dimensions in map(get_args, fields)))
+    _, numbers, dimensions = _declared(kind)
+    return kind(*(np.zeros((0,) * of, dtype=number) for number, of in zip(numbers, dimensions, strict=True)))
 
 
 def with_rows(arrays: Any, names: Iterable[str], count: int) -> Any:

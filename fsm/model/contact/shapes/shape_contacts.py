@@ -175,7 +175,7 @@ class ShapeContacts(ContactTable):
             # both bodies may move, so the search distance is the margin plus both displacements
             low, high, aside = *self._swept_boxes(poses), 0.5 * self.margin + bound
             units = self._units_of(*self.listed.overlapping(low - aside, high + aside))
-            if at is None or not np.array_equal(units.key, self.units.key):
+            if not np.array_equal(units.key, self.units.key):
                 self._lay_out(units)
             self._laid_out_at = poses.copy()
         super().refresh(poses)
@@ -227,8 +227,7 @@ class ShapeContacts(ContactTable):
     def restore(self, memory: np.ndarray) -> None:
         """See `ContactTable`; first the slots are those near each other in the last accepted state."""
         if len(memory) and not self._has_all:
-            kept, poses = ContactMemory.from_flat(memory[1:], self.slips)
-            del kept
+            _, poses = ContactMemory.from_flat(memory[1:], self.slips)
             self._laid_out_at, self.common.state[STARTED] = None, 0
             self.refresh(poses[: self.common.committed.size].reshape(self.common.committed.shape))
         super().restore(memory)

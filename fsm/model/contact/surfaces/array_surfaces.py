@@ -278,7 +278,7 @@ def _pieces(g: ContactArrays, within: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 @kernel
-def _heights_planar(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
+def probe_heights_planar(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
     own = surfaces_of(g)
     first, last = _pieces(g, farther == 0.0)
     height = np.empty(first.shape[0])
@@ -291,7 +291,7 @@ def _heights_planar(g: ContactArrays, poses: np.ndarray, farther: float) -> np.n
 
 
 @kernel
-def _heights_spatial(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
+def probe_heights_spatial(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
     own = surfaces_of(g)
     first, last = _pieces(g, farther == 0.0)
     height = np.empty(first.shape[0])
@@ -370,7 +370,7 @@ def _settle_planar(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: 
     own = surfaces_of(g)
     if new:
         return
-    height = _heights_planar(g, poses, 0.0)
+    height = probe_heights_planar(g, poses, 0.0)
     near = _near_ends(g, height)
     behind, round_it = _behind(g, height, near), np.zeros(0, dtype=np.bool_)
     if behind.shape[0] > 0:
@@ -385,7 +385,7 @@ def _settle_spatial(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new:
     own = surfaces_of(g)
     if new:
         return
-    height = _heights_spatial(g, poses, 0.0)
+    height = probe_heights_spatial(g, poses, 0.0)
     near = _near_ends(g, height)
     behind, round_it = _behind(g, height, near), np.zeros(0, dtype=np.bool_)
     if behind.shape[0] > 0:
@@ -425,8 +425,8 @@ def _passed_planar(g: ContactArrays, poses: np.ndarray) -> int:
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
     if motion > 0.5 * g.numbers[MARGIN]:  # a probe outside the reach had no side, and may have passed through
-        before = _heights_planar(g, g.committed, 2.0 * motion)
-    height = _heights_planar(g, poses, 2.0 * motion)
+        before = probe_heights_planar(g, g.committed, 2.0 * motion)
+    height = probe_heights_planar(g, poses, 2.0 * motion)
     return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
 
 
@@ -436,8 +436,8 @@ def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
     if motion > 0.5 * g.numbers[MARGIN]:
-        before = _heights_spatial(g, g.committed, 2.0 * motion)
-    height = _heights_spatial(g, poses, 2.0 * motion)
+        before = probe_heights_spatial(g, g.committed, 2.0 * motion)
+    height = probe_heights_spatial(g, poses, 2.0 * motion)
     return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
 
 
