@@ -12,10 +12,10 @@ from fsm.interactions.shapes.edge_edge import find_edges
 from fsm.interactions.shapes.face_overlap import COLUMNS
 from fsm.interactions.shapes.face_weights import ROW
 from fsm.interactions.shapes.face_weights import SHARE as SHARES
-from fsm.interactions.shapes.point_shape_planar import write_found_planar
-from fsm.interactions.shapes.point_shape_spatial import write_found_spatial
+from fsm.interactions.shapes.point_shape_planar import local_points_planar
+from fsm.interactions.shapes.point_shape_spatial import local_points_spatial
 from fsm.interactions.shapes.shape_boxes import shape_boxes_planar, shape_boxes_spatial
-from fsm.interactions.shapes.shape_distance import HALF_SPACE, POLYGON
+from fsm.interactions.shapes.shape_distance import HALF_SPACE, POLYGON, points_within
 from fsm.interactions.shapes.swept import turn_between
 from fsm.kernels.keys import find_keys
 from fsm.kernels.tables import empty_arrays
@@ -153,11 +153,10 @@ class ShapeContacts(ContactTable):
             for two in by_body[start[b] : start[b + 1]]
         ]
         tables = self.kit.tables(self._units_of(*self.listed.among(np.array(shapes, dtype=np.int64).reshape(-1, 2))))
-        points, pairs = len(tables.points.body), tables.edge_pairs
-        slot, gap, search = np.empty(points, dtype=np.int64), np.empty(points), write_found_planar
-        if self.spatial:
-            search = write_found_spatial
-        inside = slot[: search(poses, np.arange(points), tables.points, tables.shapes, 0.0, slot, gap)]
+        points, pairs, own = len(tables.points.body), tables.edge_pairs, (tables.points, tables.shapes)
+        slot, every = np.empty(points, dtype=np.int64), np.arange(points)
+        local = (local_points_spatial if self.spatial else local_points_planar)(poses, every, *own)
+        inside = slot[: points_within(local, every, *own, 0.0, slot, np.empty(points))]
         if len(pairs.edges):
             unscaled = pairs._replace(parallel=np.zeros(len(pairs.parallel)))
             other, _ = find_edges(poses, np.arange(len(pairs.edges)), unscaled, tables.edges, 0.0)
