@@ -82,8 +82,17 @@ def named_table(*parts: Any) -> np.ndarray:
 
 def empty_arrays(kind: type[T]) -> T:
     """Tuple of a kind whose arrays have no values."""
-    _, numbers, dimensions = _declared(kind)
+    _, numbers, dimensions = _declared(cast(Any, kind))
     return kind(*(np.zeros((0,) * of, dtype=number) for number, of in zip(numbers, dimensions, strict=True)))
+
+
+def as_declared(arrays: T) -> T:
+    """Tuple with contiguous arrays of the declared types and numbers of dimensions, as kernels see them."""
+    found: Any = arrays
+    return cast(T, found.__class__(*(
+        np.ascontiguousarray(array, dtype=number).reshape(array.shape + (1,) * (of - array.ndim))
+        for array, number, of in zip(found, *_declared(found.__class__)[1:], strict=True)
+    )))  # fmt: skip
 
 
 def with_rows(arrays: Any, names: Iterable[str], count: int) -> Any:
@@ -145,7 +154,7 @@ class Table:
         first, *others = self.parts
         self.parts = (first._replace(**arrays), *others)
         for name, array in arrays.items():
-            self.rows[_fields(type(first))[name][0]] = address_table([array])[0]
+            self.rows[_fields(first.__class__)[name][0]] = address_table([array])[0]
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Array of this name: kernels without the compiler read it."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from fsm.kernels.keys import find_keys
 from fsm.kernels.pointers import enter, pointers
-from fsm.kernels.tables import Table, TableExample, empty_arrays, with_rows
+from fsm.kernels.tables import Table, TableExample, as_declared, empty_arrays, with_rows
 from fsm.model.bodies.contact_arrays import (
     BELOW,
     CHANGES,
@@ -126,6 +126,7 @@ class ContactTable(ABC):
     """Number of bodies of a contact."""
     found: ClassVar[tuple[str, ...]] = ()
     """Arrays that `find` writes for this geometry alone."""
+    table: Any
 
     def __init__(
         self, kernels: GeometryKernels, slips: int, margin: float, moving: np.ndarray, radii: np.ndarray, own: Any
@@ -141,7 +142,7 @@ class ContactTable(ABC):
             gradient=np.zeros((0, 1 + slips, bodies * size)), slip=ways, effort=ways, by_slip=square, by_normal=ways,
             deflected=ways, by_distance=square, by_turn=square,
         )  # fmt: skip
-        self.table = Table(common, contiguous(own))
+        self.table = Table(common, as_declared(own))
         self.refreshes = self.touched = 0
         self._coupled: tuple[int, np.ndarray] = -1, np.zeros((0, 2), dtype=np.int64)
         self._order: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
@@ -166,7 +167,7 @@ class ContactTable(ABC):
         """Replace all slots; their memory is zero."""
         common = self.common._replace(**{name: getattr(self.common, name)[:0] for name in OF_SLOTS})
         common = with_rows(common, OF_SLOTS, count)._replace(share=share.copy(), area=area, pair=pair)
-        self.table.replace(common, contiguous(own))
+        self.table.replace(common, as_declared(own))
         common.state[FOUND], common.state[REFERRED], self._order = -1, 0, None
 
     def twin(self: Own) -> Own:
@@ -281,8 +282,8 @@ class ContactTable(ABC):
             getattr(self.own, name)[:count] = values
         self.kernels.measure(self.table, poses, rates, count)
         tapered = Tapered(*self.kernels.tapered(self.table, poses, count))
-        measured = (values[:count].copy() for values in (common.bodies, common.rate, common.gradient))
-        return ContactKinematics(*measured, tapered if len(tapered.rows) else None)
+        bodies, rate, gradient = (values[:count].copy() for values in (common.bodies, common.rate, common.gradient))
+        return ContactKinematics(bodies, rate, gradient, tapered if len(tapered.rows) else None)
 
     def add_tangent(
         self, poses: np.ndarray, rates: np.ndarray, count: int, pattern: BodyPattern, stiffness: np.ndarray,
@@ -381,12 +382,6 @@ class ContactTable(ABC):
         """Discard the results of the broad phase; it is renewed at the next poses."""
         self.common.state[REFERRED], self.common.state[FOUND] = 0, -1
         self.common.state[LACKS] = self.common.state[MEASURED] = 0
-
-
-def contiguous(arrays: Any) -> Any:
-    """Tuple of arrays with contiguous arrays of integers and floats."""
-    kinds = (np.int64 if part.dtype.kind in "bi" else np.float64 for part in arrays)
-    return type(arrays)._make(np.ascontiguousarray(part, dtype=kind) for part, kind in zip(arrays, kinds, strict=True))
 
 
 @cache

@@ -64,9 +64,9 @@ _IMPACT_SPEED = 3.0
 
 
 class _Evaluated(NamedTuple):
-    """Contacts of a state, in the first `count` rows of the table, and whether bristles have a stiffness."""
+    """Number of the contacts of a state, which are in the first rows of the table, and whether bristles have a stiffness."""
 
-    count: int
+    number: int
     weighed: Weighed
     bristles: bool
 
@@ -224,8 +224,8 @@ class ContactGroup(Group):
         found, geometry = self._evaluate(t, poses, rates, past, pressed), self.geometry
         if found is None:
             return ContactDepths(pressed.key[:0], pressed.depth[:0], pressed.most)
-        depth = advanced(geometry.table, found.count, change, 0.0 if past is None else 1.0 / past.duration)
-        key, pressing = geometry.keys(geometry.common.slot[: found.count]), depth > 0.0
+        depth = advanced(geometry.table, found.number, change, 0.0 if past is None else 1.0 / past.duration)
+        key, pressing = geometry.keys(geometry.common.slot[: found.number]), depth > 0.0
         return ContactDepths(key[pressing], depth[pressing], pressed.most)
 
     def _taper_energy(self, rows: np.ndarray) -> np.ndarray:
@@ -242,7 +242,7 @@ class ContactGroup(Group):
         found = self._evaluate(t, poses, rates, past)
         if found is not None:
             energy = self._taper_energy(found.weighed.rows)
-            add_forces(self.geometry.table, found.weighed, energy, found.count, force)
+            add_forces(self.geometry.table, found.weighed, energy, found.number, force)
 
     def add_linearised(
         self,
@@ -261,7 +261,7 @@ class ContactGroup(Group):
         self._linearised = self._loaded_keys(found)
         if found is None:
             return
-        count, rows = found.count, found.weighed.rows
+        count, rows = found.number, found.weighed.rows
         energy, (bodies, gradient) = self._taper_energy(rows), (g.bodies[:count], g.gradient[:count])
         add_forces(self.geometry.table, found.weighed, energy, count, force)
         self.geometry.add_tangent(poses, rates, count, pattern, stiffness, damping)
@@ -286,7 +286,7 @@ class ContactGroup(Group):
         if found is None:
             return np.zeros(0, dtype=np.int64)
         g = self.geometry.common
-        return self.geometry.keys(g.slot[: found.count][g.normal_force[: found.count] > 0.0])
+        return self.geometry.keys(g.slot[: found.number][g.normal_force[: found.number] > 0.0])
 
     # results --------------------------------------------------------------------------------------------------------
 
@@ -297,13 +297,13 @@ class ContactGroup(Group):
         found, g = self._evaluate(t, poses, rates, past), self.geometry.common
         if found is None:
             return {"contact": 0.0}, 0.0, 0.0
-        stored = self.normal.law.energy(-g.gap[: found.count], g.share_of[: found.count], self.normal.params)
-        return {"contact": float(stored.sum())}, float(self._sums(found.count)[SLIDING:].sum()), 0.0
+        stored = self.normal.law.energy(-g.gap[: found.number], g.share_of[: found.number], self.normal.params)
+        return {"contact": float(stored.sum())}, float(self._sums(found.number)[SLIDING:].sum()), 0.0
 
     def pair_power(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
         """Power that friction and damping of every pair dissipate, (2, n_pairs), W."""
         found = self._evaluate(t, poses, rates, past)
-        return np.zeros((2, self.n_pairs)) if found is None else self._sums(found.count)[SLIDING:]
+        return np.zeros((2, self.n_pairs)) if found is None else self._sums(found.number)[SLIDING:]
 
     def _sums(self, count: int) -> np.ndarray:
         """Sums (6, n_pairs) over the contacts of every pair; see `sums_of_pairs`."""
@@ -324,8 +324,8 @@ class ContactGroup(Group):
         if found is None:
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
-        deepest_of_pairs(geometry.table, found.weighed.rows, found.count, gap)
-        sums = self._sums(found.count)
+        deepest_of_pairs(geometry.table, found.weighed.rows, found.number, gap)
+        sums = self._sums(found.number)
         force = sums[FORCE]
         slip = np.divide(sums[CARRIED], force, out=np.zeros(self.n_pairs), where=force > 0.0)
         return PairState(force, gap, sums[AREA], sums[FRICTION], slip, sums[SLIDING], sums[DAMPING])
@@ -335,7 +335,7 @@ class ContactGroup(Group):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Slots in contact, and their normal forces, N."""
         found, g = self._evaluate(t, poses, rates, past), self.geometry.common
-        count = 0 if found is None else found.count
+        count = 0 if found is None else found.number
         return g.slot[:count].copy(), g.normal_force[:count].copy()
 
     @property
@@ -348,7 +348,7 @@ class ContactGroup(Group):
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> None:
         """Update the memory after an accepted step: onset of contacts and deflection of bristles."""
         found = self._evaluate(t, poses, rates, past)
-        unit_energy = self._unit_energy(np.full(0 if found is None else found.count, CORNER_WEIGHT))
+        unit_energy = self._unit_energy(np.full(0 if found is None else found.number, CORNER_WEIGHT))
         self.geometry.call(accept_group, unit_energy, float(t), poses, rates)
         self._changed()
 
@@ -389,7 +389,7 @@ class ContactGroup(Group):
         found = self._evaluate(t, poses, rates, None) if started else None
         if found is None:
             return 1.0
-        share = geometry.share[geometry.common.slot[: found.count]]
+        share = geometry.share[geometry.common.slot[: found.number]]
         return float(part_before_impacts(geometry.table, self._unit_energy(share), step))
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:

@@ -136,7 +136,8 @@ def _pointers(
         Pointer(found[name], *rest) if name in found else AbsentPointer(result, *rest)
         for name, rest, result in zip(LawKernels._fields, of_laws, of_results, strict=True)
     ))  # fmt: skip
-    parts = ContactParts(*(kinds.get(kind, absent) for kind in (SHAPES, SURFACES, SHEETS)), laws)
+    shapes, surfaces, sheets = (kinds.get(kind, absent) for kind in (SHAPES, SURFACES, SHEETS))
+    parts = ContactParts(shapes, surfaces, sheets, laws)
     state = np.zeros((0, 4), dtype=np.int64), addresses, parts, 0.0
     rest = ContactKernels(
         (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
