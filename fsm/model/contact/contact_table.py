@@ -364,6 +364,7 @@ class ContactTable(ABC):
         """Restore the memory; an empty array gives the initial memory."""
         common = self.common
         self.touched, common.state[FOUND], common.state[CHANGES] = self.touched + 1, -1, 0
+        common.state[REFERRED] = 0
         common.state[STARTED] = int(len(memory) > 0)
         if not len(memory):
             common.numbers[COMMITTED_AT] = 0.0

@@ -21,7 +21,6 @@ from fsm.kernels.keys import find_keys
 from fsm.kernels.tables import empty_arrays
 from fsm.model.bodies.contact_arrays import CHANGES, REFERRED, RENEWAL, SHAPES, STARTED
 from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.contact.contact_memory import ContactMemory
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.shapes.array_shape_tables import UNITS_NEAR, ShapeArrays
 from fsm.model.contact.shapes.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES
@@ -169,6 +168,11 @@ class ShapeContacts(ContactTable):
     def refresh(self, poses: np.ndarray) -> None:
         """See `ContactTable`."""
         self.size_for(len(poses))
+        self._select(poses)
+        super().refresh(poses)
+
+    def _select(self, poses: np.ndarray) -> None:
+        """Lay out the units that may touch before a body has moved too far, if the present ones are no longer sufficient."""
         at, bound = self._laid_out_at, RENEWAL * self.margin
         if not self._has_all and (at is None or moved_beyond(poses, at, self.moving, self.radii, bound)):
             # both bodies may move, so the search distance is the margin plus both displacements
@@ -177,7 +181,6 @@ class ShapeContacts(ContactTable):
             if not np.array_equal(units.key, self.units.key):
                 self._lay_out(units)
             self._laid_out_at = poses.copy()
-        super().refresh(poses)
 
     def search(self, poses: np.ndarray, below: float) -> int:
         """See `ContactTable`; the selected units are sufficient for small gaps only, unless they are selected again."""
@@ -225,10 +228,10 @@ class ShapeContacts(ContactTable):
 
     def restore(self, memory: np.ndarray) -> None:
         """See `ContactTable`; first the slots are those near each other in the last accepted state."""
-        if len(memory) and not self._has_all:
-            _, poses = ContactMemory.from_flat(memory[1:], self.slips)
-            self._laid_out_at, self.common.state[STARTED] = None, 0
-            self.refresh(poses[: self.common.committed.size].reshape(self.common.committed.shape))
+        if len(memory):
+            poses, first = self.common.committed, 2 + (4 + self.slips) * int(memory[1])
+            self.common.state[STARTED] = 0
+            self._select(memory[first : first + poses.size].reshape(poses.shape))
         super().restore(memory)
 
     def load_own(self, memory: np.ndarray) -> None:
