@@ -91,6 +91,21 @@ class AbsentPointer:
         self._numba_type_ = _Address(numba.typeof(result)(*kinds))
 
 
+def pointers(kernels: T, arguments: T) -> T:
+    """Tuple of pointers to kernels, with examples of the arguments of each; without the compiler the kernels themselves."""
+    if numba.config.DISABLE_JIT:
+        return kernels
+    found: Any = zip(kernels, arguments, strict=True)  # type: ignore[call-overload]
+    return type(kernels)(*(Pointer(one, *of) for one, of in found))
+
+
+def enter(first: Any, function: Any, *arguments: Any) -> Any:
+    """Call a kernel from Python by its entry point, remembered with one of the pointers among its arguments."""
+    if numba.config.DISABLE_JIT:
+        return function(*arguments)
+    return first.entry(function, *arguments)(*arguments)
+
+
 def typed_by(kind: type) -> None:
     """Let numba remember the types of NamedTuples of one kind, with fields `calls` (pointers) and `arrays` (their argument).
 

@@ -50,6 +50,14 @@ def _fields(kind: type) -> dict[str, tuple[int, Any]]:
     return found
 
 
+@cache
+def _declared(kind: type) -> tuple[tuple[str, ...], tuple[Any, ...], tuple[int, ...]]:
+    """Name, type and number of dimensions of each field."""
+    hints = get_type_hints(kind, include_extras=True)
+    names, declared = tuple(hints), [get_args(hint) for hint in hints.values()]
+    return names, tuple(np.dtype(number) for _, number, _ in declared), tuple(of for *_, of in declared)
+
+
 def number_of_fields(kind: type) -> int:
     """Number of rows of a named table."""
     return len(_fields(kind))
@@ -65,17 +73,26 @@ def named_table(*parts: Any) -> np.ndarray:
     """
     arrays = []
     for part in parts:
-        for (name, (_, kind)), array in zip(_fields(part.__class__).items(), part, strict=True):
-            if numba.from_dtype(array.dtype) != kind.dtype or array.ndim > kind.ndim:
+        for name, number, dimensions, array in zip(*_declared(part.__class__), part, strict=True):
+            if array.dtype != number or array.ndim > dimensions:
                 raise ValueError(f"field {name} of {type(part).__name__}: array {array.dtype} {array.shape}")
-            arrays.append(array.reshape(array.shape + (1,) * (kind.ndim - array.ndim)))
+            arrays.append(array.reshape(array.shape + (1,) * (dimensions - array.ndim)))
     return address_table(arrays)
 
 
 def empty_arrays(kind: type[T]) -> T:
     """Tuple of a kind whose arrays have no values."""
-    fields = get_type_hints(kind, include_extras=True).values()
-    return kind(*(np.zeros((0,) * dimensions, dtype=number) for _, number, dimensions in map(get_args, fields)))
+    _, numbers, dimensions = _declared(cast(Any, kind))
+    return kind(*(np.zeros((0,) * of, dtype=number) for number, of in zip(numbers, dimensions, strict=True)))
+
+
+def as_declared(arrays: T) -> T:
+    """Tuple with contiguous arrays of the declared types and numbers of dimensions, as kernels see them."""
+    found: Any = arrays
+    return cast(T, found.__class__(*(
+        np.ascontiguousarray(array, dtype=number).reshape(array.shape + (1,) * (of - array.ndim))
+        for array, number, of in zip(found, *_declared(found.__class__)[1:], strict=True)
+    )))  # fmt: skip
 
 
 def with_rows(arrays: Any, names: Iterable[str], count: int) -> Any:
@@ -121,19 +138,27 @@ class Table:
     ----------
     rows : (m, 4) int array
         Table of `named_table`; it keeps its place in memory.
+    parts : tuples of arrays
     """
 
     def __init__(self, *parts: Any) -> None:
-        self._parts, self.rows = parts, named_table(*parts)
+        self.parts, self.rows = parts, named_table(*parts)
         self._numba_type_, self.address = _Table(type(parts[0])), int(self.rows.ctypes.data)
 
     def replace(self, *parts: Any) -> None:
         """Replace the arrays by others of the same kinds."""
-        self._parts, self.rows[:] = parts, named_table(*parts)
+        self.parts, self.rows[:] = parts, named_table(*parts)
+
+    def put(self, **arrays: np.ndarray) -> None:
+        """Replace some arrays of the first tuple."""
+        first, *others = self.parts
+        self.parts = (first._replace(**arrays), *others)
+        for name, array in arrays.items():
+            self.rows[_fields(first.__class__)[name][0]] = address_table([array])[0]
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Array of this name: kernels without the compiler read it."""
-        for part in self.__dict__.get("_parts", ()):
+        for part in self.__dict__.get("parts", ()):
             if name in part._fields:
                 return np.asarray(getattr(part, name))
         raise AttributeError(name)

@@ -25,7 +25,6 @@ from fsm.builders.warm_up import (
     warm_up_strip,
 )
 from fsm.interactions.surfaces.end_taper import add_taper_tangent
-from fsm.interactions.surfaces.probe_sides import round_tips
 from fsm.kernels import jit
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.kernels.fronts import count_nonzero
@@ -112,7 +111,6 @@ def _fronts() -> None:
 def _rare_contacts() -> None:
     """Compile the kernels of contacts at the ends of surfaces by calls without contacts; few states use these kernels."""
     none, numbers, block, blocks = np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros((0, 0, 0))
-    round_tips(numbers, none, numbers, none, none, np.zeros((0, 6)), none, none, none)
     bodies, gradient = np.zeros((0, 3), dtype=np.int64), blocks
     add_taper_tangent(bodies, gradient, numbers, block, blocks, none, none, none, block, numbers, numbers, numbers, blocks)
 

@@ -15,9 +15,8 @@ from fsm.case.models.contact import Contact, Friction
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
 from fsm.model.compile.compile_joined import compile_model
+from fsm.model.contact.contact_forces import FrictionForce, NormalForce
 from fsm.model.contact.contacts import ContactGroup
-from fsm.model.contact.friction_force import FrictionForce
-from fsm.model.contact.normal_force import NormalForce
 from fsm.model.contact.sheets.sheet_contacts import SheetContacts
 from fsm.model.contact.sheets.sheet_tables import SheetSurface
 from fsm.model.joined.system import JoinedSystem

@@ -67,13 +67,13 @@ def heap(
 
 
 HEAPS: dict[str, tuple[Any, ...]] = {
-    "ball": ("sphere", 1, DAMPED),
     "ball with restitution": ("sphere", 1, BOUNCY),
     "balls with friction": ("sphere", 3, DAMPED, BRISTLES),
     "boxes with friction": ("box", 2, DAMPED, SMOOTH),
     "plates": ("plate", 2, DAMPED),
     "plates with friction": ("plate", 3, DAMPED, BRISTLES),
     "facets with friction": ("facet", 3, DAMPED, BRISTLES),
+    "plates with friction across": ("plate", 3, DAMPED, BRISTLES | {"across": 2.0}),
 }
 
 
@@ -166,18 +166,6 @@ def test_bodies_that_meet_later() -> None:
     assert system.observe(0.15, solver.q, solver.u).pairs.force.shape == (6,)
     assert solver._arrays is not before
     assert balance[balances.WORST] < 1e-2 * balance[balances.TURNOVER]
-
-
-def test_friction_that_depends_on_the_direction_steps_in_python() -> None:
-    """Such contacts have no arrays, and the run is taken step by step."""
-    system = made("plates with friction", True)
-    assert started(system, None)[0].marches
-    kind, count, normal, friction = HEAPS["plates with friction"]
-    other = heap(kind, count, True, normal, friction | {"across": 2.0})
-    solver = started(other, None)[0]
-    assert not solver.marches
-    statistics, _ = simulate(other, Settings("generalized-alpha", 1e-3, 1e-3), [0.0], lambda saved: None)
-    assert statistics.steps > 0
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])

@@ -24,10 +24,10 @@ def on(floor: str) -> tuple[ShapeContacts, float]:
     """Contacts of a cylinder of body 1 with a floor of body 0 at z = 0, and the height of the face of the floor."""
     pair, cylinder = np.array([[0, 1]]), Shape(1, CYLINDER, (RADIUS, HALF, RADIUS))
     if floor == "plane":
-        return SideContacts([cylinder, Shape(0, HALF_SPACE, (np.inf,) * 3)], pair, True, 0.05), 0.0
+        return SideContacts([cylinder, Shape(0, HALF_SPACE, (np.inf,) * 3)], pair, True, 0.1), 0.0
     thick = 1e-3
     plate = as_rectangle(0, 0.4, 0.4, thick) if floor == "plate" else as_polygon(0, SQUARE, (True,) * 4, thick)
-    return SideContacts([plate, cylinder], np.array([[0, 1]]), True, 0.05), thick / 2
+    return SideContacts([plate, cylinder], np.array([[0, 1]]), True, 0.1), thick / 2
 
 
 def turned(tilt: float, towards: float, own: float) -> np.ndarray:

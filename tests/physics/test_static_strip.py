@@ -212,7 +212,7 @@ def test_a_second_solve_knows_nothing_of_the_first() -> None:
     system = trial("strip.segments_per_panel=4", 'drive.0.travel="40 mm"')
     first = curve(pulled(system)[1])
     geometry = system.contacts[0].geometry
-    geometry.restore(-geometry.memory())
+    geometry.load_own(-geometry.own_memory())
     np.testing.assert_array_equal(first, curve(pulled(system)[1]))
 
 

@@ -9,8 +9,10 @@ import pytest
 
 from fsm.case.loading.load_case import load_case
 from fsm.interactions.search.chord import chords_planar, largest_bulge
+from fsm.interactions.surfaces.closest_planar import probe_points_planar
 from fsm.interactions.surfaces.surface import blend
 from fsm.model.compile.compile_case import compile_case
+from fsm.model.contact.surfaces.array_surfaces import probe_heights_planar, probe_heights_spatial
 from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
 from fsm.model.system.system import SegmentSystem
 
@@ -56,7 +58,7 @@ def drawn_heights(geometry: SurfaceContacts, poses: np.ndarray) -> np.ndarray:
         points.append(np.array(rows)[:, 0])
         tangents.append(np.array(rows)[:, 1])
     height = np.full(len(probes.body), np.nan)
-    for i, at in enumerate(geometry.kernels.points(poses, probes.body, probes.place)):
+    for i, at in enumerate(probe_points_planar(poses, probes.body, probes.place)):
         line = np.concatenate(points[probes.first_piece[i] : probes.last_piece[i]])
         along = np.concatenate(tangents[probes.first_piece[i] : probes.last_piece[i]])
         nearest = int(np.argmin(((line - at) ** 2).sum(axis=1)))
@@ -74,7 +76,8 @@ def test_heights_and_contacts_in_the_plane(seed: int) -> None:
     bulge = largest_bulge(chords_planar(poses, surfaces.owners, surfaces.stations), surfaces.stations)
     assert 1e-5 < bulge < 2e-3
     for farther in (0.0, 1e-3):
-        height = geometry._heights(poses, farther)
+        geometry.refresh(poses)
+        height = probe_heights_planar(geometry.table, poses, farther)
         known = np.isfinite(height) & np.isfinite(drawn)
         assert known.sum() > 50
         np.testing.assert_allclose(height[known], drawn[known], atol=bulge + 1e-6)
@@ -101,7 +104,10 @@ def test_space_sees_what_the_plane_sees(seed: int) -> None:
     only."""
     _, flat, in_plane = bent_strip(False, seed)
     _, geometry, poses = bent_strip(True, seed)
-    plane, space = flat._heights(in_plane), geometry._heights(poses).reshape(-1, 2)
+    flat.refresh(in_plane)
+    geometry.refresh(poses)
+    plane = probe_heights_planar(flat.table, in_plane, 0.0)
+    space = probe_heights_spatial(geometry.table, poses, 0.0).reshape(-1, 2)
     assert len(plane) == len(space)
     known = np.isfinite(plane) & np.isfinite(space).all(axis=1)
     assert known.sum() > 50

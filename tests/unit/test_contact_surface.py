@@ -9,8 +9,8 @@ import pytest
 
 from fsm.interactions.surfaces.closest_planar import find_contacts_planar
 from fsm.interactions.surfaces.closest_spatial import find_contacts_spatial
-from fsm.interactions.surfaces.gap_planar import measure_gap_planar
-from fsm.interactions.surfaces.gap_spatial import measure_gap_spatial
+from fsm.interactions.surfaces.gap_planar import write_gap_planar
+from fsm.interactions.surfaces.gap_spatial import write_gap_spatial
 from fsm.interactions.surfaces.surface import BARE, STRAIGHT, TIP, blend, overshoot, pieces_of
 
 PARTS = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
@@ -165,7 +165,9 @@ def seen(
         found = find_contacts_planar(poses, body, place * one, *limits, below, (probe, piece, facing, at, gap))
         if not found:
             return None
-        _, rate, gradient = measure_gap_planar(poses, rates, (probe, piece, facing, at), body, place * one, *touch)
+        written = np.empty((1, 3), dtype=np.int64), np.empty((1, 2)), np.empty((1, 2, 9))
+        write_gap_planar(poses, rates, (probe, piece, facing, at), body, place * one, *touch, *written)
+        _, rate, gradient = written
         tangent = gradient[0, 1, :2]  # t.dp
         assert np.linalg.norm(tangent) == pytest.approx(1.0, rel=1e-12)
         slip, slipping = np.outer(tangent, gradient[0, 1]), tangent * rate[0, 1]
@@ -178,7 +180,9 @@ def seen(
     found = find_contacts_spatial(lifted, body, places, *limits, half_width, below, (probe, piece, facing, at, gap))
     if not found:
         return None
-    _, rate, gradient = measure_gap_spatial(lifted, speeds, (probe, piece, facing, at), body, places, *touch)
+    written = np.empty((1, 3), dtype=np.int64), np.empty((1, 4)), np.empty((1, 4, 18))
+    write_gap_spatial(lifted, speeds, (probe, piece, facing, at), body, places, *touch, *written)
+    _, rate, gradient = written
     assert at[0, 1] == pytest.approx(0.01, abs=1e-12)
     # in the plane: (x, z, phi) of three bodies, and no slip across
     columns = [6 * b + c for b in range(3) for c in (0, 2, 4)]

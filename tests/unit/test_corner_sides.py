@@ -3,12 +3,15 @@ outside."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fsm.case.loading.load_case import load_case
+from fsm.interactions.surfaces.closest_planar import probe_points_planar
+from fsm.interactions.surfaces.closest_spatial import probe_points_spatial
 from fsm.interactions.surfaces.probe_sides import turned_sides
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.contact.surfaces.corner_sides import Corners
@@ -17,6 +20,10 @@ from fsm.model.system.system import SegmentSystem
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 DEEP = 0.5
+
+
+def points_of(spatial: bool) -> Callable[..., np.ndarray]:
+    return probe_points_spatial if spatial else probe_points_planar
 
 
 def strip(spatial: bool) -> SegmentSystem:
@@ -32,7 +39,7 @@ def test_corners_of_the_strip(spatial: bool) -> None:
     geometry = system.contacts[0].geometry
     assert isinstance(geometry, SurfaceContacts)
     probes, corners = geometry.probes, geometry.corners
-    points = geometry.kernels.points(system.place(0.0, *system.initial())[0], probes.body, probes.place)
+    points = points_of(spatial)(system.place(0.0, *system.initial())[0], probes.body, probes.place)
     here = np.arange(len(points))
     paired = np.flatnonzero(corners.twin != here)
     # joints 1 to 5 of every panel that shares the joint next to them, once for each line of points across
@@ -119,13 +126,13 @@ def test_a_point_that_slides_round_a_tip_changes_its_side(
     piece, side = probes.first_piece[probe], probes.side[probe]
     poses = system.place(0.0, *system.initial())[0].copy()
     radius = 0.5 * -stations[piece, 4] * (stations[piece, 3] - stations[piece, 0])
-    points = [geometry.kernels.points(poses, np.array([geometry.surfaces.owners[piece, 0]]), place)[0]
+    points = [points_of(spatial)(poses, np.array([geometry.surfaces.owners[piece, 0]]), place)[0]
               for place in (end_of(stations[piece, 0], spatial), end_of(stations[piece, 3], spatial))]  # fmt: skip
     along = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
     normal = np.zeros_like(along)
     normal[0], normal[-1] = -along[-1], along[0]
     place = points[0] - beyond * radius * along + side * (probes.clearance[probe] - down * radius) * normal
-    poses[probes.body[probe], : len(place)] += place - geometry.kernels.points(poses, probes.body, probes.place)[probe]
+    poses[probes.body[probe], : len(place)] += place - points_of(spatial)(poses, probes.body, probes.place)[probe]
     geometry.commit(poses)
     assert geometry.side[probe] == (-side if turned else side)
 

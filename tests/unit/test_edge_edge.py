@@ -59,9 +59,9 @@ def turned(vector: tuple[float, float, float], base: np.ndarray | None = None) -
 class Unscaled(SideContacts):
     """No pair of edges counts as nearly parallel."""
 
-    def _set_up_tables(self, units: Units) -> None:
-        super()._set_up_tables(units)
-        self.tables.edge_pairs.parallel[:] = 0.0
+    def _lay_out(self, units: Units) -> None:
+        super()._lay_out(units)
+        self.own.pair_parallel[:] = 0.0
 
 
 def plates(scaled: bool = True) -> SideContacts:

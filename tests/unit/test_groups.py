@@ -103,26 +103,27 @@ def test_keys_stay_when_slots_are_numbered_anew() -> None:
     far = contacts.find(poses, 0.0)
     keys = contacts.keys(far.slot).copy()
     assert len(keys) >= 9 + 9
+    own = 1.0 + np.arange(len(keys))
+    order = np.argsort(keys)
+    kept = ContactMemory(keys[order], *(factor * own[order] for factor in (1.0, 2.0, 3.0)), own[order, None] * np.eye(3)[0])
+    contacts.load_contacts(kept)
     poses[0, 2] = -2e-3
     near = contacts.find(poses, 0.0)
+    np.testing.assert_array_equal(contacts.common.onset[near.slot], own)
+    for now, before in zip(contacts.contacts(), kept, strict=True):
+        np.testing.assert_array_equal(now, before)
     assert not np.array_equal(near.slot, far.slot)
     np.testing.assert_array_equal(contacts.keys(near.slot), keys)
     np.testing.assert_array_equal(near.gap, far.gap)
 
 
-def test_what_is_remembered_is_found_by_key() -> None:
-    onset, began, depth = np.array([0.7, 0.2, 3.0]), np.array([1.0, 2.0, 3.0]), np.array([1e-4, 2e-4, 3e-4])
-    kept = ContactMemory(np.array([7, 2, 30]), onset, began, depth, np.eye(3)).ordered()
-    found = kept.of(np.array([30, 5, 2, 31]))
-    np.testing.assert_array_equal(found.onset, [3.0, 0.0, 0.2, 0.0])
-    np.testing.assert_array_equal(found.began, [3.0, 0.0, 2.0, 0.0])
-    np.testing.assert_array_equal(found.depth, [3e-4, 0.0, 2e-4, 0.0])
-    np.testing.assert_array_equal(found.deflection, [[0, 0, 1], [0, 0, 0], [0, 1, 0], [0, 0, 0]])
+def test_memory_is_one_flat_array() -> None:
+    onset, began, depth = np.array([0.2, 0.7, 3.0]), np.array([1.0, 2.0, 3.0]), np.array([1e-4, 2e-4, 3e-4])
+    kept = ContactMemory(np.array([2, 7, 30]), onset, began, depth, np.eye(3))
     again, rest = ContactMemory.from_flat(np.concatenate([kept.flat(), [8.0, 9.0]]), 3)
     for one, other in zip(again, kept, strict=True):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(rest, [8.0, 9.0])
-    assert len(ContactMemory.nothing(3).of(np.array([4])).key) == 1
 
 
 def test_a_wall_far_away_is_not_searched() -> None:

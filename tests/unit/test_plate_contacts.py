@@ -148,7 +148,10 @@ def test_edges_that_pass_are_seen_where_no_point_does() -> None:
     below = np.array([[0, 0, 0, *one], [0.022, 0.013, 0.07, *two]])
     found = crossed(contacts, above, below)
     assert found == (0,)
-    assert contacts.passed(below)[1].min() >= len(contacts.tables.points.body)
+    contacts.own.slots_open[len(contacts.tables.points.body) :] = 0
+    contacts.clear_caches()
+    assert contacts.crossed(below) == ()  # the points alone do not see it
+    contacts.own.slots_open[:] = 1
     beside = np.array([[0, 0, 0, *one], [0.19, 0.13, 0.07, *two]])
     assert not len(crossed(contacts, beside + [0, 0, 0.045, 0, 0, 0, 0], beside))
 
@@ -201,6 +204,7 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
     assert whole(slid(0.1 + 1e-9), contacts) == pytest.approx(0.5, rel=1e-3)
     assert np.abs(contacts.share - before).max() > 1e-3
     other = two_plates(spatial, (0.2, 0.1), (0.2, 0.1))
+    other.size_for(2)
     other.restore(contacts.memory())
     assert len(other.find(slid(0.1), 0.0).slot) == points
     np.testing.assert_array_equal(other.share, contacts.share)
@@ -214,7 +218,7 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
     share[tapered.rows] *= tapered.part
     assert share.sum() == pytest.approx(0.47, rel=2e-3)
     # a jump of the shares, here of 10 %, is delayed to the end of an impact
-    contacts._overlaps.latest[:, SHARE : SHARE + COLUMNS] *= 1.1
+    contacts.own.latest[:, SHARE : SHARE + COLUMNS] *= 1.1
     for x, young, factor in ((0.107, None, 1.1), (0.108, no_impact, 1.0)):
         contacts.commit(slid(x), young)
         assert whole(slid(x + 1e-9), contacts) == pytest.approx((1.0 - x / 0.2) * factor, rel=5e-3)

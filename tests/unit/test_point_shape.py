@@ -14,8 +14,9 @@ from fsm.interactions.search.box_pairs import ListedPairs
 from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE, shape_distance
 from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
+from fsm.model.bodies.contact_arrays import FRICTION
 from fsm.model.bodies.pattern import body_pattern
-from fsm.model.contact.contact_geometry import ActiveContacts, ContactKinematics
+from fsm.model.contact.contact_table import ActiveContacts, ContactKinematics
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
 from fsm.model.contact.shapes.shape_tables import Shape, TableBuilder
 
@@ -78,7 +79,12 @@ class State:
         pattern = body_pattern(np.arange(count), [self.contacts.pairs(self.poses)[0]], self.size)
         stiffness, damping = (np.zeros((len(pattern.indices), self.size, self.size)) for _ in range(2))
         laws = smooth_laws(touching.gap, measured.rate, with_friction)
-        self.contacts.add_tangent(self.poses, self.rates, touching, measured, laws, pattern, stiffness, damping)
+        g, active = self.contacts.common, len(touching.gap)
+        rows = g.normal_force, g.by_depth, g.by_closing, g.effort, g.by_slip, g.by_normal
+        for row, values in zip(rows, laws, strict=False):
+            row[:active] = values
+        g.state[FRICTION] = int(with_friction)
+        self.contacts.add_tangent(self.poses, self.rates, active, pattern, stiffness, damping)
         return dense(pattern, stiffness, count), dense(pattern, damping, count)
 
     def energy(self) -> float:

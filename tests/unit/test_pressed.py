@@ -8,7 +8,7 @@ import pytest
 from fsm.case.models.contact import Contact
 from fsm.interactions.contact.contact_depths import advance_depths
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.model.contact.contact_depths import ContactDepths
+from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.system.system import SegmentSystem
 from tests.unit.test_contact_forces import SPATIAL, only_contacts, pressed, pressed_strip
 
@@ -143,14 +143,22 @@ def test_new_contacts_are_taken_no_deeper_than_the_largest_reaction_presses_them
     system = pressed_strip(False)
     q = pressed(system, 3)
     group, depth = only_contacts(system), own_depths(system, q)[0].depth
-    nothing = np.zeros(0, dtype=np.int64)
     key, most = own_depths(system, q)[0].key, 0.3
     share = group.geometry.share[key]
-    zero = np.zeros(len(key))
-    at = ContactDepths(nothing, np.zeros(0), most).at(key, depth, zero, zero, share, group.normal)
+    poses, rates = system.place(TIME, q, None)
+    pattern = system.linearise(TIME, q, None).stiffness.pattern
+
+    def linearised(known: ContactDepths) -> np.ndarray:
+        """Depths at which the law is linearised."""
+        force = np.zeros(rates.shape)
+        group.add_linearised(TIME, poses, rates, pattern, force, pattern.zeros(), pattern.zeros(), None, known)
+        assert group.geometry.keys(group.geometry.common.slot[: len(key)]).tolist() == key.tolist()
+        return group.geometry.common.at[: len(key)].copy()
+
+    at = linearised(ContactDepths(key[:0], np.zeros(0), most))
     force = group.normal.elastic(depth, share)
     np.testing.assert_allclose(group.normal.elastic(at, share), np.minimum(force, most), rtol=1e-12)
     assert force.max() > most > 0.0
-    known = ContactDepths(key[1:3], np.array([1e-6, 2e-6]), most).at(key, depth, zero, zero, share, group.normal)
+    known = linearised(ContactDepths(key[1:3], np.array([1e-6, 2e-6]), most))
     assert known[1:3].tolist() == [1e-6, 2e-6]
     assert known[0] == at[0]

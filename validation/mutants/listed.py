@@ -231,9 +231,9 @@ LAWS = (
     ),
     Mutant(
         "friction across a plate as along it",
-        "fsm/model/contact/friction_force.py",
-        "return vectors + (across - 1.0)",
-        "return vectors + 0.0 * (across - 1.0)",
+        "fsm/interactions/contact/anisotropic_friction.py",
+        "vector[c] += (across - 1.0) * along",
+        "vector[c] += 0.0 * (across - 1.0) * along",
         physics_test("sliding", "test_friction_across_a_plate"),
     ),
     Mutant(

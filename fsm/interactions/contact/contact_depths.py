@@ -33,7 +33,7 @@ def advance_depths(
 
     Parameters
     ----------
-    bodies, gradient : as in `fsm.model.contact.contact_geometry.ContactKinematics`
+    bodies, gradient : as in `fsm.model.contact.contact_table.ContactKinematics`
     change : (n_bodies, 3 or 6) array
     per_second : 1/s
         Inverse of the time since the last state; zero in statics.

@@ -57,7 +57,7 @@ class ImpactRules(NamedTuple):
 def effective_mass(bodies: np.ndarray, gradient: np.ndarray, mobility: np.ndarray) -> np.ndarray:
     """Effective mass (m,) along the gap of each contact, other connections neglected, kg.
 
-    `bodies` (m, k) and `gradient` (m, 1 + c, k size) are as in `fsm.model.contact.contact_geometry.ContactKinematics`.
+    `bodies` (m, k) and `gradient` (m, 1 + c, k size) are as in `fsm.model.contact.contact_table.ContactKinematics`.
     """
     out, size = np.empty(bodies.shape[0]), mobility.shape[1]
     for i in range(bodies.shape[0]):

@@ -112,11 +112,3 @@ class ContactForces(NamedTuple):
     by_slip: np.ndarray
     by_normal: np.ndarray
     friction: bool
-
-    def part(self, first: int, last: int) -> ContactForces:
-        """Forces of the contacts from `first` up to, and without, `last`."""
-        rows = slice(first, last)
-        return ContactForces(
-            self.normal[rows], self.by_depth[rows], self.by_closing[rows], self.effort[rows], self.by_slip[rows],
-            self.by_normal[rows], self.friction,
-        )  # fmt: skip

@@ -185,34 +185,11 @@ def _cosine_gradient(frames: np.ndarray, across: np.ndarray, out: np.ndarray) ->
 
 
 @kernel
-def measure_edges(
-    poses: np.ndarray,
-    rates: np.ndarray,
-    slots: np.ndarray,
-    pairs: EdgePairs,
-    edges: Edges,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute rates and gradients of gap and slip.
-
-    Returns
-    -------
-    bodies : (count, 2) int array
-    rate : (count, 4) array, m/s
-    gradient : (count, 4, 12) array
-    """
-    count = slots.shape[0]
-    bodies = np.empty((count, 2), dtype=np.int64)
-    rate, gradient = np.empty((count, 4)), np.empty((count, 4, 12))
-    write_edges(poses, rates, slots, pairs, edges, bodies, rate, gradient)
-    return bodies, rate, gradient
-
-
-@kernel
 def write_edges(
     poses: np.ndarray, rates: np.ndarray, slots: np.ndarray, pairs: EdgePairs, edges: Edges, bodies: np.ndarray,
     rate: np.ndarray, gradient: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the result of `measure_edges` to arrays."""
+    """Write bodies (count, 2), rates (count, 4), m/s, and gradients (count, 4, 12) of gap and slip."""
     frames, vectors, motion = np.empty((2, 3, 3)), np.empty((7, 3)), np.empty((12, 3))
     cosine = np.empty(12)
     for i in range(slots.shape[0]):

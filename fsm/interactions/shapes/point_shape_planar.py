@@ -14,7 +14,7 @@ import numpy as np
 
 from fsm.interactions.contact.contact_tangent import add_contact_tangent
 from fsm.interactions.contact.shapes import BlockIndex, ContactForces, Points, Shapes
-from fsm.interactions.shapes.shape_distance import shape_derivatives, shape_distance
+from fsm.interactions.shapes.shape_distance import shape_derivatives
 from fsm.kernels.jit import kernel
 
 
@@ -47,38 +47,6 @@ def local_points_planar(
         c, s = np.cos(shapes.frame[shape]), np.sin(shapes.frame[shape])
         out[i, 0], out[i, 2] = c * x - s * z, s * x + c * z
     return out
-
-
-@kernel
-def find_points_planar(
-    poses: np.ndarray,
-    slots: np.ndarray,
-    points: Points,
-    shapes: Shapes,
-    below: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Find the probes whose gap is below a bound; see `find_points_spatial`."""
-    slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
-    count = write_found_planar(poses, slots, points, shapes, below, slot, gap)
-    return slot[:count].copy(), gap[:count].copy()
-
-
-@kernel
-def write_found_planar(
-    poses: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, below: float, slot: np.ndarray, gap: np.ndarray
-) -> int:
-    """Write the result of `find_points_planar` to the first rows of arrays, and return the number of rows."""
-    local = local_points_planar(poses, slots, points, shapes)
-    count = 0
-    for i in range(slots.shape[0]):
-        shape = points.shape[slots[i]]
-        value = shape_distance(shapes.kind[shape], shapes.size[shape], local[i])
-        value -= points.radius[slots[i]] + shapes.radius[shape]
-        if value < below:
-            slot[count] = slots[i]
-            gap[count] = value
-            count += 1
-    return count
 
 
 @kernel
@@ -123,35 +91,13 @@ def _motion(arms: np.ndarray, shift_x: float, shift_z: float, motion: np.ndarray
 
 
 @kernel
-def measure_points_planar(
-    poses: np.ndarray,
-    rates: np.ndarray,
-    slots: np.ndarray,
-    points: Points,
-    shapes: Shapes,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute rates and gradients of gap and slip.
-
-    Returns
-    -------
-    bodies : (count, 2) int array
-        Bodies of the probe and of the shape.
-    rate : (count, 2) array, m/s
-    gradient : (count, 2, 6) array
-    """
-    count = slots.shape[0]
-    bodies = np.empty((count, 2), dtype=np.int64)
-    rate, gradient = np.empty((count, 2)), np.empty((count, 2, 6))
-    write_points_planar(poses, rates, slots, points, shapes, bodies, rate, gradient)
-    return bodies, rate, gradient
-
-
-@kernel
 def write_points_planar(
     poses: np.ndarray, rates: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, bodies: np.ndarray,
     rate: np.ndarray, gradient: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the result of `measure_points_planar` to arrays."""
+    """Write bodies (count, 2) of the probe and of the shape, rates (count, 2), m/s, and gradients (count, 2, 6) of gap and
+    slip.
+    """
     local = local_points_planar(poses, slots, points, shapes)
     slope, bend, turned = np.empty(3), np.empty((3, 3)), np.empty((2, 2))
     arms, motion = np.empty((2, 2)), np.empty((6, 2))

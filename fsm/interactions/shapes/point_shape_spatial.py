@@ -27,7 +27,7 @@ from fsm.interactions.contact.contact_frame import contact_derivatives, contact_
 from fsm.interactions.contact.contact_tangent import add_contact_tangent
 from fsm.interactions.contact.shapes import BlockIndex, ContactForces, Points, Shapes
 from fsm.interactions.shapes.circle_point import FIXED, FLAT, LOWEST, circle_angle
-from fsm.interactions.shapes.shape_distance import shape_derivatives, shape_distance
+from fsm.interactions.shapes.shape_distance import shape_derivatives
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
@@ -118,49 +118,6 @@ def _to_shape_axes(frame: np.ndarray, offset: np.ndarray, axes: np.ndarray, arm:
 
 
 @kernel
-def find_points_spatial(
-    poses: np.ndarray,
-    slots: np.ndarray,
-    points: Points,
-    shapes: Shapes,
-    below: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Find the probes whose gap is below a bound.
-
-    Parameters
-    ----------
-    poses, slots, points, shapes : as in `local_points_spatial`
-    below : float, m
-
-    Returns
-    -------
-    slot : (count,) int array
-    gap : (count,) array, m
-    """
-    slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
-    count = write_found_spatial(poses, slots, points, shapes, below, slot, gap)
-    return slot[:count].copy(), gap[:count].copy()
-
-
-@kernel
-def write_found_spatial(
-    poses: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, below: float, slot: np.ndarray, gap: np.ndarray
-) -> int:
-    """Write the result of `find_points_spatial` to the first rows of arrays, and return the number of rows."""
-    local = local_points_spatial(poses, slots, points, shapes)
-    count = 0
-    for i in range(slots.shape[0]):
-        shape = points.shape[slots[i]]
-        value = shape_distance(shapes.kind[shape], shapes.size[shape], local[i])
-        value -= points.radius[slots[i]] + shapes.radius[shape]
-        if value < below:
-            slot[count] = slots[i]
-            gap[count] = value
-            count += 1
-    return count
-
-
-@kernel
 def _state(
     poses: np.ndarray,
     probe: int,
@@ -202,36 +159,13 @@ def _state(
 
 
 @kernel
-def measure_points_spatial(
-    poses: np.ndarray,
-    rates: np.ndarray,
-    slots: np.ndarray,
-    points: Points,
-    shapes: Shapes,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute rates and gradients of gap and slip.
-
-    Returns
-    -------
-    bodies : (count, 2) int array
-        Bodies of the probe and of the shape.
-    rate : (count, 4) array, m/s
-        Rate of the gap, and the slip velocity in inertial axes.
-    gradient : (count, 4, 12) array
-    """
-    count = slots.shape[0]
-    bodies = np.empty((count, 2), dtype=np.int64)
-    rate, gradient = np.empty((count, 4)), np.empty((count, 4, 12))
-    write_points_spatial(poses, rates, slots, points, shapes, bodies, rate, gradient)
-    return bodies, rate, gradient
-
-
-@kernel
 def write_points_spatial(
     poses: np.ndarray, rates: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, bodies: np.ndarray,
     rate: np.ndarray, gradient: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the result of `measure_points_spatial` to arrays."""
+    """Write bodies (count, 2) of the probe and of the shape, rates (count, 4), m/s, of the gap and the slip velocity in
+    inertial axes, and gradients (count, 4, 12).
+    """
     frames, world, arms = np.empty((2, 3, 3)), np.empty((3, 3)), np.empty((4, 3))
     local, slope, bend, normal, along = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty(3), np.empty(3)
     motion, place, turning = np.empty((12, 3)), np.empty((5, 3)), np.empty(12)

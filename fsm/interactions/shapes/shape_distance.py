@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.contact.shapes import Points, Shapes
 from fsm.interactions.shapes.polygon_distance import polygon_derivatives, polygon_distance
 from fsm.kernels.jit import kernel
 
@@ -158,3 +159,22 @@ def _box(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.
     for i in range(3):
         for j in range(3):
             hessian[i, j] -= gradient[i] * gradient[j] / far
+
+
+@kernel
+def points_within(
+    local: np.ndarray, slots: np.ndarray, points: Points, shapes: Shapes, below: float, slot: np.ndarray, gap: np.ndarray
+) -> int:
+    """Write the slots of probes whose gap is below a bound, m, and their gaps to the first rows of arrays, and return their
+    number; `local` are the places of the probes as in `local_points_spatial`.
+    """
+    count = 0
+    for i in range(slots.shape[0]):
+        shape = points.shape[slots[i]]
+        value = shape_distance(shapes.kind[shape], shapes.size[shape], local[i])
+        value -= points.radius[slots[i]] + shapes.radius[shape]
+        if value < below:
+            slot[count] = slots[i]
+            gap[count] = value
+            count += 1
+    return count

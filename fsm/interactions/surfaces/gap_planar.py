@@ -87,45 +87,14 @@ def _geometry(
 
 
 @kernel
-def measure_gap_planar(
-    poses: np.ndarray,
-    rates: np.ndarray,
-    found: FoundPoints,
-    probe_body: np.ndarray,
-    probe_x: np.ndarray,
-    straight: np.ndarray,
-    clearance: np.ndarray,
-    inset: np.ndarray,
-    owners: np.ndarray,
-    stations: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute rates and gradients of gap and slip of all contacts.
-
-    Returns
-    -------
-    bodies : (count, 3) int array
-    rate : (count, 2) array, m/s
-        Rate of the gap and slip velocity.
-    gradient : (count, 2, 9) array
-        dg/dx, and the slip gradient V: V.u is the slip velocity at the rates u.
-    """
-    count = found[0].shape[0]
-    bodies = np.empty((count, 3), dtype=np.int64)
-    rate = np.empty((count, 2))
-    gradient = np.empty((count, 2, 9))
-    write_gap_planar(
-        poses, rates, found, probe_body, probe_x, straight, clearance, inset, owners, stations, bodies, rate, gradient
-    )
-    return bodies, rate, gradient
-
-
-@kernel
 def write_gap_planar(
     poses: np.ndarray, rates: np.ndarray, found: FoundPoints, probe_body: np.ndarray, probe_x: np.ndarray,
     straight: np.ndarray, clearance: np.ndarray, inset: np.ndarray, owners: np.ndarray, stations: np.ndarray,
     bodies: np.ndarray, rate: np.ndarray, gradient: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the result of `measure_gap_planar` to arrays."""
+    """Write bodies (count, 3), rates (count, 2), m/s, of the gap and of the slip, and gradients (count, 2, 9): dg/dx, and
+    the slip gradient V, with the slip velocity V.u at the rates u.
+    """
     found_probe, found_piece, found_side, found_s = found
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))

@@ -128,44 +128,14 @@ def variations(
 
 
 @kernel
-def measure_gap_spatial(
-    poses: np.ndarray,
-    rates: np.ndarray,
-    found: FoundPoints,
-    probe_body: np.ndarray,
-    place: np.ndarray,
-    straight: np.ndarray,
-    clearance: np.ndarray,
-    inset: np.ndarray,
-    owners: np.ndarray,
-    stations: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute rates and gradients of gap and slip of all contacts.
-
-    Returns
-    -------
-    bodies : (count, 3) int array
-    rate : (count, 4) array, m/s
-        Rate of the gap, and the slip velocity in inertial axes.
-    gradient : (count, 4, 18) array
-    """
-    count = found[0].shape[0]
-    bodies = np.empty((count, 3), dtype=np.int64)
-    rate = np.empty((count, 4))
-    gradient = np.empty((count, 4, 18))
-    write_gap_spatial(
-        poses, rates, found, probe_body, place, straight, clearance, inset, owners, stations, bodies, rate, gradient
-    )
-    return bodies, rate, gradient
-
-
-@kernel
 def write_gap_spatial(
     poses: np.ndarray, rates: np.ndarray, found: FoundPoints, probe_body: np.ndarray, place: np.ndarray,
     straight: np.ndarray, clearance: np.ndarray, inset: np.ndarray, owners: np.ndarray, stations: np.ndarray,
     bodies: np.ndarray, rate: np.ndarray, gradient: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the result of `measure_gap_spatial` to arrays."""
+    """Write bodies (count, 3), rates (count, 4), m/s, of the gap and the slip velocity in inertial axes, and gradients
+    (count, 4, 18).
+    """
     found_probe, found_piece, found_side, found_at = found
     weights, shift, local = np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3))
     frames, surface = np.empty((3, 3, 3)), np.empty((5, 3))

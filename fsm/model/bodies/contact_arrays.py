@@ -33,10 +33,10 @@ class GeometryKernels(NamedTuple):
     select : ``select(g, rows)``
         Keep only these rows (ascending) of the arrays that `find` has written for this geometry alone.
     tapered : ``tapered(g, poses, count) -> rows, part, gradient, hessian``
-        Contacts whose weights change with the poses; see `fsm.model.contact.contact_geometry.Tapered`.
+        Contacts whose weights change with the poses; see `fsm.model.contact.contact_table.Tapered`.
     tangent : ``tangent(g, poses, rates, count, stiffness, damping)``
     passed : ``passed(g, poses)``
-        Whether sides have passed through each other since the last accepted state.
+        Number of the first pair whose sides have passed through each other since the last accepted state; -1 for none.
     settle : ``settle(g, poses, young, new)``
         Update the memory in an accepted state, with the slots of continuing impacts; with `new`, update the memory of
         contacts that the broad phase has just found.
@@ -53,12 +53,17 @@ class GeometryKernels(NamedTuple):
 
 
 class LawKernels(NamedTuple):
-    """Laws: force and energy of `NormalLaw`; effort of a `FrictionLaw`, without and with bristles."""
+    """Laws: force and energy of `NormalLaw`; effort of a `FrictionLaw`, without and with bristles; kernels of
+    `fsm.interactions.contact.anisotropic_friction` for friction that depends on the direction.
+    """
 
     normal: Any
     energy: Any
     friction: Any
     bristle: Any
+    stretch: Any
+    stretch_efforts: Any
+    add_turn_stiffness: Any
 
 
 class ContactParts(NamedTuple):
@@ -94,15 +99,16 @@ class ContactArrays(NamedTuple):
     Attributes
     ----------
     state : int array, see `STATES`
-    numbers : (4,) array
-        Margin (m), time of the last accepted state (s), bound of the gaps of the last search (m), and in statics the
-        largest normal force of a contact without a depth of linearisation (N).
+    numbers : (5,) array
+        Margin (m), time of the last accepted state (s), bound of the gaps of the last search (m), in statics the largest
+        normal force of a contact without a depth of linearisation (N), and the coefficient of friction across the length of
+        a plate over that along it.
     normal, friction : parameters of the laws
     resolving : (6,) array
         Restitution (0 or 1), speed of impacts (m/s), exponent, steps in an impact, speed floor (m/s) and whether steps have
         to resolve impacts (0 or 1); see `ImpactRules`.
     mobility, loose : see `ImpactRules`
-    share, area, pair : (n_slots,) arrays, see `ContactGeometry`
+    share, area, pair : (n_slots,) arrays, see `ContactTable`
     onset, began, depth, deflection : memory of all slots, see `ContactMemory`
     linearised, loaded : (n_slots,) int arrays
         1 for slots with a force in the last tangent, and in the last evaluated state.
@@ -116,8 +122,9 @@ class ContactArrays(NamedTuple):
         slots.
     closing, slip, share_of, onset_of, at : arguments of the laws
         Closing speed and slip velocity (m/s); share, with the change of weights; onset and depth (m) of these contacts.
-    normal_force, by_depth, by_closing, effort, by_slip, by_normal, deflected, by_distance : forces
-        Forces as in `ContactForces`. `deflected` is the new deflection of bristles (m), `by_distance` their stiffness (N/m).
+    normal_force, by_depth, by_closing, effort, by_slip, by_normal, deflected, by_distance, by_turn : forces
+        Forces as in `ContactForces`. `deflected` is the new deflection of bristles (m), `by_distance` their stiffness (N/m),
+        and `by_turn` the derivative of friction that depends on the direction by rotations of the first body (N).
     acting : normal forces of the law linearised at `at`, N; those of `normal_force` except in Newton's method of statics
     pressed, pressed_before : (n_slots,) arrays, m
         Depths at which Newton's method of statics linearises the law, and those before its last increment; zero for none.
@@ -167,6 +174,7 @@ class ContactArrays(NamedTuple):
     by_normal: Floats2
     deflected: Floats2
     by_distance: Floats3
+    by_turn: Floats3
     acting: Floats1
     pressed: Floats1
     pressed_before: Floats1
@@ -194,11 +202,12 @@ OF_SLOTS = tuple(
     )
 )  # fmt: skip
 """Arrays with a row for each slot."""
-MARGIN, COMMITTED_AT, BELOW, MOST = range(4)
+MARGIN, COMMITTED_AT, BELOW, MOST, ACROSS = range(5)
 """Indices of `ContactArrays.numbers`."""
 RENEWAL = 0.4
 """Displacement relative to the margin after which the broad phase is updated."""
-RESTITUTION, _FAST, _EXPONENT, _STEPS, _FLOOR, _RESOLVES = range(6)
+RESTITUTION, FAST, EXPONENT, STEPS, FLOOR, RESOLVES = range(6)
+"""Indices of `ContactArrays.resolving`."""
 
 
 @kernel
@@ -215,27 +224,27 @@ def rules_of(g: ContactArrays) -> ImpactRules:
     """Rules of impacts."""
     numbers = g.resolving
     return ImpactRules(
-        g.mobility, g.loose, int(numbers[RESTITUTION]), numbers[_FAST], numbers[_EXPONENT],
-        numbers[_STEPS],
+        g.mobility, g.loose, int(numbers[RESTITUTION]), numbers[FAST], numbers[EXPONENT],
+        numbers[STEPS],
     )  # fmt: skip
 
 
 @kernel
 def floor_of(g: ContactArrays) -> float:
     """Speed floor of the normal law, m/s."""
-    return g.resolving[_FLOOR]
+    return g.resolving[FLOOR]
 
 
 @kernel
 def exponent_of(g: ContactArrays) -> float:
     """Exponent of the normal law."""
-    return g.resolving[_EXPONENT]
+    return g.resolving[EXPONENT]
 
 
 @kernel
 def resolves(g: ContactArrays) -> bool:
     """Whether steps have to resolve impacts."""
-    return g.resolving[_RESOLVES] > 0.0
+    return g.resolving[RESOLVES] > 0.0
 
 
 @kernel

@@ -89,7 +89,7 @@ class SceneCompiler:
     def switched(self, system: SegmentSystem) -> SegmentSystem:
         """System of the compiled parts; each group acts in its own steps."""
         system.steps_of = list(self._steps)
-        system.in_python = parts_in_python(self.scene, self.spatial)
+        system.in_python = parts_in_python(self.scene)
         if self._steps:
             system.in_python = InPython(("joints that act in some steps are apart in the system of all steps",))
         return system

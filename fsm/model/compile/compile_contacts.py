@@ -10,10 +10,9 @@ from fsm.case.models.scene import Body, Scene
 from fsm.laws.friction import FRICTION_LAWS as BUILT_IN
 from fsm.laws.normal import NORMAL_LAWS
 from fsm.model.compile.compile_surfaces import compile_surfaces
-from fsm.model.contact.contact_geometry import ContactGeometry
+from fsm.model.contact.contact_forces import FrictionForce, NormalForce
+from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.contacts import ContactGroup
-from fsm.model.contact.friction_force import FrictionForce
-from fsm.model.contact.normal_force import NormalForce
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
 
 
@@ -33,7 +32,7 @@ def compile_contacts(
     contact = scene.contact
     if contact is None:
         return ()
-    geometries: list[ContactGeometry] = [*compile_surfaces(scene, contact, bodies, spatial)]
+    geometries: list[ContactTable] = [*compile_surfaces(scene, contact, bodies, spatial)]
     if any(body.plate is not None for body in bodies) or scene.obstacles or scene.flexible:
         from fsm.model.compile.compile_shapes import compile_shapes  # imports the kernels of all shapes
 

@@ -17,7 +17,7 @@ from fsm.case.models.flexible_facets import SHEET
 from fsm.case.models.obstacle import Obstacle
 from fsm.case.models.scene import GROUND, Body, Scene
 from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
-from fsm.model.contact.contact_geometry import ContactGeometry
+from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.shapes.plate_shapes import corner_neighbours, plate_shapes
 from fsm.model.contact.shapes.shape_tables import Shape
 from fsm.model.contact.shapes.side_contacts import Side, SideContacts
@@ -27,7 +27,7 @@ from fsm.model.contact.sheets.sheet_tables import SheetSurface
 
 def compile_shapes(
     scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool
-) -> tuple[ContactGeometry, ...]:
+) -> tuple[ContactTable, ...]:
     """Compile the geometries of all pairs except pairs of two surfaces and pairs without a movable body.
 
     Parameters
@@ -47,7 +47,7 @@ def compile_shapes(
     if scene.contact is None:
         return ()
     compiler = _ShapeCompiler(scene, bodies, poses, spatial)
-    built: tuple[ContactGeometry | None, ...] = (
+    built: tuple[ContactTable | None, ...] = (
         compiler.plates(), compiler.obstacles(), compiler.solids(), compiler.films(scene), compiler.sheet(scene),
     )  # fmt: skip
     return tuple(geometry for geometry in built if geometry is not None)

@@ -11,19 +11,11 @@ import numpy as np
 from fsm.case.models.contact import Contact
 from fsm.case.models.scene import Body, ContactPair, Plate, Scene
 from fsm.interactions.quadrature import gauss_lobatto
-from fsm.interactions.search.chord import chords_planar, chords_spatial
-from fsm.interactions.surfaces import (
-    closest_planar,
-    closest_spatial,
-    end_taper,
-    gap_planar,
-    gap_spatial,
-    gap_spatial_tangent,
-)
+from fsm.interactions.surfaces import end_taper
 from fsm.interactions.surfaces.surface import BARE, CAP, STRAIGHT, TIP, pieces_of
 from fsm.model.contact.surfaces.corner_sides import Corners, find_corners
 from fsm.model.contact.surfaces.panel_points import PanelPoints
-from fsm.model.contact.surfaces.surface_contacts import Probes, SurfaceContacts, SurfaceKernels, Surfaces
+from fsm.model.contact.surfaces.surface_contacts import Probes, SurfaceContacts, Surfaces
 
 _DEEPEST = 0.05
 """Depth above which a point counts as passed through a panel, relative to the panel's length."""
@@ -37,26 +29,6 @@ _EDGE = TIP / 4.0
 _TIPS = {"end-start": (0.0, STRAIGHT), "chain": (BARE, BARE), "none": (BARE, CAP)}
 """Tips of a surface for the points of another surface and for its ends; they depend on the connection of the two surfaces.
 Ends touch a body in frontal contact. Points beyond the end of the surface have a tapered weight there."""
-
-_PLANAR = SurfaceKernels(
-    chords_planar,
-    closest_planar.probe_points_planar,
-    closest_planar.heights_planar,
-    closest_planar.find_contacts_planar,
-    gap_planar.measure_gap_planar,
-    gap_planar.tangent_gap_planar,
-    end_taper.tapered_planar,
-)
-_SPATIAL = SurfaceKernels(
-    chords_spatial,
-    closest_spatial.probe_points_spatial,
-    closest_spatial.heights_spatial,
-    closest_spatial.find_contacts_spatial,
-    gap_spatial.measure_gap_spatial,
-    gap_spatial_tangent.tangent_gap_spatial,
-    end_taper.tapered_spatial,
-)
-
 
 def compile_surfaces(
     scene: Scene, contact: Contact, bodies: tuple[Body, ...], spatial: bool
@@ -146,7 +118,6 @@ class _SurfaceCompiler:
         surface_bodies = np.unique(np.concatenate(list(self.members.values())))
         radii = np.array([math.hypot(self._plate(b).length, self._plate(b).width) / 2 for b in surface_bodies])
         return SurfaceContacts(
-            _SPATIAL if self.spatial else _PLANAR,
             probes,
             corners,
             Surfaces(owner_table, np.vstack(stations), extra, surface_bodies, radii),

@@ -12,6 +12,7 @@ import numpy as np
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.contact_arrays import (
+    ACROSS,
     BELOW,
     BRISTLE,
     CHANGES,
@@ -90,13 +91,14 @@ def increments(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def renew_search(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray) -> None:
-    """Update the broad phase and the weights of faces, if poses have changed."""
+def renew_search(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray) -> int:
+    """Update the broad phase and the weights of faces, if poses have changed; return 1 if the broad phase was updated."""
     state = g.state
     changed = state[CHANGES] == 1 and state[STARTED] == 1 and not _equal(poses, g.committed)
     renewed = geometry.renew(g, poses)
     if (renewed == 1 or changed) and state[KIND] == SHAPES:
         geometry.settle(g, poses, state[:0], True)
+    return int(renewed)
 
 
 @kernel
@@ -169,38 +171,74 @@ def _write_mean_slip(g: ContactArrays, poses: np.ndarray, count: int, duration: 
 
 
 @kernel
-def _set_friction(g: ContactArrays, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
-    """Write friction and its derivatives; return whether bristles have a stiffness."""
-    state, normal, slip = g.state, g.normal_force[:count], g.slip[:count]
-    if state[FRICTION] == 0:
-        return False
-    params = g.friction
-    if state[BRISTLE] == 0:
-        efforts, slopes, parts = laws.friction(slip, normal, params)
-        copy_into(efforts, g.effort[:count])
-        copy_into(slopes, g.by_slip[:count])
-        copy_into(parts, g.by_normal[:count])
-        return False
-    duration, memory = max(0.0, t - g.numbers[COMMITTED_AT]), g.deflection
-    slot, shape = g.slot, (count, slip.shape[1])
-    mean, deflection = np.empty(shape), np.empty(shape)
-    copy_into(slip, mean)
-    if not mean_rates and duration != 0.0 and state[STARTED] == 1:
+def bristle_arguments(
+    g: ContactArrays, t: float, poses: np.ndarray, mean_rates: bool, count: int
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Mean slip velocities (m/s), deflections of bristles in the last accepted state (m), and the time since then (s)."""
+    duration, memory, slot, slip = max(0.0, t - g.numbers[COMMITTED_AT]), g.deflection, g.slot, g.slip
+    mean, deflection = np.empty((count, slip.shape[1])), np.empty((count, slip.shape[1]))
+    copy_into(slip[:count], mean)
+    if not mean_rates and duration != 0.0 and g.state[STARTED] == 1:
         _write_mean_slip(g, poses, count, duration, mean)
     for i in range(count):
         for c in range(deflection.shape[1]):
             deflection[i, c] = memory[slot[i], c]
-    effort, by_slip, by_mean, by_normal, deflected = laws.bristle(slip, mean, normal, deflection, duration, params)
+    return mean, deflection, duration
+
+
+@kernel
+def write_friction(g: ContactArrays, effort: np.ndarray, by_slip: np.ndarray, by_normal: np.ndarray) -> None:
+    """Write friction and its derivatives."""
+    count = effort.shape[0]
     copy_into(effort, g.effort[:count])
+    copy_into(by_slip, g.by_slip[:count])
     copy_into(by_normal, g.by_normal[:count])
+
+
+@kernel
+def write_bristles(g: ContactArrays, by_mean: np.ndarray, deflected: np.ndarray, duration: float, mean_rates: bool) -> bool:
+    """Write the deflections of bristles, and their stiffness; return whether they have one.
+
+    If the slip velocity is the mean velocity, its derivative includes that by the mean.
+    """
+    count, own, by_distance = deflected.shape[0], g.by_slip, g.by_distance
     copy_into(deflected, g.deflected[:count])
-    own, by_distance = g.by_slip, g.by_distance
     for i in range(count):
-        for c in range(by_slip.shape[1]):
-            for e in range(by_slip.shape[2]):
-                own[i, c, e] = by_slip[i, c, e] + (by_mean[i, c, e] if mean_rates else 0.0)
+        for c in range(by_mean.shape[1]):
+            for e in range(by_mean.shape[2]):
+                own[i, c, e] += by_mean[i, c, e] if mean_rates else 0.0
                 by_distance[i, c, e] = by_mean[i, c, e] / duration if duration > 0.0 else 0.0
     return not mean_rates and duration > 0.0
+
+
+@kernel
+def _set_friction(g: ContactArrays, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
+    """Write friction and its derivatives; return whether bristles have a stiffness."""
+    state, normal, slip, bodies, params = g.state, g.normal_force[:count], g.slip[:count], g.bodies[:count], g.friction
+    if state[FRICTION] == 0:
+        return False
+    across, rate, by_turn = g.numbers[ACROSS], g.rate[:count], g.by_turn[:count]
+    if state[BRISTLE] == 0:
+        if across != 1.0:
+            laws.stretch(slip, poses, bodies, across)
+        effort, by_slip, by_normal = laws.friction(slip, normal, params)
+        if across != 1.0:
+            laws.stretch_efforts(
+                poses, bodies, across, rate, slip[:0], effort, by_slip, by_slip[:0], by_normal, by_turn
+            )
+        write_friction(g, effort, by_slip, by_normal)
+        return False
+    mean, deflection, duration = bristle_arguments(g, t, poses, mean_rates, count)
+    seen = mean
+    if across != 1.0:
+        seen = mean.copy()
+        laws.stretch(slip, poses, bodies, across)
+        laws.stretch(seen, poses, bodies, across)
+    effort, by_slip, by_mean, by_normal, deflected = laws.bristle(slip, seen, normal, deflection, duration, params)
+    if across != 1.0:
+        laws.stretch_efforts(poses, bodies, across, rate, mean, effort, by_slip, by_mean, by_normal, by_turn)
+    write_friction(g, effort, by_slip, by_normal)
+    return bool(write_bristles(g, by_mean, deflected, duration, mean_rates))
 
 
 @kernel
@@ -217,25 +255,53 @@ def _set_arguments(g: ContactArrays, count: int) -> None:
 
 
 @kernel
-def _set_depths(g: ContactArrays, laws: LawKernels, tapered: np.ndarray, count: int) -> None:
+def any_limited(g: ContactArrays, count: int) -> bool:
+    """Whether any contact has no depth of statics, and its force is limited."""
+    slot, pressed = g.slot, g.pressed
+    for i in range(count):
+        if not pressed[slot[i]] > 0.0:
+            return bool(g.numbers[MOST] > 0.0)
+    return False
+
+
+@kernel
+def set_depths(g: ContactArrays, force: np.ndarray, tapered: np.ndarray, count: int) -> None:
     """Write the depths at which statics linearises the normal law, m.
 
-    A contact without a depth begins at its penetration, or where its force is `MOST`. Tapered contacts are linearised at
-    their penetration.
+    A contact without a depth begins at its penetration, or where its force is `MOST`; `force` contains the forces (N) at the
+    penetrations, or nothing if no force is limited. Tapered contacts are linearised at their penetration.
     """
-    at, slot, gap, pressed, most, new = g.at, g.slot, g.gap, g.pressed, g.numbers[MOST], 0
-    for i in range(count):
-        new += 0 if pressed[slot[i]] > 0.0 else 1
-    if new > 0 and most > 0.0:
-        force, _ = laws.normal(at[:count], g.closing[:count], g.onset_of[:count], g.share_of[:count], g.normal)
-        for i in range(count):
-            if not pressed[slot[i]] > 0.0 and force[i] > most:
-                at[i] *= (most / force[i]) ** (1.0 / exponent_of(g))
+    at, slot, gap, pressed, most = g.at, g.slot, g.gap, g.pressed, g.numbers[MOST]
+    for i in range(force.shape[0]):
+        if force[i] > most:
+            at[i] *= (most / force[i]) ** (1.0 / exponent_of(g))
     for i in range(count):
         if pressed[slot[i]] > 0.0:
             at[i] = pressed[slot[i]]
     for k in range(tapered.shape[0]):
         at[tapered[k]] = -gap[tapered[k]]
+
+
+@kernel
+def write_normal(g: ContactArrays, normal: np.ndarray, slopes: np.ndarray) -> None:
+    """Write normal forces and their slopes, and the forces of the linearised law."""
+    own, by_depth, by_closing, acting, gap, at = g.normal_force, g.by_depth, g.by_closing, g.acting, g.gap, g.at
+    for i in range(normal.shape[0]):
+        own[i], by_depth[i], by_closing[i] = normal[i], slopes[i, 0], slopes[i, 1]
+        acting[i] = normal[i] + slopes[i, 0] * (-gap[i] - at[i])
+
+
+@kernel
+def prepare(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> Weighed:
+    """Write rates, gradients, and the arguments of the laws, of the contacts that have been found."""
+    g.state[EVALUATIONS] += 1
+    measure_slots(g, geometry, poses, rates, count)
+    _set_arguments(g, count)
+    rows, part, gradient, hessian = geometry.tapered(g, poses, count)
+    share = g.share_of
+    for k in range(rows.shape[0]):
+        share[rows[k]] *= part[k]
+    return Weighed(rows, gradient, hessian)
 
 
 @kernel
@@ -248,28 +314,31 @@ def evaluate(
     With `mean_rates`, the rates are means over the step, and the deflection of the bristles follows from the same means.
     With `at_depths`, the normal law is linearised at the depths of statics.
     """
-    g.state[EVALUATIONS] += 1
-    measure_slots(g, geometry, poses, rates, count)
-    _set_arguments(g, count)
-    rows, part, gradient, hessian = geometry.tapered(g, poses, count)
-    share, params = g.share_of[:count], g.normal
-    for k in range(rows.shape[0]):
-        share[rows[k]] *= part[k]
-    closing, onset, at, gap = g.closing[:count], g.onset_of[:count], g.at, g.gap
+    weighed = prepare(g, geometry, poses, rates, count)
+    at, closing, onset, share = g.at[:count], g.closing[:count], g.onset_of[:count], g.share_of[:count]
     if at_depths:
-        _set_depths(g, laws, rows, count)
-    normal, slopes = laws.normal(at[:count], closing, onset, share, params)
-    own, by_depth, by_closing, acting = g.normal_force, g.by_depth, g.by_closing, g.acting
-    for i in range(count):
-        own[i], by_depth[i], by_closing[i] = normal[i], slopes[i, 0], slopes[i, 1]
-        acting[i] = normal[i] + slopes[i, 0] * (-gap[i] - at[i]) if at_depths else normal[i]
-    bristles = _set_friction(g, laws, t, poses, mean_rates, count)
-    return Weighed(rows, gradient, hessian), bristles
+        force = closing[:0]
+        if any_limited(g, count):
+            force, _ = laws.normal(at, closing, onset, share, g.normal)
+        set_depths(g, force, weighed.rows, count)
+    normal, slopes = laws.normal(at, closing, onset, share, g.normal)
+    write_normal(g, normal, slopes)
+    return weighed, _set_friction(g, laws, t, poses, mean_rates, count)
 
 
 @kernel
-def add_forces(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, total: np.ndarray) -> None:
-    """Add the forces of contacts to the forces of all bodies."""
+def taper_arguments(g: ContactArrays, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Depths (m) and whole shares of contacts whose weights change with the poses."""
+    slot, gap, share = g.slot, g.gap, g.share
+    depth, whole = np.empty(rows.shape[0]), np.empty(rows.shape[0])
+    for k in range(rows.shape[0]):
+        depth[k], whole[k] = -gap[rows[k]], share[slot[rows[k]]]
+    return depth, whole
+
+
+@kernel
+def add_forces(g: ContactArrays, weighed: Weighed, energy: np.ndarray, count: int, total: np.ndarray) -> None:
+    """Add the forces of contacts to the forces of all bodies; `energy` (J) is that of the rows of `weighed`."""
     bodies, gradient, size = g.bodies, g.gradient, total.shape[1]
     normal, acting, efforts, by_normal = g.normal_force, g.acting, g.effort, g.by_normal
     slips = efforts.shape[1] if g.state[FRICTION] == 1 else 0
@@ -285,13 +354,6 @@ def add_forces(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int,
                     change += effort * gradient[i, 1 + k, along]
                 total[bodies[i, b], c] -= change
     rows = weighed.rows
-    if rows.shape[0] == 0:
-        return
-    slot, gap, share = g.slot, g.gap, g.share
-    depth, whole = np.empty(rows.shape[0]), np.empty(rows.shape[0])
-    for k in range(rows.shape[0]):
-        depth[k], whole[k] = -gap[rows[k]], share[slot[rows[k]]]
-    energy = laws.energy(depth, whole, g.normal)
     for k in range(rows.shape[0]):  # force due to the change of the weight with the pose
         for b in range(bodies.shape[1]):
             for c in range(size):

@@ -1,6 +1,6 @@
 """Kernels of contacts of a compiled model (`ArrayModel`), called by their addresses; see `fsm.model.bodies.contact_arrays`.
 
-The kernels apply to all geometries and laws. `fsm.model.contact.contacts` computes the same in Python.
+The kernels apply to all geometries and laws. `fsm.model.contact.contacts` calls the parts that are the same for one group.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from fsm.kernels.addresses import floats_2d, floats_3d
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
 from fsm.model.bodies.contact_arrays import (
+    ACROSS,
     ACTIVE,
     COMMITTED_AT,
     FRICTION,
@@ -31,6 +32,7 @@ from fsm.model.bodies.contact_arrays import (
     ContactArrays,
     ContactKernels,
     ContactParts,
+    GeometryKernels,
     LawKernels,
     contacts_at,
     floor_of,
@@ -50,6 +52,7 @@ from fsm.model.contact.array_contact_state import (
     increments,
     measure_slots,
     renew_search,
+    taper_arguments,
     values_at,
 )
 from fsm.solve.stepping.vectors import copy_into
@@ -66,6 +69,16 @@ def _mark(g: ContactArrays, count: int) -> None:
 
 
 @kernel
+def _taper_energy(g: ContactArrays, laws: LawKernels, rows: np.ndarray) -> np.ndarray:
+    """Energies (J) of contacts whose weights change with the poses."""
+    if rows.shape[0] == 0:
+        return g.gap[:0]
+    depth, whole = taper_arguments(g, rows)
+    energy: np.ndarray = laws.energy(depth, whole, g.normal)
+    return energy
+
+
+@kernel
 def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
     """Add the forces of all contacts; `mean_rates` as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
@@ -75,7 +88,7 @@ def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float,
         count = find_slots(g, geometry, poses, 0.0)
         if count > 0:
             weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            add_forces(g, parts.laws, weighed, count, total)
+            add_forces(g, weighed, _taper_energy(g, parts.laws, weighed.rows), count, total)
         _mark(g, count)
 
 
@@ -96,12 +109,16 @@ def _tangent(
             continue
         weighed, bristles = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, at_depths)
         _mark(g, count)
-        add_forces(g, parts.laws, weighed, count, total)
+        add_forces(g, weighed, _taper_energy(g, parts.laws, weighed.rows), count, total)
         geometry.tangent(g, poses, rates, count, stiffness, damping)
         if weighed.rows.shape[0] > 0:
             _add_taper_tangent(g, parts.laws, weighed, count, stiffness)
+        dof, indptr, indices = index_of(g)
+        if g.numbers[ACROSS] != 1.0:
+            parts.laws.add_turn_stiffness(
+                g.bodies[:count], g.gradient[:count], g.by_turn[:count], dof, indptr, indices, stiffness
+            )
         if bristles:
-            dof, indptr, indices = index_of(g)
             add_way_stiffness(
                 g.bodies[:count], g.gradient[:count], g.by_distance[:count], dof,
                 indptr, indices, stiffness,
@@ -110,10 +127,8 @@ def _tangent(
 
 @kernel
 def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, stiffness: np.ndarray) -> None:
-    rows, params, slot, gap = weighed.rows, g.normal, g.slot, g.gap
-    whole, depth, share = np.empty(rows.shape[0]), np.empty(rows.shape[0]), g.share
-    for k in range(rows.shape[0]):
-        whole[k], depth[k] = share[slot[rows[k]]], -gap[rows[k]]
+    rows, params = weighed.rows, g.normal
+    depth, whole = taper_arguments(g, rows)
     closing, onset = -values_at(column_of(g.rate[:count], 0, 1.0), rows), values_at(g.onset_of, rows)
     normal, _ = laws.normal(depth, closing, onset, whole, params)
     dof, indptr, indices = index_of(g)
@@ -138,6 +153,16 @@ def _press(groups: np.ndarray, parts: ContactParts, most: float) -> None:
 
 
 @kernel
+def advanced(g: ContactArrays, count: int, change: np.ndarray, per_second: float) -> np.ndarray:
+    """Depths (count,), m, of the last tangent after a change (n_bodies, 3 or 6) of the poses, see `advance_depths`."""
+    depth: np.ndarray = advance_depths(
+        g.bodies[:count], g.gradient[:count], change, per_second, g.at[:count], g.normal_force[:count], g.acting[:count],
+        g.by_depth[:count], g.by_closing[:count],
+    )  # fmt: skip
+    return depth
+
+
+@kernel
 def _advance(groups: np.ndarray, change: np.ndarray, per_second: float) -> None:
     """Advance the depths of the last tangent of statics by a change (n_bodies, 3 or 6) of the poses, to first order.
 
@@ -150,10 +175,7 @@ def _advance(groups: np.ndarray, change: np.ndarray, per_second: float) -> None:
         pressed[:] = 0.0
         if count == 0:
             continue
-        depth = advance_depths(
-            g.bodies[:count], g.gradient[:count], change, per_second, g.at[:count], g.normal_force[:count],
-            g.acting[:count], g.by_depth[:count], g.by_closing[:count],
-        )  # fmt: skip
+        depth = advanced(g, count, change, per_second)
         for i in range(count):
             pressed[slot[i]] = depth[i]
 
@@ -175,9 +197,30 @@ def _passed(table: np.ndarray, groups: np.ndarray, parts: ContactParts) -> bool:
         g = contacts_at(groups, k)
         geometry = geometry_of(g, parts)
         renew_search(g, geometry, poses)
-        if geometry.passed(g, poses):
+        if geometry.passed(g, poses) >= 0:
             return True
     return False
+
+
+@kernel
+def part_before_impacts(g: ContactArrays, unit_energy: np.ndarray, step: float) -> float:
+    """Fraction of a step that ends before the impacts of the evaluated contacts begin, see `fraction_before`."""
+    count = unit_energy.shape[0]
+    return float(fraction_before(
+        rules_of(g), g.bodies[:count], g.gradient[:count], g.gap[:count], column_of(g.rate[:count], 0, 1.0),
+        g.normal_force[:count], g.onset_of[:count], unit_energy, g.rates_before, step,
+    ))  # fmt: skip
+
+
+@kernel
+def longest_of_impacts(g: ContactArrays, unit_energy: np.ndarray, t: float, rates: np.ndarray) -> float:
+    """Longest step that resolves the impacts of the measured contacts, s, see `longest_step`."""
+    count = unit_energy.shape[0]
+    slot = g.slot[:count]
+    return float(longest_step(
+        rules_of(g), t, g.bodies[:count], g.gradient[:count], g.gap[:count], column_of(g.rate[:count], 0, 1.0),
+        values_at(g.onset, slot), values_at(g.began, slot), unit_energy, rates,
+    ))  # fmt: skip
 
 
 @kernel
@@ -196,12 +239,7 @@ def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t:
             continue
         evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
         unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
-        before = fraction_before(
-            rules_of(g), g.bodies[:count], g.gradient[:count], g.gap[:count],
-            column_of(g.rate[:count], 0, 1.0), g.normal_force[:count],
-            g.onset_of[:count], unit_energy, g.rates_before, step,
-        )  # fmt: skip
-        part = min(part, before)
+        part = min(part, part_before_impacts(g, unit_energy, step))
     return part
 
 
@@ -218,13 +256,8 @@ def _longest_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t:
         if count == 0:
             continue
         measure_slots(g, geometry, poses, rates, count)
-        slot = g.slot[:count]
-        own = longest_step(
-            rules_of(g), t, g.bodies[:count], g.gradient[:count], g.gap[:count],
-            column_of(g.rate[:count], 0, 1.0), values_at(g.onset, slot),
-            values_at(g.began, slot), _unit_energy(g, parts.laws, values_at(g.share, slot)), rates,
-        )  # fmt: skip
-        longest = min(longest, own)
+        unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
+        longest = min(longest, longest_of_impacts(g, unit_energy, t, rates))
     return longest
 
 
@@ -234,19 +267,32 @@ def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        state, geometry = g.state, geometry_of(g, parts)
+        geometry, unit_energy = geometry_of(g, parts), g.gap[:0]
         count = find_slots(g, geometry, poses, 0.0)
-        young = state[:0]
         if count > 0:
             evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            young = _remember(g, parts.laws, count, t, poses)
-        else:
-            _forget(g)
-        g.numbers[COMMITTED_AT] = t
-        copy_into(rates, g.rates_before)
-        copy_into(poses, g.committed)
-        state[STARTED] = 1
-        geometry.settle(g, poses, young, False)
+            unit_energy = _unit_energy(g, parts.laws, np.full(count, CORNER_WEIGHT))
+        accept_group(g, geometry, unit_energy, t, poses, rates)
+
+
+@kernel
+def accept_group(
+    g: ContactArrays, geometry: GeometryKernels, unit_energy: np.ndarray, t: float, poses: np.ndarray, rates: np.ndarray
+) -> None:
+    """Update the memory of a group after an accepted step: onset of the evaluated contacts and deflection of bristles.
+
+    `unit_energy` (J) is the energy of each contact at the depth 1 m and the weight `CORNER_WEIGHT`.
+    """
+    young = g.state[:0]
+    if unit_energy.shape[0] > 0:
+        young = _remember(g, unit_energy, t, poses)
+    else:
+        _forget(g)
+    g.numbers[COMMITTED_AT] = t
+    copy_into(rates, g.rates_before)
+    copy_into(poses, g.committed)
+    g.state[STARTED] = 1
+    geometry.settle(g, poses, young, False)
 
 
 @kernel
@@ -258,8 +304,9 @@ def _forget(g: ContactArrays) -> None:
 
 
 @kernel
-def _remember(g: ContactArrays, laws: LawKernels, count: int, t: float, poses: np.ndarray) -> np.ndarray:
+def _remember(g: ContactArrays, unit_energy: np.ndarray, t: float, poses: np.ndarray) -> np.ndarray:
     """Write the memory of contacts, and return the slots of continuing impacts."""
+    count = unit_energy.shape[0]
     slot, state, gap, rate = g.slot, g.state, g.gap, g.rate
     bodies, gradient, known = g.bodies[:count], g.gradient[:count], g.onset_of
     began, onset, age = values_at(g.began, slot[:count]), np.empty(count), np.empty(count)
@@ -281,7 +328,6 @@ def _remember(g: ContactArrays, laws: LawKernels, count: int, t: float, poses: n
         onsets[slot[i]], begans[slot[i]], depths[slot[i]] = onset[i], began[i], -gap[i]
         for c in range(memory.shape[1]):
             memory[slot[i], c] = deflection[i, c]
-    unit_energy = _unit_energy(g, laws, np.full(count, CORNER_WEIGHT))
     young = young_impacts(rules_of(g), age, bodies, gradient, onset, unit_energy)
     out, number = np.empty(count, dtype=np.int64), 0
     for i in range(count):
@@ -296,15 +342,20 @@ def _remember(g: ContactArrays, laws: LawKernels, count: int, t: float, poses: n
 
 @kernel
 def _sums(g: ContactArrays, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
-    slot, share = g.slot[:count], g.share_of[:count]
-    gap, own = g.gap, g.share
-    part, depth = np.empty(count), np.empty(count)
+    return sums_of_contacts(g, elastic_force(g, laws, -g.gap[:count], g.share_of[:count]), pairs)
+
+
+@kernel
+def sums_of_contacts(g: ContactArrays, elastic: np.ndarray, pairs: int) -> np.ndarray:
+    """Sums over the evaluated contacts of every pair, see `sums_of_pairs`; `elastic` (N) are their forces at rest."""
+    count = elastic.shape[0]
+    slot, share, own, part = g.slot[:count], g.share_of, g.share, np.empty(count)
     for i in range(count):
-        part[i], depth[i] = share[i] / own[slot[i]], -gap[i]
-    return sums_of_pairs(
-        g.pair, slot, g.area, part, g.normal_force[:count],
-        elastic_force(g, laws, depth, share), g.rate[:count], g.effort[:count], pairs,
-    )  # fmt: skip
+        part[i] = share[i] / own[slot[i]]
+    sums: np.ndarray = sums_of_pairs(
+        g.pair, slot, g.area, part, g.normal_force[:count], elastic, g.rate[:count], g.effort[:count], pairs
+    )
+    return sums
 
 
 @kernel
@@ -355,6 +406,16 @@ def _stored(
 
 
 @kernel
+def deepest_of_pairs(g: ContactArrays, tapered: np.ndarray, count: int, gap: np.ndarray) -> None:
+    """Reduce the gaps (n_pairs,) of pairs to those of the evaluated contacts, m."""
+    depth = -g.gap[:count]
+    if g.state[KIND] == SURFACES and tapered.shape[0] > 0:  # the depth of points at ends fades out
+        for i in range(count):
+            depth[i] *= min(g.share_of[i] / g.share[g.slot[i]], 1.0)
+    smallest_gaps(g.pair, g.slot[:count], -depth, gap)
+
+
+@kernel
 def _state_of_pairs(
     table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, out: np.ndarray
 ) -> tuple[float, float]:
@@ -372,18 +433,16 @@ def _state_of_pairs(
         count = find_slots(g, geometry, poses, 0.0)
         if count > 0:
             weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            energy, depth = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal), -g.gap[:count]
+            energy = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
             for i in range(count):
                 stored += energy[i]
-                if g.state[KIND] == SURFACES and weighed.rows.shape[0] > 0:  # the depth of points at ends fades out
-                    depth[i] *= min(g.share_of[i] / g.share[g.slot[i]], 1.0)
             sums = _sums(g, parts.laws, count, pairs)
             for p in range(pairs):
                 for row in range(last):
                     out[row, p] += sums[row, p]
                 for row in range(2):
                     power += sums[SLIDING + row, p]
-            smallest_gaps(g.pair, g.slot[:count], -depth, gap)
+            deepest_of_pairs(g, weighed.rows, count, gap)
         near = find_slots(g, geometry, poses, g.numbers[MARGIN])
         smallest_gaps(g.pair, g.slot[:near], np.maximum(g.gap[:near], 0.0), gap)
         for p in range(pairs):

@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.kernels.keys import find_keys
-
 
 class ContactMemory(NamedTuple):
     """Memory of some slots; the memory of all other slots is zero.
@@ -15,7 +13,7 @@ class ContactMemory(NamedTuple):
     Attributes
     ----------
     key : (k,) int array
-        Keys of the slots, `ContactGeometry.keys`.
+        Keys of the slots, `ContactTable.keys`, ascending.
     onset : (k,) array, m/s
         Closing speed at which each contact began.
     began : (k,) array, s
@@ -31,24 +29,6 @@ class ContactMemory(NamedTuple):
     depth: np.ndarray
     deflection: np.ndarray
 
-    @classmethod
-    def nothing(cls, slips: int) -> ContactMemory:
-        """Empty memory."""
-        return cls(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, slips)))
-
-    def ordered(self) -> ContactMemory:
-        """Copy with ascending keys, as `of` requires."""
-        order = np.argsort(self.key, kind="stable")
-        return ContactMemory(*(values[order] for values in self))
-
-    def of(self, keys: np.ndarray) -> ContactMemory:
-        """Memory of these slots, in their order; read-only."""
-        place = find_keys(self.key, keys)
-        if (place >= 0).all():  # usually the slots are the contacts of the last step
-            return ContactMemory(keys, *(values[place] for values in self[1:]))
-        beyond = (np.concatenate([values, np.zeros((1, *values.shape[1:]))]) for values in self[1:])
-        return ContactMemory(keys, *(values[place] for values in beyond))  # the index -1 selects the row of zeros
-
     def flat(self) -> np.ndarray:
         """Flat array that starts with the number of slots; keys are exact up to 2^53."""
         return np.concatenate([[float(len(self.key))], *(values.ravel() for values in self)])
@@ -61,3 +41,21 @@ class ContactMemory(NamedTuple):
             flat[1:].copy(), np.cumsum([count] * 4 + [count * slips])
         )
         return cls(key.astype(np.int64), onset, began, depth, deflection.reshape(count, slips)), rest
+
+
+class ContactDepths(NamedTuple):
+    """Depths at which statics linearises the normal law, see `fsm.interactions.contact.contact_depths`.
+
+    Attributes
+    ----------
+    key : (k,) int array
+        Keys of the contacts with a depth. A depth is kept, and the contact stays closed, until the linearised force would be
+        tensile.
+    depth : (k,) array, m
+    most : N
+        Limit of the normal force; it limits the depth of linearisation of contacts without a stored depth.
+    """
+
+    key: np.ndarray
+    depth: np.ndarray
+    most: float

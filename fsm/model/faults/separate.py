@@ -47,7 +47,7 @@ def separate(system: SegmentSystem) -> np.ndarray:
         if worst < 0.5 * deepest:
             return q
         slopes, gaps = _constraints(system, poses, rates, 2.0 * worst)
-        root = np.sqrt(system.contacts[0].impacts.mobility)
+        root = np.sqrt(system.contacts[0].mobility)
         step = _shortest(slopes * root.ravel(), 0.25 * deepest - gaps)
         if step is None:
             return q

@@ -42,14 +42,13 @@ COMPILED = InPython()
 
 
 def parts_in_python(
-    scene: Scene, spatial: bool, step: str | None = None, contact: bool = True, loads: Iterable[Load] | None = None
+    scene: Scene, step: str | None = None, contact: bool = True, loads: Iterable[Load] | None = None
 ) -> InPython:
     """Parts of a scene that have no compiled form; each reason names its part.
 
     Parameters
     ----------
     scene : Scene
-    spatial : whether each body has six degrees of freedom
     step : name of the step, for elements that act in some steps only; absent: all elements
     contact : whether contact acts
     loads : loads that act; absent: those of the scene
@@ -59,7 +58,7 @@ def parts_in_python(
     found = [(reason, element.name) for element in elements for reason in _of_element(element)]
     found += [(f"the kind {e.kind!r} of an extension has no compiled form", e.name) for e in scene.point_elements]
     motion = [f"element {_named(reason, found)}: {reason}" for reason in dict.fromkeys(reason for reason, _ in found)]
-    motion += _of_contact(scene, spatial) if touching else ()
+    motion += _of_contact(scene) if touching else ()
     pressures = [load for load in (scene.loads if loads is None else loads) if load.pressure is not None]
     motion += [f"load {load.called!r}: a pressure has no compiled form" for load in pressures]
     motion += [f"gas {chamber.gas.name!r} has no compiled form" for chamber in scene.chambers]
@@ -90,11 +89,9 @@ def _of_element(element: ForceElement) -> Iterator[str]:
         yield f"the law {element.law!r} of an extension has no compiled form"
 
 
-def _of_contact(scene: Scene, spatial: bool) -> Iterator[str]:
+def _of_contact(scene: Scene) -> Iterator[str]:
     contact, friction = scene.contact, scene.friction
     if contact is not None and contact.law in CONTACT_LAWS:
         yield f"contact: the law {contact.law!r} of an extension has no compiled form"
     if friction is not None and friction.law in FRICTION_LAWS:
         yield f"friction: the law {friction.law!r} of an extension has no compiled form"
-    elif friction is not None and spatial and friction.across != 1.0:
-        yield "friction: friction that depends on the direction has no compiled form"

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fsm.case.checks.check_steps import step_names
-from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.scene import Body, Scene
@@ -126,11 +125,10 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         Names that do not exist, and steps without an end.
     """
     plan = _Planner(case, scene).plan() if case.step else _short(case, scene)
-    spatial = case.solve.spatial or bool(out_of_plane(scene))
     steps = []
     for number, step in enumerate(plan.steps):
         name = plan.name_for_joints(number) if plan.written else None
-        in_python = parts_in_python(scene, spatial, name, step.contact, step.loads)
+        in_python = parts_in_python(scene, name, step.contact, step.loads)
         steps.append(replace(step, in_python=in_python))
     return replace(plan, steps=tuple(steps))
 

@@ -23,7 +23,7 @@ from fsm.model.bodies.configuration import Bodies, Configuration
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import Group, GroupSteps, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern, body_pattern
-from fsm.model.contact.contact_depths import ContactDepths
+from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.contact.contact_set import ContactSet
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.element_group import ElementGroup

@@ -67,8 +67,8 @@ class StaticSegments:
 
     def __init__(self, system: SegmentForces, pattern: BodyPattern, ready: Ready) -> None:
         self._system, self._ready = system, ready
-        shape, pairs = system.bodies.rate.shape, len(system.pair_names)
-        self._contacts = ContactModel(system.contacts, pattern, shape, system.spatial, pairs, statics=True)
+        pairs = len(system.pair_names)
+        self._contacts = ContactModel(system.contacts, pattern, system.spatial, pairs, statics=True)
         segments, arrays, elements = segments_of(system, pattern, *ready(pattern), self._contacts, True)
         self.model = StaticModel.of(PATH, segments, system.initial()[0])
         self._first_pattern = pattern

@@ -189,7 +189,7 @@ class SegmentSystem(SegmentForces):
 
             pattern = self._current_pattern(self.bodies.pose)
             pairs = len(self.pair_names)
-            contacts = ContactModel(self.contacts, pattern, self.bodies.rate.shape, self.spatial, pairs)
+            contacts = ContactModel(self.contacts, pattern, self.spatial, pairs)
             self._contact_model, self._array_model = contacts, self._arrays_of(pattern, ready, contacts)
         elif contacts is not None and contacts.lacks:
             near = [pairs for group in self._others for pairs in [group.pairs(self.bodies.pose)[0]]]

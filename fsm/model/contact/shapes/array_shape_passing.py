@@ -76,28 +76,40 @@ def _reachable(
 
 
 @kernel
-def passed_planar(g: ContactArrays, poses: np.ndarray) -> bool:
-    """Whether shapes in the plane have passed through each other since the last accepted state."""
+def _first_pair(g: ContactArrays, slots: np.ndarray, start: int, through: np.ndarray, known: int) -> int:
+    """Smallest number of the pairs of the slots that passed through, counted from `start`, and a known one; -1 for none."""
+    found, pair = known, g.pair
+    for i in range(slots.shape[0]):
+        if through[i]:
+            of = pair[start + slots[i]]
+            found = of if found < 0 else min(found, of)
+    return int(found)
+
+
+@kernel
+def passed_planar(g: ContactArrays, poses: np.ndarray) -> int:
+    """See `GeometryKernels`; in the plane."""
     start = g.committed
     if g.state[STARTED] == 0:
-        return False
+        return -1
     points, _ = _candidates(g)
     probes, shapes = points_of(g), shapes_planar(g)
     motion = furthest_motion(start, poses, g.moving, g.radii)
     local = local_points_planar(start, points, probes, shapes)
     points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
     if points.shape[0] == 0:
-        return False
-    return bool(passing_points(start, poses, points, probes, shapes, shape_arrays_of(g).limit).any())
+        return -1
+    through = passing_points(start, poses, points, probes, shapes, shape_arrays_of(g).limit)
+    return _first_pair(g, points, 0, through, -1)
 
 
 @kernel
-def passed_spatial(g: ContactArrays, poses: np.ndarray) -> bool:
-    """Whether shapes in space have passed through each other since the last accepted state."""
+def passed_spatial(g: ContactArrays, poses: np.ndarray) -> int:
+    """See `GeometryKernels`; in space."""
     own = shape_arrays_of(g)
     start = g.committed
     if g.state[STARTED] == 0:
-        return False
+        return -1
     points, edges = _candidates(g)
     probes, shapes, table, pairs = points_of(g), shapes_spatial(g), edges_of(g), own.pair_edges
     motion = furthest_motion(start, poses, g.moving, g.radii)
@@ -105,9 +117,10 @@ def passed_spatial(g: ContactArrays, poses: np.ndarray) -> bool:
     points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
     edges = _reachable_edges(g, start, edges, motion)
     if points.shape[0] == 0 and edges.shape[0] == 0:
-        return False
+        return -1
     of_points, of_edges = passing_slots(start, poses, points, probes, shapes, own.limit, edges, pairs, table)
-    return bool(of_points.any() or of_edges.any())
+    first = _first_pair(g, points, 0, of_points, -1)
+    return _first_pair(g, edges, own.point_body.shape[0], of_edges, first)
 
 
 @kernel

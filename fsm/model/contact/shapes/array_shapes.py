@@ -13,17 +13,15 @@ from fsm.interactions.shapes.edge_edge import find_edges, tangent_edges, write_e
 from fsm.interactions.shapes.point_shape_planar import (
     local_points_planar,
     tangent_points_planar,
-    write_found_planar,
     write_points_planar,
 )
 from fsm.interactions.shapes.point_shape_spatial import (
     local_points_spatial,
     tangent_points_spatial,
-    write_found_spatial,
     write_points_spatial,
 )
 from fsm.interactions.shapes.shape_boxes import shape_boxes_planar, shape_boxes_spatial
-from fsm.interactions.shapes.shape_distance import HALF_SPACE
+from fsm.interactions.shapes.shape_distance import HALF_SPACE, points_within
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 from fsm.model.bodies.contact_arrays import (
@@ -164,15 +162,17 @@ def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
 
 @kernel
 def _find_planar(g: ContactArrays, poses: np.ndarray, below: float) -> int:
-    slot, gap = g.slot, g.gap
-    return int(write_found_planar(poses, near_points(g), points_of(g), shapes_planar(g), below, slot, gap))
+    near, points, shapes = near_points(g), points_of(g), shapes_planar(g)
+    local = local_points_planar(poses, near, points, shapes)
+    return int(points_within(local, near, points, shapes, below, g.slot, g.gap))
 
 
 @kernel
 def _find_spatial(g: ContactArrays, poses: np.ndarray, below: float) -> int:
     own = shape_arrays_of(g)
     slot, gap, edges = g.slot, g.gap, near_edges(g)
-    count = write_found_spatial(poses, near_points(g), points_of(g), shapes_spatial(g), below, slot, gap)
+    near, points, shapes = near_points(g), points_of(g), shapes_spatial(g)
+    count = points_within(local_points_spatial(poses, near, points, shapes), near, points, shapes, below, slot, gap)
     if edges.shape[0] == 0:
         return int(count)
     other, more = find_edges(poses, edges, edge_pairs_of(g), edges_of(g), below)

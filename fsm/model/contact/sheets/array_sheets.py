@@ -247,7 +247,7 @@ def _renew(g: ContactArrays, poses: np.ndarray) -> int:
     _recall(g)
     _press_again(g, pressed, depths)
     _mark_again(g, with_force)
-    if g.dof.shape[0] > 0:
+    if g.indptr.shape[0] > 0:
         _check_pattern(g, places)
     counts[SELECTED] = 0
     counts[RENEWALS] += 1
@@ -397,14 +397,14 @@ def _had_side(own: SheetArrays, node: int, facet: int) -> bool:
 
 
 @kernel
-def _passed(g: ContactArrays, poses: np.ndarray) -> bool:
-    """Whether a node or an edge has passed through a triangle or an edge since the last accepted state.
+def _passed(g: ContactArrays, poses: np.ndarray) -> int:
+    """See `GeometryKernels`: nodes through triangles, and edges through edges.
 
     Without clearance, a node that has a side may be behind its facet, because the contact is soft.
     """
     own = sheets_of(g)
     if g.state[STARTED] == 0:
-        return False
+        return -1
     start, end = _places(own, g.committed), _places(own, poses)
     _select_once(g, start)
     listed = _listed(own)
@@ -425,13 +425,13 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> bool:
             for corner in range(3):
                 nodes[1 + corner] = own.triangles[listed.listed[k], corner]
             if point_passes_triangle(start, end, nodes, w):
-                return True
+                return int(own.counts[NUMBER])
     for s in range(listed.one.shape[0]):
         for tip in range(2):
             nodes[tip], nodes[2 + tip] = own.edges[listed.one[s], tip], own.edges[listed.two[s], tip]
         if edge_passes_edge(start, end, nodes, w):
-            return True
-    return False
+            return int(own.counts[NUMBER])
+    return -1
 
 
 @kernel

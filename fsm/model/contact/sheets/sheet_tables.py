@@ -135,12 +135,6 @@ def roomier(common: ContactArrays, own: SheetArrays, least: int = 0) -> tuple[Co
     return with_rows(common, OF_SLOTS, len(own.key)), own
 
 
-def own_memory(common: ContactArrays, own: SheetArrays) -> np.ndarray:
-    """Memory of the last accepted state: places of the nodes, then keys and values of the sides."""
-    sides = own.counts[SIDES]
-    return np.concatenate([common.committed[own.body, :3].ravel(), own.side_key[:sides], own.side_of[:sides]])
-
-
 def set_sides(common: ContactArrays, own: SheetArrays, sides: np.ndarray) -> tuple[ContactArrays, SheetArrays]:
     """Arrays with these keys and values of the sides; the selection of triangles is made again."""
     key, value = np.split(sides, 2)

@@ -278,7 +278,8 @@ def _pieces(g: ContactArrays, within: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 @kernel
-def _heights_planar(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
+def probe_heights_planar(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
+    """Heights (n,) of all probes in the plane, within their reach plus a distance, m; nan beyond."""
     own = surfaces_of(g)
     first, last = _pieces(g, farther == 0.0)
     height = np.empty(first.shape[0])
@@ -291,7 +292,8 @@ def _heights_planar(g: ContactArrays, poses: np.ndarray, farther: float) -> np.n
 
 
 @kernel
-def _heights_spatial(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
+def probe_heights_spatial(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
+    """Heights (n,) of all probes in space, within their reach plus a distance, m; nan beyond."""
     own = surfaces_of(g)
     first, last = _pieces(g, farther == 0.0)
     height = np.empty(first.shape[0])
@@ -328,14 +330,17 @@ def _ends(g: ContactArrays, near: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _turn(g: ContactArrays, height: np.ndarray, near: np.ndarray, behind: np.ndarray, round_it: np.ndarray) -> None:
-    """Write the sides of all probes after a step."""
+def _turn(g: ContactArrays, height: np.ndarray, near: np.ndarray, behind: np.ndarray, count: int) -> None:
+    """Write the sides of all probes after a step, with the contacts that have been found if any probe is `behind`."""
     own = surfaces_of(g)
     present, limit = own.side, own.depth_limit
     side = probe_sides(present, height, limit)
-    for k in range(behind.shape[0]):
-        if round_it[behind[k]]:
-            side[behind[k]] = -present[behind[k]]
+    if behind.shape[0] > 0:
+        g.state[FOUND] = -1
+        round_it = _rounded(g, count, height)
+        for k in range(behind.shape[0]):
+            if round_it[behind[k]]:
+                side[behind[k]] = -present[behind[k]]
     corners = own.twin, own.across, own.inside, own.inside_across
     turned = turned_sides(corners, present, side, height, limit, near, _ends(g, near))
     for k in range(present.shape[0]):
@@ -355,47 +360,39 @@ def _near_ends(g: ContactArrays, height: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _rounded(g: ContactArrays, count: int, place: np.ndarray, height: np.ndarray) -> np.ndarray:
-    own = surfaces_of(g)
-    slot, gap = g.slot[:count], g.gap[:count]
+def _rounded(g: ContactArrays, count: int, height: np.ndarray) -> np.ndarray:
+    own, place = surfaces_of(g), np.empty(count)
+    for k in range(count):
+        place[k] = own.found_at[k, 0]
     found: np.ndarray = round_tips(
-        slot, gap, own.found_piece, own.found_side, place, own.stations,
-        own.straight, own.clearance, height,
+        g.slot[:count], g.gap[:count], own.found_piece, own.found_side, place, own.stations, own.straight, own.clearance,
+        height,
     )  # fmt: skip
     return found
 
 
 @kernel
 def _settle_planar(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
-    own = surfaces_of(g)
     if new:
         return
-    height = _heights_planar(g, poses, 0.0)
+    height = probe_heights_planar(g, poses, 0.0)
     near = _near_ends(g, height)
-    behind, round_it = _behind(g, height, near), np.zeros(0, dtype=np.bool_)
+    behind, count = _behind(g, height, near), 0
     if behind.shape[0] > 0:
         count = _find_planar(g, poses, g.numbers[MARGIN])
-        g.state[FOUND] = -1
-        round_it = _rounded(g, count, own.found_at.reshape(-1), height)
-    _turn(g, height, near, behind, round_it)
+    _turn(g, height, near, behind, count)
 
 
 @kernel
 def _settle_spatial(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
-    own = surfaces_of(g)
     if new:
         return
-    height = _heights_spatial(g, poses, 0.0)
+    height = probe_heights_spatial(g, poses, 0.0)
     near = _near_ends(g, height)
-    behind, round_it = _behind(g, height, near), np.zeros(0, dtype=np.bool_)
+    behind, count = _behind(g, height, near), 0
     if behind.shape[0] > 0:
         count = _find_spatial(g, poses, g.numbers[MARGIN])
-        g.state[FOUND] = -1
-        place, at = np.empty(count), own.found_at
-        for k in range(count):
-            place[k] = at[k, 0]
-        round_it = _rounded(g, count, place, height)
-    _turn(g, height, near, behind, round_it)
+    _turn(g, height, near, behind, count)
 
 
 @kernel
@@ -410,25 +407,35 @@ def _motion(g: ContactArrays, poses: np.ndarray) -> tuple[float, float]:
 
 
 @kernel
-def _passed_planar(g: ContactArrays, poses: np.ndarray) -> bool:
+def _first_pair(g: ContactArrays, probes: np.ndarray) -> int:
+    """Smallest number of the pairs of probes; -1 without probes."""
+    found = -1
+    for k in range(probes.shape[0]):
+        of = g.pair[probes[k]]
+        found = of if found < 0 else min(found, of)
+    return int(found)
+
+
+@kernel
+def _passed_planar(g: ContactArrays, poses: np.ndarray) -> int:
     own = surfaces_of(g)
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
     if motion > 0.5 * g.numbers[MARGIN]:  # a probe outside the reach had no side, and may have passed through
-        before = _heights_planar(g, g.committed, 2.0 * motion)
-    height = _heights_planar(g, poses, 2.0 * motion)
-    return passed_through(own.side, own.depth_limit, height, before, deepest).shape[0] > 0
+        before = probe_heights_planar(g, g.committed, 2.0 * motion)
+    height = probe_heights_planar(g, poses, 2.0 * motion)
+    return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
 
 
 @kernel
-def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> bool:
+def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     own = surfaces_of(g)
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
     if motion > 0.5 * g.numbers[MARGIN]:
-        before = _heights_spatial(g, g.committed, 2.0 * motion)
-    height = _heights_spatial(g, poses, 2.0 * motion)
-    return passed_through(own.side, own.depth_limit, height, before, deepest).shape[0] > 0
+        before = probe_heights_spatial(g, g.committed, 2.0 * motion)
+    height = probe_heights_spatial(g, poses, 2.0 * motion)
+    return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
 
 
 PLANAR_SURFACES = GeometryKernels(
