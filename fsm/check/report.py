@@ -15,6 +15,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive
 from fsm.case.models.materials import SplineCrease
 from fsm.case.models.scene import ForceElement, Scene
+from fsm.case.plan.method_selection import solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import loads_of, with_paths_of_steps
 from fsm.check.contact import (
@@ -250,7 +251,7 @@ def _start(view: CheckContext) -> Iterator[str]:
 
 
 def _method(view: CheckContext) -> Iterator[str]:
-    solve = view.case.solve
+    solve = solve_of(view.case.solve, view.scene)
     for step in view.solved if view.plan.written else ():
         yield f"{step.method} in step {step.name!r}"
     if not view.plan.written and solve.method == "auto":

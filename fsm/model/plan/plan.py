@@ -6,7 +6,7 @@ gives a step "hold" at rest. The motion is the step "deploy". A run consists of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from fsm.case.models.scene import Body, Scene
 from fsm.case.models.solve import Save, Solve
 from fsm.case.models.steps import Kind, Step
 from fsm.case.models.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
-from fsm.case.plan.method_selection import automatic_method, dynamic_method
+from fsm.case.plan.method_selection import WITH_JOINTS, automatic_method, dynamic_method, solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import DrivePart, drive_parts, loads_of
 from fsm.case.schema.known_names import nearest_name
@@ -126,6 +126,10 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         Names that do not exist, and steps without an end.
     """
     plan = _Planner(case, scene).plan() if case.step else _short(case, scene)
+    if scene.joints:
+        faults = list(_unjointed(plan))
+        if faults:
+            raise CaseError(faults)
     spatial = case.solve.spatial or bool(out_of_plane(scene))
     steps = []
     for number, step in enumerate(plan.steps):
@@ -133,6 +137,17 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         in_python = parts_in_python(scene, spatial, name, step.contact, step.loads)
         steps.append(replace(step, in_python=in_python))
     return replace(plan, steps=tuple(steps))
+
+
+def _unjointed(plan: Plan) -> Iterator[Fault]:
+    """Faults of steps whose method has no ideal joints."""
+    first = next((number for number, step in enumerate(plan.steps) if step.name != "start"), 0)
+    for number, step in enumerate(plan.steps):
+        if step.method in WITH_JOINTS or step.still:
+            continue
+        path = f"step.{max(number - first, 0)}" if plan.written else "solve.method"
+        text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them, with {" or ".join(WITH_JOINTS)}'
+        yield Fault(path, text)
 
 
 def _short(case: Case, scene: Scene) -> Plan:
@@ -154,8 +169,9 @@ def _short(case: Case, scene: Scene) -> Plan:
     release = 0.0 if case.release is None else case.release.hold_time
     loads = tuple(load for _, load in loads_of(case))
     motion = PlannedStep(
-        "deploy", kind, release, end, method, reason, case.solve, case.save, (True,) * len(programs), loads, held
-    )
+        "deploy", kind, release, end, method, reason, solve_of(case.solve, scene), case.save, (True,) * len(programs), loads,
+        held,
+    )  # fmt: skip
     steps = [motion]
     if release:
         steps.insert(0, replace(motion, name="hold", kind="static", start=0.0, end=release, method="hold", still=True))
@@ -254,7 +270,7 @@ class _Planner:
         said += ["without contact"] if not step.contact and self.scene.contact is not None else []
         said += [f"drives {part.drive.called}" for part in begun]
         said += [f"loads {load.target}{replaced.get(load.called, '')}" for load in new]
-        solve = step.solve or self.case.solve
+        solve = solve_of(step.solve or self.case.solve, self.scene)
         method, reason = self._method(step, solve)
         if step.kind == "modes" and not self._has_free():
             text = "no body is free in this step, so there are no natural modes; release a body before this step"

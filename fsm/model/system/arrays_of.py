@@ -126,7 +126,7 @@ def _arrays(
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
-        q.copy(), np.zeros(3), pattern.dof, np.zeros(4), of_pattern, springs, loads, _driven(system),
+        q.copy(), np.zeros(3), pattern.dof, np.zeros(4), of_pattern, springs, loads, driven_arrays(system),
     )  # fmt: skip
     rest = arrays._replace(
         rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
@@ -136,7 +136,7 @@ def _arrays(
 
 
 def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 6) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    """Addresses (m, 9) of the kernels of all groups of elements, and their tables (m, n, 4)."""
     kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):
@@ -161,7 +161,8 @@ def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Load
     return Loads(*group.arrays, group.slots(pattern), table_of([load.time for load in group.loads]))
 
 
-def _driven(system: SegmentForces) -> Driven:
+def driven_arrays(system: SegmentForces) -> Driven:
+    """Arrays of the driven bodies of a system."""
     motions = system.motions
     turning = () if system.turns is None else system.turns.bodies
     rows = [[turn.motion, turn.body] for turn in turning]
