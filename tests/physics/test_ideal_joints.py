@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,12 @@ from scipy.spatial.transform import Rotation
 
 import fsm
 from fsm.api.result import Result
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.elements.joints import JointGroup
+from fsm.model.plan.in_python import InPython
+from fsm.solve.outcome.run_io import SavedState
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 _G = 9.80665
 _ROWS = Path(__file__).parent / "adams_joints" / "rows.csv"
@@ -28,7 +36,8 @@ def body(name: str, position: Any, inertia: Any, turned: Rotation | None = None,
 
 def joint(name: str, kind: str, first: str, second: str, at: Any, **keys: Any) -> dict[str, Any]:
     vectors = {key: np.array(value, dtype=float).tolist() for key, value in keys.items()}
-    return {"name": name, "kind": kind, "first": first, "second": second, "at": np.array(at, dtype=float).tolist(), **vectors}
+    place = np.array(at, dtype=float).tolist()
+    return {"name": name, "kind": kind, "first": first, "second": second, "at": place, **vectors}
 
 
 def mechanism(
@@ -125,7 +134,8 @@ def adams(case: str) -> dict[str, Any]:
     if case == "RevSpherical_Case01":
         bar = body("bar", [2.0, 2.0, 0.0], [0.1, 0.04, 0.1], identity)
         rod = joint("j", "distance", "ground", "bar", [0, 0, 0], to=[2, 0, 0])
-        return mechanism([bar], [rod, joint("k", "in-plane", "ground", "bar", [0, 0, 0], to=[2, 0, 0], axis=[0, 0, 1])], 5.0, 0.1)
+        plane = joint("k", "in-plane", "ground", "bar", [0, 0, 0], to=[2, 0, 0], axis=[0, 0, 1])
+        return mechanism([bar], [rod, plane], 5.0, 0.1)
     kind = case.split("_")[0].lower()
     if kind in ("prismatic", "cylindrical"):
         return swinging(kind, (1.0, 2.0, 3.0), -45.0)
@@ -154,3 +164,154 @@ def test_adams(name: str, tmp_path: Path) -> None:
     assert of(result, "body.bar.velocity")[at] == pytest.approx(wanted[:, 8:11], abs=3e-4)
     force = sum(of(result, f"joint.{one['name']}.force")[at] for one in case["scene"]["joints"])
     assert -force == pytest.approx(wanted[:, 14:17], abs=1e-4 * np.abs(wanted[:, 14:17]).max())
+
+
+# loops, chains, starts --------------------------------------------------------------------------------------------------
+
+
+def bars(points: Sequence[tuple[float, float]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Bars between points (x, z) of a plane on revolute joints along y; the first and the last joint are on the ground."""
+    found, pins = [], []
+    for k, (a, b) in enumerate(pairwise(points)):
+        (xa, za), (xb, zb) = a, b
+        length, angle = math.dist(a, b), math.degrees(math.atan2(zb - za, xb - xa))
+        inertia = [1e-3, length**2 / 12.0, length**2 / 12.0]
+        middle, turned = [0.5 * (xa + xb), 0.0, 0.5 * (za + zb)], Rotation.from_euler("y", -angle, degrees=True)
+        found.append(body(f"bar {k + 1}", middle, inertia, turned))
+    names = ["ground", *(one["name"] for one in found), "ground"]
+    for k, (x, z) in enumerate(points):
+        pins.append(joint(f"pin {k + 1}", "revolute", names[k], names[k + 1], [x, 0.0, z], axis=[0, 1, 0]))
+    return found, pins
+
+
+def four_bar() -> dict[str, Any]:
+    bodies, pins = bars([(0.0, 0.0), (0.0, 1.0), (1.5, 1.6), (2.0, 0.0)])
+    return mechanism(bodies, pins, 2.0, 0.25)
+
+
+def test_a_four_bar_has_one_freedom_and_three_named_repeats() -> None:
+    text = str(fsm.load(four_bar()).check())
+    assert "1 degree of freedom at the start, after 20 locked directions" in text
+    assert "3 locked directions follow from those before them" in text
+    assert text.count("pin 4 (") == 3
+
+
+def test_a_pin_given_twice_changes_nothing(tmp_path: Path) -> None:
+    """Energy and rates of the loop too: its joints do no work."""
+    case = four_bar()
+    once = run(case, tmp_path / "once")
+    case["scene"]["joints"].append(case["scene"]["joints"][1] | {"name": "again"})
+    twice = run(case, tmp_path / "twice")
+    place = of(once, "body.bar 2.position")
+    assert np.ptp(place, axis=0).max() > 0.5
+    assert of(twice, "body.bar 2.position") == pytest.approx(place, abs=1e-6)
+    shared = of(twice, "joint.pin 2.force") + of(twice, "joint.again.force")
+    assert shared == pytest.approx(of(once, "joint.pin 2.force"), abs=1e-4)
+    assert of(twice, "joint.again.force") == pytest.approx(0.5 * shared, abs=1e-6)
+    assert once.summary["energy_error"] < 1e-5
+
+
+def test_a_closed_chain_does_not_drift(tmp_path: Path) -> None:
+    case = four_bar()
+    case["solve"] |= {"end_time": 4.0, "rtol": 1e-6}
+    result = run(case, tmp_path)
+    for name, point in (("pin 4", [2.0, 0.0, 0.0]), ("pin 1", [0.0, 0.0, 0.0])):
+        where = of(result, f"joint.{name}.position")
+        if name == "pin 1":
+            assert np.abs(where - point).max() < 1e-10
+        else:  # the last pin is a point of the ground
+            assert np.abs(where - point).max() == 0.0
+    half = 0.5 * math.dist((1.5, 1.6), (2.0, 0.0))
+    ends = of(result, "body.bar 3.position") + half * rotated_x(of(result, "body.bar 3.orientation"))
+    assert np.abs(ends - [2.0, 0.0, 0.0]).max() < 1e-10
+    assert np.abs(of(result, "joint.pin 2.rate")).max() > 1.0
+
+
+def rotated_x(quaternions: np.ndarray) -> np.ndarray:
+    return Rotation.from_quat(quaternions, scalar_first=True).apply([1.0, 0.0, 0.0])
+
+
+def test_velocities_that_joints_do_not_allow_are_corrected(tmp_path: Path) -> None:
+    """A bar on a pin pushed along and across at its middle: it turns with the angular momentum about the pin."""
+    bar = body("bar", [1.0, 0.0, 0.0], [0.01, 0.3, 0.3], velocity=[2.0, 0.5, 1.0])
+    case = mechanism([bar], [joint("pin", "revolute", "ground", "bar", [0, 0, 0], axis=[0, 1, 0])], 0.01, 0.01)
+    assert "initial velocities open the joints" in str(fsm.load(case).check())
+    result = run(case, tmp_path)
+    spin = -1.0 / (0.3 + 1.0)
+    assert of(result, "body.bar.angular_velocity")[0] == pytest.approx([0.0, spin, 0.0], abs=1e-12)
+    assert of(result, "body.bar.velocity")[0] == pytest.approx([0.0, 0.0, -spin], abs=1e-12)
+    assert any("initial velocities open the joints" in text for text in result.summary["warnings"])
+
+
+def test_steps_in_python_are_the_compiled_ones() -> None:
+    """A chain of three bars of different joints, by the System in Python and by its kernels."""
+    bodies, pins = bars([(0.0, 0.0), (1.0, 0.0), (2.0, 0.3), (3.0, 0.2)])
+    del pins[-1]
+    pins[1] = joint("ball", "spherical", "bar 1", "bar 2", pins[1]["at"])
+    pins[2] = joint("cross", "universal", "bar 2", "bar 3", pins[2]["at"], axis=[0, 1, 0], second_axis=[1, 0, 1])
+    loaded = fsm.load(mechanism(bodies, pins, 0.2, 0.1))
+
+    def end(compiled: bool) -> tuple[np.ndarray, np.ndarray]:
+        _, system = compile_case(loaded.model)
+        if not compiled:
+            system.in_python = InPython(("a test",))
+        saved: list[SavedState] = []
+        simulate(system, Settings("generalized-alpha", 1e-6, 0.2), [0.2], saved.append)
+        assert isinstance(system.locking[0], JointGroup)
+        return saved[-1].q, system.locking[0].efforts.copy()
+
+    for one, other in zip(end(True), end(False), strict=True):
+        assert one == pytest.approx(other, rel=1e-7, abs=1e-7)
+
+
+# mistakes ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"first": "grund"}, "no body is called 'grund'; did you mean 'ground'"),
+        ({"axis": [0.0, 0.0, 0.0]}, "an axis has a direction"),
+        ({"kind": "in-line"}, "of kind 'in-line' needs `to`"),
+        ({"to": [1.0, 0.0, 0.0]}, "of kind 'revolute' has no `to`"),
+        ({"second": "ground"}, "joins 'ground' to itself"),
+        ({"kind": "universal"}, "needs `second_axis`"),
+        ({"kind": "universal", "second_axis": [0.0, 1.0, 1.0]}, "not at a right angle"),
+        ({"kind": "in-plane", "to": [1.0, 0.002, 0.0]}, "the point is 2 mm off the plane of joint 'pin'"),
+        ({"kind": "spherical"}, "of kind 'spherical' has no `axis`"),
+        ({"second": "post", "first": "ground"}, "both held or driven"),
+    ],
+)
+def test_mistakes(change: dict[str, Any], text: str) -> None:
+    post = body("post", [0.0, 0.0, 0.0], [0.1, 0.1, 0.1], held=True)
+    pin = joint("pin", "revolute", "ground", "bar", [0, 0, 0], axis=[0, 1, 0]) | change
+    with pytest.raises(fsm.CaseError) as failure:
+        fsm.load(mechanism([post, body("bar", [1.0, 0.0, 0.0], [0.1, 0.1, 0.1])], [pin], 1.0, 0.1)).check()
+    assert text in str(failure.value)
+    assert len(failure.value.faults) == 1
+
+
+@pytest.mark.parametrize("method", ["static", "mean-force", "Radau"])
+def test_methods_without_joints(method: str) -> None:
+    case = four_bar()
+    case["solve"]["method"] = method
+    with pytest.raises(fsm.CaseError, match=f"solve.method: \"{method}\" has no ideal joints"):
+        fsm.load(case).check()
+
+
+def test_names_differ_and_films_are_refused() -> None:
+    case = four_bar()
+    case["scene"]["joints"][1]["name"] = "pin 1"
+    with pytest.raises(fsm.CaseError, match="the name 'pin 1' is used 2 times"):
+        fsm.load(case).check()
+
+
+def test_a_drive_against_a_joint_is_refused() -> None:
+    """The handle would slide along x, but its pin to the ground holds it."""
+    hand = {"name": "hand", "mass": 0.0, "inertia": [0.0, 0.0, 0.0], "position": [1.0, 0.0, 0.0]}
+    bar = body("bar", [0.5, 0.0, 0.0], [0.1, 0.1, 0.1])
+    joints = [joint("a", "spherical", "ground", "bar", [0, 0, 0]), joint("b", "spherical", "bar", "hand", [1, 0, 0])]
+    case = mechanism([hand, bar], joints, 1.0, 0.1)
+    case["drive"] = [{"body": "hand", "direction": [1.0, 0.0, 0.0], "speed": 0.1, "travel": 0.1}]
+    with pytest.raises(fsm.CaseError, match=r"the prescribed motions open joint [ab] "):
+        fsm.load(case).check()

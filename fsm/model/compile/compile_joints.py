@@ -12,12 +12,12 @@ from fsm.kernels.rotation import rotation_matrix
 from fsm.model.elements.joints import JointGroup
 
 _Axes = tuple[int, ...]
-_PLACE: dict[str, _Axes] = {
+LOCKED_PLACES: dict[str, _Axes] = {
     "fixed": (0, 1, 2), "revolute": (0, 1, 2), "spherical": (0, 1, 2), "universal": (0, 1, 2), "prismatic": (0, 1),
     "cylindrical": (0, 1), "in-line": (0, 1), "planar": (2,), "in-plane": (2,), "distance": (),
 }  # fmt: skip
 """Axes of the first body along which the point of the second does not move."""
-_TURN: dict[str, tuple[tuple[int, int], ...]] = {
+LOCKED_TURNS: dict[str, tuple[tuple[int, int], ...]] = {
     "fixed": ((0, 1), (1, 2), (2, 0)), "prismatic": ((0, 1), (1, 2), (2, 0)), "revolute": ((0, 2), (1, 2)),
     "cylindrical": ((0, 2), (1, 2)), "planar": ((0, 2), (1, 2)), "universal": ((2, 0),),
 }  # fmt: skip
@@ -69,8 +69,8 @@ def joint_group(
         other, base = axes @ turned[1], (at - poses[a, :3]) @ turned[0]
         if joint.kind == "distance":
             rows.append((number, DISTANCE, np.array([*base, *arm, np.linalg.norm(to - at)])))
-        rows += [(number, ALONG, np.array([*own[k], *arm, own[k] @ base])) for k in _PLACE[joint.kind]]
-        rows += [(number, ACROSS, np.array([*own[j], *other[k], 0.0])) for j, k in _TURN.get(joint.kind, ())]
+        rows += [(number, ALONG, np.array([*own[k], *arm, own[k] @ base])) for k in LOCKED_PLACES[joint.kind]]
+        rows += [(number, ACROSS, np.array([*own[j], *other[k], 0.0])) for j, k in LOCKED_TURNS.get(joint.kind, ())]
         if joint.kind in TURNING:
             turns.append((a, b))
             lines.append(np.array([*own[2], *own[0], *other[0]]))

@@ -146,8 +146,8 @@ def _unjointed(plan: Plan) -> Iterator[Fault]:
         if step.method in WITH_JOINTS or step.still:
             continue
         path = f"step.{max(number - first, 0)}" if plan.written else "solve.method"
-        text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them, with {" or ".join(WITH_JOINTS)}'
-        yield Fault(path, text)
+        text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them'
+        yield Fault(path, f"{text}, with {' or '.join(WITH_JOINTS)}")
 
 
 def _short(case: Case, scene: Scene) -> Plan:
