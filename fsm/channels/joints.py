@@ -21,7 +21,9 @@ _OWN = Dim("joint_axis", ("e1", "e2", "e3"), "1", "axis of the joint on its firs
 
 @offers
 def ideal_joints(model: Model) -> Iterator[Offer]:
-    """joint.<name>.force, .moment, .force_in_joint, .moment_in_joint, .position, .angle, .rate, .displacement, .speed."""
+    """joint.<name>.force, .moment, .force_in_joint, .moment_in_joint, .position, .angle, .rate, .displacement, .speed,
+    .motor.
+    """
     joints = () if model.scene is None else model.scene.joints
     names = model.system.bodies.names if joints else ()
     poses, turn = (model.system.bodies.pose if joints else None), 0
@@ -43,6 +45,10 @@ def ideal_joints(model: Model) -> Iterator[Offer]:
             yield Offer(f"{name}.angle{ending}", "rad", text, side.angle(turn + k, k))
             yield Offer(f"{name}.rate{ending}", "rad/s", "rate of this angle", side.rate(k))
         turn += of_turns
+        if joint.motor is not None:
+            text = f"of the motor on {joint.second}, positive in the sense of the coordinate"
+            quantity, unit = ("moment", "N m") if joint.kind == "revolute" else ("force", "N")
+            yield Offer(f"{name}.motor", unit, f"{quantity} {text}", side.motor)
         slides = _SLIDES.get(joint.kind, ())
         for k in slides:
             ending = f"_{k + 1}" if len(slides) > 1 else ""
@@ -93,6 +99,11 @@ class _Side:
 
         return at
 
+    def motor(self, state: State) -> float:
+        """Moment or force of the motor."""
+        group = _group(state)
+        return -float(group.efforts[(group.of == self.number) & (group.program >= 0)][0])
+
     def rate(self, k: int) -> Callable[[State], float]:
         """Rate of an angle."""
 
@@ -138,7 +149,7 @@ def _wrenches(state: State) -> list[tuple[np.ndarray, np.ndarray]]:
     wrenches = -group.openings(poses)[1][:, 6:] * group.efforts[:, None]
     found = []
     for number in range(len(group.names)):
-        own = group.of == number
+        own = (group.of == number) & (group.program < 0)
         force, moment = np.split(wrenches[own].sum(axis=0), 2)
         body = group.bodies[own][0, 1]
         found.append((force, rotated(turned[body : body + 1], moment[None])[0]))

@@ -4,7 +4,10 @@
     `ACROSS`     x = a . b - c             an axis of the first against an axis b = A_b b_0 of the second
     `DISTANCE`   x = (d . d/c - c)/2       d = p_b - p_a; near the length c this is |d| - c
 
-Constants of an opening, (7,): a_0 (of `DISTANCE` the point of the first body), then s or b_0, then c. Coordinates are
+    `TURN`       x = atan2(y, z) - c       z = a . b, y = (n x a) . b: the angle about n of b from a, from -pi to pi
+
+Constants of an opening, (10,): a_0 (of `DISTANCE` the point of the first body), then s or b_0, then c, then (n x a)_0 of
+`TURN`. Coordinates are
 (dr, dtheta) of the first body, then of the second; dtheta in body axes. Row m, column n of the second derivatives is
 d(gradient_m)/dx_n; they are not symmetric, because rotation increments do not commute.
 """
@@ -24,7 +27,7 @@ from fsm.kernels.tensor import (
     transposed_times_vector,
 )
 
-ALONG, ACROSS, DISTANCE = range(3)
+ALONG, ACROSS, DISTANCE, TURN = range(4)
 """Kinds of openings."""
 _ROUND_OFF = 16.0 * float(np.finfo(float).eps)
 """Opening relative to the coordinates of which it is a difference, below which it is round-off and counts as zero. Round-off
@@ -94,18 +97,55 @@ def _size(first: np.ndarray, second: np.ndarray, reach: Vector) -> float:
 
 @kernel
 def opening(
-    kind: int, first: np.ndarray, second: np.ndarray, constants: np.ndarray, gradient: np.ndarray, hessian: np.ndarray
-) -> float:
-    """Value of an opening; writes its first (12,) and second (12, 12) derivatives.
+    kind: int, first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray,
+    hessian: np.ndarray,
+) -> float:  # fmt: skip
+    """Value of an opening beyond a value; writes its first (12,) and second (12, 12) derivatives.
 
     Parameters
     ----------
-    kind : `ALONG`, `ACROSS` or `DISTANCE`
+    kind : `ALONG`, `ACROSS`, `DISTANCE` or `TURN`
     first, second : (7,) arrays
         Poses of the bodies.
-    constants : (7,) array, see the module docstring
+    constants : (10,) array, see the module docstring
+    beyond : value that is subtracted; angles are from -pi to pi afterwards
     gradient, hessian : (12,) and (12, 12) arrays, results
     """
+    if kind == TURN:
+        return _angle(first, second, constants, beyond, gradient, hessian)
+    return _difference(kind, first, second, constants, beyond, gradient, hessian)
+
+
+@kernel
+def _angle(
+    first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray, hessian: np.ndarray
+) -> float:
+    """Opening of the kind `TURN`; see `opening`."""
+    along, across = np.zeros(7), np.zeros(7)
+    along[:6] = constants[:6]
+    across[:3], across[3:6] = constants[7:], constants[3:6]
+    slope, bend = np.empty(12), np.empty((12, 12))
+    z = _difference(ACROSS, first, second, along, 0.0, slope, bend)
+    y = _difference(ACROSS, first, second, across, 0.0, gradient, hessian)
+    size = y * y + z * z
+    for m in range(12):
+        for n in range(12):
+            turned = (z * gradient[m] - y * slope[m]) * (z * slope[n] + y * gradient[n])
+            hessian[m, n] = (z * hessian[m, n] - y * bend[m, n] + gradient[m] * slope[n] - slope[m] * gradient[n]) / size
+            hessian[m, n] -= 2.0 * turned / (size * size)
+    for m in range(12):
+        gradient[m] = (z * gradient[m] - y * slope[m]) / size
+    x = np.arctan2(y, z) - constants[6] - beyond
+    x -= 2.0 * np.pi * np.round(x / (2.0 * np.pi))
+    return _resolved(x, 1.0 + abs(constants[6] + beyond))
+
+
+@kernel
+def _difference(
+    kind: int, first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray,
+    hessian: np.ndarray,
+) -> float:  # fmt: skip
+    """Openings of the other kinds; see `opening`."""
     hessian[:] = 0.0
     own = (constants[0], constants[1], constants[2])
     other = (constants[3], constants[4], constants[5])
@@ -122,7 +162,7 @@ def opening(
         _turn_twice(seen, own, 1.0, hessian, 3)
         _turn_twice(back, other, 1.0, hessian, 9)
         _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
-        return _resolved(_dot(axis, arm) - constants[6], 1.0)
+        return _resolved(_dot(axis, arm) - constants[6] - beyond, 1.0 + abs(beyond))
     reach = (between[0] + arm[0], between[1] + arm[1], between[2] + arm[2])
     if kind == ALONG:
         seen, back = transposed_times_vector(a, reach), transposed_times_vector(b, axis)
@@ -135,7 +175,7 @@ def opening(
         _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
         _shift_and_turn(a, own, 1.0, hessian, 0, 3)
         _shift_and_turn(a, own, -1.0, hessian, 6, 3)
-        return _resolved(_dot(axis, reach) - constants[6], _size(first, second, reach))
+        return _resolved(_dot(axis, reach) - constants[6] - beyond, _size(first, second, reach) + abs(beyond))
     length = constants[6]
     way = (reach[0] - axis[0], reach[1] - axis[1], reach[2] - axis[2])
     seen, back = transposed_times_vector(a, way), transposed_times_vector(b, way)
@@ -156,7 +196,7 @@ def opening(
     _turn_twice(back, other, each, hessian, 9)
     _squares(own, each, hessian, 3)
     _squares(other, each, hessian, 9)
-    return _resolved(0.5 * (_dot(way, way) / length - length), _size(first, second, reach))
+    return _resolved(0.5 * (_dot(way, way) / length - length) - beyond, _size(first, second, reach) + abs(beyond))
 
 
 @kernel

@@ -136,6 +136,17 @@ def adams(case: str) -> dict[str, Any]:
         rod = joint("j", "distance", "ground", "bar", [0, 0, 0], to=[2, 0, 0])
         plane = joint("k", "in-plane", "ground", "bar", [0, 0, 0], to=[2, 0, 0], axis=[0, 0, 1])
         return mechanism([bar], [rod, plane], 5.0, 0.1)
+    if case == "LinActuator_Case02":
+        slope = Rotation.from_euler("y", 45, degrees=True)
+        along = slope.apply([0.0, 0.0, 1.0])
+        bar = body("bar", [0, 0, 0], [1.0, 1.0, 1.0], slope, velocity=(0.5 * along).tolist())
+        slide = joint("j", "prismatic", "ground", "bar", [0, 0, 0], axis=along) | {"motor": {"speed": 0.5}}
+        return mechanism([bar], [slide], 5.0, 0.1)
+    if case == "RotSpring_Case02":
+        found = swinging("revolute", (0.0, 0.0, 0.0), -90.0)
+        rows = [[a, (50.0 + 10.0 * abs(a)) * a] for a in np.linspace(-1.0, 1.0, 2001).tolist()]
+        found["scene"]["joints"][0] |= {"spring": {"table": rows}, "damper": {"coefficient": 10.0}}
+        return found
     kind = case.split("_")[0].lower()
     if kind in ("prismatic", "cylindrical"):
         return swinging(kind, (1.0, 2.0, 3.0), -45.0)
@@ -163,6 +174,8 @@ def test_adams(name: str, tmp_path: Path) -> None:
     assert same * turned == pytest.approx(wanted[:, 4:8], abs=4e-5)
     assert of(result, "body.bar.velocity")[at] == pytest.approx(wanted[:, 8:11], abs=3e-4)
     force = sum(of(result, f"joint.{one['name']}.force")[at] for one in case["scene"]["joints"])
+    if name == "LinActuator_Case02":  # the actuator holds the weight along the slope
+        assert of(result, "joint.j.motor") == pytest.approx(_G * math.sqrt(0.5), rel=1e-6)
     assert -force == pytest.approx(wanted[:, 14:17], abs=1e-4 * np.abs(wanted[:, 14:17]).max())
 
 
@@ -315,3 +328,68 @@ def test_a_drive_against_a_joint_is_refused() -> None:
     case["drive"] = [{"body": "hand", "direction": [1.0, 0.0, 0.0], "speed": 0.1, "travel": 0.1}]
     with pytest.raises(fsm.CaseError, match=r"the prescribed motions open joint [ab] "):
         fsm.load(case).check()
+
+
+# springs, stops, motors -------------------------------------------------------------------------------------------------
+
+
+def slider(**keys: Any) -> dict[str, Any]:
+    block = body("block", [0.0, 0.0, 0.0], [0.1, 0.1, 0.1], velocity=[1.0, 0.0, 0.0])
+    slide = joint("slide", "prismatic", "ground", "block", [0, 0, 0], axis=[1, 0, 0])
+    return mechanism([block], [slide | keys], 1.0, 0.01)
+
+
+def test_a_stop_returns_a_block(tmp_path: Path) -> None:
+    """1 m/s to a stop at 0.2 m: half a period later it is there again, and moves back as fast."""
+    stiffness = 400.0
+    result = run(slider(stop={"upper": 0.2, "stiffness": stiffness}), tmp_path)
+    contact = math.pi / math.sqrt(stiffness)
+    place, times = of(result, "joint.slide.displacement"), result.time
+    back, inside = times > 0.2 + contact, (times > 0.2) & (times < 0.2 + contact)
+    assert place[back] == pytest.approx(0.2 - (times[back] - 0.2 - contact), abs=1e-5)
+    depth = np.sin(math.sqrt(stiffness) * (times[inside] - 0.2)) / math.sqrt(stiffness)
+    assert place[inside] == pytest.approx(0.2 + depth, abs=1e-5)
+    assert of(result, "joint.slide.speed")[back] == pytest.approx(-1.0, abs=1e-5)
+    assert result.summary["energy_error"] < 1e-5
+
+
+def test_a_spring_with_a_force_at_the_start_and_a_damper(tmp_path: Path) -> None:
+    result = run(slider(spring={"stiffness": 100.0, "force": 30.0}, damper={"coefficient": 4.0}), tmp_path)
+    decay, speed = 2.0, math.sqrt(100.0 - 2.0**2)
+    times = result.time
+    from_rest = np.exp(-decay * times) * (
+        -0.3 * np.cos(speed * times) + (1.0 - decay * 0.3) / speed * np.sin(speed * times)
+    )
+    assert of(result, "joint.slide.displacement") == pytest.approx(0.3 + from_rest, abs=1e-5)
+    assert result.summary["energy_error"] < 1e-5
+
+
+def test_a_motor_turns_by_its_program_and_counts_turns(tmp_path: Path) -> None:
+    """1.3 turns about the vertical: the moment is inertia times acceleration, its work is the kinetic energy."""
+    bar = body("bar", [1.0, 0.0, 0.0], [0.01, 0.3, 0.3])
+    pin = joint("pin", "revolute", "ground", "bar", [0, 0, 0], axis=[0, 0, 1])
+    pin |= {"angle": "90 deg", "motor": {"turn": "1.3 turn", "time": {"kind": "ramp", "end": 1.0}}}
+    result = run(mechanism([bar], [pin], 1.0, 0.05), tmp_path)
+    turn, t = 2.6 * math.pi, result.time
+    assert of(result, "joint.pin.angle") == pytest.approx(0.5 * math.pi + turn * (3.0 - 2.0 * t) * t**2, abs=1e-9)
+    assert of(result, "joint.pin.rate") == pytest.approx(6.0 * turn * (1.0 - t) * t, abs=1e-9)
+    inner = slice(1, -1)
+    assert of(result, "joint.pin.motor")[inner] == pytest.approx(1.3 * 6.0 * turn * (1.0 - 2.0 * t)[inner], abs=1e-4 * 64.0)
+    assert np.abs(of(result, "joint.pin.moment")[:, 2]).max() < 1e-9
+    assert result.summary["energy_error"] < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("key", "section", "text"),
+    [
+        ("spring", {"stiffness": "1 N m/rad"}, '"1 N m/rad" has the wrong unit; give a value in N/m'),
+        ("spring", {"stiffness": 1.0, "force": 1.0, "rest": 0.1}, "give `rest` or `force` at the start, not both"),
+        ("stop", {"stiffness": 1.0}, "a stop needs `lower`, `upper` or both"),
+        ("motor", {"travel": 0.1}, "a motor needs either `speed`, or `travel` and `time`"),
+        ("damper", {"coeff": 1.0}, "coeff: unknown key"),
+    ],
+)
+def test_mistakes_of_actions(key: str, section: dict[str, Any], text: str) -> None:
+    with pytest.raises(fsm.CaseError) as failure:
+        fsm.load(slider(**{key: section})).check()
+    assert text in str(failure.value)

@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.openings import ACROSS, ALONG, DISTANCE, opening
+from fsm.interactions.openings import ACROSS, ALONG, DISTANCE, TURN, opening
 from fsm.kernels.body_poses import retract_poses
 
 Evaluated = tuple[float, np.ndarray, np.ndarray]
 
 
-@pytest.mark.parametrize("kind", [ALONG, ACROSS, DISTANCE])
+@pytest.mark.parametrize("kind", [ALONG, ACROSS, DISTANCE, TURN])
 def test_derivatives(kind: int) -> None:
     random = np.random.default_rng(kind)
-    poses, constants = random.normal(size=(2, 7)), np.append(random.normal(size=6), 1.3)
+    poses, constants = random.normal(size=(2, 7)), np.concatenate([random.normal(size=6), [1.3], random.normal(size=3)])
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1)[:, None]
 
     def at(increment: np.ndarray) -> Evaluated:
         gradient, hessian, moved = np.zeros(12), np.zeros((12, 12)), retract_poses(poses.ravel(), increment)
-        return opening(kind, moved[:7], moved[7:], constants, gradient, hessian), gradient, hessian
+        return opening(kind, moved[:7], moved[7:], constants, 0.2, gradient, hessian), gradient, hessian
 
     _, gradient, hessian = at(np.zeros(12))
     step, units = 1e-5, np.eye(12)
@@ -34,6 +34,6 @@ def test_round_off_is_no_opening() -> None:
     poses[:, 3] = 1.0
     poses[1, 0] = 100.0 * (1.0 + 1e-15)
     along_x = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 100.0])
-    assert opening(ALONG, poses[0], poses[1], along_x, *work) == 0.0
+    assert opening(ALONG, poses[0], poses[1], along_x, 0.0, *work) == 0.0
     poses[1, 0] = 100.0 * (1.0 + 1e-13)
-    assert opening(ALONG, poses[0], poses[1], along_x, *work) == pytest.approx(1e-11, rel=1e-2)
+    assert opening(ALONG, poses[0], poses[1], along_x, 0.0, *work) == pytest.approx(1e-11, rel=1e-2)

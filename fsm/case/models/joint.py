@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from fsm.case.models.joint_action import Damper, Motor, Spring, Stop, action_of
 from fsm.case.schema.model import Model, Name
 from fsm.case.schema.units import Angle, Length, Number
 
@@ -60,6 +61,16 @@ class SceneJoint(Model):
         default=0.0, description="angle of the joint at the start; turns are counted from here on",
         json_schema_extra={"range": "kinds that turn about one axis"},
     )  # fmt: skip
+
+    spring: Spring | None = Field(default=None, description="revolute and prismatic: spring on the coordinate")
+    damper: Damper | None = Field(default=None, description="revolute and prismatic: damper on the coordinate")
+    stop: Stop | None = Field(default=None, description="revolute and prismatic: spring and damper beyond a limit")
+    motor: Motor | None = Field(default=None, description="revolute and prismatic: prescribed motion of the coordinate")
+
+    @field_validator("spring", "damper", "stop", "motor", mode="before")
+    @classmethod
+    def _of_coordinate(cls, value: Any, info: ValidationInfo) -> Any:
+        return action_of(value, info, info.data.get("kind") == "revolute", info.data.get("kind") == "prismatic")
 
     @field_validator("axis", "second_axis")
     @classmethod

@@ -76,11 +76,11 @@ def advance(model: Segments, change: np.ndarray) -> bool:
 
 
 @kernel
-def _project(model: Segments, task: int) -> float:
+def _project(model: Segments, t: float, task: int) -> float:
     """Do a task of a projection with the arrays `at_rest`; returns the error."""
     error = 0.0
     for k in range(model.elements.shape[0]):
-        error += call_at(model.elements[k, PROJECT_BY], model.at_rest, model.element_tables[k], 0.0, float(task))
+        error += call_at(model.elements[k, PROJECT_BY], model.at_rest, model.element_tables[k], t, float(task))
     return error
 
 
@@ -115,26 +115,26 @@ def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np
     place(table, t, q, u)
     copy_into(floats_2d(table, RATES), rates)
     stiffness[:] = 0.0
-    _project(model, MEASURE)
+    _project(model, t, MEASURE)
     copy_into(stiffness, matrix)
     add_inertia(other, 1.0)
     model.equations.factorise(
         matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, floats_3d(other, FACTORS)
     )
     force[:] = 0.0
-    if _project(model, CLOSE) > 0.0:
+    if _project(model, t, CLOSE) > 0.0:
         copy_into(retract(model, q, _correction(model, gather_free(free, force))), q)
         place(table, t, q, u)
-        _project(model, MEASURE)
+        _project(model, t, MEASURE)
     before = np.inf
     for _ in range(MOST):
         force[:] = 0.0
-        error = _project(model, AT_RATES)
+        error = _project(model, t, AT_RATES)
         if not 0.0 < error < STALLED * before:
             break
         before = error
         _move(model, u, _correction(model, gather_free(free, force)))
-    _project(model, MEASURE)
+    _project(model, t, MEASURE)
     place(table, t, q, u)
     sum_forces(model, t, 0.0)
     accelerate_driven(driven_of(table), t, rates)
@@ -142,7 +142,7 @@ def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np
     before = np.inf
     for number in range(MOST):
         copy_into(floats_2d(table, FORCE), force)
-        error = _project(model, AT_ACCELERATIONS)
+        error = _project(model, t, AT_ACCELERATIONS)
         right = gather_free(free, force)
         for i in range(right.shape[0]):
             right[i] -= mass[i] * rate[i]
@@ -150,6 +150,6 @@ def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np
         if number > 1 and not 0.0 < error < STALLED * before:  # the first two errors follow from the given acceleration
             break
         before = error
-    _project(model, KEEP)
+    _project(model, t, KEEP)
     rates[:] = 0.0
     return True

@@ -22,7 +22,7 @@ from fsm.model.bodies.group import Group, GroupSteps
 from fsm.model.bodies.loads import GravityGroup, LoadGroup, applied
 from fsm.model.bodies.time_function import time_function
 from fsm.model.compile.compile_contacts import compile_contacts
-from fsm.model.compile.compile_joints import joint_group
+from fsm.model.compile.compile_joints import joint_forces, joint_group
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.model.elements.couplings import Coupling, CouplingGroup, Joints
@@ -116,6 +116,8 @@ class SceneCompiler:
             inverse = np.zeros(bodies.inertia.shape)
             inverse[bodies.free] = 1.0 / bodies.inertia[bodies.free]
             groups.append(joint_group(self.scene.joints, ends, self.pose, inverse))
+            forces = joint_forces(self.scene.joints, ends, self.pose)
+            groups += [] if forces is None else [forces]
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         on_bodies = [load for load in self.scene.loads if load.pressure is None]

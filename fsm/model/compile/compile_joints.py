@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from fsm.case.models.joint import TURNING, SceneJoint
-from fsm.interactions.openings import ACROSS, ALONG, DISTANCE
+from fsm.case.models.joint_action import SlideMotor, TurnMotor, TurnSpring
+from fsm.interactions.openings import ACROSS, ALONG, DISTANCE, TURN
+from fsm.kernels.programs import Piece, Program
 from fsm.kernels.rotation import rotation_matrix
+from fsm.model.bodies.time_function import time_function
+from fsm.model.elements.joint_forces import (
+    DAMPER,
+    LOAD,
+    LOWER,
+    REST,
+    SPRING,
+    STOP,
+    STOP_DAMPER,
+    UPPER,
+    JointForceGroup,
+)
 from fsm.model.elements.joints import JointGroup
 
+_UNUSED = (0.0, 0.0, 0.0)
 _Axes = tuple[int, ...]
 LOCKED_PLACES: dict[str, _Axes] = {
     "fixed": (0, 1, 2), "revolute": (0, 1, 2), "spherical": (0, 1, 2), "universal": (0, 1, 2), "prismatic": (0, 1),
@@ -60,17 +76,22 @@ def joint_group(
     rows: list[tuple[int, int, np.ndarray]] = []
     turns: list[tuple[int, int]] = []
     lines: list[np.ndarray] = []
+    motors: list[Program] = []
+    moved: list[int] = []
     for number, joint in enumerate(joints):
-        (a, b), axes = ends[number].tolist(), joint_axes(joint)
-        at = np.array(joint.at)
-        to = at if joint.to is None else np.array(joint.to)
-        turned = [rotation_matrix(poses[body, 3:]) for body in (a, b)]
-        own, arm = axes @ turned[0], (to - poses[b, :3]) @ turned[1]
-        other, base = axes @ turned[1], (at - poses[a, :3]) @ turned[0]
+        a, b = ends[number].tolist()
+        own, other, base, arm = _in_bodies(joint, poses[a], poses[b])
         if joint.kind == "distance":
-            rows.append((number, DISTANCE, np.array([*base, *arm, np.linalg.norm(to - at)])))
-        rows += [(number, ALONG, np.array([*own[k], *arm, own[k] @ base])) for k in LOCKED_PLACES[joint.kind]]
-        rows += [(number, ACROSS, np.array([*own[j], *other[k], 0.0])) for j, k in LOCKED_TURNS.get(joint.kind, ())]
+            assert joint.to is not None
+            rows.append((number, DISTANCE, np.array([*base, *arm, math.dist(joint.to, joint.at), *_UNUSED])))
+        rows += [(number, ALONG, np.array([*own[k], *arm, own[k] @ base, *_UNUSED])) for k in LOCKED_PLACES[joint.kind]]
+        locked = LOCKED_TURNS.get(joint.kind, ())
+        rows += [(number, ACROSS, np.array([*own[j], *other[k], 0.0, *_UNUSED])) for j, k in locked]
+        moved += [-1] * (len(rows) - len(moved))
+        if joint.motor is not None:
+            rows.append((number, *_coordinate(joint, own, other, base, arm)))
+            moved.append(len(motors))
+            motors.append(motor_program(joint.motor))
         if joint.kind in TURNING:
             turns.append((a, b))
             lines.append(np.array([*own[2], *own[0], *other[0]]))
@@ -82,13 +103,70 @@ def joint_group(
         np.ascontiguousarray(ends[of]), np.array([kind for _, kind, _ in rows], dtype=np.int64),
         np.array([constants for _, _, constants in rows]), np.ones(len(rows)),
         np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, 9),
-        tuple(joint.name for joint in joints), of,
+        tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors),
     )  # fmt: skip
     _, gradients = group.openings(poses)
     for number in range(len(joints)):
         own = of == number
         group.masses[own] = _inertia(gradients[own], inverse[ends[number]].ravel())
     return group
+
+
+def _in_bodies(joint: SceneJoint, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Axes of a joint in its first and in its second body (3, 3), and its points in both (3,), from their poses (7,)."""
+    axes, at = joint_axes(joint), np.array(joint.at)
+    to = at if joint.to is None else np.array(joint.to)
+    a, b = rotation_matrix(first[3:]), rotation_matrix(second[3:])
+    return axes @ a, axes @ b, (at - first[:3]) @ a, (to - second[:3]) @ b
+
+
+def _coordinate(
+    joint: SceneJoint, own: np.ndarray, other: np.ndarray, base: np.ndarray, arm: np.ndarray, start: float = 0.0
+) -> tuple[int, np.ndarray]:
+    """Coordinate of a revolute or prismatic joint, `start` at the start, as an opening; other arguments of `_in_bodies`."""
+    if joint.kind == "prismatic":
+        return ALONG, np.array([*own[2], *arm, own[2] @ base - start, *_UNUSED])
+    return TURN, np.array([*own[0], *other[0], -start, *own[1]])
+
+
+def motor_program(motor: TurnMotor | SlideMotor) -> Program:
+    """Coordinate from the start on."""
+    pace, way = (motor.rate, motor.turn) if isinstance(motor, TurnMotor) else (motor.speed, motor.travel)
+    if pace is not None:
+        return Program((Piece(-math.inf, True, 0.0, (0.0, pace)),))
+    assert way is not None
+    return time_function(motor.time).scaled(way)
+
+
+def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> JointForceGroup | None:
+    """Springs, dampers and stops of all joints; None without any. Arguments as in `joint_group`."""
+    chosen = [i for i, joint in enumerate(joints) if joint.spring or joint.damper or joint.stop]
+    if not chosen:
+        return None
+    kinds, constants, tables, laws, start = [], [], [], np.zeros((len(chosen), 8)), np.zeros(len(chosen))
+    for k, i in enumerate(chosen):
+        joint, spring, law = joints[i], joints[i].spring, laws[k]
+        start[k] = joint.angle
+        kind, row = _coordinate(joint, *_in_bodies(joint, *poses[ends[i]]), joint.angle)
+        kinds.append(kind)
+        constants.append(row)
+        tables.append(np.array(spring.table if spring is not None and spring.table else (), dtype=float).reshape(-1, 2))
+        law[REST], law[LOWER], law[UPPER] = start[k], -math.inf, math.inf
+        if spring is not None:
+            load = spring.moment if isinstance(spring, TurnSpring) else spring.force
+            law[SPRING], law[LOAD] = spring.stiffness, -(load or 0.0)
+            law[REST] = start[k] if spring.rest is None else spring.rest
+        if joint.damper is not None:
+            law[DAMPER] = joint.damper.coefficient
+        if joint.stop is not None:
+            law[STOP], law[STOP_DAMPER] = joint.stop.stiffness, joint.stop.damping
+            law[LOWER] = -math.inf if joint.stop.lower is None else joint.stop.lower
+            law[UPPER] = math.inf if joint.stop.upper is None else joint.stop.upper
+    first = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(np.int64)
+    return JointForceGroup(
+        np.ascontiguousarray(ends[chosen]), np.array(kinds, dtype=np.int64), np.array(constants), laws, first,
+        np.concatenate(tables), start, tuple(joints[i].name for i in chosen),
+    )  # fmt: skip
 
 
 def _inertia(gradients: np.ndarray, inverse: np.ndarray) -> np.ndarray:

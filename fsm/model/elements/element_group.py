@@ -265,12 +265,12 @@ class ElementGroup(Group):
         self._alone.call("advance", 0.0, 0.0, _NO_ROWS, change, _NO_ROWS)
 
     def project(
-        self, task: int, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, force: np.ndarray,
+        self, task: int, t: float, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, force: np.ndarray,
         stiffness: np.ndarray,
     ) -> float:  # fmt: skip
         """Task of a projection (`fsm.model.elements.joints`), and its error."""
         self._alone.use(self, pattern)
-        return self._alone.call("project", 0.0, float(task), poses, rates, force, stiffness)
+        return self._alone.call("project", t, float(task), poses, rates, force, stiffness)
 
     # memory -----------------------------------------------------------------------------------------------------------
 

@@ -17,25 +17,50 @@ import numpy as np
 from fsm.interactions.openings import opening
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import pieces_at, program_at
+from fsm.kernels.programs import Program, table_of
 from fsm.kernels.scatter import add_block
 from fsm.kernels.tensor import crossed, quaternion_matrix, times_vector
-from fsm.model.bodies.arrays import AT_ACCELERATIONS, CLOSE, DOF, FORCE, KEEP, MEASURE, POSES, RATES, STIFFNESS, pattern_of
+from fsm.model.bodies.arrays import (
+    AT_ACCELERATIONS,
+    AT_RATES,
+    CLOSE,
+    DOF,
+    FORCE,
+    KEEP,
+    MEASURE,
+    POSES,
+    RATES,
+    STIFFNESS,
+    STORED,
+    pattern_of,
+)
 from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, bodies_of, nothing
 
 _KINDS, _CONSTANTS, _MASSES, _PENALTY, _EFFORT, _VALUE, _GRADIENT, _BEND, _KEPT, _TURNS, _LINES = range(OWN, OWN + 11)
+_PROGRAM, _PIECES = range(OWN + 11, OWN + 13)
 _STIFF = 1e3
 """Penalty relative to the inertia of an opening. From 1e2 to 1e5 the number of iterations is that of Newton's method with
 exact multipliers."""
 
 
 @kernel
-def _measure(table: np.ndarray, own: np.ndarray, i: int, hessian: np.ndarray) -> None:
-    """Write value and gradient of an opening, and its second derivatives."""
+def _measure(table: np.ndarray, own: np.ndarray, t: float, i: int, hessian: np.ndarray) -> None:
+    """Write value and gradient of an opening at a time (s), and its second derivatives."""
     poses, bodies = floats_2d(table, POSES), bodies_of(own)
     floats_1d(own, _VALUE)[i] = opening(
         integers_1d(own, _KINDS)[i], poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, _CONSTANTS)[i],
-        floats_2d(own, _GRADIENT)[i], hessian,
+        _prescribed(own, t, i)[0], floats_2d(own, _GRADIENT)[i], hessian,
     )  # fmt: skip
+
+
+@kernel
+def _prescribed(own: np.ndarray, t: float, i: int) -> tuple[float, float, float]:
+    """Prescribed value of an opening at a time (s), and its two derivatives; zero without a motor."""
+    number = integers_1d(own, _PROGRAM)[i]
+    if number < 0:
+        return 0.0, 0.0, 0.0
+    return program_at(pieces_at(own, _PIECES), number, t)
 
 
 @kernel
@@ -61,7 +86,7 @@ def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> f
     force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value, hessian = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((12, 12))
     for i in range(bodies.shape[0]):
-        _measure(table, own, i, hessian)
+        _measure(table, own, t, i, hessian)
         _push(force, bodies[i], gradient[i], effort[i] + penalty[i] * value[i])
     return 0.0
 
@@ -77,7 +102,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     effort, penalty, value, block = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((12, 12))
     stiffness, dof, p = floats_3d(table, STIFFNESS), integers_1d(table, DOF), pattern_of(table)
     for i in range(bodies.shape[0]):
-        _measure(table, own, i, block)
+        _measure(table, own, t, i, block)
         total = effort[i] + penalty[i] * value[i]
         _push(force, bodies[i], gradient[i], total)
         for a in range(12):
@@ -125,13 +150,16 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
             kept[i], penalty[i] = effort[i], 0.0
         return 0.0
     if task == MEASURE:
-        _measure_all(table, own)
+        _measure_all(table, own, t)
         return 0.0
     error = 0.0
     for i in range(bodies.shape[0]):
+        _, speed, pick_up = _prescribed(own, t, i)
         rate = value[i] if task == CLOSE else _along(rates, bodies[i], gradient[i])
+        if task == AT_RATES:
+            rate -= speed
         if task == AT_ACCELERATIONS:
-            rate += bend[i]
+            rate += bend[i] - pick_up
         total = _STIFF * masses[i] * rate
         if task == AT_ACCELERATIONS:
             effort[i] += total
@@ -142,12 +170,12 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 
 
 @kernel
-def _measure_all(table: np.ndarray, own: np.ndarray) -> None:
+def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
     rates, bodies, stiffness = floats_2d(table, RATES), bodies_of(own), floats_3d(table, STIFFNESS)
     gradient, bend, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _BEND), floats_1d(own, _MASSES), _efforts(own)
     dof, p, block, speed = integers_1d(table, DOF), pattern_of(table), np.empty((12, 12)), np.empty(12)
     for i in range(bodies.shape[0]):
-        _measure(table, own, i, block)
+        _measure(table, own, t, i, block)
         for side in range(2):
             for k in range(6):
                 speed[6 * side + k] = rates[bodies[i, side], k]
@@ -194,7 +222,18 @@ def angle_of(first: np.ndarray, second: np.ndarray, lines: np.ndarray) -> float:
     )  # fmt: skip
 
 
-_KERNELS = ElementKernels(_force, _tangent, nothing, accept=_accept, lock=_lock, advance=_advance, project=_project)
+@kernel
+def _put_in(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Add the power of the motors, W; nothing is dissipated."""
+    effort, stored = _efforts(own), floats_1d(table, STORED)
+    for i in range(effort.shape[0]):
+        stored[2] -= effort[i] * _prescribed(own, t, i)[1]
+    return 0.0
+
+
+_KERNELS = ElementKernels(
+    _force, _tangent, nothing, lost=_put_in, accept=_accept, lock=_lock, advance=_advance, project=_project
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -206,7 +245,7 @@ class JointGroup(ElementGroup):
     bodies : (n, 2) int array
         First and second body of each opening.
     kinds : (n,) int array, see `fsm.interactions.openings`
-    constants : (n, 7) array, see `fsm.interactions.openings`
+    constants : (n, 10) array, see `fsm.interactions.openings`
     masses : (n,) array, kg or kg m^2
         Inertia of each opening at the start.
     turns : (k, 2) int array
@@ -215,6 +254,9 @@ class JointGroup(ElementGroup):
     names : names of the joints
     of : (n,) int array
         Number of the joint of each opening.
+    program : (n,) int array
+        Number of the motor of each opening in `motors`, -1 without a motor.
+    motors : functions of time of the coordinates
     """
 
     bodies: np.ndarray
@@ -225,6 +267,8 @@ class JointGroup(ElementGroup):
     lines: np.ndarray
     names: tuple[str, ...]
     of: np.ndarray
+    program: np.ndarray
+    motors: tuple[Program, ...]
     categories = ()
     rate_dependent = False
     locks = True
@@ -239,7 +283,13 @@ class JointGroup(ElementGroup):
         """See `ElementGroup`."""
         n = len(self.kinds)
         work = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 12)), np.zeros(n)]
-        return [self.kinds, self.constants, self.masses, *work, np.zeros(n + len(self.turns)), self.turns, self.lines]
+        kept = np.zeros(n + len(self.turns))
+        moved = self.program, *table_of(self.motors)
+        return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *moved]
+
+    def break_times(self) -> set[float]:
+        """See `Group`."""
+        return {time for motor in self.motors for time in motor.breaks()}
 
     @property
     def memory_of(self) -> np.ndarray:
@@ -271,5 +321,5 @@ class JointGroup(ElementGroup):
         """Openings (n,), m or rad, and their gradients (n, 12)."""
         values, gradients, hessian = np.zeros(len(self.kinds)), np.zeros((len(self.kinds), 12)), np.zeros((12, 12))
         for i, (a, b) in enumerate(self.bodies.tolist()):
-            values[i] = opening(int(self.kinds[i]), poses[a], poses[b], self.constants[i], gradients[i], hessian)
+            values[i] = opening(int(self.kinds[i]), poses[a], poses[b], self.constants[i], 0.0, gradients[i], hessian)
         return values, gradients

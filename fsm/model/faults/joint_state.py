@@ -15,7 +15,7 @@ from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Scene
 from fsm.errors import Fault
 from fsm.model.bodies.drive import program_of, unit
-from fsm.model.compile.compile_joints import LOCKED_PLACES, LOCKED_TURNS, joint_axes
+from fsm.model.compile.compile_joints import LOCKED_PLACES, LOCKED_TURNS, joint_axes, motor_program
 from fsm.text.shown_units import shown
 
 _REPEATS = 1e-9
@@ -36,6 +36,8 @@ class JointsAtStart:
     labels : names of the locked directions
     rows : (n, 6 n_bodies) array
         Rates of openings from the rates of all bodies, the ground without columns.
+    rates : (n,) array
+        Rates of openings that motors prescribe, else zero.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -45,18 +47,34 @@ class JointsAtStart:
         self.free = np.array([not (body.held or body.name in driven) for body in scene.bodies], dtype=bool)
         self.turned = [quaternion_matrix(body.orientation) for body in scene.bodies]
         self.labels: list[str] = []
+        self.wanted: list[tuple[int, float]] = []
         rows = [row for joint in scene.joints for row in self._rows(joint)]
-        self.rows = np.array(rows).reshape(len(rows), 6 * len(scene.bodies))
+        self.rows, self.rates = np.array(rows).reshape(len(rows), 6 * len(scene.bodies)), np.zeros(len(rows))
+        for row, rate in self.wanted:
+            self.rates[row] = rate
 
     def _rows(self, joint: SceneJoint) -> Iterator[np.ndarray]:
         at, axes = np.array(joint.at), joint_axes(joint)
         to = at if joint.to is None else np.array(joint.to)
         first, second = self._arm(joint.first, to), self._arm(joint.second, to)
-        none = np.zeros(3)
         if joint.kind == "distance":
             line = (to - at) / np.linalg.norm(to - at)
             base = np.cross(line, self._arm(joint.first, at))
             yield self._row(joint, "distance", -line, base, line, np.cross(second, line))
+        yield from self._locked(joint, axes, first, second)
+        if joint.motor is not None:
+            program = motor_program(joint.motor)
+            self.wanted.append((len(self.labels), program.at(_SOON * max((0.0, *program.breaks())))[1]))
+            along = axes[2]
+            if joint.kind == "prismatic":
+                yield self._row(joint, "motor", -along, np.cross(along, first), along, np.cross(second, along))
+            else:
+                yield self._row(joint, "motor", np.zeros(3), -along, np.zeros(3), along)
+
+    def _locked(
+        self, joint: SceneJoint, axes: np.ndarray, first: np.ndarray, second: np.ndarray
+    ) -> Iterator[np.ndarray]:
+        none = np.zeros(3)
         for k in LOCKED_PLACES[joint.kind]:
             along = axes[k]
             yield self._row(joint, f"along e{k + 1}", -along, np.cross(along, first), along, np.cross(second, along))
@@ -137,13 +155,13 @@ class JointsAtStart:
     @cached_property
     def _change(self) -> np.ndarray:
         """Change (6 n_bodies,) of the rates to the nearest ones, in the norm of the kinetic energy, that open no joint."""
-        found = np.linalg.lstsq(self.rows @ self._roots, -self.rows @ self._rates, rcond=_REPEATS)[0]
+        found = np.linalg.lstsq(self.rows @ self._roots, self.rates - self.rows @ self._rates, rcond=_REPEATS)[0]
         return np.asarray(self._roots @ found)
 
     def velocity_faults(self) -> Iterator[Fault]:
         """Joints that prescribed motions open at the start."""
         rates = self._rates + self._change
-        left, sizes = np.abs(self.rows @ rates), np.abs(self.rows) @ np.abs(rates)
+        left, sizes = np.abs(self.rows @ rates - self.rates), np.abs(self.rows) @ np.abs(rates)
         if left.size and np.any(left > _OPENS * sizes.max()):
             worst = self.labels[int(np.argmax(left))]
             text = f"the prescribed motions open joint {worst} at the start, and no free body can follow; change a drive"
@@ -151,8 +169,8 @@ class JointsAtStart:
 
     def velocity_warnings(self) -> Iterator[str]:
         """Initial velocities that the joints do not allow, and their largest change."""
-        change, given = np.abs(self._change.reshape(-1, 6)), np.abs(self._rates).max(initial=0.0)
-        if given == 0.0 or change.max(initial=0.0) <= _OPENS * given:
+        change = np.abs(self._change.reshape(-1, 6))
+        if change.max(initial=0.0) <= _OPENS * np.abs(self._rates + self._change).max(initial=0.0):
             return
         names = [body.name for body in self.scene.bodies]
         changes = np.linalg.norm(self._change.reshape(-1, 2, 3), axis=2)

@@ -33,7 +33,7 @@ def consistent(
     force, stiffness, free = np.zeros(rates.shape), pattern.zeros(), system.bodies.free
 
     def project(task: int) -> float:
-        return sum(group.project(task, poses, rates, pattern, force, stiffness) for group in system.locking)
+        return sum(group.project(task, t, poses, rates, pattern, force, stiffness) for group in system.locking)
 
     def move(vector: np.ndarray, change: np.ndarray) -> None:
         vector += change

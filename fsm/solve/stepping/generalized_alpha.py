@@ -401,7 +401,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
 def _make_consistent(model: Any, end: float, q: np.ndarray, u: np.ndarray, a: np.ndarray, rate: np.ndarray) -> None:
     """Project q, u and u' at the end of a step; a - u' is kept."""
     found = rate.copy()
-    consistent(model, end, q, u, rate)
+    consistent(model, np.nextafter(end, -math.inf), q, u, rate)  # motors jump at breaks
     for i in range(found.shape[0]):
         a[i] += rate[i] - found[i]
 
@@ -418,7 +418,8 @@ def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, tria
     counts[STEPS] += 1
     sizes[LONGEST] = accept(model, end, motion.q, motion.u)
     for b in rules.breaks:
-        if b == end and _jumps(model, motion, rules):
+        # multipliers jump with the accelerations of motors and drives
+        if b == end and (lock(model, 0.0) or _jumps(model, motion, rules)):
             counts[STARTED] = 0
 
 
