@@ -38,8 +38,8 @@ LOCKED_TURNS: dict[str, tuple[tuple[int, int], ...]] = {
     "cylindrical": ((0, 2), (1, 2)), "planar": ((0, 2), (1, 2)), "universal": ((2, 0),),
 }  # fmt: skip
 """Axes of the first and of the second body that stay at right angles."""
-_SOFTEST = 1e-8
-"""Smallest ratio of the compliances of a joint that its penalties take into account."""
+_REPEATED = 1e-10
+"""Smallest ratio of eigenvalues of openings, scaled to unit size, that do not follow from others."""
 
 
 def joint_axes(joint: SceneJoint) -> np.ndarray:
@@ -105,10 +105,7 @@ def joint_group(
         np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, 9),
         tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors),
     )  # fmt: skip
-    _, gradients = group.openings(poses)
-    for number in range(len(joints)):
-        own = of == number
-        group.masses[own] = _inertia(gradients[own], inverse[ends[number]].ravel())
+    group.masses[:] = _inertia(group.openings(poses)[1], group.bodies, inverse)
     return group
 
 
@@ -169,14 +166,17 @@ def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarr
     )  # fmt: skip
 
 
-def _inertia(gradients: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """Inertia (n,) of the openings of a joint, kg or kg m^2, that is no smaller in any direction than J M^-1 J^T gives.
+def _inertia(gradients: np.ndarray, bodies: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """Inertia (n,) of each opening while all others stay closed, kg or kg m^2: the diagonal of (J M^-1 J^T)^-1.
 
-    In the direction of a rod with a small ball at its end, the inertia is the mass of the ball; the opening along an oblique
-    axis, whose own inertia is small, has this inertia too.
+    With penalties in this ratio, the smallest eigenvalue of the penalties times J M^-1 J^T is their factor over n at least,
+    whatever the ratios of masses. Of openings that follow from others the pseudo-inverse has a share.
     """
-    compliance = gradients * inverse @ gradients.T
-    own = np.diag(compliance)
-    scale = np.sqrt(np.where(own > 0.0, own, 1.0))
-    softest = float(np.linalg.eigvalsh(compliance / np.outer(scale, scale))[0])
-    return np.where(own > 0.0, 1.0 / (scale**2 * max(softest, _SOFTEST)), 0.0)
+    rows = np.zeros((len(gradients), *inverse.shape))
+    for row, gradient, ends in zip(rows, gradients.reshape(-1, 2, 6), bodies.tolist(), strict=True):
+        row[ends] += gradient
+    rows = (rows * np.sqrt(inverse)).reshape(len(gradients), -1)
+    sizes = np.linalg.norm(rows, axis=1)
+    sizes[sizes == 0.0] = math.inf
+    scaled = rows / sizes[:, None]
+    return np.asarray(np.diag(np.linalg.pinv(scaled @ scaled.T, _REPEATED, hermitian=True)) / sizes**2)
