@@ -11,6 +11,7 @@ from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import motion_of_bodies, placed, rotated
 from fsm.kernels.rotation import rotation_matrix
 from fsm.model.compile.compile_joints import joint_axes
+from fsm.model.elements.joint_forces import JointForceGroup
 from fsm.model.elements.joints import JointGroup
 from fsm.results.channel import AXES, Dim
 
@@ -22,7 +23,7 @@ _OWN = Dim("joint_axis", ("e1", "e2", "e3"), "1", "axis of the joint on its firs
 @offers
 def ideal_joints(model: Model) -> Iterator[Offer]:
     """joint.<name>.force, .moment, .force_in_joint, .moment_in_joint, .position, .angle, .rate, .displacement, .speed,
-    .motor.
+    .motor, .latched.
     """
     joints = () if model.scene is None else model.scene.joints
     names = model.system.bodies.names if joints else ()
@@ -49,6 +50,8 @@ def ideal_joints(model: Model) -> Iterator[Offer]:
             text = f"of the motor on {joint.second}, positive in the sense of the coordinate"
             quantity, unit = ("moment", "N m") if joint.kind == "revolute" else ("force", "N")
             yield Offer(f"{name}.motor", unit, f"{quantity} {text}", side.motor)
+        if joint.latch is not None:
+            yield Offer(f"{name}.latched", "1", "1 if the latch has closed, else 0", _latched(joint.name))
         slides = _SLIDES.get(joint.kind, ())
         for k in slides:
             ending = f"_{k + 1}" if len(slides) > 1 else ""
@@ -136,6 +139,14 @@ class _Side:
             return float(np.cross(spin[self.first], axis) @ way + axis @ (outer - inner))
 
         return at
+
+
+def _latched(name: str) -> Callable[[State], float]:
+    def at(state: State) -> float:
+        forces = next(group for group in state.system.groups if isinstance(group, JointForceGroup))
+        return float(forces.memory_of[len(forces.names) + forces.names.index(name)])
+
+    return at
 
 
 def _group(state: State) -> JointGroup:

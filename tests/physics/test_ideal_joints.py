@@ -393,3 +393,29 @@ def test_mistakes_of_actions(key: str, section: dict[str, Any], text: str) -> No
     with pytest.raises(fsm.CaseError) as failure:
         fsm.load(slider(**{key: section})).check()
     assert text in str(failure.value)
+
+
+def test_a_latch_holds_a_block_between_itself_and_the_stop(tmp_path: Path) -> None:
+    """The block comes to the stop, latches, and stays between both with its energy; without the latch it leaves."""
+    stop, latch = {"upper": 0.2, "stiffness": 400.0}, {"at": 0.2, "play": 0.01, "stiffness": 400.0}
+    held = run(slider(stop=stop, latch=latch), tmp_path / "held")
+    place, latched = of(held, "joint.slide.displacement"), of(held, "joint.slide.latched")
+    assert np.array_equal(latched, (held.time > 0.2).astype(float)) or np.array_equal(latched, held.time >= 0.2)
+    after = held.time > 0.2
+    assert place[after].min() == pytest.approx(0.19 - 0.05, abs=1e-3)
+    assert place[after].max() == pytest.approx(0.2 + 0.05, abs=1e-3)
+    assert held.summary["energy_error"] < 1e-5
+    fast = run(slider(stop=stop, latch=latch | {"rate_below": 0.5}), tmp_path / "fast")
+    assert not of(fast, "joint.slide.latched")[fast.time < 0.25].any()
+
+
+def test_a_light_coupler_takes_no_more_iterations(tmp_path: Path) -> None:
+    case = four_bar()
+    case["solve"]["rtol"] = 1e-6
+    equal = run(case, tmp_path / "equal")
+    coupler = case["scene"]["bodies"][1]
+    coupler |= {"mass": 1e-5, "inertia": [1e-5 * value for value in coupler["inertia"]]}
+    light = run(case, tmp_path / "light")
+    per_step = [result.summary["newton_iterations"] / result.summary["steps"] for result in (equal, light)]
+    assert per_step[1] < 1.2 * per_step[0]
+    assert np.abs(of(light, "joint.pin 1.position")).max() < 1e-10

@@ -21,6 +21,7 @@ def group(kind: int, random: np.random.Generator) -> JointForceGroup:
             [0.0, 0.0, 0.0, 0.0, -91.0, -90.0, 4.0, 0.3],
         ]
     )
+    law = np.hstack([law, np.zeros((4, 6))])
     rows = np.array([[-90.0, 1.0], [-9.0, 3.0], [0.0, -2.0], [9.0, 5.0]])
     constants = np.tile(random.normal(size=10), (4, 1))
     first = np.array([0, 0, 4, 4, 4], dtype=np.int64)

@@ -7,7 +7,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from fsm.case.models.joint_action import Damper, Motor, Spring, Stop, action_of
+from fsm.case.models.joint_action import Damper, Latch, Motor, Spring, Stop, action_of
 from fsm.case.schema.model import Model, Name
 from fsm.case.schema.units import Angle, Length, Number
 
@@ -65,9 +65,12 @@ class SceneJoint(Model):
     spring: Spring | None = Field(default=None, description="revolute and prismatic: spring on the coordinate")
     damper: Damper | None = Field(default=None, description="revolute and prismatic: damper on the coordinate")
     stop: Stop | None = Field(default=None, description="revolute and prismatic: spring and damper beyond a limit")
+    latch: Latch | None = Field(
+        default=None, description="revolute and prismatic: stop against the way back, from the moment it is reached"
+    )
     motor: Motor | None = Field(default=None, description="revolute and prismatic: prescribed motion of the coordinate")
 
-    @field_validator("spring", "damper", "stop", "motor", mode="before")
+    @field_validator("spring", "damper", "stop", "latch", "motor", mode="before")
     @classmethod
     def _of_coordinate(cls, value: Any, info: ValidationInfo) -> Any:
         return action_of(value, info, info.data.get("kind") == "revolute", info.data.get("kind") == "prismatic")
@@ -89,6 +92,8 @@ class SceneJoint(Model):
         self._given("to", self.to is not None, self.kind in WITH_TO)
         if self.angle and self.kind not in TURNING:
             raise ValueError(f"joint {self.name!r} of kind {self.kind!r} has no `angle`; remove this key")
+        if self.latch is not None and self.latch.at == self.angle:
+            raise ValueError(f"the latch of {self.name!r} is where the joint starts; use kind fixed, or another `latch.at`")
         if self.kind == "distance" and self.to == self.at:
             raise ValueError(f"joint {self.name!r} keeps a distance of zero; use kind spherical, or another point `to`")
         if self.kind == "universal":

@@ -145,6 +145,30 @@ class SlideMotor(Model):
         return _one_program(self, "speed", "travel")
 
 
+class TurnLatch(Model):
+    """Latch that closes when the angle reaches it, and then holds the joint against the way back."""
+
+    at: Angle = Field(description="angle at which it closes, on either side of that at the start")
+    play: Angle = Field(default=0.0, ge=0, description="way back that it leaves")
+    stiffness: AngularStiffness = Field(gt=0, description="stiffness against the way back")
+    damping: AngularDamping = Field(default=0.0, ge=0, description="damping against it")
+    rate_below: AngularSpeed | None = Field(
+        default=None, gt=0, description="largest rate at which it closes", json_schema_extra={"default": "any"}
+    )
+
+
+class SlideLatch(Model):
+    """Latch that closes when the displacement reaches it, and then holds the joint against the way back."""
+
+    at: Length = Field(description="displacement at which it closes, on either side of 0")
+    play: Length = Field(default=0.0, ge=0, description="way back that it leaves")
+    stiffness: Stiffness = Field(gt=0, description="stiffness against the way back")
+    damping: Damping = Field(default=0.0, ge=0, description="damping against it")
+    rate_below: Speed | None = Field(
+        default=None, gt=0, description="largest speed at which it closes", json_schema_extra={"default": "any"}
+    )
+
+
 Motor = TurnMotor | SlideMotor
 
 
@@ -155,11 +179,14 @@ def _one_program(motor: Any, pace: str, way: str) -> Any:
     return motor
 
 
-OF_TURNS: Sections = {"spring": TurnSpring, "damper": TurnDamper, "stop": TurnStop, "motor": TurnMotor}
-OF_SLIDES: Sections = {"spring": SlideSpring, "damper": SlideDamper, "stop": SlideStop, "motor": SlideMotor}
+OF_TURNS: Sections = {"spring": TurnSpring, "damper": TurnDamper, "stop": TurnStop, "latch": TurnLatch, "motor": TurnMotor}
+OF_SLIDES: Sections = {
+    "spring": SlideSpring, "damper": SlideDamper, "stop": SlideStop, "latch": SlideLatch, "motor": SlideMotor
+}  # fmt: skip
 Spring = Annotated[TurnSpring | SlideSpring, Field()]
 Damper = Annotated[TurnDamper | SlideDamper, Field()]
 Stop = Annotated[TurnStop | SlideStop, Field()]
+Latch = Annotated[TurnLatch | SlideLatch, Field()]
 
 
 def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) -> Any:

@@ -15,9 +15,15 @@ from fsm.kernels.rotation import rotation_matrix
 from fsm.model.bodies.time_function import time_function
 from fsm.model.elements.joint_forces import (
     DAMPER,
+    LATCH,
+    LATCH_AT,
+    LATCH_DAMPER,
+    LATCH_SENSE,
     LOAD,
     LOWER,
+    PLAY,
     REST,
+    SLOWER,
     SPRING,
     STOP,
     STOP_DAMPER,
@@ -136,11 +142,11 @@ def motor_program(motor: TurnMotor | SlideMotor) -> Program:
 
 
 def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> JointForceGroup | None:
-    """Springs, dampers and stops of all joints; None without any. Arguments as in `joint_group`."""
-    chosen = [i for i, joint in enumerate(joints) if joint.spring or joint.damper or joint.stop]
+    """Springs, dampers, stops and latches of all joints; None without any. Arguments as in `joint_group`."""
+    chosen = [i for i, joint in enumerate(joints) if joint.spring or joint.damper or joint.stop or joint.latch]
     if not chosen:
         return None
-    kinds, constants, tables, laws, start = [], [], [], np.zeros((len(chosen), 8)), np.zeros(len(chosen))
+    kinds, constants, tables, laws, start = [], [], [], np.zeros((len(chosen), 14)), np.zeros(len(chosen))
     for k, i in enumerate(chosen):
         joint, spring, law = joints[i], joints[i].spring, laws[k]
         start[k] = joint.angle
@@ -159,6 +165,11 @@ def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarr
             law[STOP], law[STOP_DAMPER] = joint.stop.stiffness, joint.stop.damping
             law[LOWER] = -math.inf if joint.stop.lower is None else joint.stop.lower
             law[UPPER] = math.inf if joint.stop.upper is None else joint.stop.upper
+        if joint.latch is not None:
+            latch = joint.latch
+            law[LATCH_AT], law[LATCH_SENSE], law[PLAY] = latch.at, math.copysign(1.0, latch.at - start[k]), latch.play
+            law[LATCH], law[LATCH_DAMPER] = latch.stiffness, latch.damping
+            law[SLOWER] = math.inf if latch.rate_below is None else latch.rate_below
     first = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(np.int64)
     return JointForceGroup(
         np.ascontiguousarray(ends[chosen]), np.array(kinds, dtype=np.int64), np.array(constants), laws, first,

@@ -1,9 +1,10 @@
 """Springs, dampers and stops on the coordinates of joints. The group, its table, and its kernels.
 
-    e = load + k (c - rest) + table(c) + d c' + stop(c, c')
+    e = load + k (c - rest) + table(c) + d c' + stop(c, c') + latch(c, c')
 
 is against the coordinate c, an angle with all its turns or a displacement (`fsm.interactions.openings`). A stop beyond a
-limit by p has k p + d p', or zero if this would pull.
+limit by p has k p + d p', or zero if this would pull. A latch is a stop
+against the way back, which acts from the first accepted state on in which the coordinate has reached it.
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ from fsm.kernels.scatter import add_block
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
 from fsm.model.elements.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
-_KINDS, _CONSTANTS, _LAWS, _FIRST, _ROWS, _TURNED = range(OWN, OWN + 6)
+_KINDS, _CONSTANTS, _LAWS, _FIRST, _ROWS, _KEPT = range(OWN, OWN + 6)
 LOAD, SPRING, REST, DAMPER, LOWER, UPPER, STOP, STOP_DAMPER = range(8)
+LATCH_AT, LATCH_SENSE, PLAY, LATCH, LATCH_DAMPER, SLOWER = range(8, 14)
 """Columns of the laws."""
 
 
@@ -31,7 +33,7 @@ def _coordinate(table: np.ndarray, own: np.ndarray, i: int, gradient: np.ndarray
     poses, bodies, kind = floats_2d(table, POSES), bodies_of(own), integers_1d(own, _KINDS)[i]
     c = opening(kind, poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, _CONSTANTS)[i], 0.0, gradient, hessian)
     if kind == TURN:
-        c += 2.0 * np.pi * np.round((floats_1d(own, _TURNED)[i] - c) / (2.0 * np.pi))
+        c += 2.0 * np.pi * np.round((floats_1d(own, _KEPT)[i] - c) / (2.0 * np.pi))
     return float(c)
 
 
@@ -70,17 +72,21 @@ def _law(own: np.ndarray, i: int, c: float, rate: float) -> tuple[float, float, 
     by_c += law[SPRING]
     by_rate, lost = law[DAMPER], law[DAMPER] * rate * rate
     energy += law[LOAD] * past + 0.5 * law[SPRING] * past * past
-    for side in range(2):
-        sense = 1.0 if side == 1 else -1.0
-        beyond = sense * (c - law[LOWER + side])
+    latched = floats_1d(own, _KEPT)[floats_2d(own, _LAWS).shape[0] + i] > 0.0
+    for side in range(3 if latched else 2):
+        sense, limit, stiffness, damper = -1.0 if side == 0 else 1.0, law[LOWER + side % 2], law[STOP], law[STOP_DAMPER]
+        if side == 2:
+            sense, limit = -law[LATCH_SENSE], law[LATCH_AT] - law[LATCH_SENSE] * law[PLAY]
+            stiffness, damper = law[LATCH], law[LATCH_DAMPER]
+        beyond = sense * (c - limit)
         if not beyond > 0.0:
             continue
-        elastic, damped = law[STOP] * beyond, law[STOP_DAMPER] * sense * rate
-        energy += 0.5 * law[STOP] * beyond * beyond
+        elastic, damped = stiffness * beyond, damper * sense * rate
+        energy += 0.5 * stiffness * beyond * beyond
         if elastic + damped > 0.0:
             effort += sense * (elastic + damped)
-            by_c += law[STOP]
-            by_rate += law[STOP_DAMPER]
+            by_c += stiffness
+            by_rate += damper
             lost += damped * sense * rate
         else:  # the spring returns more slowly than the bodies part; its energy is lost
             lost -= elastic * sense * rate
@@ -165,10 +171,13 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 
 @kernel
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Count the turns."""
-    turned, gradient, hessian = floats_1d(own, _TURNED), np.empty(12), np.empty((12, 12))
-    for i in range(turned.shape[0]):
-        turned[i] = _coordinate(table, own, i, gradient, hessian)
+    """Count the turns, and close latches."""
+    kept, laws, gradient, hessian = floats_1d(own, _KEPT), floats_2d(own, _LAWS), np.empty(12), np.empty((12, 12))
+    for i in range(laws.shape[0]):
+        law, kept[i] = laws[i], _coordinate(table, own, i, gradient, hessian)
+        reached = law[LATCH] > 0.0 and law[LATCH_SENSE] * (kept[i] - law[LATCH_AT]) >= 0.0
+        if reached and abs(_rate(table, own, i, gradient)) <= law[SLOWER]:
+            kept[laws.shape[0] + i] = 1.0
     return 0.0
 
 
@@ -183,7 +192,7 @@ class JointForceGroup(ElementGroup):
     ----------
     bodies : (m, 2) int array
     kinds, constants : (m,) int and (m, 10) arrays, see `fsm.interactions.openings`
-    laws : (m, 8) array, see the columns above
+    laws : (m, 14) array, see the columns above
     first, rows : (m + 1,) int and (n, 2) arrays
         Rows (coordinate, effort) of all tables; those of element i begin at `first[i]`.
     start : (m,) array
@@ -209,19 +218,19 @@ class JointForceGroup(ElementGroup):
     @cached_property
     def arrays(self) -> list[np.ndarray]:
         """See `ElementGroup`."""
-        return [self.kinds, self.constants, self.laws, self.first, self.rows, self.start.copy()]
+        return [self.kinds, self.constants, self.laws, self.first, self.rows, self.first_memory]
 
     @cached_property
     def rate_dependent(self) -> bool:
         """See `Group`."""
-        return bool(np.any(self.laws[:, [DAMPER, STOP_DAMPER]]))
+        return bool(np.any(self.laws[:, [DAMPER, STOP_DAMPER, LATCH_DAMPER]]))
 
     @property
     def memory_of(self) -> np.ndarray:
-        """Coordinates (m,) at the last accepted state, which count the turns."""
-        return self.arrays[_TURNED - OWN]
+        """Coordinates (m,) at the last accepted state, which count the turns, and whether each latch has closed, (m,)."""
+        return self.arrays[_KEPT - OWN]
 
     @property
     def first_memory(self) -> np.ndarray:
         """See `ElementGroup`."""
-        return self.start
+        return np.concatenate([self.start, np.zeros(len(self.start))])
