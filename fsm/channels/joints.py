@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from fsm.case.derived.joint_frames import joint_axes
 from fsm.case.models.joint import TURNING, SceneJoint
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import motion_of_bodies, placed, rotated
 from fsm.kernels.rotation import rotation_matrix
-from fsm.model.compile.compile_joints import joint_axes
 from fsm.model.elements.joint_forces import JointForceGroup
 from fsm.model.elements.joints import JointGroup
 from fsm.results.channel import AXES, Dim

@@ -76,12 +76,12 @@ def compile_planned(
         opened = list(joints.velocity_faults())
         if opened:
             raise CaseError(opened, source)
-        found = list(joints.velocity_warnings())
-        if found:
+        corrected = list(joints.velocity_warnings())
+        if corrected:
             scene = joints.closed()
             system = compile_whole(case, scene, plan)
         if warnings is not None:
-            warnings += found
+            warnings += corrected
     if not system.nu:
         where = next((name for name in ("strip", "lattice", "sheet") if getattr(case, name) is not None), "scene")
         text = "all bodies are held or driven, so the system has no degree of freedom; free at least one body"

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fsm.case.derived.joint_frames import LOCKED_PLACES, LOCKED_TURNS, joint_axes
 from fsm.case.models.joint import TURNING, SceneJoint
-from fsm.case.models.joint_action import SlideMotor, TurnMotor, TurnSpring
+from fsm.case.models.joint_action import TurnSpring
 from fsm.interactions.openings import ACROSS, ALONG, DISTANCE, TURN
-from fsm.kernels.programs import Piece, Program
+from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
-from fsm.model.bodies.time_function import time_function
+from fsm.model.bodies.time_function import motor_program
 from fsm.model.elements.joint_forces import (
     DAMPER,
     LATCH,
@@ -33,35 +34,8 @@ from fsm.model.elements.joint_forces import (
 from fsm.model.elements.joints import JointGroup
 
 _UNUSED = (0.0, 0.0, 0.0)
-_Axes = tuple[int, ...]
-LOCKED_PLACES: dict[str, _Axes] = {
-    "fixed": (0, 1, 2), "revolute": (0, 1, 2), "spherical": (0, 1, 2), "universal": (0, 1, 2), "prismatic": (0, 1),
-    "cylindrical": (0, 1), "in-line": (0, 1), "planar": (2,), "in-plane": (2,), "distance": (),
-}  # fmt: skip
-"""Axes of the first body along which the point of the second does not move."""
-LOCKED_TURNS: dict[str, tuple[tuple[int, int], ...]] = {
-    "fixed": ((0, 1), (1, 2), (2, 0)), "prismatic": ((0, 1), (1, 2), (2, 0)), "revolute": ((0, 2), (1, 2)),
-    "cylindrical": ((0, 2), (1, 2)), "planar": ((0, 2), (1, 2)), "universal": ((2, 0),),
-}  # fmt: skip
-"""Axes of the first and of the second body that stay at right angles."""
 _REPEATED = 1e-10
 """Smallest ratio of eigenvalues of openings, scaled to unit size, that do not follow from others."""
-
-
-def joint_axes(joint: SceneJoint) -> np.ndarray:
-    """Axes of a joint at the start as rows (3, 3), inertial: the third is its axis, the first that of a cross.
-
-    Without `axis`, the inertial axes.
-    """
-    if joint.axis is None:
-        return np.eye(3)
-    third = np.array(joint.axis) / np.linalg.norm(joint.axis)
-    # the first is at a right angle to the inertial axis that is farthest from the third
-    across = np.cross(np.eye(3)[np.argmin(np.abs(third))], third)
-    first = across if joint.second_axis is None else np.array(joint.second_axis)
-    first = first - (first @ third) * third
-    first /= np.linalg.norm(first)
-    return np.array([first, np.cross(third, first), third])
 
 
 def joint_group(
@@ -95,7 +69,7 @@ def joint_group(
         rows += [(number, ACROSS, np.array([*own[j], *other[k], 0.0, *_UNUSED])) for j, k in locked]
         moved += [-1] * (len(rows) - len(moved))
         if joint.motor is not None:
-            rows.append((number, *_coordinate(joint, own, other, base, arm)))
+            rows.append((number, *_coordinate(joint, 0.0, (own, other, base, arm))))
             moved.append(len(motors))
             motors.append(motor_program(joint.motor))
         if joint.kind in TURNING:
@@ -123,22 +97,12 @@ def _in_bodies(joint: SceneJoint, first: np.ndarray, second: np.ndarray) -> tupl
     return axes @ a, axes @ b, (at - first[:3]) @ a, (to - second[:3]) @ b
 
 
-def _coordinate(
-    joint: SceneJoint, own: np.ndarray, other: np.ndarray, base: np.ndarray, arm: np.ndarray, start: float = 0.0
-) -> tuple[int, np.ndarray]:
-    """Coordinate of a revolute or prismatic joint, `start` at the start, as an opening; other arguments of `_in_bodies`."""
+def _coordinate(joint: SceneJoint, start: float, parts: tuple[np.ndarray, ...]) -> tuple[int, np.ndarray]:
+    """Coordinate of a revolute or prismatic joint, `start` at the start, as an opening; `parts` of `_in_bodies`."""
+    own, other, base, arm = parts
     if joint.kind == "prismatic":
         return ALONG, np.array([*own[2], *arm, own[2] @ base - start, *_UNUSED])
     return TURN, np.array([*own[0], *other[0], -start, *own[1]])
-
-
-def motor_program(motor: TurnMotor | SlideMotor) -> Program:
-    """Coordinate from the start on."""
-    pace, way = (motor.rate, motor.turn) if isinstance(motor, TurnMotor) else (motor.speed, motor.travel)
-    if pace is not None:
-        return Program((Piece(-math.inf, True, 0.0, (0.0, pace)),))
-    assert way is not None
-    return time_function(motor.time).scaled(way)
 
 
 def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> JointForceGroup | None:
@@ -150,7 +114,7 @@ def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarr
     for k, i in enumerate(chosen):
         joint, spring, law = joints[i], joints[i].spring, laws[k]
         start[k] = joint.angle
-        kind, row = _coordinate(joint, *_in_bodies(joint, *poses[ends[i]]), joint.angle)
+        kind, row = _coordinate(joint, joint.angle, _in_bodies(joint, *poses[ends[i]]))
         kinds.append(kind)
         constants.append(row)
         tables.append(np.array(spring.table if spring is not None and spring.table else (), dtype=float).reshape(-1, 2))

@@ -11,11 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from fsm.case.derived.frame_bodies import quaternion_matrix
+from fsm.case.derived.joint_frames import LOCKED_PLACES, LOCKED_TURNS, joint_axes
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Scene
 from fsm.errors import Fault
 from fsm.model.bodies.drive import program_of, unit
-from fsm.model.compile.compile_joints import LOCKED_PLACES, LOCKED_TURNS, joint_axes, motor_program
+from fsm.model.bodies.time_function import motor_program
 from fsm.text.shown_units import shown
 
 _REPEATS = 1e-9

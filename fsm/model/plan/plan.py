@@ -126,10 +126,9 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         Names that do not exist, and steps without an end.
     """
     plan = _Planner(case, scene).plan() if case.step else _short(case, scene)
-    if scene.joints:
-        faults = list(_unjointed(plan))
-        if faults:
-            raise CaseError(faults)
+    faults = list(_unjointed(plan)) if scene.joints else []
+    if faults:
+        raise CaseError(faults)
     spatial = case.solve.spatial or bool(out_of_plane(scene))
     steps = []
     for number, step in enumerate(plan.steps):
@@ -141,13 +140,12 @@ def plan_of(case: Case, scene: Scene) -> Plan:
 
 def _unjointed(plan: Plan) -> Iterator[Fault]:
     """Faults of steps whose method has no ideal joints."""
-    first = next((number for number, step in enumerate(plan.steps) if step.name != "start"), 0)
-    for number, step in enumerate(plan.steps):
-        if step.method in WITH_JOINTS or step.still:
-            continue
-        path = f"step.{max(number - first, 0)}" if plan.written else "solve.method"
-        text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them'
-        yield Fault(path, f"{text}, with {' or '.join(WITH_JOINTS)}")
+    for number, step in enumerate(step for step in plan.steps if step.name != "start" or step.kind != "relax"):
+        if step.method not in WITH_JOINTS and not step.still:
+            text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them, with '
+            yield Fault(f"step.{number}" if plan.written else "solve.method", text + " or ".join(WITH_JOINTS))
+    if any(step.kind == "relax" for step in plan.steps):
+        yield Fault("start", '"equilibrium" is not available with `[[scene.joints]]`; remove this key')
 
 
 def _short(case: Case, scene: Scene) -> Plan:
