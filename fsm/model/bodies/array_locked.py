@@ -1,7 +1,7 @@
 """Kernels of a compiled model (`ArrayModel`) for locked directions; see `fsm.solve.stepping.model` and
 `fsm.model.elements.joints`.
 
-Velocities and accelerations are projected with the matrix M + r J^T J, whose penalty is 1e3 times the inertia of each
+Velocities and accelerations are projected with the matrix M + r J^T J, whose penalty is 1e4 times the inertia of each
 opening. Each solution reduces the rates of openings by about this factor; the loops end at round-off.
 """
 

@@ -85,7 +85,10 @@ def joint_group(
         np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, 9),
         tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors),
     )  # fmt: skip
-    group.masses[:] = _inertia(group.openings(poses)[1], group.bodies, inverse)
+    inertia = _inertia(group.openings(poses)[1], group.bodies, inverse)
+    for number, kind in {(number, kind) for number, kind, _ in rows}:  # axes of a joint turn with its first body
+        own = (of == number) & (group.kinds == kind)
+        group.masses[own] = inertia[own].max()
     return group
 
 

@@ -2,7 +2,7 @@
 
 A joint is a set of openings x (`fsm.interactions.openings`) that stay zero. Newton's method of a time step has the effort
 lambda + r x of each opening and the tangent r J^T J + (lambda + r x) dJ/dq, and advances lambda by r (x + J d) with each
-increment d (augmented Lagrangian; Bayo and Ledesma 1996). The penalty is r = 1e3 m c, with the mass m of the opening at the
+increment d (augmented Lagrangian; Bayo and Ledesma 1996). The penalty is r = 1e4 m c, with the mass m of the opening at the
 start and c = d(acceleration)/d(increment); it has no effect on the converged step. After an accepted step the multipliers
 are those of the accelerations, and r = 0. Openings that follow from others have multipliers too, those of least work.
 """
@@ -39,9 +39,9 @@ from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, 
 
 _KINDS, _CONSTANTS, _MASSES, _PENALTY, _EFFORT, _VALUE, _GRADIENT, _BEND, _KEPT, _TURNS, _LINES = range(OWN, OWN + 11)
 _PROGRAM, _PIECES = range(OWN + 11, OWN + 13)
-_STIFF = 1e3
-"""Penalty relative to the inertia of an opening. From 1e2 to 1e5 the number of iterations is that of Newton's method with
-exact multipliers."""
+_STIFF = 1e4
+"""Penalty relative to the inertia of an opening at the start. From 1e2 to 1e5 the number of iterations is that of Newton's
+method with exact multipliers; inertias change on the way."""
 
 
 @kernel
