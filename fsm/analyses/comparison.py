@@ -24,6 +24,7 @@ import numpy as np
 from fsm.case.models.case import Case
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.solve import Solve
+from fsm.case.plan.method_selection import solve_of
 from fsm.results.solution import Solution
 
 MOST_WORK = 5e9
@@ -119,6 +120,7 @@ def larger_steps(case: Case) -> Case:
     """Case with ten times the tolerance, or twice the fixed step, in all steps of the run."""
 
     def looser(solve: Solve) -> Solve:
+        solve = solve_of(solve, case.scene)
         changed: dict[str, Any] = {"rtol": _LOOSER * solve.rtol, "error_estimates": "off"}
         for name in ("step", "max_step", "increment"):
             value = getattr(solve, name)

@@ -15,6 +15,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive
 from fsm.case.models.materials import SplineCrease
 from fsm.case.models.scene import ForceElement, Scene
+from fsm.case.plan.method_selection import solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import loads_of, with_paths_of_steps
 from fsm.check.contact import (
@@ -29,6 +30,7 @@ from fsm.check.drive import drive_of_strip_lines, drives_line, pulled_beyond_len
 from fsm.check.facets import pressure_line
 from fsm.check.flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
 from fsm.check.gas import gas_lines
+from fsm.check.joints import joint_lines
 from fsm.check.numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
 from fsm.check.sheet import sheet_lines, sheet_support_lines
 from fsm.check.view import CheckContext
@@ -37,6 +39,7 @@ from fsm.model.bodies.drive import PrescribedMotion, run_up_of
 from fsm.model.faults.check_scene import check_scene
 from fsm.model.faults.crease_checks import crease_faults, crease_warnings
 from fsm.model.faults.gas_checks import gas_faults
+from fsm.model.faults.joint_state import JointsAtStart
 from fsm.model.faults.overlap import find_overlaps
 from fsm.model.plan.in_python import cost_in_python
 from fsm.model.plan.plan import PlannedStep, plan_of
@@ -63,7 +66,7 @@ def describe(case: Case, source: str = "") -> list[str]:
     scene = build_scene(case)
     steep = crease_faults(scene, case.strip is not None)
     checked = _once_driven(scene) if case.step else scene
-    faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
+    faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene), *_opened(case, scene)]
     if faults:
         raise CaseError(with_paths_of_steps(case, faults), source)
     plan = plan_of(case, scene) if case.step else None  # the faults of the plan have the paths of the steps
@@ -97,6 +100,11 @@ def _overlaps(case: Case, scene: Scene) -> Iterator[Fault]:
             f"{first} and {second} overlap at the start by {shown(depth, 'm')}; "
             "use a smaller fold_angle or thickness, or thickness_in_gap = false",
         )
+
+
+def _opened(case: Case, scene: Scene) -> Iterator[Fault]:
+    if scene.joints and not case.step:
+        yield from JointsAtStart(scene).velocity_faults()
 
 
 def _endless(case: Case, scene: Scene) -> Iterator[Fault]:
@@ -250,7 +258,7 @@ def _start(view: CheckContext) -> Iterator[str]:
 
 
 def _method(view: CheckContext) -> Iterator[str]:
-    solve = view.case.solve
+    solve = solve_of(view.case.solve, view.scene)
     for step in view.solved if view.plan.written else ():
         yield f"{step.method} in step {step.name!r}"
     if not view.plan.written and solve.method == "auto":
@@ -375,6 +383,8 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
 def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
+    if view.scene.joints and not view.case.step:
+        yield from JointsAtStart(view.scene).velocity_warnings()
     yield from plan_warnings(view.case, view.scene, view.plan if view.plan.written else None)
     yield from pulled_beyond_length(view)
 
@@ -394,6 +404,7 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("trusses", truss_lines),
     ("bodies", _bodies),
     ("", body_lines),
+    ("joints", joint_lines),
     ("elements", _joints),
     ("", element_lines),
     ("half cell", _half_cell),

@@ -126,6 +126,28 @@ def place_driven(driven: Driven, t: float, before: float, poses: np.ndarray, rat
 
 
 @kernel
+def accelerate_driven(driven: Driven, t: float, out: np.ndarray) -> None:
+    """Write the accelerations of the driven bodies at a time (s) into an array (n_bodies, 3 or 6)."""
+    n = driven.directions.shape[1]
+    for i in range(driven.bodies.shape[0]):
+        body, motion = driven.bodies[i], driven.motions[i]
+        _, _, bend = program_at(driven.programs, motion, t)
+        for k in range(out.shape[1]):
+            out[body, k] = bend * driven.directions[motion, k] if k < n else 0.0
+    for i in range(driven.turning.shape[0]):
+        motion, body = driven.turning[i, 0], driven.turning[i, 1]
+        angle, speed, bend = program_at(driven.programs, motion, t)
+        axis, _, arm, own = _parts(driven.turns[i])
+        across = crossed(axis, _turned_arm(axis, arm, angle))
+        inward = crossed(axis, across)
+        bent = (
+            bend * across[0] + speed**2 * inward[0], bend * across[1] + speed**2 * inward[1],
+            bend * across[2] + speed**2 * inward[2],
+        )  # fmt: skip
+        _set_row(out[body], bent, bend, own)
+
+
+@kernel
 def driven_power(driven: Driven, inertia: np.ndarray, rates: np.ndarray, wrenches: np.ndarray) -> tuple[float, float]:
     """Power (W) of the reactions to `wrenches` (n_bodies, 3 or 6), and kinetic energy (J) of the driven bodies."""
     power = kinetic = 0.0

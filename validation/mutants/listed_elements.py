@@ -348,4 +348,35 @@ FACETS = (
     ),
 )
 
-ELEMENTS = (*FILMS, *FACETS, *JOINED, *ARRAYS, *DATA, *CHANNELS)
+JOINTS = (
+    Mutant(
+        "multipliers of joints that advance without the increment",
+        "fsm/model/elements/joints.py",
+        "(value[i] + _along(rates, bodies[i], gradient[i]))",
+        "value[i]",
+        physics_test("ideal_joints", "test_a_pendulum_on_a_revolute_joint_has_its_angle_and_reactions"),
+    ),
+    Mutant(
+        "reactions of joints without the curvature of the motion",
+        "fsm/model/elements/joints.py",
+        "rate += bend[i] - pick_up",
+        "rate -= pick_up",
+        physics_test("ideal_joints", "test_a_spherical_pendulum"),
+    ),
+    Mutant(
+        "motors without power",
+        "fsm/model/elements/joints.py",
+        "stored[2] -= effort[i] * _prescribed(own, t, i)[1]",
+        "stored[2] -= 0.0",
+        physics_test("ideal_joints", "test_a_motor_turns_by_its_program_and_counts_turns"),
+    ),
+    Mutant(
+        "latches that never close",
+        "fsm/model/elements/joint_forces.py",
+        "kept[laws.shape[0] + i] = 1.0",
+        "kept[laws.shape[0] + i] = 0.0",
+        physics_test("ideal_joints", "test_a_latch_holds_a_block_between_itself_and_the_stop"),
+    ),
+)
+
+ELEMENTS = (*JOINTS, *FILMS, *FACETS, *JOINED, *ARRAYS, *DATA, *CHANNELS)

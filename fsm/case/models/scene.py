@@ -16,6 +16,7 @@ from fsm.case.models.added_laws import check_element_law, check_parameters, with
 from fsm.case.models.contact import Contact, Friction
 from fsm.case.models.coupling import SceneCoupling
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
+from fsm.case.models.joint import SceneJoint
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.materials import Crease
 from fsm.case.models.obstacle import Obstacle
@@ -267,6 +268,7 @@ class Scene(Model):
     point_elements: tuple[PointElement, ...] = Field(
         default=(), description="elements of kinds of extensions, between points"
     )
+    joints: tuple[SceneJoint, ...] = Field(default=(), description="ideal joints between bodies")
     couplings: tuple[SceneCoupling, ...] = Field(default=(), description="elements on the twists of force elements")
     surfaces: tuple[Surface, ...] = Field(default=(), description="surfaces for contact")
     groups: tuple[PlateGroup, ...] = Field(default=(), description="groups of plates for contact")

@@ -11,10 +11,16 @@ import math
 from collections.abc import Iterator
 
 from fsm.case.models.scene import ForceElement, Scene
+from fsm.case.models.solve import Solve
 from fsm.case.models.time_program import Constant
 
 MAX_STATIC_PACE = 1e-5
 """Largest pace for which statics is selected; statics neglects inertia."""
+WITH_JOINTS = "generalized-alpha", "newmark"
+"""Methods that have ideal joints."""
+RTOL_OF_JOINTS = 1e-9
+"""Relative tolerance with ideal joints. Nothing damps the errors of a mechanism, which add up over its turns: after some
+swings of a pendulum, positions are off by 1e-3 of its length at 1e-6, and by 1e-5 at 1e-9."""
 _MAX_PACE_OF_SHEETS = 1e-2
 """Largest pace for statics of trusses and of flexible facets without contact. There are no impacts, which would raise
 the force. These parts have no dampers, so vibrations would not decay in a dynamic solution."""
@@ -34,6 +40,8 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     method, reason : str
     """
     dynamics = dynamic_method(scene)
+    if scene.joints:
+        return dynamics, "ideal joints are computed in motions"
     if not scene.drives:
         return dynamics, "there is no drive, so the motion is free"
     if any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies):
@@ -56,6 +64,13 @@ def dynamic_method(scene: Scene) -> str:
     remove their vibration energy.
     """
     return "mean-force" if scene.flexible else "generalized-alpha"
+
+
+def solve_of(solve: Solve, scene: Scene | None) -> Solve:
+    """Settings of a motion: with ideal joints and without `rtol`, the tolerance of mechanisms."""
+    if scene is None or not scene.joints or "rtol" in solve.model_fields_set:
+        return solve
+    return solve.model_copy(update={"rtol": RTOL_OF_JOINTS})
 
 
 def pace(scene: Scene) -> float:

@@ -14,6 +14,7 @@ from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_energies import accept_elements, energies, powers
 from fsm.model.bodies.array_forces import force, place, renewed_force, retract
+from fsm.model.bodies.array_locked import add_inertia, advance, consistent, lock
 from fsm.model.bodies.arrays import (
     DAMPING,
     FACTORS,
@@ -42,15 +43,6 @@ def _factors_of(model: Segments) -> bool:
 
 
 @kernel
-def _add_inertia(table: np.ndarray, factor: float) -> None:
-    matrix, mass, diagonal = floats_3d(table, MATRIX), floats_1d(table, MASS), pattern_of(table).diagonal
-    size = matrix.shape[1]
-    for row in range(diagonal.shape[0]):
-        for k in range(size):
-            matrix[diagonal[row], k, k] += factor * mass[row * size + k]
-
-
-@kernel
 def _set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> None:
     """Write S to the matrix."""
     matrix, stiffness, damping = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
@@ -62,7 +54,7 @@ def _set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float, x: np
                 matrix[k, i, j] = by_rate * damping[k, i, j]
                 if not spatial:
                     matrix[k, i, j] += stiffness[k, i, j]
-    _add_inertia(table, by_acceleration)
+    add_inertia(table, by_acceleration)
     if spatial:  # K + (c_d D + c_m M) T
         copy_into(increment_blocks(x if maps else scaled(0.0, x)), turned)
         copy_into(effective_stiffness(stiffness, matrix, 1.0, turned, pattern_of(table).columns), matrix)
@@ -77,7 +69,7 @@ def _factorise(model: Segments, by_rate: float, by_acceleration: float, x: np.nd
 @kernel
 def _factorise_mass(model: Segments) -> bool:
     floats_3d(model.table, MATRIX)[:] = 0.0
-    _add_inertia(model.table, 1.0)
+    add_inertia(model.table, 1.0)
     return _factors_of(model)
 
 
@@ -179,6 +171,6 @@ def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies,
-    _keep_tangent, powers,
+    _keep_tangent, powers, lock, advance, consistent,
 )  # fmt: skip
 """Kernels of `Segments` that time steps call."""

@@ -22,6 +22,7 @@ from fsm.model.bodies.group import Group, GroupSteps
 from fsm.model.bodies.loads import GravityGroup, LoadGroup, applied
 from fsm.model.bodies.time_function import time_function
 from fsm.model.compile.compile_contacts import compile_contacts
+from fsm.model.compile.compile_joints import joint_forces, joint_group
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.model.elements.couplings import Coupling, CouplingGroup, Joints
@@ -109,6 +110,14 @@ class SceneCompiler:
         if self.scene.point_elements:
             groups.append(self._point_elements())
         groups += self._couplings()
+        bodies = self._bodies(motions)
+        if self.scene.joints:
+            ends = np.array([[self.index[j.first], self.index[j.second]] for j in self.scene.joints], dtype=np.int64)
+            inverse = np.zeros(bodies.inertia.shape)
+            inverse[bodies.free] = 1.0 / bodies.inertia[bodies.free]
+            groups.append(joint_group(self.scene.joints, ends, self.pose, inverse))
+            forces = joint_forces(self.scene.joints, ends, self.pose)
+            groups += [] if forces is None else [forces]
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         on_bodies = [load for load in self.scene.loads if load.pressure is None]
@@ -118,7 +127,7 @@ class SceneCompiler:
             mass = np.array([body.mass for body in self.all_bodies])
             groups.append(GravityGroup(mass, np.array(self._vector(self.scene.gravity))))
         pair_names = tuple(f"{pair.first} - {pair.second}" for pair in self.scene.pairs) if contacts else ()
-        return self._bodies(motions), motions, tuple(groups), contacts, pair_names
+        return bodies, motions, tuple(groups), contacts, pair_names
 
     # bodies ---------------------------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from fsm.errors import CaseError, Fault
 from fsm.model.compile.compile import compile_scene
 from fsm.model.faults.crease_checks import crease_faults, crease_warnings
 from fsm.model.faults.gas_checks import gas_faults
+from fsm.model.faults.joint_state import JointsAtStart
 from fsm.model.faults.overlap import find_overlaps, find_pierced
 from fsm.model.faults.separate import overlaps, separate, shallowest
 from fsm.model.plan.plan import Plan, plan_of
@@ -70,6 +71,17 @@ def compile_planned(
         system = compile_whole(case, scene, plan)
     except CaseError as error:
         raise CaseError(with_paths_of_steps(case, error.faults), source) from None
+    if scene.joints and not case.step and system.nu:
+        joints = JointsAtStart(scene)
+        opened = list(joints.velocity_faults())
+        if opened:
+            raise CaseError(opened, source)
+        corrected = list(joints.velocity_warnings())
+        if corrected:
+            scene = joints.closed()
+            system = compile_whole(case, scene, plan)
+        if warnings is not None:
+            warnings += corrected
     if not system.nu:
         where = next((name for name in ("strip", "lattice", "sheet") if getattr(case, name) is not None), "scene")
         text = "all bodies are held or driven, so the system has no degree of freedom; free at least one body"

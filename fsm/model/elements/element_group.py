@@ -27,7 +27,7 @@ from fsm.model.bodies.pattern import BodyPattern
 
 _BODIES, _SLOTS, LAST, OWN = range(4)
 """Rows of the table of a group."""
-_EMPTY = np.zeros((0, 0, 0))
+_EMPTY, _NO_ROWS = np.zeros((0, 0, 0)), np.zeros((0, 6))
 
 
 @kernel
@@ -43,7 +43,8 @@ class ElementKernels(NamedTuple):
     `stored` adds the energies in panels and in creases (J) to the first numbers of the row `STORED`. `lost` returns the
     dissipated power (W). To the third number of this row it adds the power that an element puts into the system, and to the
     fourth the part of the dissipated power whose forces also act at rest. `accept` changes the memory of the group at an
-    accepted state.
+    accepted state. `lock`, `advance` and `project` belong to elements with locked directions, whose efforts are multipliers
+    (`fsm.model.elements.joints`).
     """
 
     force: Any
@@ -52,6 +53,9 @@ class ElementKernels(NamedTuple):
     stored: Any = nothing
     lost: Any = nothing
     accept: Any = nothing
+    lock: Any = nothing
+    advance: Any = nothing
+    project: Any = nothing
 
     def addresses(self) -> list[int]:
         """Addresses of all kernels."""
@@ -150,6 +154,8 @@ class ElementGroup(Group):
     bodies: np.ndarray
     categories: tuple[str, ...] = ("panels", "creases")
     """Names of the stored energies, in the order of the row `STORED`."""
+    locks: bool = False
+    """Whether the elements have locked directions."""
 
     @property
     @abstractmethod
@@ -247,6 +253,24 @@ class ElementGroup(Group):
     def _pairs(self) -> np.ndarray:
         found = np.concatenate([self.bodies[:, pair] for pair in combinations(range(self.bodies.shape[1]), 2)])
         return np.ascontiguousarray(found[found[:, 0] != found[:, 1]])
+
+    # locked directions ------------------------------------------------------------------------------------------------
+
+    def lock(self, factor: float) -> None:
+        """Begin Newton's method of a step; see `fsm.solve.stepping.model.lock`."""
+        self._alone.call("lock", 0.0, factor, _NO_ROWS, _NO_ROWS, _NO_ROWS)
+
+    def advance(self, change: np.ndarray) -> None:
+        """Advance the multipliers by an increment (n_bodies, 6) of all bodies."""
+        self._alone.call("advance", 0.0, 0.0, _NO_ROWS, change, _NO_ROWS)
+
+    def project(
+        self, task: int, t: float, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, force: np.ndarray,
+        stiffness: np.ndarray,
+    ) -> float:  # fmt: skip
+        """Task of a projection (`fsm.model.elements.joints`), and its error."""
+        self._alone.use(self, pattern)
+        return self._alone.call("project", t, float(task), poses, rates, force, stiffness)
 
     # memory -----------------------------------------------------------------------------------------------------------
 

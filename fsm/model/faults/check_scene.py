@@ -11,6 +11,7 @@ from fsm.case.schema.known_names import nearest_name
 from fsm.errors import Fault
 from fsm.model.elements.element_angles import angle_faults
 from fsm.model.faults.check_contacts import contact_faults
+from fsm.model.faults.check_joints import joint_faults
 
 
 def check_scene(scene: Scene) -> list[Fault]:
@@ -21,6 +22,7 @@ def check_scene(scene: Scene) -> list[Fault]:
         *_references(scene),
         *angle_faults(scene),
         *contact_faults(scene),
+        *joint_faults(scene),
         *_drives(scene),
     ]
 

@@ -6,7 +6,7 @@ gives a step "hold" at rest. The motion is the step "deploy". A run consists of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from fsm.case.models.scene import Body, Scene
 from fsm.case.models.solve import Save, Solve
 from fsm.case.models.steps import Kind, Step
 from fsm.case.models.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
-from fsm.case.plan.method_selection import automatic_method, dynamic_method
+from fsm.case.plan.method_selection import WITH_JOINTS, automatic_method, dynamic_method, solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import DrivePart, drive_parts, loads_of
 from fsm.case.schema.known_names import nearest_name
@@ -125,12 +125,25 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         Names that do not exist, and steps without an end.
     """
     plan = _Planner(case, scene).plan() if case.step else _short(case, scene)
+    faults = list(_unjointed(plan)) if scene.joints else []
+    if faults:
+        raise CaseError(faults)
     steps = []
     for number, step in enumerate(plan.steps):
         name = plan.name_for_joints(number) if plan.written else None
         in_python = parts_in_python(scene, name, step.contact, step.loads)
         steps.append(replace(step, in_python=in_python))
     return replace(plan, steps=tuple(steps))
+
+
+def _unjointed(plan: Plan) -> Iterator[Fault]:
+    """Faults of steps whose method has no ideal joints."""
+    for number, step in enumerate(step for step in plan.steps if step.name != "start" or step.kind != "relax"):
+        if step.method not in WITH_JOINTS and not step.still:
+            text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them, with '
+            yield Fault(f"step.{number}" if plan.written else "solve.method", text + " or ".join(WITH_JOINTS))
+    if any(step.kind == "relax" for step in plan.steps):
+        yield Fault("start", '"equilibrium" is not available with `[[scene.joints]]`; remove this key')
 
 
 def _short(case: Case, scene: Scene) -> Plan:
@@ -152,8 +165,9 @@ def _short(case: Case, scene: Scene) -> Plan:
     release = 0.0 if case.release is None else case.release.hold_time
     loads = tuple(load for _, load in loads_of(case))
     motion = PlannedStep(
-        "deploy", kind, release, end, method, reason, case.solve, case.save, (True,) * len(programs), loads, held
-    )
+        "deploy", kind, release, end, method, reason, solve_of(case.solve, scene), case.save, (True,) * len(programs), loads,
+        held,
+    )  # fmt: skip
     steps = [motion]
     if release:
         steps.insert(0, replace(motion, name="hold", kind="static", start=0.0, end=release, method="hold", still=True))
@@ -252,7 +266,7 @@ class _Planner:
         said += ["without contact"] if not step.contact and self.scene.contact is not None else []
         said += [f"drives {part.drive.called}" for part in begun]
         said += [f"loads {load.target}{replaced.get(load.called, '')}" for load in new]
-        solve = step.solve or self.case.solve
+        solve = solve_of(step.solve or self.case.solve, self.scene)
         method, reason = self._method(step, solve)
         if step.kind == "modes" and not self._has_free():
             text = "no body is free in this step, so there are no natural modes; release a body before this step"

@@ -142,7 +142,7 @@ def _arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
         q.copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system)]), pattern.dof, np.zeros(4), of_pattern, springs, loads,
-        _driven(system),
+        driven_arrays(system),
     )  # fmt: skip
     rest = arrays._replace(
         rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
@@ -158,7 +158,7 @@ def _pace(system: SegmentForces) -> float:
 
 
 def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 6) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    """Addresses (m, 9) of the kernels of all groups of elements, and their tables (m, n, 4)."""
     kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):
@@ -183,7 +183,8 @@ def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Load
     return Loads(*group.arrays, group.slots(pattern), table_of([load.time for load in group.loads]))
 
 
-def _driven(system: SegmentForces) -> Driven:
+def driven_arrays(system: SegmentForces) -> Driven:
+    """Arrays of the driven bodies of a system."""
     motions = system.motions
     turning = () if system.turns is None else system.turns.bodies
     rows = [[turn.motion, turn.body] for turn in turning]

@@ -69,6 +69,7 @@ class SegmentForces(Configuration):
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
+        self.locking = tuple(group for group in groups if isinstance(group, ElementGroup) and group.locks)
         frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
         self.bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers do not depend on the last state
@@ -227,6 +228,33 @@ class SegmentForces(Configuration):
         for contacts in self.contacts:
             contacts.add_linearised(t, poses, at_rest, pattern, np.zeros(at_rest.shape), pattern.zeros(), zeros[2], None)
         return self._assembled(t, q, None, None, pattern, zeros, None).damping
+
+    # locked directions ------------------------------------------------------------------------------------------------
+
+    def lock(self, by_acceleration: float) -> bool:
+        """See `System`."""
+        for group in self.locking:
+            group.lock(by_acceleration)
+        return bool(self.locking)
+
+    def advance(self, change: np.ndarray) -> bool:
+        """See `System`."""
+        rows = self.change(change) if self.locking else change
+        for group in self.locking:
+            group.advance(rows)
+        return bool(self.locking)
+
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+        """See `System`."""
+        if not self.locking:
+            return False
+        from fsm.model.system.locked import consistent  # imports the kernels of all steps
+
+        return consistent(self, self._current_pattern(self.place(t, q, u)[0]), t, q, u, rate)
+
+    def wrenches(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Forces on all bodies (n_bodies, 3 or 6)."""
+        return self._all_forces(t, *self.place(t, q, u))
 
     # mixed Newton method ----------------------------------------------------------------------------------------------
 

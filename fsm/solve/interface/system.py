@@ -222,6 +222,18 @@ class System(Protocol):
         """
         return False
 
+    def lock(self, by_acceleration: float) -> bool:
+        """Begin Newton's method of a step; see `fsm.solve.stepping.model`. False without locked directions."""
+        return False
+
+    def advance(self, change: np.ndarray) -> bool:
+        """Advance the multipliers of locked directions; see `fsm.solve.stepping.model`."""
+        return False
+
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+        """Make a state consistent with locked directions; see `fsm.solve.stepping.model`."""
+        return False
+
     def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """Rejection of a state as the end of a step of the given length (s) since the last commit; None to accept it.
 

@@ -19,6 +19,8 @@ Choices:
 * A step as short as the system's `shortest_step` is accepted with any error. Shorter steps would resolve waves that the mesh
   does not resolve. Numerical damping removes these waves.
 * M is constant for segments and ANCF elements, and is evaluated once.
+* Locked directions (`fsm.solve.stepping.model.lock`) have efforts lambda + r x in Newton's method, which advances lambda
+  with each increment. Ends of steps are projected, so that no direction drifts and multipliers are those of the state.
 
 References
 ----------
@@ -37,11 +39,14 @@ from fsm.kernels.jit import shared
 from fsm.kernels.vector import error_norm, largest_distance, mean_ratio, weighted_mean_square
 from fsm.solve.stepping.model import (
     accept,
+    advance,
+    consistent,
     contacts_opened,
     damping_times,
     factorise,
     factorise_mass,
     force,
+    lock,
     longest_step,
     mapped,
     mass_times,
@@ -181,6 +186,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
         return UNABLE if unable(model) else NO_SOLUTION
     if counts[TANGENT] == 0:
         counts[LINEARISATIONS] += 1
+        lock(model, inertial_factor(rules, sizes[PRESENT]))
         renewed_force(model, sizes[TIME], motion.q, motion.u)
         _factorise(model, motion, rules, sizes[PRESENT], motion.u, False)
         counts[TANGENT] = 1
@@ -201,6 +207,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
             return UNABLE
         if not trial.solved:  # the last tangent may belong to a state that is far away, or not finite
             counts[LINEARISATIONS] += 1
+            lock(model, inertial_factor(rules, h))
             renewed_force(model, t, motion.q, motion.u)
         if rules.fixed_step > 0.0:
             if trial.solved:
@@ -259,9 +266,12 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float, filtered: boo
     if not factorise_mass(model):
         return False
     copy_into(solve(model, present), motion.rate)
+    consistent(model, t, q, u, motion.rate)
     if sizes[STEP_SIZE] == 0.0:
         sizes[STEP_SIZE] = _first_size(motion, rules, until - sizes[TIME])
     h = sizes[STEP_SIZE]
+    if lock(model, inertial_factor(rules, h)):
+        present = renewed_force(model, t, q, u)
     if not _factorise(model, motion, rules, h, u, False):
         return False
     if filtered:
@@ -338,6 +348,8 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
     q = retract(model, motion.q, x)
     by_u, by_rate, by_a = rules.gamma / (rules.beta * h), inertial_factor(rules, h), 1.0 / (rules.beta * h**2)
     weight = newton_weight(rules.resolved, rules.rtol / by_u, rules.velocity, motion.u)
+    locks = lock(model, by_rate)  # the penalties of locked directions turn with the bodies
+    renew = renew or locks
     before, fresh, predicted = math.inf, renew, x.copy()
     last = fresh and rules.fixed_step > 0.0
     for iteration in range(_PATIENT if last else _MOST):
@@ -353,6 +365,8 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
             counts[FORCES] += 1
         counts[ITERATIONS] += 1
         change = solve(model, subtracted(present, mass_times(model, rate)))
+        if locks:
+            advance(model, change)
         size = weighted_mean_square(change, weight)
         if not math.isfinite(size):
             break
@@ -375,10 +389,21 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
         if converged:
             # a correction as long as the structure would lead to another solution
             hopped = largest_distance(x, predicted, rules.span) > _HOP
+            if locks:
+                _make_consistent(model, end, q, u, a, rate)
             return _Trial(not hopped or rules.fixed_step > 0.0, fresh, x, q, u, a, rate)
-        renew = iteration > 0 and counts[SLOW] == 1
+        renew = locks or (iteration > 0 and counts[SLOW] == 1)
         before = size
     return _Trial(False, fresh, x, q, u, a, rate)
+
+
+@shared
+def _make_consistent(model: Any, end: float, q: np.ndarray, u: np.ndarray, a: np.ndarray, rate: np.ndarray) -> None:
+    """Project q, u and u' at the end of a step; a - u' is kept."""
+    found = rate.copy()
+    consistent(model, np.nextafter(end, -math.inf), q, u, rate)  # motors jump at breaks
+    for i in range(found.shape[0]):
+        a[i] += rate[i] - found[i]
 
 
 @shared
@@ -393,7 +418,8 @@ def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, tria
     counts[STEPS] += 1
     sizes[LONGEST] = accept(model, end, motion.q, motion.u)
     for b in rules.breaks:
-        if b == end and _jumps(model, motion, rules):
+        # multipliers jump with the accelerations of motors and drives
+        if b == end and (lock(model, 0.0) or _jumps(model, motion, rules)):
             counts[STARTED] = 0
 
 

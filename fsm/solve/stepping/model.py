@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.kernels.jit import compiled_as
+from fsm.kernels.jit import compiled_as, kernel
 from fsm.kernels.pointers import Pointer, typed_by
 
 TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
@@ -43,6 +43,9 @@ class Calls(NamedTuple):
     energies: Any
     keep_tangent: Any
     powers: Any
+    lock: Any
+    advance: Any
+    consistent: Any
 
 
 class ArrayModel(NamedTuple):
@@ -57,7 +60,7 @@ class ArrayModel(NamedTuple):
         t, state = 0.0, (0.0, q, u)
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
-            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u),
+            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u),
         )  # fmt: skip
         pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
         return cls(Calls(*pointers), arrays)
@@ -175,10 +178,56 @@ def powers(
     return put_in, dissipated
 
 
+def lock(model: Any, by_acceleration: float) -> bool:
+    """Begin Newton's method of a step, with the multipliers of the last accepted state; false without locked directions.
+
+    Locked directions are openings x(q) that stay zero. Their efforts are lambda + r x; the penalty r is large against
+    `by_acceleration` (1/s^2) times their inertia. Zero sets r to zero.
+    """
+    return bool(model.lock(by_acceleration))
+
+
+def advance(model: Any, change: np.ndarray) -> bool:
+    """Advance the multipliers of locked directions by the increment `change` (nu,) of the last evaluated state."""
+    return bool(model.advance(change))
+
+
+def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+    """Make an accepted state consistent with locked directions; false, without changes, if there are none.
+
+    q (nq,) is corrected once, to second order in the openings. u (nu,) becomes the nearest velocity, in the norm of the
+    kinetic energy, at which no locked direction opens. `rate` (nu,) becomes the acceleration with the multipliers that keep
+    it so; the model keeps these multipliers.
+    """
+    return bool(model.consistent(t, q, u, rate))
+
+
 def stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> tuple[float, float]:
     """Kinetic energy, and kinetic and potential energy without driven bodies, J; the record is work space."""
     kinetic, total = model.stored(t, q, u)
     return kinetic, total
+
+
+@kernel
+def never_locks(model: Any, by_acceleration: float) -> bool:
+    """`lock` of models without locked directions."""
+    return False
+
+
+@kernel
+def never_advances(model: Any, change: np.ndarray) -> bool:
+    """`advance` of models without locked directions."""
+    return False
+
+
+@kernel
+def always_consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+    """`consistent` of models without locked directions."""
+    return False
+
+
+UNLOCKED = never_locks, never_advances, always_consistent
+"""Last kernels of `Calls` for models without locked directions."""
 
 
 def _called(name: str) -> Any:

@@ -70,6 +70,8 @@ class Run(ABC):
         system.clear_caches(np.zeros(0))
         if start is None:
             system.restore(np.zeros(0))
+        self.q, self.u = self.q.copy(), self.u.copy()
+        system.consistent(just_after(system, self.time), self.q, self.u, np.zeros(len(self.u)))
         system.commit(self.time, self.q, self.u)
         self.pending = [t for t in times if t >= self.time]
         self.last = system.observe(just_after(system, self.time), self.q, self.u)

@@ -58,7 +58,7 @@ from fsm.model.nodes.system.array_forces import (
     sum_tangents,
 )
 from fsm.solve.stepping.equilibrium import RestCalls
-from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, Calls
+from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, UNLOCKED, Calls
 from fsm.solve.stepping.vectors import copy_into, inner, kept
 
 
@@ -332,6 +332,7 @@ def powers(
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, solve, _mapped, _retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies, keep_tangent, powers,
+    *UNLOCKED,
 )  # fmt: skip
 """Kernels of `Coordinates` that time steps call."""
 AT_REST = RestCalls(_force_at_rest, _renewed_force_at_rest, _factorise_stiffness, _solved, _retract)

@@ -1,0 +1,208 @@
+"""Openings between two bodies in space, of which ideal joints consist, with first and second derivatives.
+
+    `ALONG`      x = a . (p_b - r_a) - c   a point p_b = r_b + A_b s of the second along an axis a = A_a a_0 of the first
+    `ACROSS`     x = a . b - c             an axis of the first against an axis b = A_b b_0 of the second
+    `DISTANCE`   x = (d . d/c - c)/2       d = p_b - p_a; near the length c this is |d| - c
+
+    `TURN`       x = atan2(y, z) - c       z = a . b, y = (n x a) . b: the angle about n of b from a, from -pi to pi
+
+Constants of an opening, (10,): a_0 (of `DISTANCE` the point of the first body), then s or b_0, then c, then (n x a)_0 of
+`TURN`. Coordinates are
+(dr, dtheta) of the first body, then of the second; dtheta in body axes. Row m, column n of the second derivatives is
+d(gradient_m)/dx_n; they are not symmetric, because rotation increments do not commute.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+from fsm.kernels.tensor import (
+    Matrix,
+    Vector,
+    crossed,
+    quaternion_matrix,
+    times_vector,
+    transposed_times,
+    transposed_times_vector,
+)
+
+ALONG, ACROSS, DISTANCE, TURN = range(4)
+"""Kinds of openings."""
+_ROUND_OFF = 16.0 * float(np.finfo(float).eps)
+"""Opening relative to the coordinates of which it is a difference, below which it is round-off and counts as zero. Round-off
+of short steps would become large efforts."""
+
+
+@kernel(inline=True)
+def _dot(u: Vector, v: Vector) -> float:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@kernel(inline=True)
+def _minus(v: Vector) -> Vector:
+    return -v[0], -v[1], -v[2]
+
+
+@kernel(inline=True)
+def _put(v: Vector, gradient: np.ndarray, first: int) -> None:
+    for k in range(3):
+        gradient[first + k] = v[k]
+
+
+@kernel
+def _turn_twice(w: Vector, s: Vector, factor: float, hessian: np.ndarray, first: int) -> None:
+    """Add factor (w s^T - (w . s) I), the second derivative of W . A s with w = A^T W, on the diagonal from `first`."""
+    both = _dot(w, s)
+    for i in range(3):
+        for j in range(3):
+            hessian[first + i, first + j] += factor * (w[i] * s[j] - (both if i == j else 0.0))
+
+
+@kernel
+def _turn_each(s: Vector, m: Matrix, v: Vector, factor: float, hessian: np.ndarray, row: int, column: int) -> None:
+    """Add -factor [s] M [v] at (row, column), and its transpose at (column, row); [s] v = s x v."""
+    for j in range(3):
+        unit = (1.0 if j == 0 else 0.0, 1.0 if j == 1 else 0.0, 1.0 if j == 2 else 0.0)
+        found = crossed(s, times_vector(m, crossed(v, unit)))
+        for i in range(3):
+            hessian[row + i, column + j] -= factor * found[i]
+            hessian[column + j, row + i] -= factor * found[i]
+
+
+@kernel
+def _shift_and_turn(m: Matrix, v: Vector, factor: float, hessian: np.ndarray, row: int, column: int) -> None:
+    """Add factor M [v] at (row, column) and its transpose at (column, row)."""
+    for j in range(3):
+        unit = (1.0 if j == 0 else 0.0, 1.0 if j == 1 else 0.0, 1.0 if j == 2 else 0.0)
+        found = times_vector(m, crossed(v, unit))
+        for i in range(3):
+            hessian[row + i, column + j] += factor * found[i]
+            hessian[column + j, row + i] += factor * found[i]
+
+
+@kernel(inline=True)
+def _resolved(x: float, size: float) -> float:
+    return x if abs(x) > _ROUND_OFF * size else 0.0
+
+
+@kernel(inline=True)
+def _size(first: np.ndarray, second: np.ndarray, reach: Vector) -> float:
+    """Sum of the coordinates of which an opening is a difference, m."""
+    total = 0.0
+    for k in range(3):
+        total += abs(first[k]) + abs(second[k]) + abs(reach[k])
+    return total
+
+
+@kernel
+def opening(
+    kind: int, first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray,
+    hessian: np.ndarray,
+) -> float:  # fmt: skip
+    """Value of an opening beyond a value; writes its first (12,) and second (12, 12) derivatives.
+
+    Parameters
+    ----------
+    kind : `ALONG`, `ACROSS`, `DISTANCE` or `TURN`
+    first, second : (7,) arrays
+        Poses of the bodies.
+    constants : (10,) array, see the module docstring
+    beyond : value that is subtracted; angles are from -pi to pi afterwards
+    gradient, hessian : (12,) and (12, 12) arrays, results
+    """
+    if kind == TURN:
+        return _angle(first, second, constants, beyond, gradient, hessian)
+    return _difference(kind, first, second, constants, beyond, gradient, hessian)
+
+
+@kernel
+def _angle(
+    first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray, hessian: np.ndarray
+) -> float:
+    """Opening of the kind `TURN`; see `opening`."""
+    along, across = np.zeros(7), np.zeros(7)
+    along[:6] = constants[:6]
+    across[:3], across[3:6] = constants[7:], constants[3:6]
+    slope, bend = np.empty(12), np.empty((12, 12))
+    z = _difference(ACROSS, first, second, along, 0.0, slope, bend)
+    y = _difference(ACROSS, first, second, across, 0.0, gradient, hessian)
+    size = y * y + z * z
+    for m in range(12):
+        for n in range(12):
+            turned = (z * gradient[m] - y * slope[m]) * (z * slope[n] + y * gradient[n])
+            hessian[m, n] = (z * hessian[m, n] - y * bend[m, n] + gradient[m] * slope[n] - slope[m] * gradient[n]) / size
+            hessian[m, n] -= 2.0 * turned / (size * size)
+    for m in range(12):
+        gradient[m] = (z * gradient[m] - y * slope[m]) / size
+    x = np.arctan2(y, z) - constants[6] - beyond
+    x -= 2.0 * np.pi * np.round(x / (2.0 * np.pi))
+    return _resolved(x, 1.0 + abs(constants[6] + beyond))
+
+
+@kernel
+def _difference(
+    kind: int, first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray,
+    hessian: np.ndarray,
+) -> float:  # fmt: skip
+    """Openings of the other kinds; see `opening`."""
+    hessian[:] = 0.0
+    own = (constants[0], constants[1], constants[2])
+    other = (constants[3], constants[4], constants[5])
+    a = quaternion_matrix((first[3], first[4], first[5], first[6]))
+    b = quaternion_matrix((second[3], second[4], second[5], second[6]))
+    between = (second[0] - first[0], second[1] - first[1], second[2] - first[2])
+    axis, arm = times_vector(a, own), times_vector(b, other)
+    if kind == ACROSS:
+        seen, back = transposed_times_vector(a, arm), transposed_times_vector(b, axis)
+        for k in range(3):
+            gradient[k] = gradient[6 + k] = 0.0
+        _put(crossed(own, seen), gradient, 3)
+        _put(crossed(other, back), gradient, 9)
+        _turn_twice(seen, own, 1.0, hessian, 3)
+        _turn_twice(back, other, 1.0, hessian, 9)
+        _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
+        return _resolved(_dot(axis, arm) - constants[6] - beyond, 1.0 + abs(beyond))
+    reach = (between[0] + arm[0], between[1] + arm[1], between[2] + arm[2])
+    if kind == ALONG:
+        seen, back = transposed_times_vector(a, reach), transposed_times_vector(b, axis)
+        _put(_minus(axis), gradient, 0)
+        _put(crossed(own, seen), gradient, 3)
+        _put(axis, gradient, 6)
+        _put(crossed(other, back), gradient, 9)
+        _turn_twice(seen, own, 1.0, hessian, 3)
+        _turn_twice(back, other, 1.0, hessian, 9)
+        _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
+        _shift_and_turn(a, own, 1.0, hessian, 0, 3)
+        _shift_and_turn(a, own, -1.0, hessian, 6, 3)
+        return _resolved(_dot(axis, reach) - constants[6] - beyond, _size(first, second, reach) + abs(beyond))
+    length = constants[6]
+    way = (reach[0] - axis[0], reach[1] - axis[1], reach[2] - axis[2])
+    seen, back = transposed_times_vector(a, way), transposed_times_vector(b, way)
+    of_first, of_second = crossed(own, seen), crossed(other, back)
+    for k in range(3):
+        gradient[k], gradient[3 + k] = -way[k] / length, -of_first[k] / length
+        gradient[6 + k], gradient[9 + k] = way[k] / length, of_second[k] / length
+    each = 1.0 / length
+    for k in range(3):
+        hessian[k, k] = hessian[6 + k, 6 + k] = each
+        hessian[k, 6 + k] = hessian[6 + k, k] = -each
+    _shift_and_turn(a, own, -each, hessian, 0, 3)
+    _shift_and_turn(a, own, each, hessian, 6, 3)
+    _shift_and_turn(b, other, each, hessian, 0, 9)
+    _shift_and_turn(b, other, -each, hessian, 6, 9)
+    _turn_each(own, transposed_times(a, b), other, -each, hessian, 3, 9)
+    _turn_twice(seen, own, -each, hessian, 3)
+    _turn_twice(back, other, each, hessian, 9)
+    _squares(own, each, hessian, 3)
+    _squares(other, each, hessian, 9)
+    return _resolved(0.5 * (_dot(way, way) / length - length) - beyond, _size(first, second, reach) + abs(beyond))
+
+
+@kernel
+def _squares(s: Vector, factor: float, hessian: np.ndarray, first: int) -> None:
+    """Add factor [s]^T [s] on the diagonal from `first`."""
+    both = _dot(s, s)
+    for i in range(3):
+        for j in range(3):
+            hessian[first + i, first + j] += factor * ((both if i == j else 0.0) - s[i] * s[j])

@@ -1,0 +1,155 @@
+"""Kernels of a compiled model (`ArrayModel`) for locked directions; see `fsm.solve.stepping.model` and
+`fsm.model.elements.joints`.
+
+Velocities and accelerations are projected with the matrix M + r J^T J, whose penalty is 1e4 times the inertia of each
+opening. Each solution reduces the rates of openings by about this factor; the loops end at round-off.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.driven import accelerate_driven
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.kernels.block_lu import REFINE_ABOVE
+from fsm.kernels.body_poses import gather_free, scatter_free
+from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import call_at
+from fsm.model.bodies.array_forces import place, retract, sum_forces
+from fsm.model.bodies.arrays import (
+    ADVANCE_BY,
+    AT_ACCELERATIONS,
+    AT_RATES,
+    CLOSE,
+    FACTORS,
+    FORCE,
+    FREE,
+    KEEP,
+    LOCK_BY,
+    MASS,
+    MATRIX,
+    MEASURE,
+    PROJECT_BY,
+    RATES,
+    STIFFNESS,
+    Segments,
+    driven_of,
+    pattern_of,
+)
+from fsm.solve.stepping.vectors import copy_into
+
+MOST = 50
+"""Largest number of solutions of a projection."""
+STALLED = 0.25
+"""Ratio of successive errors (squares) above which only round-off is left."""
+
+
+@kernel
+def add_inertia(table: np.ndarray, factor: float) -> None:
+    """Add M, multiplied by a factor, to the matrix."""
+    matrix, mass, diagonal = floats_3d(table, MATRIX), floats_1d(table, MASS), pattern_of(table).diagonal
+    size = matrix.shape[1]
+    for row in range(diagonal.shape[0]):
+        for k in range(size):
+            matrix[diagonal[row], k, k] += factor * mass[row * size + k]
+
+
+@kernel
+def lock(model: Segments, by_acceleration: float) -> bool:
+    """See `fsm.solve.stepping.model`."""
+    found = 0.0
+    for k in range(model.elements.shape[0]):
+        found += call_at(model.elements[k, LOCK_BY], model.table, model.element_tables[k], 0.0, by_acceleration)
+    return found > 0.0
+
+
+@kernel
+def advance(model: Segments, change: np.ndarray) -> bool:
+    """See `fsm.solve.stepping.model`."""
+    table = model.table
+    rates = floats_2d(table, RATES)
+    rates[:] = 0.0
+    scatter_free(integers_1d(table, FREE), change, change.shape[0] < 0, rates)
+    for k in range(model.elements.shape[0]):
+        call_at(model.elements[k, ADVANCE_BY], table, model.element_tables[k], 0.0, 0.0)
+    return True
+
+
+@kernel
+def _project(model: Segments, t: float, task: int) -> float:
+    """Do a task of a projection with the arrays `at_rest`; returns the error."""
+    error = 0.0
+    for k in range(model.elements.shape[0]):
+        error += call_at(model.elements[k, PROJECT_BY], model.at_rest, model.element_tables[k], t, float(task))
+    return error
+
+
+@kernel
+def _correction(model: Segments, right: np.ndarray) -> np.ndarray:
+    """Solution (nu,) with the factors of the projection."""
+    table, p = model.at_rest, pattern_of(model.at_rest)
+    x: np.ndarray
+    x, _, _ = model.equations.solve(
+        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, FACTORS), p.rows, p.columns,
+        floats_3d(table, MATRIX), right, REFINE_ABOVE, True, False,
+    )  # fmt: skip
+    return x
+
+
+@kernel
+def _move(model: Segments, vector: np.ndarray, change: np.ndarray) -> None:
+    """Add a change (nu,) to a vector of rates or accelerations, and write the sum to the arrays `at_rest`."""
+    for i in range(vector.shape[0]):
+        vector[i] += change[i]
+    scatter_free(integers_1d(model.table, FREE), vector, vector.shape[0] < 0, floats_2d(model.at_rest, RATES))
+
+
+@kernel
+def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+    """See `fsm.solve.stepping.model`."""
+    if not lock(model, 0.0):
+        return False
+    table, other, p, free = model.table, model.at_rest, pattern_of(model.table), integers_1d(model.table, FREE)
+    force, rates, mass = floats_2d(other, FORCE), floats_2d(other, RATES), floats_1d(table, MASS)
+    matrix, stiffness, none = floats_3d(other, MATRIX), floats_3d(other, STIFFNESS), np.zeros(u.shape[0])
+    place(table, t, q, u)
+    copy_into(floats_2d(table, RATES), rates)
+    stiffness[:] = 0.0
+    _project(model, t, MEASURE)
+    copy_into(stiffness, matrix)
+    add_inertia(other, 1.0)
+    model.equations.factorise(
+        matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, floats_3d(other, FACTORS)
+    )
+    force[:] = 0.0
+    if _project(model, t, CLOSE) > 0.0:
+        copy_into(retract(model, q, _correction(model, gather_free(free, force))), q)
+        place(table, t, q, u)
+        _project(model, t, MEASURE)
+    before = np.inf
+    for _ in range(MOST):
+        force[:] = 0.0
+        error = _project(model, t, AT_RATES)
+        if not 0.0 < error < STALLED * before:
+            break
+        before = error
+        _move(model, u, _correction(model, gather_free(free, force)))
+    _project(model, t, MEASURE)
+    place(table, t, q, u)
+    sum_forces(model, t, 0.0)
+    accelerate_driven(driven_of(table), t, rates)
+    _move(model, rate, none)
+    before = np.inf
+    for number in range(MOST):
+        copy_into(floats_2d(table, FORCE), force)
+        error = _project(model, t, AT_ACCELERATIONS)
+        right = gather_free(free, force)
+        for i in range(right.shape[0]):
+            right[i] -= mass[i] * rate[i]
+        _move(model, rate, _correction(model, right))
+        if number > 1 and not 0.0 < error < STALLED * before:  # the first two errors follow from the given acceleration
+            break
+        before = error
+    _project(model, t, KEEP)
+    rates[:] = 0.0
+    return True

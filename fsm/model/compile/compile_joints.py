@@ -1,0 +1,160 @@
+"""Ideal joints of a scene as openings between bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fsm.case.derived.joint_frames import LOCKED_PLACES, LOCKED_TURNS, joint_axes
+from fsm.case.models.joint import TURNING, SceneJoint
+from fsm.case.models.joint_action import TurnSpring
+from fsm.interactions.openings import ACROSS, ALONG, DISTANCE, TURN
+from fsm.kernels.programs import Program
+from fsm.kernels.rotation import rotation_matrix
+from fsm.model.bodies.time_function import motor_program
+from fsm.model.elements.joint_forces import (
+    DAMPER,
+    LATCH,
+    LATCH_AT,
+    LATCH_DAMPER,
+    LATCH_SENSE,
+    LOAD,
+    LOWER,
+    PLAY,
+    REST,
+    SLOWER,
+    SPRING,
+    STOP,
+    STOP_DAMPER,
+    UPPER,
+    JointForceGroup,
+)
+from fsm.model.elements.joints import JointGroup
+
+_UNUSED = (0.0, 0.0, 0.0)
+_REPEATED = 1e-10
+"""Smallest ratio of eigenvalues of openings, scaled to unit size, that do not follow from others."""
+
+
+def joint_group(
+    joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray, inverse: np.ndarray
+) -> JointGroup:
+    """Openings of all joints.
+
+    Parameters
+    ----------
+    joints : joints without faults
+    ends : (m, 2) int array
+        First and second body of each joint.
+    poses : (n_bodies, 7) array
+        Poses at the start.
+    inverse : (n_bodies, 6) array
+        Inverse of the inertia; zero for bodies that cannot move.
+    """
+    rows: list[tuple[int, int, np.ndarray]] = []
+    turns: list[tuple[int, int]] = []
+    lines: list[np.ndarray] = []
+    motors: list[Program] = []
+    moved: list[int] = []
+    for number, joint in enumerate(joints):
+        a, b = ends[number].tolist()
+        own, other, base, arm = _in_bodies(joint, poses[a], poses[b])
+        if joint.kind == "distance":
+            assert joint.to is not None
+            rows.append((number, DISTANCE, np.array([*base, *arm, math.dist(joint.to, joint.at), *_UNUSED])))
+        rows += [(number, ALONG, np.array([*own[k], *arm, own[k] @ base, *_UNUSED])) for k in LOCKED_PLACES[joint.kind]]
+        locked = LOCKED_TURNS.get(joint.kind, ())
+        rows += [(number, ACROSS, np.array([*own[j], *other[k], 0.0, *_UNUSED])) for j, k in locked]
+        moved += [-1] * (len(rows) - len(moved))
+        if joint.motor is not None:
+            rows.append((number, *_coordinate(joint, 0.0, (own, other, base, arm))))
+            moved.append(len(motors))
+            motors.append(motor_program(joint.motor))
+        if joint.kind in TURNING:
+            turns.append((a, b))
+            lines.append(np.array([*own[2], *own[0], *other[0]]))
+        elif joint.kind == "universal":
+            turns += [(a, b), (b, a)]
+            lines += [np.array([*own[2], *own[0], *other[0]]), np.array([*other[0], *other[2], *own[2]])]
+    of = np.array([number for number, _, _ in rows], dtype=np.int64)
+    group = JointGroup(
+        np.ascontiguousarray(ends[of]), np.array([kind for _, kind, _ in rows], dtype=np.int64),
+        np.array([constants for _, _, constants in rows]), np.ones(len(rows)),
+        np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, 9),
+        tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors),
+    )  # fmt: skip
+    inertia = _inertia(group.openings(poses)[1], group.bodies, inverse)
+    for number, kind in {(number, kind) for number, kind, _ in rows}:  # axes of a joint turn with its first body
+        own = (of == number) & (group.kinds == kind)
+        group.masses[own] = inertia[own].max()
+    return group
+
+
+def _in_bodies(joint: SceneJoint, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Axes of a joint in its first and in its second body (3, 3), and its points in both (3,), from their poses (7,)."""
+    axes, at = joint_axes(joint), np.array(joint.at)
+    to = at if joint.to is None else np.array(joint.to)
+    a, b = rotation_matrix(first[3:]), rotation_matrix(second[3:])
+    return axes @ a, axes @ b, (at - first[:3]) @ a, (to - second[:3]) @ b
+
+
+def _coordinate(joint: SceneJoint, start: float, parts: tuple[np.ndarray, ...]) -> tuple[int, np.ndarray]:
+    """Coordinate of a revolute or prismatic joint, `start` at the start, as an opening; `parts` of `_in_bodies`."""
+    own, other, base, arm = parts
+    if joint.kind == "prismatic":
+        return ALONG, np.array([*own[2], *arm, own[2] @ base - start, *_UNUSED])
+    return TURN, np.array([*own[0], *other[0], -start, *own[1]])
+
+
+def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> JointForceGroup | None:
+    """Springs, dampers, stops and latches of all joints; None without any. Arguments as in `joint_group`."""
+    chosen = [i for i, joint in enumerate(joints) if joint.spring or joint.damper or joint.stop or joint.latch]
+    if not chosen:
+        return None
+    kinds, constants, tables, laws, start = [], [], [], np.zeros((len(chosen), 14)), np.zeros(len(chosen))
+    for k, i in enumerate(chosen):
+        joint, spring, law = joints[i], joints[i].spring, laws[k]
+        start[k] = joint.angle
+        kind, row = _coordinate(joint, joint.angle, _in_bodies(joint, *poses[ends[i]]))
+        kinds.append(kind)
+        constants.append(row)
+        tables.append(np.array(spring.table if spring is not None and spring.table else (), dtype=float).reshape(-1, 2))
+        law[REST], law[LOWER], law[UPPER] = start[k], -math.inf, math.inf
+        if spring is not None:
+            load = spring.moment if isinstance(spring, TurnSpring) else spring.force
+            law[SPRING], law[LOAD] = spring.stiffness, -(load or 0.0)
+            law[REST] = start[k] if spring.rest is None else spring.rest
+        if joint.damper is not None:
+            law[DAMPER] = joint.damper.coefficient
+        if joint.stop is not None:
+            law[STOP], law[STOP_DAMPER] = joint.stop.stiffness, joint.stop.damping
+            law[LOWER] = -math.inf if joint.stop.lower is None else joint.stop.lower
+            law[UPPER] = math.inf if joint.stop.upper is None else joint.stop.upper
+        if joint.latch is not None:
+            latch = joint.latch
+            law[LATCH_AT], law[LATCH_SENSE], law[PLAY] = latch.at, math.copysign(1.0, latch.at - start[k]), latch.play
+            law[LATCH], law[LATCH_DAMPER] = latch.stiffness, latch.damping
+            law[SLOWER] = math.inf if latch.rate_below is None else latch.rate_below
+    first = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(np.int64)
+    return JointForceGroup(
+        np.ascontiguousarray(ends[chosen]), np.array(kinds, dtype=np.int64), np.array(constants), laws, first,
+        np.concatenate(tables), start, tuple(joints[i].name for i in chosen),
+    )  # fmt: skip
+
+
+def _inertia(gradients: np.ndarray, bodies: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """Inertia (n,) of each opening while all others stay closed, kg or kg m^2: the diagonal of (J M^-1 J^T)^-1.
+
+    With penalties in this ratio, the smallest eigenvalue of the penalties times J M^-1 J^T is their factor over n at least,
+    whatever the ratios of masses. Of openings that follow from others the pseudo-inverse has a share.
+    """
+    rows = np.zeros((len(gradients), *inverse.shape))
+    for row, gradient, ends in zip(rows, gradients.reshape(-1, 2, 6), bodies.tolist(), strict=True):
+        row[ends] += gradient
+    rows = (rows * np.sqrt(inverse)).reshape(len(gradients), -1)
+    sizes = np.linalg.norm(rows, axis=1)
+    sizes[sizes == 0.0] = math.inf
+    scaled = rows / sizes[:, None]
+    return np.asarray(np.diag(np.linalg.pinv(scaled @ scaled.T, _REPEATED, hermitian=True)) / sizes**2)

@@ -1,0 +1,325 @@
+"""Ideal joints: locked openings between two bodies. The group, its table, and its kernels.
+
+A joint is a set of openings x (`fsm.interactions.openings`) that stay zero. Newton's method of a time step has the effort
+lambda + r x of each opening and the tangent r J^T J + (lambda + r x) dJ/dq, and advances lambda by r (x + J d) with each
+increment d (augmented Lagrangian; Bayo and Ledesma 1996). The penalty is r = 1e4 m c, with the mass m of the opening at the
+start and c = d(acceleration)/d(increment); it has no effect on the converged step. After an accepted step the multipliers
+are those of the accelerations, and r = 0. Openings that follow from others have multipliers too, those of least work.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fsm.interactions.openings import opening
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import pieces_at, program_at
+from fsm.kernels.programs import Program, table_of
+from fsm.kernels.scatter import add_block
+from fsm.kernels.tensor import crossed, quaternion_matrix, times_vector
+from fsm.model.bodies.arrays import (
+    AT_ACCELERATIONS,
+    AT_RATES,
+    CLOSE,
+    DOF,
+    FORCE,
+    KEEP,
+    MEASURE,
+    POSES,
+    RATES,
+    STIFFNESS,
+    STORED,
+    pattern_of,
+)
+from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, bodies_of, nothing
+
+_KINDS, _CONSTANTS, _MASSES, _PENALTY, _EFFORT, _VALUE, _GRADIENT, _BEND, _KEPT, _TURNS, _LINES = range(OWN, OWN + 11)
+_PROGRAM, _PIECES = range(OWN + 11, OWN + 13)
+_STIFF = 1e4
+"""Penalty relative to the inertia of an opening at the start. From 1e2 to 1e5 the number of iterations is that of Newton's
+method with exact multipliers; inertias change on the way."""
+
+
+@kernel
+def _measure(table: np.ndarray, own: np.ndarray, t: float, i: int, hessian: np.ndarray) -> None:
+    """Write value and gradient of an opening at a time (s), and its second derivatives."""
+    poses, bodies = floats_2d(table, POSES), bodies_of(own)
+    floats_1d(own, _VALUE)[i] = opening(
+        integers_1d(own, _KINDS)[i], poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, _CONSTANTS)[i],
+        _prescribed(own, t, i)[0], floats_2d(own, _GRADIENT)[i], hessian,
+    )  # fmt: skip
+
+
+@kernel
+def _prescribed(own: np.ndarray, t: float, i: int) -> tuple[float, float, float]:
+    """Prescribed value of an opening at a time (s), and its two derivatives; zero without a motor."""
+    number = integers_1d(own, _PROGRAM)[i]
+    if number < 0:
+        return 0.0, 0.0, 0.0
+    return program_at(pieces_at(own, _PIECES), number, t)
+
+
+@kernel
+def _push(force: np.ndarray, bodies: np.ndarray, gradient: np.ndarray, effort: float) -> None:
+    """Add the forces of an effort to those of both bodies."""
+    for side in range(2):
+        for k in range(6):
+            force[bodies[side], k] -= effort * gradient[6 * side + k]
+
+
+@kernel
+def _along(rates: np.ndarray, bodies: np.ndarray, gradient: np.ndarray) -> float:
+    """Rate of an opening from the rates of all bodies."""
+    total = 0.0
+    for side in range(2):
+        for k in range(6):
+            total += gradient[6 * side + k] * rates[bodies[side], k]
+    return total
+
+
+@kernel
+def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
+    effort, penalty, value, hessian = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((12, 12))
+    for i in range(bodies.shape[0]):
+        _measure(table, own, t, i, hessian)
+        _push(force, bodies[i], gradient[i], effort[i] + penalty[i] * value[i])
+    return 0.0
+
+
+@kernel(inline=True)
+def _efforts(own: np.ndarray) -> np.ndarray:
+    return floats_1d(own, _EFFORT)
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
+    effort, penalty, value, block = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((12, 12))
+    stiffness, dof, p = floats_3d(table, STIFFNESS), integers_1d(table, DOF), pattern_of(table)
+    for i in range(bodies.shape[0]):
+        _measure(table, own, t, i, block)
+        total = effort[i] + penalty[i] * value[i]
+        _push(force, bodies[i], gradient[i], total)
+        for a in range(12):
+            for b in range(12):
+                block[a, b] = total * block[a, b] + penalty[i] * gradient[i, a] * gradient[i, b]
+        add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
+    return 0.0
+
+
+@kernel
+def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Begin Newton's method of a step with the kept multipliers; `per_second` is c, 1/s^2."""
+    effort, penalty, kept, masses = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _KEPT), floats_1d(own, _MASSES)
+    for i in range(effort.shape[0]):
+        effort[i], penalty[i] = kept[i], _STIFF * per_second * masses[i]
+    return 1.0
+
+
+@kernel
+def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Advance the multipliers by an increment of all bodies, which the rates of the model contain."""
+    rates, bodies, gradient = floats_2d(table, RATES), bodies_of(own), floats_2d(own, _GRADIENT)
+    effort, penalty, value = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
+    for i in range(effort.shape[0]):
+        effort[i] += penalty[i] * (value[i] + _along(rates, bodies[i], gradient[i]))
+    return 0.0
+
+
+@kernel
+def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Task `per_second` of a projection, and its error.
+
+    `MEASURE`: openings at the present poses and rates, penalties in the stiffness, multipliers of zero. `CLOSE`: forces
+    against openings. `AT_RATES`: forces against opening rates. `AT_ACCELERATIONS`: the rates of the model are accelerations;
+    the multipliers advance by the penalties times the opening accelerations, and add to these forces. `KEEP`: keep the
+    multipliers. The error is the sum of m y^2 over all openings.
+    """
+    task = int(per_second)
+    force, rates, bodies = floats_2d(table, FORCE), floats_2d(table, RATES), bodies_of(own)
+    gradient, value = floats_2d(own, _GRADIENT), floats_1d(own, _VALUE)
+    effort, masses, bend = _efforts(own), floats_1d(own, _MASSES), floats_1d(own, _BEND)
+    if task == KEEP:
+        kept, penalty = floats_1d(own, _KEPT), floats_1d(own, _PENALTY)
+        for i in range(effort.shape[0]):
+            kept[i], penalty[i] = effort[i], 0.0
+        return 0.0
+    if task == MEASURE:
+        _measure_all(table, own, t)
+        return 0.0
+    error = 0.0
+    for i in range(bodies.shape[0]):
+        _, speed, pick_up = _prescribed(own, t, i)
+        rate = value[i] if task == CLOSE else _along(rates, bodies[i], gradient[i])
+        if task == AT_RATES:
+            rate -= speed
+        if task == AT_ACCELERATIONS:
+            rate += bend[i] - pick_up
+        total = _STIFF * masses[i] * rate
+        if task == AT_ACCELERATIONS:
+            effort[i] += total
+            total += effort[i]
+        _push(force, bodies[i], gradient[i], total)
+        error += masses[i] * rate * rate
+    return error
+
+
+@kernel
+def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
+    rates, bodies, stiffness = floats_2d(table, RATES), bodies_of(own), floats_3d(table, STIFFNESS)
+    gradient, bend, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _BEND), floats_1d(own, _MASSES), _efforts(own)
+    dof, p, block, speed = integers_1d(table, DOF), pattern_of(table), np.empty((12, 12)), np.empty(12)
+    for i in range(bodies.shape[0]):
+        _measure(table, own, t, i, block)
+        for side in range(2):
+            for k in range(6):
+                speed[6 * side + k] = rates[bodies[i, side], k]
+        bend[i] = effort[i] = 0.0
+        for a in range(12):
+            for b in range(12):
+                bend[i] += speed[a] * block[a, b] * speed[b]
+                block[a, b] = _STIFF * masses[i] * gradient[i, a] * gradient[i, b]
+        add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
+
+
+@kernel
+def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Count the turns of all angles."""
+    poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
+    kept, count = floats_1d(own, _KEPT), _efforts(own).shape[0]
+    for i in range(turns.shape[0]):
+        last = kept[count + i]
+        angle = angle_of(poses[turns[i, 0]], poses[turns[i, 1]], lines[i])
+        kept[count + i] = angle + 2.0 * np.pi * np.round((last - angle) / (2.0 * np.pi))
+    return 0.0
+
+
+@kernel
+def angle_of(first: np.ndarray, second: np.ndarray, lines: np.ndarray) -> float:
+    """Angle (rad, from -pi to pi) about an axis of one body of a line of the other one.
+
+    Parameters
+    ----------
+    first, second : (7,) arrays
+        Poses.
+    lines : (9,) array
+        In the first body the axis and the line at angle zero, at right angles; in the second the line.
+    """
+    a = quaternion_matrix((first[3], first[4], first[5], first[6]))
+    b = quaternion_matrix((second[3], second[4], second[5], second[6]))
+    axis, zero = (lines[0], lines[1], lines[2]), (lines[3], lines[4], lines[5])
+    x, y = times_vector(a, zero), times_vector(a, crossed(axis, zero))
+    line = times_vector(b, (lines[6], lines[7], lines[8]))
+    return float(
+        np.arctan2(
+            y[0] * line[0] + y[1] * line[1] + y[2] * line[2], x[0] * line[0] + x[1] * line[1] + x[2] * line[2]
+        )
+    )  # fmt: skip
+
+
+@kernel
+def _put_in(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Add the power of the motors, W; nothing is dissipated."""
+    effort, stored = _efforts(own), floats_1d(table, STORED)
+    for i in range(effort.shape[0]):
+        stored[2] -= effort[i] * _prescribed(own, t, i)[1]
+    return 0.0
+
+
+_KERNELS = ElementKernels(
+    _force, _tangent, nothing, lost=_put_in, accept=_accept, lock=_lock, advance=_advance, project=_project
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class JointGroup(ElementGroup):
+    """Openings of all ideal joints.
+
+    Attributes
+    ----------
+    bodies : (n, 2) int array
+        First and second body of each opening.
+    kinds : (n,) int array, see `fsm.interactions.openings`
+    constants : (n, 10) array, see `fsm.interactions.openings`
+    masses : (n,) array, kg or kg m^2
+        Inertia of each opening at the start.
+    turns : (k, 2) int array
+        Bodies of each angle.
+    lines : (k, 9) array, see `angle_of`
+    names : names of the joints
+    of : (n,) int array
+        Number of the joint of each opening.
+    program : (n,) int array
+        Number of the motor of each opening in `motors`, -1 without a motor.
+    motors : functions of time of the coordinates
+    """
+
+    bodies: np.ndarray
+    kinds: np.ndarray
+    constants: np.ndarray
+    masses: np.ndarray
+    turns: np.ndarray
+    lines: np.ndarray
+    names: tuple[str, ...]
+    of: np.ndarray
+    program: np.ndarray
+    motors: tuple[Program, ...]
+    categories = ()
+    rate_dependent = False
+    locks = True
+
+    @property
+    def kernels(self) -> ElementKernels:
+        """See `ElementGroup`."""
+        return _KERNELS
+
+    @cached_property
+    def arrays(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        n = len(self.kinds)
+        work = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 12)), np.zeros(n)]
+        kept = np.zeros(n + len(self.turns))
+        moved = self.program, *table_of(self.motors)
+        return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *moved]
+
+    def break_times(self) -> set[float]:
+        """See `Group`."""
+        return {time for motor in self.motors for time in motor.breaks()}
+
+    @property
+    def memory_of(self) -> np.ndarray:
+        """Multipliers (n,) of the last accepted state, N or N m, and angles (k,) with their turns, rad."""
+        return self.arrays[_KEPT - OWN]
+
+    @property
+    def first_memory(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return np.zeros(len(self.memory_of))
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        super().restore(memory)
+        self.arrays[_EFFORT - OWN][:] = self.efforts
+        self.arrays[_PENALTY - OWN][:] = 0.0
+
+    @property
+    def efforts(self) -> np.ndarray:
+        """Multipliers (n,) of the last accepted state, N or N m."""
+        return self.memory_of[: len(self.kinds)]
+
+    @property
+    def angles(self) -> np.ndarray:
+        """Angles (k,) of the last accepted state with their turns, zero at the start, rad."""
+        return self.memory_of[len(self.kinds) :]
+
+    def openings(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Openings (n,), m or rad, and their gradients (n, 12)."""
+        values, gradients, hessian = np.zeros(len(self.kinds)), np.zeros((len(self.kinds), 12)), np.zeros((12, 12))
+        for i, (a, b) in enumerate(self.bodies.tolist()):
+            values[i] = opening(int(self.kinds[i]), poses[a], poses[b], self.constants[i], 0.0, gradients[i], hessian)
+        return values, gradients
