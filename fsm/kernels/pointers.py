@@ -6,7 +6,7 @@ calls. A call by address takes 50 ns and avoids this cost.
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numba
 import numba.extending
@@ -39,7 +39,7 @@ def _read(kind: Any, pointer: Any, c: Any) -> Any:
 
 
 class Pointer:
-    """A compiled kernel by its address.
+    """A compiled kernel by its address; the same object for the same kernel and types of arguments.
 
     Parameters
     ----------
@@ -47,14 +47,25 @@ class Pointer:
     arguments : examples of its arguments
     """
 
-    def __init__(self, function: Any, *arguments: Any) -> None:
+    _made: ClassVar[dict[tuple[Any, ...], Pointer]] = {}
+    _numba_type_: Any
+    address: int
+    _keeps: Any  # the pointer refers to the machine code and to the types
+    _entries: dict[Any, Any]
+
+    def __new__(cls, function: Any, *arguments: Any) -> Pointer:
+        """Find or compile the kernel."""
         kinds = tuple(numba.typeof(argument) for argument in arguments)
-        function.compile(kinds)
-        result = function.overloads[kinds]
-        self._numba_type_ = _Address(result.signature)
-        self.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
-        self._keeps = result  # the pointer refers to the machine code
-        self._entries: dict[Any, Any] = {}
+        key = (function, *map(id, kinds))  # equal types are one object, and their hashes take long
+        found = cls._made.get(key)
+        if found is None:
+            function.compile(kinds)
+            result = function.overloads[kinds]
+            found = cls._made[key] = super().__new__(cls)
+            found._numba_type_ = _Address(result.signature)
+            found.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
+            found._keeps, found._entries = (result, kinds), {}
+        return found
 
     @property
     def first_type(self) -> Any:
@@ -73,6 +84,18 @@ class Pointer:
             function.compile(kinds)
             found = self._entries[function] = function.overloads[kinds].entry_point
         return found
+
+
+class Example:
+    """Example of an argument of the type of a value, which is determined only once.
+
+    Parameters
+    ----------
+    value : any argument of a kernel
+    """
+
+    def __init__(self, value: Any) -> None:
+        self._numba_type_ = numba.typeof(value)
 
 
 class AbsentPointer:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import compiled_as, kernel
-from fsm.kernels.pointers import Pointer, typed_by
+from fsm.kernels.pointers import Example, Pointer, typed_by
 
 TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
 """Indices of the record of a step. First are time (s), turnover before the step, kinetic energy, and elastic energies of
@@ -62,7 +62,8 @@ class ArrayModel(NamedTuple):
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
             (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u),
         )  # fmt: skip
-        pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
+        example = Example(arrays)
+        pointers = (Pointer(kernel, example, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
         return cls(Calls(*pointers), arrays)
 
 
