@@ -215,7 +215,8 @@ def _compile(cases: Sequence[TableCase], source: str, copies: bool) -> set[str]:
         try:
             compiled = compile_case(case.loaded)
             kernels.update(compiled[0].kernels)
-            kept += compiled[0].system.nu
+            if hasattr(compiled[0], "system"):  # films and scissor arrays get theirs when they are initialised
+                kept += compiled[0].system.nu
             if copies and kept <= _MOST_KEPT:
                 _compiled[case.name] = compiled
         except CaseError as error:

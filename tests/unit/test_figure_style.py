@@ -87,6 +87,7 @@ def test_figures_of_an_earlier_run_in_another_format_are_deleted(tmp_path: Path)
     assert {path.name for path in tmp_path.iterdir()} == {"force.pdf", "motion.pdf", "energy.pdf", "contact.pdf"}
 
 
+@pytest.mark.figures
 def test_commands_have_a_style_and_a_format(tmp_path: Path) -> None:
     case = Path(__file__).parents[2] / "folding_cases" / "rotating_squares" / "case.toml"
     (tmp_path / "case.toml").write_text(case.read_text(encoding="utf-8"), encoding="utf-8")
