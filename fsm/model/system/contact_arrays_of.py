@@ -140,8 +140,16 @@ def _pointers(
     parts = ContactParts(shapes, surfaces, sheets, laws)
     state = np.zeros((0, 4), dtype=np.int64), addresses, parts, 0.0
     rest = ContactKernels(
-        (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
-        (addresses, two, 0.0), state[:3], (*state, True, two),
+        (*state, True),
+        (*state, True, True),
+        (*state, 0.0),
+        (*state, True),
+        state,
+        (*state, 0.0, one),
+        (*state, two),
+        (addresses, two, 0.0),
+        state[:3],
+        (*state, True, two),
     )
     without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0))
     return parts, ContactKernels(*(
