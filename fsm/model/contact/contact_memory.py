@@ -37,9 +37,7 @@ class ContactMemory(NamedTuple):
     def from_flat(cls, flat: np.ndarray, slips: int) -> tuple[ContactMemory, np.ndarray]:
         """Memory from an array that `flat` made, and the remaining values of the array."""
         count = int(flat[0])
-        key, onset, began, depth, deflection, rest = np.split(
-            flat[1:].copy(), np.cumsum([count] * 4 + [count * slips])
-        )
+        key, onset, began, depth, deflection, rest = np.split(flat[1:].copy(), np.cumsum([count] * 4 + [count * slips]))
         return cls(key.astype(np.int64), onset, began, depth, deflection.reshape(count, slips)), rest
 
 

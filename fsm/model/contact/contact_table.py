@@ -352,9 +352,7 @@ class ContactTable(ABC):
         if not common.state[STARTED]:
             return np.zeros(0)
         time, contacts = common.numbers[COMMITTED_AT:BELOW], self.contacts().flat()
-        return np.concatenate(
-            [time, contacts, common.committed.ravel(), common.rates_before.ravel(), self.own_memory()]
-        )
+        return np.concatenate([time, contacts, common.committed.ravel(), common.rates_before.ravel(), self.own_memory()])
 
     def restore(self, memory: np.ndarray) -> None:
         """Restore the memory; an empty array gives the initial memory."""

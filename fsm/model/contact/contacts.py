@@ -110,7 +110,8 @@ class ContactGroup(Group):
         self._renewals_before = 0
         self._linearised = np.zeros(0, dtype=np.int64)
         self._at: tuple[object, ...] = (None, None, None)
-        self._version, self._found = (-1, -1), None
+        self._version: tuple[int, int] = (-1, -1)
+        self._found: _Evaluated | None = None
         geometry.size_for(len(mobility))
         geometry.table.put(mobility=np.ascontiguousarray(mobility), loose=loose.astype(np.int64))
         common, restitution = geometry.common, normal.law.restitution
@@ -134,9 +135,7 @@ class ContactGroup(Group):
             self.geometry.twin(), self.normal, self.friction, self.mobility, self.geometry.common.loose, self.n_pairs
         )
         friction = np.zeros(0) if self.friction is None else self.friction.params
-        found.geometry.table.put(
-            normal=np.ascontiguousarray(self.normal.params), friction=np.ascontiguousarray(friction)
-        )
+        found.geometry.table.put(normal=np.ascontiguousarray(self.normal.params), friction=np.ascontiguousarray(friction))
         return found
 
     def follow(self, other: ContactGroup, resolve: bool) -> None:
@@ -145,13 +144,14 @@ class ContactGroup(Group):
         rules[:], rules[RESOLVES] = other.geometry.common.resolving, resolve and self.resolves
         self.restore(other.memory())
 
-    _version: tuple[int, int]
-    _found: _Evaluated | None
-
     # forces ---------------------------------------------------------------------------------------------------------
 
     def _evaluate(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None,
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        past: PreviousPoses | None,
         pressed: ContactDepths | None = None,
     ) -> _Evaluated | None:
         """Contacts of a state; cached for the same arrays (force, then energy)."""
@@ -217,7 +217,12 @@ class ContactGroup(Group):
         return ContactDepths(kept.key, kept.depth, most)
 
     def press(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, change: np.ndarray, past: PreviousPoses | None,
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        change: np.ndarray,
+        past: PreviousPoses | None,
         pressed: ContactDepths,
     ) -> ContactDepths:
         """Depths after a change (n_bodies, 3 or 6) of the poses, to first order; contacts that would pull are released."""

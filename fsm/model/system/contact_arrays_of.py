@@ -135,7 +135,7 @@ def _pointers(
     rest = ContactKernels(
         (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
         (addresses, two, 0.0), state[:3], (*state, True, two), (addresses, parts, 0.0),
-    )
+    )  # fmt: skip
     without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0), None)
     return parts, ContactKernels(*(
         Pointer(kernel, *own) if groups and name in used else AbsentPointer(result, *own)
