@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import fsm
+import fsm.run.recorder
 from fsm.api.result import Result
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.elements.joints import JointGroup
@@ -328,6 +329,25 @@ def test_a_drive_against_a_joint_is_refused() -> None:
     case["drive"] = [{"body": "hand", "direction": [1.0, 0.0, 0.0], "speed": 0.1, "travel": 0.1}]
     with pytest.raises(fsm.CaseError, match=r"the prescribed motions open joint [ab] "):
         fsm.load(case).check()
+
+
+def test_a_resumed_run_has_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Multipliers, turns and latches are stored at restart points."""
+    case = four_bar()
+    case["scene"]["joints"][0] |= {"damper": {"coefficient": 0.1}, "latch": {"at": "-20 deg", "stiffness": 50.0}}
+    whole = run(case, tmp_path / "whole")
+    monkeypatch.setattr(fsm.run.recorder, "CHECKPOINT_EVERY", 0.0)
+
+    def stop(fraction: float) -> None:
+        if fraction > 0.6:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fsm.load(case).run(tmp_path / "cut", progress=stop)
+    resumed = fsm.load(case).run(tmp_path / "cut", resume=True)
+    for name in ("body.bar 2.position", "joint.pin 2.force", "joint.pin 1.angle", "joint.pin 1.latched"):
+        np.testing.assert_array_equal(of(resumed, name), of(whole, name))
+    assert 0.0 < of(whole, "joint.pin 1.latched").mean() < 1.0
 
 
 # springs, stops, motors -------------------------------------------------------------------------------------------------
