@@ -331,6 +331,40 @@ def test_a_drive_against_a_joint_is_refused() -> None:
         fsm.load(case).check()
 
 
+@pytest.mark.parametrize("form", ["pulsating", "alternating"])
+def test_a_pendulum_on_a_driven_body(form: str, tmp_path: Path) -> None:
+    """A pivot that moves along x: the angle, and the force of the joint with the acceleration of the pivot."""
+    length, inertia, size, pace = 0.5, 0.02, 0.1, 2.0 * math.pi
+    hand = {"name": "hand", "mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
+    bar = body("bar", [0.0, 0.0, -length], [1e-3, inertia, inertia], Rotation.from_euler("y", 90, degrees=True))
+    pin = joint("pin", "revolute", "hand", "bar", [0, 0, 0], axis=[0, 1, 0])
+    case = mechanism([hand, bar], [pin], 1.5, 0.05)
+    program = {"kind": "cycle", "period": 1.0, "cycles": 2, "form": form}
+    case["drive"] = [{"body": "hand", "direction": [1.0, 0.0, 0.0], "travel": size, "time": program}]
+    result = run(case, tmp_path)
+
+    def pivot(t: np.ndarray) -> np.ndarray:
+        return 0.5 * size * pace**2 * np.cos(pace * t) if form == "pulsating" else -size * pace**2 * np.sin(pace * t)
+
+    def bend(t: np.ndarray, angle: np.ndarray) -> np.ndarray:  # angle about y, the bar hangs at zero
+        return (pivot(t) * length * np.cos(angle) - _G * length * np.sin(angle)) / (inertia + length**2)
+
+    # at a first speed of the pivot, the bar has the nearest velocity to rest that the joint allows
+    first = 0.0 if form == "pulsating" else size * pace * length / (inertia + length**2)
+    times = result.time
+    found = solve_ivp(
+        lambda t, y: [y[1], bend(t, y[0])], (0.0, times[-1]), [0.0, first], "DOP853", times, rtol=1e-12, atol=1e-12
+    )
+    angle, rate = found.y
+    assert of(result, "joint.pin.angle") == pytest.approx(angle, abs=2e-5)
+    turn = bend(times, angle)
+    across = pivot(times) - length * (turn * np.cos(angle) - rate**2 * np.sin(angle))
+    up = _G + length * (turn * np.sin(angle) + rate**2 * np.cos(angle))
+    force = of(result, "joint.pin.force")[1:-1]
+    assert force[:, [0, 2]] == pytest.approx(np.stack([across, up], axis=1)[1:-1], abs=1e-4 * np.abs(up).max())
+    assert result.summary["energy_error"] < 1e-4
+
+
 def test_a_resumed_run_has_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Multipliers, turns and latches are stored at restart points."""
     case = four_bar()
