@@ -180,6 +180,21 @@ def test_adams(name: str, tmp_path: Path) -> None:
     assert -force == pytest.approx(wanted[:, 14:17], abs=1e-4 * np.abs(wanted[:, 14:17]).max())
 
 
+def test_angles_of_a_cross_give_the_orientation(tmp_path: Path) -> None:
+    """The body is turned about the axis on the ground, after a turn about its own axis of the cross."""
+    rod = body("rod", [0.1, 0.2, -1.0], [0.1, 0.2, 0.15], velocity=[1.0, 0.5, 0.0], angular_velocity=[0.5, -1.0, 2.0])
+    cross = joint("cross", "universal", "ground", "rod", [0, 0, 0], axis=[1, 0, 0], second_axis=[0, 0.6, 0.8])
+    result = run(mechanism([rod], [cross], 2.0, 0.1), tmp_path)
+    one, two = of(result, "joint.cross.angle_1"), of(result, "joint.cross.angle_2")
+    turned = Rotation.from_rotvec(np.outer(one, [1.0, 0.0, 0.0])) * Rotation.from_rotvec(np.outer(two, [0.0, 0.6, 0.8]))
+    found = Rotation.from_quat(of(result, "body.rod.orientation"), scalar_first=True)
+    assert np.abs((turned.inv() * found).as_rotvec()).max() < 1e-9
+    assert min(np.ptp(one), np.ptp(two)) > 0.3
+    slopes = np.array([(a[2:] - a[:-2]) / 0.2 for a in (one, two)])
+    rates = np.array([of(result, f"joint.cross.rate_{k}")[1:-1] for k in (1, 2)])
+    assert slopes == pytest.approx(rates, abs=0.03 * np.abs(rates).max())
+
+
 # loops, chains, starts --------------------------------------------------------------------------------------------------
 
 
