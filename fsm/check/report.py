@@ -172,7 +172,7 @@ def _joints(view: CheckContext) -> Iterator[str]:
         yield f"{count(number, 'element')} of kind {kind!r} between points, by an extension; steps are solved in Python"
     for kind, number in Counter(coupling.kind for coupling in view.scene.couplings).items():
         yield f"{count(number, 'coupling')} of kind {kind!r} between joints"
-    if view.free and not view.elements and not added:
+    if view.free and not view.elements and not added and not view.scene.joints:
         yield "none: bodies move freely"
 
 

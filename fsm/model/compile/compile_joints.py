@@ -74,15 +74,15 @@ def joint_group(
             motors.append(motor_program(joint.motor))
         if joint.kind in TURNING:
             turns.append((a, b))
-            lines.append(np.array([*own[2], *own[0], *other[0]]))
+            lines.append(_turn(own[2], own[0], other[0]))
         elif joint.kind == "universal":
             turns += [(a, b), (b, a)]
-            lines += [np.array([*own[2], *own[0], *other[0]]), np.array([*other[0], *other[2], *own[2]])]
+            lines += [_turn(own[2], own[0], other[0]), _turn(other[0], other[2], own[2])]
     of = np.array([number for number, _, _ in rows], dtype=np.int64)
     group = JointGroup(
         np.ascontiguousarray(ends[of]), np.array([kind for _, kind, _ in rows], dtype=np.int64),
         np.array([constants for _, _, constants in rows]), np.ones(len(rows)),
-        np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, 9),
+        np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, 10),
         tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors),
     )  # fmt: skip
     inertia = _inertia(group.openings(poses)[1], group.bodies, inverse)
@@ -105,7 +105,12 @@ def _coordinate(joint: SceneJoint, start: float, parts: tuple[np.ndarray, ...]) 
     own, other, base, arm = parts
     if joint.kind == "prismatic":
         return ALONG, np.array([*own[2], *arm, own[2] @ base - start, *_UNUSED])
-    return TURN, np.array([*own[0], *other[0], -start, *own[1]])
+    return TURN, _turn(own[2], own[0], other[0], start)
+
+
+def _turn(axis: np.ndarray, zero: np.ndarray, line: np.ndarray, start: float = 0.0) -> np.ndarray:
+    """Constants of the angle about an axis of one body, from a line of it to a line of the other, `start` at zero."""
+    return np.array([*zero, *line, -start, *np.cross(axis, zero)])
 
 
 def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> JointForceGroup | None:

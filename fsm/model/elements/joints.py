@@ -14,13 +14,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fsm.interactions.openings import opening
+from fsm.interactions.openings import TURN, opening
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Program, table_of
 from fsm.kernels.scatter import add_block
-from fsm.kernels.tensor import crossed, quaternion_matrix, times_vector
 from fsm.model.bodies.arrays import (
     AT_ACCELERATIONS,
     AT_RATES,
@@ -191,35 +190,11 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Count the turns of all angles."""
     poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
-    kept, count = floats_1d(own, _KEPT), _efforts(own).shape[0]
+    kept, count, gradient, hessian = floats_1d(own, _KEPT), _efforts(own).shape[0], np.empty(12), np.empty((12, 12))
     for i in range(turns.shape[0]):
-        last = kept[count + i]
-        angle = angle_of(poses[turns[i, 0]], poses[turns[i, 1]], lines[i])
-        kept[count + i] = angle + 2.0 * np.pi * np.round((last - angle) / (2.0 * np.pi))
+        k = count + i  # the angle since the last state is less than half a turn
+        kept[k] += opening(TURN, poses[turns[i, 0]], poses[turns[i, 1]], lines[i], kept[k], gradient, hessian)
     return 0.0
-
-
-@kernel
-def angle_of(first: np.ndarray, second: np.ndarray, lines: np.ndarray) -> float:
-    """Angle (rad, from -pi to pi) about an axis of one body of a line of the other one.
-
-    Parameters
-    ----------
-    first, second : (7,) arrays
-        Poses.
-    lines : (9,) array
-        In the first body the axis and the line at angle zero, at right angles; in the second the line.
-    """
-    a = quaternion_matrix((first[3], first[4], first[5], first[6]))
-    b = quaternion_matrix((second[3], second[4], second[5], second[6]))
-    axis, zero = (lines[0], lines[1], lines[2]), (lines[3], lines[4], lines[5])
-    x, y = times_vector(a, zero), times_vector(a, crossed(axis, zero))
-    line = times_vector(b, (lines[6], lines[7], lines[8]))
-    return float(
-        np.arctan2(
-            y[0] * line[0] + y[1] * line[1] + y[2] * line[2], x[0] * line[0] + x[1] * line[1] + x[2] * line[2]
-        )
-    )  # fmt: skip
 
 
 @kernel
@@ -250,7 +225,8 @@ class JointGroup(ElementGroup):
         Inertia of each opening at the start.
     turns : (k, 2) int array
         Bodies of each angle.
-    lines : (k, 9) array, see `angle_of`
+    lines : (k, 10) array
+        Constants of the kind `TURN` of each angle.
     names : names of the joints
     of : (n,) int array
         Number of the joint of each opening.
