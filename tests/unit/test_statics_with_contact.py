@@ -14,7 +14,7 @@ from fsm.model.compile.compile_case import compile_case
 from fsm.solve.outcome.run_io import CurvePoint, SavedState
 from fsm.solve.settings import PathSettings
 from fsm.solve.statics.static import follow
-from fsm.solve.stepping import path as stepping
+from fsm.solve.stepping import path_state as stepping
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SOFT = ["expect=none", "strip.segments_per_panel=4", "contact.stiffness=3e6 N/m^1.5"]

@@ -41,8 +41,8 @@ from fsm.model.bodies.arrays import (
     springs_of,
 )
 from fsm.model.bodies.contact_arrays import BRISTLE, contacts_at, lack_pairs
-from fsm.solve.stepping import path
-from fsm.solve.stepping.path import DRIVES, UNKNOWN
+from fsm.solve.stepping import path_state as path
+from fsm.solve.stepping.path_state import DRIVES, UNKNOWN
 from fsm.solve.stepping.quasi_static import StaticCalls
 from fsm.solve.stepping.vectors import copy_into, subtracted
 

@@ -19,7 +19,8 @@ from fsm.model.elements.elements import BushingGroup
 from fsm.model.system.arrays_of import change_pattern, segments_of
 from fsm.model.system.contact_arrays_of import ContactModel
 from fsm.solve.interface.records import DriveState, Energy, Observation, PairState, PreviousState, Ready
-from fsm.solve.stepping.path import (
+from fsm.solve.stepping.path_arrays import begin_step
+from fsm.solve.stepping.path_state import (
     CONTACT,
     CREASES,
     DRIVEN,
@@ -39,7 +40,6 @@ from fsm.solve.stepping.path import (
     PAIR_GAP,
     PAIR_SLIDING,
     PANELS,
-    begin_step,
 )
 from fsm.solve.stepping.quasi_static import StaticModel
 

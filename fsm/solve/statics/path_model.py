@@ -11,8 +11,8 @@ from fsm.solve.equations.equilibrium_step import Ending, Equilibrium, Equilibriu
 from fsm.solve.equations.newton import negative_pivots, tangent_prediction
 from fsm.solve.interface.records import Observation, PreviousState
 from fsm.solve.interface.system import System
-from fsm.solve.stepping import path as stepping
-from fsm.solve.stepping.path import Path, PathRules
+from fsm.solve.stepping import path_state as stepping
+from fsm.solve.stepping.path_state import Path, PathRules
 from fsm.solve.stepping.vectors import copy_into
 
 if TYPE_CHECKING:

@@ -23,7 +23,8 @@ from fsm.solve.outcome.run_io import (
     Statistics,
     inertia_counts,
 )
-from fsm.solve.stepping.path import AT, CREASES, DRIVES, MOVING_ON, PAIR_FORCE, PANELS, REACTION, Path, is_off
+from fsm.solve.stepping.path import is_off
+from fsm.solve.stepping.path_state import AT, CREASES, DRIVES, MOVING_ON, PAIR_FORCE, PANELS, REACTION, Path
 
 
 class StepEnergy(NamedTuple):

@@ -20,9 +20,11 @@ from fsm.solve.outcome.status import TORN, Event, Outcome
 from fsm.solve.settings import PathSettings
 from fsm.solve.statics.path_model import SHORT, SystemPath, write_record
 from fsm.solve.statics.path_recorder import PathRecorder
-from fsm.solve.stepping import path as stepping
+from fsm.solve.stepping import path_state as stepping
 from fsm.solve.stepping.accuracy import trial_vector
-from fsm.solve.stepping.path import CUT, MOVING, Path, PathRules, extrapolate, follow, follow_arrays, remember
+from fsm.solve.stepping.path import CUT, MOVING, extrapolate, follow, remember
+from fsm.solve.stepping.path_arrays import follow_arrays
+from fsm.solve.stepping.path_state import Path, PathRules
 
 _FORCES = 1e-3
 """Residual at an equilibrium, relative to the largest reaction and rtol."""

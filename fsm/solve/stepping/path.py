@@ -7,14 +7,12 @@ As for time steps, Python runs `follow` for any system, and a kernel compiles it
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from fsm.kernels.jit import compiled_as, kernel, shared
-from fsm.kernels.pointers import borrowed
+from fsm.kernels.jit import kernel, shared
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.stepping.accuracy import ACCURATE
 from fsm.solve.stepping.march import (
     DISSIPATED,
     ERROR,
@@ -27,53 +25,49 @@ from fsm.solve.stepping.march import (
     WORST,
     balanced,
 )
-from fsm.solve.stepping.quasi_static import (
-    EVALUATED,
-    FACTORISED,
-    FOUND,
-    ITERATION,
-    SOLVED,
-    TOO_MANY,
-    NewtonRules,
-    StaticModel,
-    settle_arrays,
+from fsm.solve.stepping.path_state import (
+    ACCEPTED,
+    APART,
+    AT,
+    BALANCE,
+    BEFORE,
+    COARSE,
+    COARSE_AT,
+    COARSE_ERROR,
+    COARSE_STEP,
+    DRIVES,
+    EARLIER,
+    FAR,
+    FORCE_ROUND_OFF,
+    HEAD_ON,
+    INERTIA,
+    KEPT,
+    KEPT_LOSS,
+    KINETIC,
+    KNOWN,
+    LACKS,
+    LARGEST,
+    LAST_ITERATIONS,
+    LIMIT,
+    LOADS,
+    LOST,
+    MOVING_ON,
+    OPENING,
+    PAIR_DAMPING,
+    PAIR_SLIDING,
+    REACTION,
+    REJECTED,
+    RESTING,
+    SIZE,
+    SLOWED,
+    STEPS,
+    STORED,
+    TIME,
+    UNABLE,
+    Path,
+    PathRules,
 )
 from fsm.solve.stepping.vectors import copy_into, inner, subtracted
-
-(
-    ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, APART, SLOWED, LACKS, UNABLE,
-) = range(14)  # fmt: skip
-"""Outcomes of a step: acceptance, and the reasons for a rejection (`fsm.solve.statics.path_steps.Reason`).
-
-APART: a joint has opened too far. SLOWED is an unstable state that only dampers hold. LACKS: two bodies have met whose block
-the pattern lacks. UNABLE: only the methods in Python can take or judge this step."""
-
-TIME, BEFORE, SIZE, COARSE_AT, COARSE_STEP, COARSE_ERROR, REACTION, FORCE_ROUND_OFF = range(8)
-"""Indices of `Path.numbers`: time and the time before (s), size of the next step (s); time (s), size (s) and relative energy
-error of the last step whose energy balance was checked; largest reaction so far and round-off of the forces (N)."""
-KNOWN, STEPS, REJECTED, ITERATIONS, EVALUATIONS, FACTORISATIONS, LAST_ITERATIONS, EARLIER, RESTING = range(9)
-"""Indices of `Path.counts`: known states of the extrapolation; accepted and rejected steps; iterations, evaluations and
-factorisations; iterations of the last step; whether `earlier` and `resting` belong to this path (0 or 1)."""
-(
-    PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
-    STORED, LARGEST, OPENING, DRIVES,
-) = range(17)  # fmt: skip
-"""Indices of a record of a state. PASSED is 1 if sides of a contact have passed through each other. NEGATIVE is the number
-of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at rest; both
-may be `UNKNOWN`. LOST, LOADS and INPUT are the powers of dampers and friction, of loads, and of loads and drives (W);
-KEPT_LOSS is the part of LOST whose forces also act at rest. Energies of contacts, weights, panels and creases, of the
-motion, of driven bodies, and the sum of all potential energies (J). LARGEST is the largest reaction (N), OPENING the largest
-separation of the sides of a joint (m). Travels, then forces of all drives follow, and seven values of each contact pair: the
-rows PAIR_FORCE to PAIR_GAP."""
-PAIR_FORCE, PAIR_AREA, PAIR_FRICTION, PAIR_CARRIED, PAIR_SLIDING, PAIR_DAMPING, PAIR_GAP = range(7)
-"""Rows of the values of contact pairs in a record: normal force and magnitude of friction (N), area (m^2), sum of normal
-force times slip speed, powers of friction and damping (W), and gap (m)."""
-UNKNOWN = -1.0
-"""Number of pivots that the factors do not show with certainty."""
-
-AT, MOVING_ON, BALANCE = range(3)
-"""Indices of a row that describes a state: time (s), 1 for an unstable state, and numbers of the energy balance; then its
-record, `Path.pair_energy`, and its configuration."""
 
 _DEEP = 1e4
 """Contact forces of a prediction relative to reactions and previous contact forces, above which the prediction
@@ -98,121 +92,6 @@ _SMALL_LOSS = 1e-6
 """Dissipation relative to the reference energy, below which the forces at the end of a step are accurate enough."""
 _SAME = 1e-12
 """Times whose relative difference is below this are equal."""
-_KEPT = 3
-"""Number of stored states of the extrapolation: three for a parabola."""
-
-
-class PathRules(NamedTuple):
-    """Tolerances and scales.
-
-    Attributes
-    ----------
-    tolerance : -
-        Largest residual relative to the largest reaction.
-    reach, max_iterations, mixed, span, force_scale : as in `NewtonRules`
-    rtol, aim, far : -
-        Relative tolerance, desired and largest correction of a prediction.
-    first_step, max_step, smallest : s
-    slow : J
-        Kinetic energy below which inertia is negligible in any case.
-    length, extent, widest : m
-        Sizes of a segment and of the structure, and largest opening of a joint.
-    force_limit : N
-    abort, judged_from : - and s
-        Energy error that stops the path, and the time from which it does.
-    rate_dependent, fixed_pattern : bool, see `System`
-    trial : (nu,) array, see `fsm.solve.stepping.accuracy`
-    """
-
-    tolerance: float
-    reach: float
-    max_iterations: int
-    mixed: bool
-    span: np.ndarray
-    force_scale: np.ndarray
-    rtol: float
-    aim: float
-    far: float
-    first_step: float
-    max_step: float
-    smallest: float
-    slow: float
-    length: float
-    extent: float
-    widest: float
-    force_limit: float
-    abort: float
-    judged_from: float
-    rate_dependent: bool
-    fixed_pattern: bool
-    trial: np.ndarray
-
-
-class Path(NamedTuple):
-    """State of a path.
-
-    Attributes
-    ----------
-    numbers, counts : arrays, see above
-    balance : (9,) array, J
-        Numbers of `fsm.solve.outcome.energy_balance.EnergyBalance`.
-    pair_energy : (2, n_pairs) array, J
-        Energy that contact pairs have dissipated since the caller has read it.
-    q, q_before : (nq,) arrays
-        Present configuration and the one before.
-    progress, states, efforts : (3,), (3, nq) and (3, m) arrays
-        Path parameters, configurations and efforts of springs of the last states; `counts[KNOWN]` are known.
-    record, earlier : records
-        Present state, and (drives only) the state before.
-    resting, resting_drives : (nu,) and (n_drives,) arrays
-        Force and forces of the drives at rest in the present state.
-    increment, next_efforts, found : (nu,), (m,) and (nq,) arrays
-        Predicted increment and efforts of a step, and the configuration that it found.
-    next_record, next_resting, next_resting_drives : of the state that a step found
-    """
-
-    numbers: np.ndarray
-    counts: np.ndarray
-    balance: np.ndarray
-    pair_energy: np.ndarray
-    q: np.ndarray
-    q_before: np.ndarray
-    progress: np.ndarray
-    states: np.ndarray
-    efforts: np.ndarray
-    record: np.ndarray
-    earlier: np.ndarray
-    resting: np.ndarray
-    resting_drives: np.ndarray
-    increment: np.ndarray
-    next_efforts: np.ndarray
-    found: np.ndarray
-    next_record: np.ndarray
-    next_resting: np.ndarray
-    next_resting_drives: np.ndarray
-
-    @classmethod
-    def of(cls, nq: int, nu: int, efforts: int, drives: int, pairs: int) -> Path:
-        """State of zeros for systems of these sizes."""
-        record = DRIVES + 2 * drives + 7 * pairs
-        shapes: list[Any] = [
-            8, 9, 9, (2, pairs), nq, nq, _KEPT, (_KEPT, nq), (_KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
-            record, nu, drives,
-        ]  # fmt: skip
-        arrays = [np.zeros(shape) for shape in shapes]
-        arrays[1] = np.zeros(9, dtype=np.int64)
-        return cls(*arrays)
-
-    def rows(self, count: int) -> np.ndarray:
-        """Room for rows that describe states."""
-        sizes = len(self.balance) + len(self.record) + self.pair_energy.size + len(self.q)
-        return np.empty((count, BALANCE + sizes))
-
-    def parts(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Balance, record, energy of contact pairs and configuration of a row."""
-        sizes = len(self.balance), len(self.record), self.pair_energy.size
-        balance, record, pairs, q = np.split(row[BALANCE:], np.cumsum(sizes))
-        return balance, record, pairs.reshape(2, -1), q
 
 
 # functions of a model ---------------------------------------------------------------------------------------------------
@@ -302,8 +181,8 @@ def extrapolate(model: Any, path: Path, aim: float) -> None:
 def remember(path: Path, progress: float, q: np.ndarray) -> None:
     """Add a state, with the efforts of `path.next_efforts`, to the states of the extrapolation."""
     known = path.counts[KNOWN]
-    if known == _KEPT:
-        for k in range(_KEPT - 1):
+    if known == KEPT:
+        for k in range(KEPT - 1):
             path.progress[k] = path.progress[k + 1]
             copy_into(path.states[k + 1], path.states[k])
             copy_into(path.efforts[k + 1], path.efforts[k])
@@ -573,95 +452,3 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
         if outcome in (INERTIA, APART) or numbers[SIZE] < rules.smallest:
             return outcome
     return ACCEPTED
-
-
-@kernel
-def follow_arrays(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np.ndarray) -> int:
-    """Compiled `follow` for a `StaticModel`."""
-    outcome: int = follow(borrowed(model), borrowed(path), borrowed(rules), borrowed(stops), borrowed(rows))
-    return outcome
-
-
-@kernel
-def begin_step(
-    model: StaticModel, t: float, before: float, q: np.ndarray, efforts: np.ndarray, rate_dependent: bool, most: float
-) -> None:
-    """See `StaticCalls.begin`."""
-    model.calls.begin(model.arrays, t, before, q, efforts, rate_dependent, most)
-
-
-# compiled models --------------------------------------------------------------------------------------------------------
-
-
-def _progress_at(model: StaticModel, t: float) -> Any:
-    return model.calls.progress(model.arrays, t)
-
-
-def _difference(model: StaticModel, start: np.ndarray, end: np.ndarray) -> Any:
-    return model.calls.difference(model.arrays, start, end)
-
-
-def _retracted(model: StaticModel, q: np.ndarray, dx: np.ndarray) -> Any:
-    return model.calls.retract(model.arrays, q, dx)
-
-
-def _contact_force(model: StaticModel, t: float, q: np.ndarray) -> Any:
-    return model.calls.contact_force(model.arrays, t, q)
-
-
-def _balance_at_rest(model: StaticModel, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
-    model.calls.balance_at_rest(model.arrays, t, q, force, drives)
-
-
-def _power_before(model: StaticModel, t: float, q: np.ndarray, end: float, found: np.ndarray) -> Any:
-    return model.calls.power_before(model.arrays, t, q)
-
-
-def _tangent_guess(model: StaticModel, path: Path, t: float) -> int:
-    return UNABLE
-
-
-def _equilibrium(model: StaticModel, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
-    calls, arrays, numbers, counts = model.calls, model.arrays, path.numbers, path.counts
-    reaction = numbers[REACTION]
-    calls.begin(arrays, t, numbers[TIME], path.q, path.next_efforts, rules.rate_dependent, reaction)
-    newton = NewtonRules(
-        rules.tolerance * reaction, reaction, rules.reach, rules.max_iterations, rules.mixed, rules.span, rules.force_scale
-    )
-    found = settle_arrays(model, guess, newton)
-    if calls.lacks(arrays):
-        return LACKS
-    counts[ITERATIONS] += found.counts[SOLVED]
-    counts[EVALUATIONS] += found.counts[EVALUATED]
-    counts[FACTORISATIONS] += found.counts[FACTORISED]
-    counts[LAST_ITERATIONS], numbers[FORCE_ROUND_OFF] = found.counts[ITERATION], found.round_off
-    if found.ending != FOUND:
-        return NEWTON if found.ending == TOO_MANY else UNABLE
-    copy_into(found.q, path.found)
-    calls.efforts(arrays, path.next_efforts)
-    return ACCEPTED
-
-
-def _look(model: StaticModel, path: Path, rules: PathRules, t: float, record: np.ndarray) -> int:
-    model.calls.end_of_step(model.arrays, path.found, rules.trial, ACCURATE, rules.rate_dependent, record)
-    if record[PASSED] > 0.0:
-        return CROSSED
-    if record[NEGATIVE] == UNKNOWN:
-        return UNABLE
-    return UNSTABLE if record[NEGATIVE] > 0.0 else ACCEPTED
-
-
-def _stability(model: StaticModel, path: Path, rules: PathRules, t: float) -> int:
-    return UNABLE if rules.rate_dependent and path.next_record[NEGATIVE_AT_REST] != 0.0 else ACCEPTED
-
-
-def _accept(model: StaticModel, path: Path, t: float) -> None:
-    model.calls.accept(model.arrays, path.found)
-
-
-for _asked, _instead in (
-    (progress_at, _progress_at), (difference, _difference), (retracted, _retracted), (contact_force, _contact_force),
-    (balance_at_rest, _balance_at_rest), (power_before, _power_before), (tangent_guess, _tangent_guess),
-    (equilibrium, _equilibrium), (look, _look), (stability, _stability), (accept, _accept),
-):  # fmt: skip
-    compiled_as(_asked, StaticModel, _instead)
