@@ -22,7 +22,6 @@ from fsm.interactions.bushing_spatial import (
     stored_pose_spatial,
     widest_pose_spatial,
 )
-from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import equation_kernels, pattern_arrays
 from fsm.kernels.blocks import Elimination
@@ -142,7 +141,7 @@ def _arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
         q.copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system)]), pattern.dof, np.zeros(4), of_pattern, springs, loads,
-        driven_arrays(system),
+        system.driven_arrays(),
     )  # fmt: skip
     rest = arrays._replace(
         rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
@@ -181,16 +180,3 @@ def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Load
         vectors = np.zeros((0, 3 if spatial else 2))
         return Loads(_NONE, vectors, vectors, np.zeros((0, 3 if spatial else 1)), _NONE, _NONE, table_of([]))
     return Loads(*group.arrays, group.slots(pattern), table_of([load.time for load in group.loads]))
-
-
-def driven_arrays(system: SegmentForces) -> Driven:
-    """Arrays of the driven bodies of a system."""
-    motions = system.motions
-    turning = () if system.turns is None else system.turns.bodies
-    rows = [[turn.motion, turn.body] for turn in turning]
-    turns = [[*turn.axis, *turn.centre, *turn.arm, *turn.own] for turn in turning]
-    return Driven(
-        table_of([motion.program for motion in motions]), *system.drives,
-        np.array(rows, dtype=np.int64).reshape(-1, 2), np.array(turns, dtype=float).reshape(-1, 12),
-        np.ascontiguousarray(system.bodies.pose[system.driven]), system.scales().of_drives,
-    )  # fmt: skip

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from fsm.interactions.driven import Driven
 from fsm.kernels.block_sum import multiply_block_diagonal
 from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.body_poses import gather_free
@@ -19,6 +20,7 @@ from fsm.kernels.newton_euler import (
     drive_reactions,
     gyroscopic_damping,
 )
+from fsm.kernels.programs import table_of
 from fsm.model.bodies.configuration import Bodies, Configuration
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import Group, GroupSteps, PreviousPoses
@@ -228,6 +230,17 @@ class SegmentForces(Configuration):
         for contacts in self.contacts:
             contacts.add_linearised(t, poses, at_rest, pattern, np.zeros(at_rest.shape), pattern.zeros(), zeros[2], None)
         return self._assembled(t, q, None, None, pattern, zeros, None).damping
+
+    def driven_arrays(self) -> Driven:
+        """Driven bodies, for kernels."""
+        turning = () if self.turns is None else self.turns.bodies
+        rows = [[turn.motion, turn.body] for turn in turning]
+        turns = [[*turn.axis, *turn.centre, *turn.arm, *turn.own] for turn in turning]
+        return Driven(
+            table_of([motion.program for motion in self.motions]), *self.drives,
+            np.array(rows, dtype=np.int64).reshape(-1, 2), np.array(turns, dtype=float).reshape(-1, 12),
+            np.ascontiguousarray(self.bodies.pose[self.driven]), self.scales().of_drives,
+        )  # fmt: skip
 
     # locked directions ------------------------------------------------------------------------------------------------
 

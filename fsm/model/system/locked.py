@@ -16,7 +16,6 @@ from fsm.kernels.body_poses import gather_free, scatter_free
 from fsm.model.bodies.array_locked import MOST, STALLED
 from fsm.model.bodies.arrays import AT_ACCELERATIONS, AT_RATES, CLOSE, KEEP, MEASURE
 from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.system.arrays_of import driven_arrays
 
 if TYPE_CHECKING:
     from fsm.model.system.force_system import SegmentForces
@@ -55,7 +54,7 @@ def consistent(
         move(u, linear.solve(gather_free(free, force)))
     project(MEASURE)
     others = system.wrenches(t, q, u)
-    accelerate_driven(driven_arrays(system), t, rates)
+    accelerate_driven(system.driven_arrays(), t, rates)
     move(rate, np.zeros(len(rate)))
     before = math.inf
     for number in range(MOST):
