@@ -212,7 +212,8 @@ def _follow(case: Case, system: SegmentSystem, travel: np.ndarray) -> _Path:
     path.add_state(0.0, start[1])
     if times[-1] > 0.0:
         settings = path_settings(case, system, float(times[-1]))
-        follow(system, settings, times.tolist(), lambda saved: None, lambda end: path.add_state(end.time, end.q), start)
+        add = lambda end: path.add_state(end.time, end.q)  # noqa: E731
+        follow(system, settings, times.tolist(), lambda saved: None, add, start, each_step=True)
     return path
 
 

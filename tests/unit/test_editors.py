@@ -123,7 +123,7 @@ def test_every_key_has_a_page_with_a_meaning() -> None:
                                '"linear": crease angle (0 flat, pi closed)')),
         ("scene.beams.held", ("list of text", "none", 'a list of "start", "end"', "", "ends that do not move")),
         ("scene.trusses.linear_to", ("rad", "pi", "0 to pi, 0 excluded", "", "fold angle beyond which")),
-        ("solve.rtol", ("-", "1e-6", "1e-12 to 0.01", "", "relative tolerance")),
+        ("solve.rtol", ("-", "1e-6; 1e-9 with ideal joints", "1e-12 to 0.01", "", "relative tolerance")),
         ("load.at", ("text, or m", "absent", "", "", "place of a sheet")),
         ("drive.run_up", ("m", "1 % of the travel", "0 to travel", "", "travel over which")),
         ("membrane.mesh", ("-", "[12, 12]", "1 to 200 each", "", "elements along length and width")),

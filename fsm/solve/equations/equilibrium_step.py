@@ -23,7 +23,7 @@ from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.blocks import BlockMatrix
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Depths, Linearised, PreviousState
-from fsm.solve.interface.system import ArrayStaticSystem, MixedSystem, System
+from fsm.solve.interface.system import ArrayStaticSystem, MixedSystem, StaticArrays, System
 from fsm.solve.stepping import quasi_static
 from fsm.solve.stepping.quasi_static import NewtonRules, Settled, StaticCalls, StaticModel, settle, settle_arrays
 
@@ -162,6 +162,12 @@ class EquilibriumStep:
             return Equilibrium(settled.q, np.zeros(self.system.nu), None, ending, iterations, settled.residual)
         assert matrix is not None
         return self._found(t, settled.q, before, iterations, settled.residual, matrix, efforts)
+
+    def judged(self, t: float, q: np.ndarray, before: PreviousState, arrays: StaticArrays) -> Equilibrium:
+        """Equilibrium that a kernel has found, with the stability from its last matrix."""
+        _, matrix, symmetric, trusted = arrays.end()
+        self.solver.adopt(matrix, symmetric, trusted, 0)
+        return self._found(t, q, before, 0, np.zeros(self.system.nu), matrix, None)
 
     def _solve_arrays(
         self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None, rules: NewtonRules

@@ -144,12 +144,15 @@ class OutputRequest:
     ----------
     save_times : increasing times, s
     on_save : called with each saved state, in order
-    on_step : called after every step
+    on_step : called after some steps
+    each_step : bool
+        Whether `on_step` is called after every step; if not, it is called after several steps of a kernel.
     """
 
     save_times: Sequence[float]
     on_save: Callable[[SavedState], None]
     on_step: Callable[[AcceptedStep], None] | None
+    each_step: bool = False
 
 
 @dataclass(frozen=True, repr=False)

@@ -60,6 +60,8 @@ class SystemPath:
         Of the last state that a step found.
     pivots : int or None
         Number of negative pivots of the stiffness at rest there, if forces depend on rates.
+    given : bool
+        Whether the path has the equilibrium of the next step, found by a kernel.
     failed : (nu,) array
         Residual of the last step without an equilibrium; zeros if there is none.
     rejection : str
@@ -71,7 +73,7 @@ class SystemPath:
     def __init__(self, system: System, newton: EquilibriumStep, recorder: PathRecorder, first_step: float) -> None:
         self.system, self.newton, self.recorder, self._first_step = system, newton, recorder, first_step
         self.observed: Observation
-        self.failed, self.rejection = np.zeros(system.nu), ""
+        self.failed, self.rejection, self.given = np.zeros(system.nu), "", False
         self.joint = "none"
         self._found: Equilibrium | None = None
         self.progress, self.difference, self.retract = system.progress, system.difference, system.retract
@@ -106,15 +108,22 @@ class SystemPath:
 
     def equilibrium(self, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
         """See `fsm.solve.stepping.path`."""
-        newton, numbers = self.newton, path.numbers
+        newton, numbers, counts = self.newton, path.numbers, path.counts
+        if self.given and numbers[stepping.FOUND_AT] == t:
+            q, self.given = path.found.copy(), False
+            u = self.system.difference(self.recorder.q, q) / (t - self.recorder.time)
+            iterations = int(counts[stepping.LAST_ITERATIONS])
+            self._found = Equilibrium(q, u, None, Ending.CONVERGED, iterations, np.zeros(self.system.nu))
+            return stepping.ACCEPTED
+        self.given = False
         newton.largest_reaction = float(numbers[stepping.REACTION])
         efforts = path.next_efforts.copy() if newton.mixed is not None else None
         found = self._found = newton.solve(t, guess, self._before, efforts)
-        path.counts[stepping.LAST_ITERATIONS], numbers[stepping.FORCE_ROUND_OFF] = found.iterations, newton.round_off
+        counts[stepping.LAST_ITERATIONS], numbers[stepping.FORCE_ROUND_OFF] = found.iterations, newton.round_off
         if found.ending is Ending.CONVERGED:
             copy_into(found.q, path.found)
             if found.efforts is not None:
-                path.next_efforts[:] = found.efforts
+                path.found_efforts[:] = found.efforts
             return stepping.ACCEPTED
         self.failed = found.residual
         if found.ending is Ending.UNSTABLE:

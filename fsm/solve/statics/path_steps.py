@@ -11,7 +11,8 @@ import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.equations.equilibrium_step import EquilibriumStep
+from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
+from fsm.solve.equations.newton import negative_pivots
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import ArrayStaticSystem, StaticArrays, System
 from fsm.solve.outcome.restart_points import State, steps_between
@@ -108,6 +109,7 @@ class PathSteps:
         # a single state gives only a tangent; if the solve does not start at rest, the drive has its full speed at the start
         self.step_size = self.first_step if start is None else SHORT * self.first_step
         self._recorded: Observation | None = None  # state of `path.record`
+        self._doubtful = False  # the kernel has found a state whose stability Python has to judge
         self.far = min(_FAR * math.sqrt(settings.rtol), LARGEST_CORRECTION)
         self.reason: Reason | None = None
         self.lost: Mark | None = None
@@ -156,7 +158,7 @@ class PathSteps:
         arrays = None
         if self._with_arrays is not None and self.path.counts[stepping.KNOWN] > 1 and self.lost is None:
             arrays = self._with_arrays.static_arrays(self.newton.solver.ready)
-        if arrays is not None and self._march_arrays(arrays, max(1, left)):
+        if arrays is not None and self._march_arrays(arrays, 1 if self.recorder.request.each_step else max(1, left)):
             return None
         return self._in_python(follow, self._stops())
 
@@ -166,10 +168,18 @@ class PathSteps:
         rows, outcome = path.rows(most), stepping.LACKS
         self._begin()
         for _ in range(_PATTERNS):
+            if self._doubtful:
+                self._doubtful = False
+                judgement = self._judge(arrays)
+                if judgement == stepping.SLOWED:
+                    self.model.given = True
+                    break
+                path.counts[stepping.JUDGED] = 1 + judgement
             arrays.prepare((recorder.time, recorder.q))
             arguments = arrays.model, path, self.rules, self._stops(), rows
             outcome = arrays.model.calls.force.entry(follow_arrays, *arguments)(*arguments)
-            if outcome != stepping.LACKS or path.counts[stepping.STEPS]:
+            self._doubtful = outcome == stepping.DOUBTFUL
+            if outcome not in (stepping.LACKS, stepping.DOUBTFUL) or path.counts[stepping.STEPS]:
                 break
         if outcome == stepping.APART or Reason.of(outcome) is not None:
             path.numbers[stepping.SIZE] /= CUT
@@ -184,6 +194,18 @@ class PathSteps:
         if taken:
             self._finish(may_renew=True)
         return taken > 0
+
+    def _judge(self, arrays: StaticArrays) -> int:
+        """Stability of the state that the kernel has found, but could not judge: ACCEPTED, UNSTABLE, or SLOWED if it is
+        unstable at rest.
+        """
+        path, system, before = self.path, self.system, (self.recorder.time, self.recorder.q)
+        t, q = float(path.numbers[stepping.FOUND_AT]), path.found.copy()
+        unknown = path.next_record[stepping.NEGATIVE] == stepping.UNKNOWN
+        if unknown and self.newton.judged(t, q, before, arrays).ending is not Ending.CONVERGED:
+            return stepping.UNSTABLE
+        slowed = system.rate_dependent and negative_pivots(system, t, q, self.newton.solver) > 0
+        return stepping.SLOWED if slowed else stepping.ACCEPTED
 
     def _in_python(self, steps: Callable[..., int], to: Any, single: bool = False) -> Reason | None:
         """Take one step by `follow` to the first of several times, or by `attempt` to one time (`single`)."""
@@ -277,7 +299,8 @@ class PathSteps:
         for name in _RESTART:
             getattr(self.path, name)[:] = state[f"path_{name}"]
         self.path.numbers[stepping.COARSE_AT] = -math.inf
-        self._recorded = None
+        self._recorded, self._doubtful = None, False
+        self.path.counts[stepping.JUDGED] = 0
         self.model = SystemPath(self.system, newton, self.recorder, self.first_step)
 
     def _size(self, increment: np.ndarray) -> float:
@@ -289,8 +312,9 @@ class PathSteps:
         path.counts[[stepping.KNOWN, stepping.EARLIER, stepping.RESTING]] = 0
         efforts = self.newton.efforts(recorder.time, recorder.q)
         if efforts is not None:
-            path.next_efforts[:] = efforts
-        remember(path, self.system.progress(recorder.time), recorder.q)
+            path.found_efforts[:] = efforts
+        self._doubtful = False
+        remember(path, self.system.progress(recorder.time), recorder.q, path.found_efforts)
 
     def _predicted(self, t: float) -> tuple[np.ndarray, np.ndarray | None]:
         """Configuration and efforts at time t by extrapolation; those of the present state if it is the only one."""

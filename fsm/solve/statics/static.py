@@ -60,8 +60,10 @@ def follow(
     energy_balance: EnergyBalance | None = None,
     points: list[CurvePoint] | None = None,
     after: AcceptedStep | None = None,
+    each_step: bool = False,
 ) -> tuple[Statistics, EnergyBalance]:
-    """Follow the stable equilibrium path and report states at the requested times; arguments as in `simulate`.
+    """Follow the stable equilibrium path and report states at the requested times; arguments as in `simulate` and in
+    `OutputRequest`.
 
     Raises
     ------
@@ -69,7 +71,7 @@ def follow(
         The message states the time, the worst body and a remedy. Earlier states are already saved.
     """
     initial_state = InitialState(start, energy_balance, [] if points is None else points, after)
-    run = _Follower(system, settings, OutputRequest(list(save_times), on_save, on_step), initial_state)
+    run = _Follower(system, settings, OutputRequest(list(save_times), on_save, on_step, each_step), initial_state)
     run.go()
     return run.statistics, run.recorder.energy_balance
 

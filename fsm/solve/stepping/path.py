@@ -35,12 +35,14 @@ from fsm.solve.stepping.path_state import (
     COARSE_AT,
     COARSE_ERROR,
     COARSE_STEP,
+    DOUBTFUL,
     DRIVES,
     EARLIER,
     FAR,
     FORCE_ROUND_OFF,
     HEAD_ON,
     INERTIA,
+    JUDGED,
     KEPT,
     KEPT_LOSS,
     KINETIC,
@@ -133,17 +135,17 @@ def tangent_guess(model: Any, path: Path, t: float) -> int:
 
 
 def equilibrium(model: Any, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
-    """Find the equilibrium at t, and write it to `path.found` and `path.next_efforts`."""
+    """Find the equilibrium at t, and write it to `path.found` and `path.found_efforts`."""
     return int(model.equilibrium(path, rules, t, guess))
 
 
 def look(model: Any, path: Path, rules: PathRules, t: float, record: np.ndarray) -> int:
-    """Write the record of the state that was found; the outcome is ACCEPTED, CROSSED, UNSTABLE or UNABLE."""
+    """Write the record of the state that was found; the outcome is ACCEPTED, CROSSED, UNSTABLE or DOUBTFUL."""
     return int(model.look(path, rules, t, record))
 
 
 def stability(model: Any, path: Path, rules: PathRules, t: float) -> int:
-    """Whether an equilibrium with dampers is stable at rest: ACCEPTED, SLOWED, UNSTABLE or UNABLE."""
+    """Whether an equilibrium with dampers is stable at rest: ACCEPTED, SLOWED, UNSTABLE, DOUBTFUL or UNABLE."""
     return int(model.stability(path, rules, t))
 
 
@@ -178,8 +180,8 @@ def extrapolate(model: Any, path: Path, aim: float) -> None:
 
 
 @shared
-def remember(path: Path, progress: float, q: np.ndarray) -> None:
-    """Add a state, with the efforts of `path.next_efforts`, to the states of the extrapolation."""
+def remember(path: Path, progress: float, q: np.ndarray, efforts: np.ndarray) -> None:
+    """Add a state to the states of the extrapolation."""
     known = path.counts[KNOWN]
     if known == KEPT:
         for k in range(KEPT - 1):
@@ -189,7 +191,7 @@ def remember(path: Path, progress: float, q: np.ndarray) -> None:
         known -= 1
     path.progress[known] = progress
     copy_into(q, path.states[known])
-    copy_into(path.next_efforts, path.efforts[known])
+    copy_into(efforts, path.efforts[known])
     path.counts[KNOWN] = known + 1
 
 
@@ -336,7 +338,7 @@ def _advance(model: Any, path: Path, t: float, record: np.ndarray, work: float, 
     numbers[BEFORE], numbers[TIME] = numbers[TIME], t
     counts[EARLIER] = 1
     counts[STEPS] += 1
-    remember(path, progress_at(model, t), path.q)
+    remember(path, progress_at(model, t), path.q, path.found_efforts)
 
 
 @shared
@@ -438,8 +440,9 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
             break
         t, duration = next_time(stops[stop], numbers[TIME], numbers[SIZE], rules.max_step)
         outcome = attempt(model, path, rules, t, rows[taken])
-        if outcome in (LACKS, UNABLE):
+        if outcome in (LACKS, DOUBTFUL, UNABLE):
             return outcome
+        counts[JUDGED] = 0
         if outcome == ACCEPTED:
             taken += 1
             limit = drives > 0 and abs(path.record[DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT

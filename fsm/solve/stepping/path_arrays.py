@@ -26,10 +26,13 @@ from fsm.solve.stepping.path import (
 from fsm.solve.stepping.path_state import (
     ACCEPTED,
     CROSSED,
+    DOUBTFUL,
     EVALUATIONS,
     FACTORISATIONS,
     FORCE_ROUND_OFF,
+    FOUND_AT,
     ITERATIONS,
+    JUDGED,
     LACKS,
     LAST_ITERATIONS,
     NEGATIVE,
@@ -103,6 +106,9 @@ def _tangent_guess(model: StaticModel, path: Path, t: float) -> int:
 
 def _equilibrium(model: StaticModel, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
     calls, arrays, numbers, counts = model.calls, model.arrays, path.numbers, path.counts
+    if counts[JUDGED] != 0 and numbers[FOUND_AT] == t:
+        return ACCEPTED
+    counts[JUDGED] = 0
     reaction = numbers[REACTION]
     calls.begin(arrays, t, numbers[TIME], path.q, path.next_efforts, rules.rate_dependent, reaction)
     newton = NewtonRules(
@@ -118,21 +124,26 @@ def _equilibrium(model: StaticModel, path: Path, rules: PathRules, t: float, gue
     if found.ending != FOUND:
         return NEWTON if found.ending == TOO_MANY else UNABLE
     copy_into(found.q, path.found)
-    calls.efforts(arrays, path.next_efforts)
+    calls.efforts(arrays, path.found_efforts)
+    numbers[FOUND_AT] = t
     return ACCEPTED
 
 
 def _look(model: StaticModel, path: Path, rules: PathRules, t: float, record: np.ndarray) -> int:
+    if path.counts[JUDGED] != 0:
+        return path.counts[JUDGED] - 1
     model.calls.end_of_step(model.arrays, path.found, rules.trial, ACCURATE, rules.rate_dependent, record)
     if record[PASSED] > 0.0:
         return CROSSED
     if record[NEGATIVE] == UNKNOWN:
-        return UNABLE
+        return DOUBTFUL
     return UNSTABLE if record[NEGATIVE] > 0.0 else ACCEPTED
 
 
 def _stability(model: StaticModel, path: Path, rules: PathRules, t: float) -> int:
-    return UNABLE if rules.rate_dependent and path.next_record[NEGATIVE_AT_REST] != 0.0 else ACCEPTED
+    if path.counts[JUDGED] == 1 or not rules.rate_dependent or path.next_record[NEGATIVE_AT_REST] == 0.0:
+        return ACCEPTED
+    return DOUBTFUL
 
 
 def _accept(model: StaticModel, path: Path, t: float) -> None:

@@ -7,19 +7,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 (
-    ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, APART, SLOWED, LACKS, UNABLE,
-) = range(14)  # fmt: skip
+    ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, APART, SLOWED, LACKS, DOUBTFUL,
+    UNABLE,
+) = range(15)  # fmt: skip
 """Outcomes of a step: acceptance, and the reasons for a rejection (`fsm.solve.statics.path_steps.Reason`).
 
 APART: a joint has opened too far. SLOWED is an unstable state that only dampers hold. LACKS: two bodies have met whose block
-the pattern lacks. UNABLE: only the methods in Python can take or judge this step."""
+the pattern lacks. DOUBTFUL: there are negative pivots, or their signs are not certain; the caller judges the stability
+(`counts[JUDGED]`). UNABLE: only the methods in Python can take this step."""
 
-TIME, BEFORE, SIZE, COARSE_AT, COARSE_STEP, COARSE_ERROR, REACTION, FORCE_ROUND_OFF = range(8)
+TIME, BEFORE, SIZE, COARSE_AT, COARSE_STEP, COARSE_ERROR, REACTION, FORCE_ROUND_OFF, FOUND_AT = range(9)
 """Indices of `Path.numbers`: time and the time before (s), size of the next step (s); time (s), size (s) and relative energy
-error of the last step whose energy balance was checked; largest reaction so far and round-off of the forces (N)."""
-KNOWN, STEPS, REJECTED, ITERATIONS, EVALUATIONS, FACTORISATIONS, LAST_ITERATIONS, EARLIER, RESTING = range(9)
+error of the last step whose energy balance was checked; largest reaction so far and round-off of the forces (N); time of the
+state in `Path.found` (s)."""
+KNOWN, STEPS, REJECTED, ITERATIONS, EVALUATIONS, FACTORISATIONS, LAST_ITERATIONS, EARLIER, RESTING, JUDGED = range(10)
 """Indices of `Path.counts`: known states of the extrapolation; accepted and rejected steps; iterations, evaluations and
-factorisations; iterations of the last step; whether `earlier` and `resting` belong to this path (0 or 1)."""
+factorisations; iterations of the last step; whether `earlier` and `resting` belong to this path (0 or 1); outcome plus
+one of the judgement of the state in `Path.found`, ACCEPTED or UNSTABLE, or zero."""
 (
     PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
     STORED, LARGEST, OPENING, DRIVES,
@@ -109,8 +113,10 @@ class Path(NamedTuple):
         Present state, and (drives only) the state before.
     resting, resting_drives : (nu,) and (n_drives,) arrays
         Force and forces of the drives at rest in the present state.
-    increment, next_efforts, found : (nu,), (m,) and (nq,) arrays
-        Predicted increment and efforts of a step, and the configuration that it found.
+    increment, next_efforts : (nu,) and (m,) arrays
+        Predicted increment and efforts of a step.
+    found, found_efforts : (nq,) and (m,) arrays
+        Configuration and efforts that a step found.
     next_record, next_resting, next_resting_drives : of the state that a step found
     """
 
@@ -130,6 +136,7 @@ class Path(NamedTuple):
     increment: np.ndarray
     next_efforts: np.ndarray
     found: np.ndarray
+    found_efforts: np.ndarray
     next_record: np.ndarray
     next_resting: np.ndarray
     next_resting_drives: np.ndarray
@@ -139,11 +146,11 @@ class Path(NamedTuple):
         """State of zeros for systems of these sizes."""
         record = DRIVES + 2 * drives + 7 * pairs
         shapes: list[Any] = [
-            8, 9, 9, (2, pairs), nq, nq, KEPT, (KEPT, nq), (KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
-            record, nu, drives,
+            9, 10, 9, (2, pairs), nq, nq, KEPT, (KEPT, nq), (KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
+            efforts, record, nu, drives,
         ]  # fmt: skip
         arrays = [np.zeros(shape) for shape in shapes]
-        arrays[1] = np.zeros(9, dtype=np.int64)
+        arrays[1] = np.zeros(10, dtype=np.int64)
         return cls(*arrays)
 
     def rows(self, count: int) -> np.ndarray:
