@@ -26,7 +26,7 @@ from fsm.views.plots.channels import plot_channels
 from fsm.views.plots.contact_map import plot_contact_map
 from fsm.views.plots.drawing import drawing
 from fsm.views.plots.energy import STACK, plot_energy
-from fsm.views.plots.figures import draw
+from fsm.views.plots.figures import draw, figures_of
 from fsm.views.plots.force import plot_force, plot_overlay
 from fsm.views.plots.marks import stage_shade
 from fsm.views.plots.motion import plot_motion
@@ -282,3 +282,9 @@ def test_a_format_that_figures_do_not_have_is_refused(tmp_path: Path) -> None:
     done = CliRunner().invoke(cli, ["plot", "result.h5", "--out", str(tmp_path / "x.jpg")])
     assert done.exit_code == 2 and ".png, .svg, .pdf" in done.output
     assert not list(tmp_path.iterdir())
+
+
+def test_bodies_without_a_shape_have_no_picture_of_their_motion() -> None:
+    solution = strip_run()
+    assert "motion.png" in figures_of(solution)
+    assert "motion.png" not in figures_of(replace(solution, shape=solution.shape[:, :0]))

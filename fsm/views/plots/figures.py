@@ -57,7 +57,7 @@ def figures_of(solution: Solution) -> dict[str, Plot]:
     applies = {
         "force.png": bool(solution.travel.shape[1]),
         "load.png": solution.load_path is not None and bool(solution.load_path.names),
-        "motion.png": not film,
+        "motion.png": not film and solution.shape.size > 0,
         "energy.png": moves,
         "contact.png": bool(touching_pairs(solution.pair_force)),
         "history.png": film and len(solution.samples.time) > 1,
