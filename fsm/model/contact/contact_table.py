@@ -179,10 +179,10 @@ class ContactTable(ABC):
         return other
 
     def index(self, pattern: BodyPattern) -> None:
-        """Replace the pattern of compiled steps; the next renewal of the broad phase finds its blocks again."""
+        """Replace the pattern of compiled steps."""
         dof, indptr, indices = pattern.index
         self.table.put(dof=dof, indptr=indptr, indices=indices)
-        self.common.state[LACKS] = self.common.state[REFERRED] = 0
+        self.common.state[LACKS] = 0
 
     # slots ----------------------------------------------------------------------------------------------------------
 

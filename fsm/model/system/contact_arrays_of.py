@@ -81,6 +81,11 @@ class ContactModel:
         for group, own in self.arrays:
             own.follow(group, resolve)
 
+    def forget(self) -> None:
+        """Forget earlier searches and patterns."""
+        for _, own in self.arrays:
+            own.geometry.clear_caches()
+
     def count(self) -> None:
         """Add the numbers of evaluated states to those of the groups."""
         for group, own in self.arrays:

@@ -117,6 +117,7 @@ class StaticSegments:
         """Forget the past of the broad phase and of the pattern, so that further steps depend on the memory alone."""
         self.to_groups()
         self._loaded, self._accepted = None, np.zeros(0)
+        self._contacts.forget()
         if self._pattern is not self._first_pattern:
             self._change_pattern(self._first_pattern)
 

@@ -95,10 +95,10 @@ class SheetContacts(ContactTable):
         return found
 
     def index(self, pattern: BodyPattern) -> None:
-        """See `ContactTable`; makes room for all slots."""
+        """See `ContactTable`; makes room for all slots, which the next renewal of the broad phase finds again."""
         self.grow()
         super().index(pattern)
-        self.common.state[FOUND] = -1
+        self.common.state[REFERRED], self.common.state[FOUND] = 0, -1
 
     def refresh(self, poses: np.ndarray) -> None:
         """See `ContactTable`."""

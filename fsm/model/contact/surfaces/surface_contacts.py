@@ -14,6 +14,8 @@ from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.surfaces.array_surfaces import PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
 from fsm.model.contact.surfaces.corner_sides import Corners
 
+_KEPT = 2
+"""Number of earlier patterns whose pairs a new pattern keeps: predictions and rejected steps reach the same bodies again."""
 _AHEAD = 2
 """Number of further pieces, beyond the near ones, that the pattern couples with a probe. The pattern then remains valid
 while the probe slides."""
@@ -129,7 +131,7 @@ class SurfaceContacts(ContactTable):
         )  # fmt: skip
         self.with_slots(own, count, probes.share, probes.area, probes.pair)
         self.common.state[TAPERS] = int(probes.cell.any())
-        self._ahead = np.zeros((0, 2), dtype=np.int64)
+        self._ahead: list[np.ndarray] = []
 
     @property
     def side(self) -> np.ndarray:
@@ -148,7 +150,9 @@ class SurfaceContacts(ContactTable):
         return np.asarray(coupled_bodies(self.own.body, window, self.own.owners, len(self.common.committed)))
 
     def coupled_ahead(self) -> np.ndarray:
-        """See `ContactTable`: the pairs of the present windows with some more pieces, and those of the last call."""
+        """See `ContactTable`: the pairs of the present windows with some more pieces, and those of the last
+        patterns.
+        """
         own = self.own
         first, last = own.window.T
         near = last > first
@@ -156,8 +160,8 @@ class SurfaceContacts(ContactTable):
         wider[near, 0] = np.maximum(first - _AHEAD, own.first_piece)[near]
         wider[near, 1] = np.minimum(last + _AHEAD, own.last_piece)[near]
         now = self._coupled_by(wider)
-        found, self._ahead = np.concatenate([now, self._ahead]), now
-        return found
+        self._ahead = [now, *self._ahead[:_KEPT]]
+        return np.concatenate(self._ahead)
 
     def load_own(self, memory: np.ndarray) -> None:
         """See `ContactTable`: sides of all probes."""
@@ -172,3 +176,4 @@ class SurfaceContacts(ContactTable):
         """See `ContactTable`."""
         super().clear_caches()
         self.own.nearest[:] = self.own.nearest_of_all[:] = -1
+        self._ahead = []
