@@ -203,6 +203,12 @@ class Case(Model):
     )
     solve: Solve = Field(default=Solve(), description="settings of the solver")
     save: Save = Field(default=Save(), description="spacing of records")
+    report: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = Field(
+        default=(),
+        description="channels that lead the printed results, the summary, tables and figures, as in `save.channels`; those "
+        'of joints by the name of the joint: `["hinge 1.angle"]`',
+        json_schema_extra={"default": "coordinates of all ideal joints, and moments or forces of their motors"},
+    )
     expect: dict[str, Expect] = Field(default_factory=dict, description="expected numbers of the summary")
 
     @field_validator("contact", mode="before")
