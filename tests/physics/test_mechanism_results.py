@@ -58,6 +58,14 @@ def test_results_lead_with_coordinates_and_reactions_of_joints(tmp_path: Path) -
     assert {path.name for path in tmp_path.glob("*.png")} == {"report.png", "motion.png", "energy.png"}
 
 
+def test_a_motor_that_starts_from_rest_gives_no_velocities(tmp_path: Path) -> None:
+    """A smooth ramp has a speed of round-off right after the start, which is no initial velocity and no scale of speeds."""
+    case = crank(1.0)
+    case["scene"]["joints"][0]["motor"] = {"turn": "60 deg", "time": {"kind": "ramp", "end": 1.0}}
+    summary = fsm.load(case).run(tmp_path, figures=False).summary
+    assert summary["warnings"] == [] and summary["steps"] < 2000
+
+
 def test_report_names_what_leads(tmp_path: Path) -> None:
     result = fsm.load(crank(0.5, report=["guide.displacement", "body.slider.position"])).run(tmp_path, figures=False)
     names = [row["name"] for row in result.summary["report"]]

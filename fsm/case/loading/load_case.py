@@ -153,6 +153,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
             faults += found
     data, found = _build(data, added, valid, system)
     faults += found
+    data, found = _build_wing(data, valid)
+    faults += found
     valid, found = _read_curves(valid, folder, system)
     faults += found
     if valid.get("sheet") is not None:
@@ -207,6 +209,21 @@ def _build(
             faults += [Fault(f"{name}.{fault.path}" if fault.path else name, fault.message) for fault in error.faults]
         data["scene"] = {}
     return data, faults
+
+
+def _build_wing(data: dict[str, Any], valid: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
+    """Tables of a case in which the bodies and joints of a [wing] are parts of its [scene]."""
+    if "wing" not in data:
+        return data, []
+    from fsm.case.derived.wing_scene import wing_faults, with_wing  # this module imports numpy
+
+    wing, others = valid.pop("wing"), [name for name in ("strip", "lattice", "sheet") if name in data]
+    faults = [Fault("wing", f"cannot be combined with [{name}]; remove one of them") for name in others]
+    scene = valid.get("scene")
+    if wing is not None and (scene is not None or "scene" not in data):
+        faults += wing_faults(wing, scene)
+        valid["scene"] = None if faults else with_wing(wing, scene)
+    return {name: value for name, value in data.items() if name != "wing"} | {"scene": data.get("scene", {})}, faults
 
 
 _LISTS = ("drive", "load", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")

@@ -20,6 +20,7 @@ from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSup
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.solve import Save, Solve
 from fsm.case.models.steps import Step
+from fsm.case.models.wing import Wing
 from fsm.case.schema.model import Model
 from fsm.case.schema.schema import Place
 from fsm.case.schema.units import Acceleration, Angle, Count, Length, Number, Time
@@ -169,6 +170,9 @@ class Case(Model):
     sheet: Sheet | None = Field(default=None, description="folded sheet in space; give this, `strip`, `lattice` or `scene`")
     scene: Scene | None = Field(
         default=None, description="any graph of bodies and force elements; give this, `strip`, `lattice` or `sheet`"
+    )
+    wing: Wing | None = Field(
+        default=None, description="wing of hinged panels; its bodies and joints become parts of `scene` when a file is read"
     )
     membrane: Membrane | None = Field(default=None, description='film; required for "vibrate"')
     material: Material | None = Field(
