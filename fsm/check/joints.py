@@ -8,9 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsm.case.derived.joint_frames import joint_axes
+from fsm.case.derived.joint_margin import margin_results
 from fsm.case.models.joint import TURNING, SceneJoint
 from fsm.check.view import CheckContext
 from fsm.model.faults.joint_state import JointsAtStart
+from fsm.text.margin_text import margin_texts, negative_margins
 from fsm.text.report_text import count
 from fsm.text.shown_units import shown, shown_points
 
@@ -58,3 +60,13 @@ def _joint_text(joint: SceneJoint) -> str:
         text += f"; {shown(joint.angle, 'rad')} at the start"
     actions = [action for action in _ACTIONS if getattr(joint, action) is not None]
     return f"{text}; {', '.join(actions)}" if actions else text
+
+
+def margin_lines(view: CheckContext) -> Iterator[str]:
+    """Smallest motorisation margins."""
+    yield from margin_texts(margin_results(view.case.margin, view.scene.joints))
+
+
+def margin_warnings(view: CheckContext) -> Iterator[str]:
+    """Negative motorisation margins."""
+    yield from negative_margins(margin_results(view.case.margin, view.scene.joints))

@@ -9,6 +9,7 @@ from typing import Any
 from fsm.results.reported import ROUND_OFF, shown_name
 from fsm.results.stated_errors import largest_errors
 from fsm.text.load_names import load_units
+from fsm.text.margin_text import margin_texts
 from fsm.text.report_text import count
 from fsm.text.shown_units import ShownUnit, shown_unit, turns
 
@@ -27,6 +28,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
     lines = [
         *_film_lines(summary),
         *(f"report      {text}" for text in report_texts(summary)),
+        *(f"margin      {text}" for text in margin_texts(summary.get("margins", ()))),
         *_step_lines(summary.get("step", ())),
         *(text for step in summary.get("step", ()) for text in _limit_points(step)),
         *_pull_lines(summary),

@@ -166,6 +166,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     valid, found = _read_programs(valid, folder, system)
     faults += found
     faults += check_sections(_sections(data, valid))
+    faults += _margin_faults(valid)
     faults += expectation_faults(valid.get("expect") or ())
     if faults:
         return None, faults
@@ -226,7 +227,17 @@ def _build_wing(data: dict[str, Any], valid: dict[str, Any]) -> tuple[dict[str, 
     return {name: value for name, value in data.items() if name != "wing"} | {"scene": data.get("scene", {})}, faults
 
 
-_LISTS = ("drive", "load", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")
+def _margin_faults(valid: Mapping[str, Any]) -> list[Fault]:
+    """Margins of joints that are not in the scene."""
+    asked, scene = valid.get("margin"), valid.get("scene")
+    if not asked or not isinstance(scene, Scene):
+        return [Fault("margin", "needs ideal joints, [[scene.joints]] or a [wing]")] if asked and scene is None else []
+    from fsm.case.derived.joint_margin import margin_faults  # this module imports numpy
+
+    return list(margin_faults(tuple(asked.values()), scene.joints))
+
+
+_LISTS = ("drive", "load", "margin", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")
 """Sections that may appear several times."""
 
 

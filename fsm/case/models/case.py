@@ -12,6 +12,7 @@ from fsm.case.models.contact import Contact, Friction, with_stiffness
 from fsm.case.models.gas import Gas, Orifice
 from fsm.case.models.lattice import Lattice
 from fsm.case.models.loads import Drive, Load
+from fsm.case.models.margin import Margin
 from fsm.case.models.materials import Crease, Material
 from fsm.case.models.membrane import Air, Cable, Damping, Deployed, Impact, Membrane, Patch, Support, Tension, Vibration
 from fsm.case.models.obstacle import Obstacle
@@ -182,6 +183,7 @@ class Case(Model):
     contact: Contact | None = Field(default=None, description="normal contact of faces")
     friction: Friction | None = Field(default=None, description="friction of faces in contact")
     drive: tuple[Drive, ...] = Field(default=(), description="prescribed motions, `[[drive]]`")
+    margin: tuple[Margin, ...] = Field(default=(), description="motorisation margins of joints, `[[margin]]`")
     load: tuple[Load, ...] = Field(default=(), description="forces and couples, `[[load]]`")
     gas: tuple[Gas, ...] = Field(default=(), description="gas in chambers of a sheet, `[[gas]]`")
     orifice: tuple[Orifice, ...] = Field(default=(), description="flow of gas between chambers, `[[orifice]]`")

@@ -80,26 +80,26 @@ def draw_diagrams(path: str | Path, x: np.ndarray, label: str, diagrams: Diagram
         for ax, ((unit, quantity), columns) in zip(axes, diagrams.items(), strict=True):
             shown = figure_unit(unit, [*columns.values()])
             for k, (name, values) in enumerate(columns.items()):
-                colour, dashes = _line(k, len(columns))
+                colour, dashes = line_of(k, len(columns))
                 ax.plot(x, shown.factor * values, dashes, color=colour, linewidth=line_width(1.0), label=shortened(name))
             ax.set_ylabel(f"{quantity} ({shown.name})" if unit != "1" else quantity)
             ax.margins(x=0)
-            _add_names(fig, ax)
+            name_lines(fig, ax)
         axes[-1].set_xlabel(label)
 
 
-def _line(k: int, count: int) -> tuple[str, str]:
+def line_of(k: int, count: int) -> tuple[str, str]:
     """Colour and dashes of a line, different for all lines; many lines have colours of a map in their order."""
     if count <= _MOST:
         return COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS)]
     return to_hex(matplotlib.colormaps["viridis"](0.92 * k / (count - 1))), "-"
 
 
-def _add_names(fig: Figure, ax: Axes) -> None:
+def name_lines(fig: Figure, ax: Axes) -> None:
     """Name the lines beside a diagram, or above it if the names are long; if there are many lines, name the first,
     middle and last.
     """
-    lines = list(ax.lines)
+    lines = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
     if len(lines) > _MOST:
         lines = [lines[0], lines[len(lines) // 2], lines[-1]]
     names = [str(line.get_label()) for line in lines]
