@@ -59,7 +59,7 @@ class Results:
     """Numbers, curves and pictures of a run; `fsm.Result` has its case, too."""
 
     def __init__(
-        self, path: Path, kept: tempfile.TemporaryDirectory[str] | None = None, *, allow_extensions: bool = False
+        self: Self, path: Path, kept: tempfile.TemporaryDirectory[str] | None = None, *, allow_extensions: bool = False
     ) -> None:
         self._kept, self._allow_extensions = kept, allow_extensions
         file = path / RESULT_FILE if path.is_dir() else path

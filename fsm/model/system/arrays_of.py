@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -111,13 +111,14 @@ def locked_of(system: SegmentForces, pattern: BodyPattern) -> tuple[Segments, tu
     known = Elimination(order, *fill_in(pattern.indptr, pattern.indices, order))
     factors = np.zeros((len(known.indices), pattern.size, pattern.size))
     arrays, rest, elements = _arrays(system, pattern, known, factors, np.zeros((2, 0)))
+    absent: Any = None  # no springs and no contacts
     p, matrix = arrays.pattern, arrays.matrix
     filled = p.filled_rows, p.filled_columns, p.filled_diagonal
     solving = p.order, *filled, factors, p.rows, p.columns, matrix, np.zeros(system.nu), 0.0, True, True
     examples = EquationKernels((matrix, p.place, *filled, True, factors), solving)
     model = Segments(
         address_table(arrays.flat), address_table(rest.flat), np.zeros(3, dtype=np.int64), _NO_PAIRS, *_addresses(elements),
-        SpringKernels(*[None] * 6), None, None, pointers(EquationKernels(factorise, solve_refined), examples),
+        SpringKernels(*[None] * 6), absent, absent, pointers(EquationKernels(factorise, solve_refined), examples),
     )  # fmt: skip
     return model, (arrays, rest), elements
 
