@@ -120,7 +120,7 @@ def add_point_element(name: str, kind: PointKind, parameters: type[BaseModel] | 
 
 
 def add_coupling(name: str, kind: Coupling, parameters: type[BaseModel] | None = None, text: str = "") -> None:
-    """Add a kind of elements on the twists of force elements, ``[[scene.couplings]] kind = name``.
+    """Add a kind of elements on the coordinates of joints, ``[[scene.couplings]] kind = name``.
 
     Other arguments as in `add_contact_law`. The kernel of the kind is compiled, and so are the steps of its cases.
     """

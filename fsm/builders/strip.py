@@ -95,6 +95,8 @@ class _Segment:
 class _StripBuilder:
     def __init__(self, case: Case, strip: Strip, material: Material, crease: Crease, damping: float) -> None:
         self.case, self.strip, self.material, self.crease, self.damping = case, strip, material, crease, damping
+        if isinstance(crease, FamilyCrease):
+            raise CaseError(Fault("crease.file", UNREAD))
         self.held = case.held_panels
         self.area = strip.width * strip.thickness
         self.bending = bending_stiffness(strip, material)
@@ -267,7 +269,7 @@ class _StripBuilder:
         side = math.copysign(1.0, folded)
         rest = abs(folded) if self.crease.rest_angle is None else self.crease.rest_angle
         flexibility = distance / self.bending if self.strip.half_cell else 0.0
-        stiffness = self._crease_stiffness()
+        stiffness = self.crease.mean_stiffness  # of a measured curve the mean slope, which is used for the damping only
         effective = stiffness / (1 + stiffness * flexibility)
         linear = isinstance(self.crease, LinearCrease)
         return ForceElement(
@@ -304,12 +306,6 @@ class _StripBuilder:
         damping = (joints.rotation_damping[0], 0.0, joints.rotation_damping[2])
         more = {"name": f"crease {number}, released", "rotation_damping": damping, "steps": since, "kind": "drive"}
         return [*half_joints, joints.model_copy(update=twist | more)]
-
-    def _crease_stiffness(self) -> float:
-        """Stiffness of the crease, N m/rad; for a measured curve the mean slope, which is used for the damping only."""
-        if isinstance(self.crease, FamilyCrease):
-            raise CaseError(Fault("crease.file", UNREAD))
-        return self.crease.mean_stiffness
 
     def _flexible(self, segment: _Segment) -> float:
         """Flexible length of a segment, m; zero for a held panel, which is rigid."""

@@ -174,11 +174,25 @@ LAWS = (
         unit_test("laws", "test_series_flexibility"),
     ),
     Mutant(
-        "damping of a gear without its ratio",
+        "moment of a gear on the second joint without the ratio",
         "fsm/model/elements/gears.py",
-        "effort[i, j] = way[j] * (stiffness * slip + damping * speed)",
-        "effort[i, j] = way[j] * stiffness * slip + damping * speed",
+        "effort[i, j] = way[j] * push",
+        "effort[i, j] = (1 - 2 * j) * push",
         unit_test("couplings", "test_force_energy_and_tangent_agree"),
+    ),
+    Mutant(
+        "coupled angles without their turns",
+        "fsm/model/elements/couplings.py",
+        "angles[k] += 2.0 * np.pi * np.round(",
+        "angles[k] += 0.0 * np.pi * np.round(",
+        physics_test("coupled_joints", "test_a_gear_accelerates_two_wheels_over_many_turns"),
+    ),
+    Mutant(
+        "dampers of stops and gears that pull back",
+        "fsm/laws/one_sided.py",
+        "if elastic + damped > 0.0:",
+        "if elastic > 0.0:",
+        physics_test("coupled_joints", "test_backlash_ends_in_an_impact"),
     ),
     Mutant(
         "couplings without the turning of their axes",

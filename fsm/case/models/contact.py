@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Final, NoReturn, Self
+from typing import Annotated, Any, ClassVar, Final, NamedTuple, NoReturn, Self
 
 from pydantic import (
     AfterValidator,
@@ -50,6 +50,12 @@ FRICTION_KEYS: Final[dict[str, LawKeys]] = {
 _FROM_MATERIAL: Final = object()
 
 
+class _Derived(NamedTuple):
+    """Stiffness that follows from another section, in SI, N/m^e."""
+
+    number: float
+
+
 def hertz_stiffness(young: Sequence[float], poisson: Sequence[float], radius: Sequence[float]) -> float:
     """Contact stiffness of two spheres, K = 4/3 E* sqrt(R), N/m^1.5 (Hertz, 1882).
 
@@ -66,8 +72,8 @@ def hertz_stiffness(young: Sequence[float], poisson: Sequence[float], radius: Se
 
 
 def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Mapping[str, Any]:
-    """Section with the stiffness K = F/d^e of a force F (N) at a penetration d (m); a section that gives a stiffness is
-    unchanged.
+    """Section with the stiffness K = F/d^e of a force F (N) at a penetration d (m), with three digits; a section that gives
+    a stiffness is unchanged.
     """
     if "stiffness" in written or any(written.get(key) is not None for key in _MATERIAL):
         return written
@@ -75,7 +81,9 @@ def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Ma
     if isinstance(exponent, bool) or not isinstance(exponent, int | float) or not 1.0 <= exponent <= 3.0:
         return {**written, "stiffness": 1.0}  # another message reports a faulty exponent
     stiffness = force / depth**exponent if depth > 0.0 else math.inf
-    return {**written, "stiffness": f"{stiffness:.3g} N/m^{exponent!r}"}
+    if 0.0 < stiffness < math.inf:
+        stiffness = round(stiffness, 2 - math.floor(math.log10(stiffness)))
+    return {**written, "stiffness": _Derived(stiffness)}
 
 
 def _refuse(text: str) -> NoReturn:
@@ -195,7 +203,10 @@ class Contact(Model):
         if value is not _FROM_MATERIAL:
             if any(part is not None for part in parts):
                 _refuse("is given together with `young`, `poisson` or `radius` of Hertz' formula; remove one of the two")
-            return float(check(value))
+            derived = isinstance(value, _Derived)
+            if derived and 0.0 < value.number < math.inf:
+                return value.number
+            return float(check(value.number if derived else value))
         young, poisson, radius = parts
         if young is None or poisson is None or radius is None:
             return 1.0  # another message reports the faulty value

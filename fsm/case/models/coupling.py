@@ -1,19 +1,75 @@
-"""Section [[scene.couplings]] of a case: elements on the twists of several force elements."""
+"""Section [[scene.couplings]] of a case: elements on the coordinates of several joints."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from fsm.case.models.added_laws import check_law, check_parameters, with_parameters
-from fsm.case.models.gear import Gear
 from fsm.case.schema.model import Model, Name
+from fsm.case.schema.units import Angle, AngularDamping, AngularStiffness, Damping, Force, Length, Moment, Stiffness
 from fsm.registry import COUPLINGS, AddedLaw
 
-OWN_COUPLINGS = {"gear": AddedLaw(2, Gear, "gear")}
-"""Kinds of the package, with their number of joints as law; `fsm.model.compile.compile` has their kernels."""
+Slack = Literal["below", "above"]
+_SLACK = "sense in which it only pulls, like a cable: slack below its taut opening, or above it"
+
+
+class _Elastic(Model):
+    """Parameters that need a stiffness."""
+
+    @model_validator(mode="after")
+    def _one_law(self) -> Self:
+        given = [key for key in ("damping", "preload", "slack", "backlash", "lag") if getattr(self, key)]
+        if getattr(self, "stiffness", None) is None and given:
+            raise ValueError(f"`{given[0]}` needs `stiffness`; without a stiffness the coupling is ideal")
+        plays = [key for key in given if key in ("slack", "backlash")]
+        if len(plays) > 1:
+            raise ValueError("give `slack` or `backlash`, not both; `lag` is the play of a coupling with slack")
+        if "preload" in given and ("lag" in given or "backlash" in given):
+            raise ValueError("a coupling with `preload` has no play; remove `lag` and `backlash`, or `preload`")
+        slack, preload = getattr(self, "slack", None), getattr(self, "preload", 0.0)
+        if (slack == "below" and preload < 0.0) or (slack == "above" and preload > 0.0):
+            sign = "negative" if slack == "above" else "positive"
+            raise ValueError(f'`preload` of a cable that is slack "{slack}" is {sign}; or give `lag`, its taut opening')
+        return self
+
+
+class Gear(_Elastic):
+    """Parameters of the kind "gear": e = x_1 - n x_2 of a joint that turns and another one."""
+
+    ratio: float = Field(description="ratio n of the first coordinate to the second, negative for opposite senses")
+    stiffness: AngularStiffness | None = Field(
+        default=None, gt=0, description="stiffness k on the first angle",
+        json_schema_extra={"default": "none, the coupling is ideal"},
+    )  # fmt: skip
+    damping: AngularDamping = Field(default=0.0, ge=0, description="damping on the first angle")
+    preload: Moment = Field(default=0.0, description="moment on the opening at the start")
+    slack: Slack | None = Field(default=None, description=_SLACK, json_schema_extra={"default": "none"})
+    backlash: Angle = Field(default=0.0, ge=0, description="width of the play")
+    lag: Angle = Field(default=0.0, description="opening in the middle of the play, or at which a cable becomes taut")
+
+
+class Rack(_Elastic):
+    """Parameters of the kind "rack": e = x_1 - n x_2 of a joint that slides and another one."""
+
+    ratio: float = Field(
+        description="ratio n of the first displacement to the second coordinate; m/rad if the second joint turns"
+    )
+    stiffness: Stiffness | None = Field(
+        default=None, gt=0, description="stiffness k on the first displacement",
+        json_schema_extra={"default": "none, the coupling is ideal"},
+    )  # fmt: skip
+    damping: Damping = Field(default=0.0, ge=0, description="damping on the first displacement")
+    preload: Force = Field(default=0.0, description="force on the opening at the start")
+    slack: Slack | None = Field(default=None, description=_SLACK, json_schema_extra={"default": "none"})
+    backlash: Length = Field(default=0.0, ge=0, description="width of the play")
+    lag: Length = Field(default=0.0, description="opening in the middle of the play, or at which a cable becomes taut")
+
+
+OWN_COUPLINGS = {"gear": AddedLaw(2, Gear, "gear"), "rack": AddedLaw(2, Rack, "rack")}
+"""Kinds of the package, with their number of joints as law; `fsm.model.compile.compile_couplings` has their kernels."""
 
 
 def _kinds() -> dict[str, AddedLaw]:
@@ -21,15 +77,28 @@ def _kinds() -> dict[str, AddedLaw]:
 
 
 class SceneCoupling(Model):
-    """Element on the twists of force elements, measured from the start."""
+    """Element on the coordinates of joints, measured from the start."""
 
     name: Name = Field(description="name of the element")
-    kind: str = Field(description="name of the kind", json_schema_extra={"range": '"gear", or a kind of an extension'})
+    kind: str = Field(
+        description="name of the kind", json_schema_extra={"range": '"gear", "rack", or a kind of an extension'}
+    )
     joints: tuple[str, ...] = Field(
-        min_length=1, description="force elements whose twists are coupled, in the order of the kind",
-        json_schema_extra={"range": "as many as the kind has"},
-    )  # fmt: skip
+        min_length=1,
+        description="revolute or prismatic joints, or force elements, whose twists count, in the order of the kind",
+        json_schema_extra={"range": "as many as the kind has, all of one sort"},
+    )
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of the kind")
+
+    @property
+    def ideal(self) -> bool:
+        """Whether the opening is locked: a kind of the package without a stiffness."""
+        return self.kind in OWN_COUPLINGS and (self.parameters or {}).get("stiffness") is None
+
+    @property
+    def ratios(self) -> tuple[float, float]:
+        """Factors of both coordinates in the opening of a kind of the package."""
+        return 1.0, -float((self.parameters or {})["ratio"])
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:

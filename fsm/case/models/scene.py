@@ -269,7 +269,7 @@ class Scene(Model):
         default=(), description="elements of kinds of extensions, between points"
     )
     joints: tuple[SceneJoint, ...] = Field(default=(), description="ideal joints between bodies")
-    couplings: tuple[SceneCoupling, ...] = Field(default=(), description="elements on the twists of force elements")
+    couplings: tuple[SceneCoupling, ...] = Field(default=(), description="elements on the coordinates of joints")
     surfaces: tuple[Surface, ...] = Field(default=(), description="surfaces for contact")
     groups: tuple[PlateGroup, ...] = Field(default=(), description="groups of plates for contact")
     obstacles: tuple[Obstacle, ...] = Field(default=(), description="rigid obstacles, as `[[obstacle]]`")

@@ -23,26 +23,24 @@ from fsm.model.bodies.group import Group, GroupSteps
 from fsm.model.bodies.loads import GravityGroup, LoadGroup, applied
 from fsm.model.bodies.time_function import time_function
 from fsm.model.compile.compile_contacts import compile_contacts
-from fsm.model.compile.compile_joints import joint_forces, joint_group
+from fsm.model.compile.compile_couplings import coupling_groups
+from fsm.model.compile.compile_joints import joint_forces, joint_group, set_inertia
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.actuators import ActuatorGroup
-from fsm.model.elements.couplings import Coupling, CouplingGroup, Joints
+from fsm.model.elements.couplings import TWIST, Joints
 from fsm.model.elements.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.model.elements.creases import CreaseGroup
 from fsm.model.elements.element_angles import half_way_swings, initial_twists, rest_twists, side_of
 from fsm.model.elements.elements import BushingGroup
-from fsm.model.elements.gears import GEAR
 from fsm.model.elements.hysteresis import HysteresisGroup
 from fsm.model.elements.law_elements import LawGroup
 from fsm.model.elements.ligaments import LigamentGroup
+from fsm.model.elements.locked_couplings import LockedCouplings
 from fsm.model.elements.point_elements import PointGroup
 from fsm.model.faults.check_scene import check_scene
 from fsm.model.plan.in_python import InPython, parts_in_python
 from fsm.model.system.system import SegmentSystem
-from fsm.registry import COUPLINGS, ELEMENT_LAWS, POINT_KINDS
-
-_COUPLINGS = {"gear": GEAR}
-"""Kinds of couplings of the package, `fsm.case.models.coupling.OWN_COUPLINGS`."""
+from fsm.registry import ELEMENT_LAWS, POINT_KINDS
 
 
 def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
@@ -110,13 +108,17 @@ class SceneCompiler:
                 self._steps += [(group, GroupSteps(steps, latch)) for group in found]
         if self.scene.point_elements:
             groups.append(self._point_elements())
-        groups += self._couplings()
+        couplings = coupling_groups(self.scene, self.index, self.pose, self._twists)
+        groups += couplings
         bodies = self._bodies(motions)
         if self.scene.joints:
             ends = np.array([[self.index[j.first], self.index[j.second]] for j in self.scene.joints], dtype=np.int64)
             inverse = np.zeros(bodies.inertia.shape)
             inverse[bodies.free] = 1.0 / bodies.inertia[bodies.free]
-            groups.append(joint_group(self.scene.joints, ends, self.pose, inverse))
+            joints = joint_group(self.scene.joints, ends, self.pose)
+            ideal = [group for group in couplings if isinstance(group, LockedCouplings)]
+            set_inertia(joints, ideal, self.pose, inverse)
+            groups.append(joints)
             forces = joint_forces(self.scene.joints, ends, self.pose)
             groups += [] if forces is None else [forces]
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
@@ -276,21 +278,12 @@ class SceneCompiler:
             given.append((element.name, POINT_KINDS[element.kind].law, element.parameters, bodies, points))
         return PointGroup.of(given)
 
-    def _couplings(self) -> list[CouplingGroup]:
-        """Elements on the twists of force elements, one group for each kind."""
-        elements, found = {e.name: e for e in self.scene.elements}, []
-        for kind in dict.fromkeys(coupling.kind for coupling in self.scene.couplings):
-            chosen = [coupling for coupling in self.scene.couplings if coupling.kind == kind]
-            coupled = [elements[name] for coupling in chosen for name in coupling.joints]
-            *axes, offset = self._joint_axes(coupled)
-            inner, outer = axes if self.spatial else (np.zeros((0, 4)), np.zeros((0, 4)))
-            ends = self._ends(coupled)
-            law: Coupling = _COUPLINGS[kind] if kind in _COUPLINGS else COUPLINGS[kind].law
-            joints = Joints(ends, inner, outer, offset - np.array(initial_twists(coupled, self.scene.bodies)))
-            parameters = tuple(coupling.parameters for coupling in chosen)
-            names = tuple(coupling.name for coupling in chosen)
-            found.append(CouplingGroup(ends.reshape(len(chosen), -1), joints, law, parameters, names))
-        return found
+    def _twists(self, elements: list[ForceElement]) -> Joints:
+        """Twists of force elements from the start, for couplings."""
+        *axes, offset = self._joint_axes(elements)
+        inner, outer = axes if self.spatial else (np.zeros((0, 4)), np.zeros((0, 4)))
+        start = offset - np.array(initial_twists(elements, self.scene.bodies))
+        return Joints(self._ends(elements), np.full(len(elements), TWIST), inner, outer, start)
 
     def _pose_geometry(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
         """Arguments that the kernels of the relative pose take after the bodies."""

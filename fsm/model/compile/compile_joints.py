@@ -14,6 +14,7 @@ from fsm.interactions.openings import ACROSS, ALONG, DISTANCE, TURN
 from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
 from fsm.model.bodies.time_function import motor_program
+from fsm.model.elements.couplings import Joints
 from fsm.model.elements.joint_forces import (
     DAMPER,
     LATCH,
@@ -32,15 +33,14 @@ from fsm.model.elements.joint_forces import (
     JointForceGroup,
 )
 from fsm.model.elements.joints import JointGroup
+from fsm.model.elements.locked_couplings import LockedCouplings
 
 _UNUSED = (0.0, 0.0, 0.0)
 _REPEATED = 1e-10
 """Smallest ratio of eigenvalues of openings, scaled to unit size, that do not follow from others."""
 
 
-def joint_group(
-    joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray, inverse: np.ndarray
-) -> JointGroup:
+def joint_group(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> JointGroup:
     """Openings of all joints.
 
     Parameters
@@ -50,8 +50,6 @@ def joint_group(
         First and second body of each joint.
     poses : (n_bodies, 7) array
         Poses at the start.
-    inverse : (n_bodies, 6) array
-        Inverse of the inertia; zero for bodies that cannot move.
     """
     rows: list[tuple[int, int, np.ndarray]] = []
     turns: list[tuple[int, int]] = []
@@ -79,17 +77,43 @@ def joint_group(
             turns += [(a, b), (b, a)]
             lines += [_turn(own[2], own[0], other[0]), _turn(other[0], other[2], own[2])]
     of = np.array([number for number, _, _ in rows], dtype=np.int64)
-    group = JointGroup(
+    return JointGroup(
         np.ascontiguousarray(ends[of]), np.array([kind for _, kind, _ in rows], dtype=np.int64),
         np.array([constants for _, _, constants in rows]), np.ones(len(rows)),
         np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, 10),
         tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors),
     )  # fmt: skip
-    inertia = _inertia(group.openings(poses)[1], group.bodies, inverse)
-    for number, kind in {(number, kind) for number, kind, _ in rows}:  # axes of a joint turn with its first body
-        own = (of == number) & (group.kinds == kind)
+
+
+def set_inertia(group: JointGroup, couplings: Sequence[LockedCouplings], poses: np.ndarray, inverse: np.ndarray) -> None:
+    """Set the inertia of all locked openings at the start.
+
+    Parameters
+    ----------
+    group : openings of all joints
+    couplings : ideal couplings
+    poses : (n_bodies, 7) array
+        Poses at the start.
+    inverse : (n_bodies, 6) array
+        Inverse of the inertia; zero for bodies that cannot move.
+    """
+    rows = np.zeros((len(group.kinds), *inverse.shape))
+    for row, gradient, ends in zip(rows, group.openings(poses)[1].reshape(-1, 2, 6), group.bodies.tolist(), strict=True):
+        row[ends] += gradient
+    inertia = _inertia(np.concatenate([rows, *(coupled.gradients(poses) for coupled in couplings)]), inverse)
+    for number, kind in set(zip(group.of.tolist(), group.kinds.tolist(), strict=True)):
+        own = np.flatnonzero((group.of == number) & (group.kinds == kind))  # axes of a joint turn with its first body
         group.masses[own] = inertia[own].max()
-    return group
+    end = len(rows)
+    for coupled in couplings:
+        coupled.masses[:], end = inertia[end : end + len(coupled.masses)], end + len(coupled.masses)
+
+
+def coordinates_of(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> Joints:
+    """Coordinates of revolute and prismatic joints from the start, for couplings; other arguments as in `joint_group`."""
+    found = [_coordinate(joint, 0.0, _in_bodies(joint, *poses[of])) for joint, of in zip(joints, ends, strict=True)]
+    kinds, constants = np.array([kind for kind, _ in found], dtype=np.int64), np.array([row for _, row in found])
+    return Joints(ends, kinds, constants, np.zeros((0, 10)), np.zeros(len(joints)))
 
 
 def _in_bodies(joint: SceneJoint, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -149,16 +173,14 @@ def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarr
     )  # fmt: skip
 
 
-def _inertia(gradients: np.ndarray, bodies: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+def _inertia(rows: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     """Inertia (n,) of each opening while all others stay closed, kg or kg m^2: the diagonal of (J M^-1 J^T)^-1.
 
     With penalties in this ratio, the smallest eigenvalue of the penalties times J M^-1 J^T is their factor over n at least,
-    whatever the ratios of masses. Of openings that follow from others the pseudo-inverse has a share.
+    whatever the ratios of masses. Of openings that follow from others the pseudo-inverse has a share. `rows` are the
+    gradients (n, n_bodies, 6).
     """
-    rows = np.zeros((len(gradients), *inverse.shape))
-    for row, gradient, ends in zip(rows, gradients.reshape(-1, 2, 6), bodies.tolist(), strict=True):
-        row[ends] += gradient
-    rows = (rows * np.sqrt(inverse)).reshape(len(gradients), -1)
+    rows = (rows * np.sqrt(inverse)).reshape(len(rows), -1)
     sizes = np.linalg.norm(rows, axis=1)
     sizes[sizes == 0.0] = math.inf
     scaled = rows / sizes[:, None]

@@ -1,16 +1,19 @@
-"""Gears: springs and dampers between the angles of two joints, with a ratio.
+"""Gears, racks and synchronising cables: the opening e = x_1 - n x_2 of the coordinates of two joints, elastic or locked.
 
-U = k/2 (phi_1 - n phi_2)^2,    moment M = k (phi_1 - n phi_2) + c (phi_1' - n phi_2') on phi_1, and -n M on phi_2
+Elastic: effort T = k (e - b) + c e' above the play, e > b, and T = k (e - a) + c e' below it, e < a; none inside it, and
+dampers never turn its sign. Without play (a = b) the law is linear. Both joints have the efforts T and -n T.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
+from fsm.laws.one_sided import one_sided
 from fsm.model.elements.couplings import (
     ANGLES,
     DISSIPATED,
@@ -31,18 +34,33 @@ def _law(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> flo
     energy, lost, way = floats_1d(own, ENERGIES), floats_1d(own, DISSIPATED), np.ones(2)
     for i in range(angle.shape[0]):
         way[1], stiffness, damping = -parameters[i, 0], parameters[i, 1], parameters[i, 2]
+        lower, upper = parameters[i, 3], parameters[i, 4]
         slip, speed = angle[i, 0] + way[1] * angle[i, 1], rate[i, 0] + way[1] * rate[i, 1]
-        energy[i], lost[i] = 0.5 * stiffness * slip**2, damping * speed**2
+        if lower == upper:
+            push, slope, viscosity = stiffness * (slip - upper) + damping * speed, stiffness, damping
+            energy[i], lost[i] = 0.5 * stiffness * (slip - upper) ** 2, damping * speed**2
+        else:
+            push, slope, viscosity, energy[i], lost[i] = one_sided(slip - upper, speed, stiffness, damping)
+            back, other, viscous, stored, heat = one_sided(lower - slip, -speed, stiffness, damping)
+            push, slope, viscosity = push - back, slope + other, viscosity + viscous
+            energy[i] += stored
+            lost[i] += heat
         for j in range(2):
-            effort[i, j] = way[j] * (stiffness * slip + damping * speed)
+            effort[i, j] = way[j] * push
             for k in range(2):
-                by_angle[i, j, k], by_rate[i, j, k] = stiffness * way[j] * way[k], damping * way[j] * way[k]
+                by_angle[i, j, k], by_rate[i, j, k] = slope * way[j] * way[k], viscosity * way[j] * way[k]
     return 0.0
 
 
 def _parameters(given: list[Any]) -> list[np.ndarray]:
-    return [np.array([[own["ratio"], own["stiffness"], own["damping"]] for own in given], dtype=float)]
+    rows = []
+    for own in given:
+        middle, half = own["lag"] - own["preload"] / own["stiffness"], 0.5 * own["backlash"]
+        lower = -math.inf if own.get("slack") == "below" else middle - half
+        upper = math.inf if own.get("slack") == "above" else middle + half
+        rows.append([own["ratio"], own["stiffness"], own["damping"], lower, upper])
+    return [np.array(rows, dtype=float)]
 
 
 GEAR = Coupling(2, _law, _parameters)
-"""Kind "gear" of `[[scene.couplings]]`, with the parameters of `fsm.case.models.gear`."""
+"""Kinds "gear" and "rack" of `[[scene.couplings]]` with a stiffness, parameters of `fsm.case.models.coupling`."""

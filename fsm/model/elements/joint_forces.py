@@ -18,6 +18,7 @@ from fsm.interactions.openings import TURN, opening
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
+from fsm.laws.one_sided import one_sided
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
 from fsm.model.elements.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
@@ -78,18 +79,12 @@ def _law(own: np.ndarray, i: int, c: float, rate: float) -> tuple[float, float, 
         if side == 2:
             sense, limit = -law[LATCH_SENSE], law[LATCH_AT] - law[LATCH_SENSE] * law[PLAY]
             stiffness, damper = law[LATCH], law[LATCH_DAMPER]
-        beyond = sense * (c - limit)
-        if not beyond > 0.0:
-            continue
-        elastic, damped = stiffness * beyond, damper * sense * rate
-        energy += 0.5 * stiffness * beyond * beyond
-        if elastic + damped > 0.0:
-            effort += sense * (elastic + damped)
-            by_c += stiffness
-            by_rate += damper
-            lost += damped * sense * rate
-        else:  # the spring returns more slowly than the bodies part; its energy is lost
-            lost -= elastic * sense * rate
+        push, slope, damping, kept, heat = one_sided(sense * (c - limit), sense * rate, stiffness, damper)
+        effort += sense * push
+        by_c += slope
+        by_rate += damping
+        energy += kept
+        lost += heat
     return effort, by_c, by_rate, energy, lost
 
 

@@ -38,7 +38,7 @@ from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, 
 
 _KINDS, _CONSTANTS, _MASSES, _PENALTY, _EFFORT, _VALUE, _GRADIENT, _BEND, _KEPT, _TURNS, _LINES = range(OWN, OWN + 11)
 _PROGRAM, _PIECES = range(OWN + 11, OWN + 13)
-_STIFF = 1e4
+STIFF = 1e4
 """Penalty relative to the inertia of an opening at the start. From 1e2 to 1e5 the number of iterations is that of Newton's
 method with exact multipliers; inertias change on the way."""
 
@@ -116,7 +116,7 @@ def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
     """Begin Newton's method of a step with the kept multipliers; `per_second` is c, 1/s^2."""
     effort, penalty, kept, masses = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _KEPT), floats_1d(own, _MASSES)
     for i in range(effort.shape[0]):
-        effort[i], penalty[i] = kept[i], _STIFF * per_second * masses[i]
+        effort[i], penalty[i] = kept[i], STIFF * per_second * masses[i]
     return 1.0
 
 
@@ -159,7 +159,7 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
             rate -= speed
         if task == AT_ACCELERATIONS:
             rate += bend[i] - pick_up
-        total = _STIFF * masses[i] * rate
+        total = STIFF * masses[i] * rate
         if task == AT_ACCELERATIONS:
             effort[i] += total
             total += effort[i]
@@ -182,7 +182,7 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
         for a in range(12):
             for b in range(12):
                 bend[i] += speed[a] * block[a, b] * speed[b]
-                block[a, b] = _STIFF * masses[i] * gradient[i, a] * gradient[i, b]
+                block[a, b] = STIFF * masses[i] * gradient[i, a] * gradient[i, b]
         add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
 
 

@@ -11,6 +11,7 @@ from fsm.case.schema.known_names import nearest_name
 from fsm.errors import Fault
 from fsm.model.elements.element_angles import angle_faults
 from fsm.model.faults.check_contacts import contact_faults
+from fsm.model.faults.check_couplings import coupling_faults
 from fsm.model.faults.check_joints import joint_faults
 
 
@@ -23,6 +24,7 @@ def check_scene(scene: Scene) -> list[Fault]:
         *angle_faults(scene),
         *contact_faults(scene),
         *joint_faults(scene),
+        *coupling_faults(scene),
         *_drives(scene),
     ]
 
@@ -85,14 +87,6 @@ def _references(scene: Scene) -> Iterator[Fault]:
             if point.body not in names:
                 text = f"no body is called {point.body!r}{nearest_name(point.body, list(names))}"
                 yield Fault(f"scene.point_elements.{i}.points.{k}.body", text)
-    joints = {element.name: element for element in scene.elements}
-    for i, coupling in enumerate(scene.couplings):
-        for k, name in enumerate(coupling.joints):
-            path = f"scene.couplings.{i}.joints.{k}"
-            if name not in joints:
-                yield Fault(path, f"no element is called {name!r}{nearest_name(name, list(joints))}")
-            elif joints[name].frame == "chord":
-                yield Fault(path, f"{name!r} is a hinge of finite length (`frame` \"chord\"), whose twist no coupling has")
     for i, load in enumerate(scene.loads):
         if load.pressure is None and load.body not in names:
             yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest_name(load.target, list(names))}")

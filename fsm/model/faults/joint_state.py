@@ -60,6 +60,12 @@ class JointsAtStart:
         self.labels: list[str] = []
         self.wanted: list[tuple[int, float]] = []
         rows = [row for joint in scene.joints for row in self._rows(joint)]
+        joints = {joint.name: joint for joint in scene.joints}
+        for coupling in scene.couplings:
+            if coupling.ideal:
+                self.labels.append(f"coupling {coupling.name}")
+                parts = zip(coupling.ratios, coupling.joints, strict=True)
+                rows.append(np.sum([ratio * self._coordinate(joints[name]) for ratio, name in parts], axis=0))
         self.rows, self.rates = np.array(rows).reshape(len(rows), 6 * len(scene.bodies)), np.zeros(len(rows))
         for row, rate in self.wanted:
             self.rates[row] = rate
@@ -76,11 +82,16 @@ class JointsAtStart:
         if joint.motor is not None:
             program = motor_program(joint.motor)
             self.wanted.append((len(self.labels), _first_speed(program)))
-            along = axes[2]
-            if joint.kind == "prismatic":
-                yield self._row(joint, "motor", -along, np.cross(along, first), along, np.cross(second, along))
-            else:
-                yield self._row(joint, "motor", np.zeros(3), -along, np.zeros(3), along)
+            self.labels.append(f"{joint.name} (motor)")
+            yield self._coordinate(joint)
+
+    def _coordinate(self, joint: SceneJoint) -> np.ndarray:
+        """Rate of the coordinate of a joint that turns or slides."""
+        at, along, none = np.array(joint.at), joint_axes(joint)[2], np.zeros(3)
+        if joint.kind == "prismatic":
+            first, second = self._arm(joint.first, at), self._arm(joint.second, at)
+            return self._of_bodies(joint, -along, np.cross(along, first), along, np.cross(second, along))
+        return self._of_bodies(joint, none, -along, none, along)
 
     def _locked(
         self, joint: SceneJoint, axes: np.ndarray, first: np.ndarray, second: np.ndarray
@@ -99,6 +110,10 @@ class JointsAtStart:
 
     def _row(self, joint: SceneJoint, label: str, *parts: np.ndarray) -> np.ndarray:
         self.labels.append(f"{joint.name} ({label})")
+        return self._of_bodies(joint, *parts)
+
+    def _of_bodies(self, joint: SceneJoint, *parts: np.ndarray) -> np.ndarray:
+        """Row of rates from velocity and angular velocity of the first body, then of the second."""
         row = np.zeros((len(self.index), 6))
         for name, part in ((joint.first, np.concatenate(parts[:2])), (joint.second, np.concatenate(parts[2:]))):
             if name != GROUND:

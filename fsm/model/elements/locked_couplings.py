@@ -1,0 +1,192 @@
+"""Ideal couplings: the opening e = sum r_j x_j of the coordinates of several ideal joints is locked.
+
+The multipliers are those of ideal joints (`fsm.model.elements.joints`), with the same penalties.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
+from fsm.kernels.jit import kernel
+from fsm.model.bodies.arrays import AT_ACCELERATIONS, CLOSE, KEEP, MEASURE, RATES
+from fsm.model.elements.couplings import (
+    ANGLES,
+    EFFORTS,
+    FIRST_PARAMETER,
+    GRADIENTS,
+    KEPT,
+    KERNELS,
+    STIFFNESSES,
+    Coupling,
+    CouplingGroup,
+    add_efforts,
+    add_tangents,
+    bends_of,
+    ends_of,
+    measure_coordinates,
+)
+from fsm.model.elements.element_group import OWN, ElementKernels
+from fsm.model.elements.joints import STIFF
+
+_RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE = range(FIRST_PARAMETER, FIRST_PARAMETER + 6)
+_ROUND_OFF = 16.0 * float(np.finfo(float).eps)
+"""Opening relative to the coordinates, below which it is round-off and counts as zero."""
+
+
+@kernel
+def _put(own: np.ndarray, i: int, effort: float, slope: float) -> None:
+    """Write efforts and their derivatives of a coupling of this effort on its opening."""
+    ratios, efforts, by_angle = floats_2d(own, _RATIOS), floats_2d(own, EFFORTS), floats_3d(own, STIFFNESSES)
+    for j in range(ratios.shape[1]):
+        efforts[i, j] = ratios[i, j] * effort
+        for k in range(ratios.shape[1]):
+            by_angle[i, j, k] = slope * ratios[i, j] * ratios[i, k]
+
+
+@kernel
+def _opening(own: np.ndarray, i: int) -> float:
+    """Opening of a coupling from the measured coordinates."""
+    ratios, angles, total, size = floats_2d(own, _RATIOS), floats_2d(own, ANGLES), 0.0, 1.0
+    for j in range(ratios.shape[1]):
+        total += ratios[i, j] * angles[i, j]
+        size += abs(ratios[i, j] * angles[i, j])
+    return total if abs(total) > _ROUND_OFF * size else 0.0
+
+
+@kernel
+def _along(table: np.ndarray, own: np.ndarray, i: int) -> float:
+    """Rate of an opening from the rates of all bodies and the measured gradients."""
+    ratios, gradient, rates, ends = floats_2d(own, _RATIOS), floats_2d(own, GRADIENTS), floats_2d(table, RATES), ends_of(own)
+    total = 0.0
+    for j in range(ratios.shape[1]):
+        k = i * ratios.shape[1] + j
+        for c in range(12):
+            total += ratios[i, j] * gradient[k, c] * rates[ends[k, c // 6], c % 6]
+    return total
+
+
+@kernel
+def _law(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    effort, penalty, value = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
+    for i in range(effort.shape[0]):
+        value[i] = _opening(own, i)
+        _put(own, i, effort[i] + penalty[i] * value[i], penalty[i])
+    return 0.0
+
+
+@kernel
+def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """See `fsm.model.elements.joints`."""
+    effort, penalty, kept, masses = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), _kept(own), floats_1d(own, _MASSES)
+    for i in range(effort.shape[0]):
+        effort[i], penalty[i] = kept[i], STIFF * per_second * masses[i]
+    return 1.0
+
+
+@kernel
+def _kept(own: np.ndarray) -> np.ndarray:
+    """Kept multipliers (m,), which follow the kept coordinates."""
+    return floats_1d(own, KEPT)[floats_2d(own, GRADIENTS).shape[0] :]
+
+
+@kernel
+def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """See `fsm.model.elements.joints`."""
+    effort, penalty, value = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
+    for i in range(effort.shape[0]):
+        effort[i] += penalty[i] * (value[i] + _along(table, own, i))
+    return 0.0
+
+
+@kernel
+def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Task of a projection, see `fsm.model.elements.joints`."""
+    task, error = int(per_second), 0.0
+    effort, masses, bend = floats_1d(own, _EFFORT), floats_1d(own, _MASSES), floats_1d(own, _BEND)
+    if task == KEEP:
+        _kept(own)[:] = effort
+        floats_1d(own, _PENALTY)[:] = 0.0
+        return 0.0
+    if task == MEASURE:
+        _measure_all(table, own, t)
+        return 0.0
+    for i in range(effort.shape[0]):
+        rate = floats_1d(own, _VALUE)[i] if task == CLOSE else _along(table, own, i)
+        if task == AT_ACCELERATIONS:
+            rate += bend[i]
+        total = STIFF * masses[i] * rate
+        if task == AT_ACCELERATIONS:
+            effort[i] += total
+            total += effort[i]
+        _put(own, i, total, 0.0)
+        error += masses[i] * rate * rate
+    add_efforts(table, own)
+    return error
+
+
+@kernel
+def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
+    """Openings, their second derivatives along the rates, and the penalties in the stiffness."""
+    measure_coordinates(table, own, t, True)
+    effort, masses, bend = floats_1d(own, _EFFORT), floats_1d(own, _MASSES), floats_1d(own, _BEND)
+    value, ratios, curved = floats_1d(own, _VALUE), floats_2d(own, _RATIOS), bends_of(table, own)
+    for i in range(effort.shape[0]):
+        value[i], effort[i], bend[i] = _opening(own, i), 0.0, 0.0
+        for j in range(ratios.shape[1]):
+            bend[i] += ratios[i, j] * curved[i * ratios.shape[1] + j]
+        _put(own, i, 0.0, STIFF * masses[i])
+    add_tangents(table, own, False)
+
+
+_KERNELS = KERNELS._replace(lock=_lock, advance=_advance, project=_project)
+
+
+def _parameters(given: list[Any]) -> list[np.ndarray]:
+    ratios = np.array([[1.0, -own["ratio"]] for own in given], dtype=float)
+    return [ratios, np.ones(len(given)), *(np.zeros(len(given)) for _ in range(4))]
+
+
+LOCKED_GEAR = Coupling(2, _law, _parameters)
+"""Kinds "gear" and "rack" of `[[scene.couplings]]` without a stiffness."""
+
+
+class LockedCouplings(CouplingGroup):
+    """Ideal couplings, on coordinates of ideal joints."""
+
+    categories = ()
+    rate_dependent = False
+    locks = True
+
+    @property
+    def kernels(self) -> ElementKernels:
+        """See `ElementGroup`."""
+        return _KERNELS
+
+    @property
+    def memories(self) -> int:
+        """Length of the memory, with the multipliers (m,)."""
+        return self.coordinates + len(self.bodies)
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Inertia (m,) of each opening at the start, in place."""
+        return self.arrays[_MASSES - OWN]
+
+    def gradients(self, poses: np.ndarray) -> np.ndarray:
+        """Gradients (m, n_bodies, 6) of the openings."""
+        found, still = np.zeros((len(self.bodies), len(poses), 6)), np.zeros((len(poses), 6))
+        self.energy(0.0, poses, still)
+        parts = self.arrays[GRADIENTS - OWN].reshape(*self.arrays[_RATIOS - OWN].shape, 2, 6)
+        ends = self.joints.ends.reshape(*parts.shape[:3])
+        for row, ratios, of, bodies in zip(found, self.arrays[_RATIOS - OWN], parts, ends, strict=True):
+            np.add.at(row, bodies, ratios[:, None, None] * of)
+        return found
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        super().restore(memory)
+        self.arrays[_EFFORT - OWN][:] = self.memory_of[self.coordinates :]
+        self.arrays[_PENALTY - OWN][:] = 0.0
