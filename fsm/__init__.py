@@ -19,11 +19,11 @@ from importlib import import_module as _import_module
 TYPE_CHECKING = False  # the import of the module typing takes longer than the import of the rest of this module
 if TYPE_CHECKING:
     from fsm.api.calibration import Calibrated, calibrate
-    from fsm.api.case import Case, CaseCheck, load
+    from fsm.api.case import Case, CaseCheck, Result, load
+    from fsm.api.case import open_result as open
     from fsm.api.model import Model
     from fsm.api.picture import Picture
-    from fsm.api.result import Curve, Result
-    from fsm.api.result import open_result as open
+    from fsm.api.result import Curve
     from fsm.api.series import Series
     from fsm.case.loading.load_case import LoadedCase, load_case
     from fsm.case.loading.table import TableCase, load_table
@@ -56,10 +56,10 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "fsm.api.calibration": ("Calibrated",),
-    "fsm.api.case": ("Case", "CaseCheck", "load"),
+    "fsm.api.case": ("Case", "CaseCheck", "Result", "load", "open"),
     "fsm.api.model": ("Model",),
     "fsm.api.picture": ("Picture",),
-    "fsm.api.result": ("Curve", "Result", "open"),
+    "fsm.api.result": ("Curve",),
     "fsm.api.series": ("Series",),
     "fsm.errors": (
         "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "NotInResult",

@@ -8,14 +8,14 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fsm.api.result import RESULT_FILE, Results
 from fsm.case.loading.load_case import LoadedCase, load_tables
 from fsm.case.loading.overrides import Given, apply_overrides, check_path
 from fsm.case.loading.toml_file import is_too_deep, parse_toml, read_toml
 from fsm.case.schema.model import Model
-from fsm.errors import CaseError, ExpectationFailed
+from fsm.errors import CaseError, ExpectationFailed, Fault
 
 if TYPE_CHECKING:
-    from fsm.api.result import Result
     from fsm.case.models.sheet import Sheet
 
 _NAME = "case"
@@ -224,7 +224,6 @@ class Case:
             patterns = [channels] if isinstance(channels, str) else list(channels)
             return self.set("save.channels", patterns).run(out, figures=figures, progress=progress, resume=resume)
         with one_thread():
-            from fsm.api.result import Result
             from fsm.run.run_case import run_case
 
         kept = tempfile.TemporaryDirectory(prefix="fsm-") if out is None else None
@@ -268,6 +267,79 @@ class Case:
             count = len(getattr(case, name))
             parts += [f"{count} {name}{'s' if count > 1 else ''}"] if count else []
         return parts
+
+
+def open_result(result: str | Path, *, allow_extensions: bool = False) -> Result:
+    """Read the result of a run; ``fsm.open`` is this function.
+
+    Parameters
+    ----------
+    result : str or Path
+        Folder of a run, or its file result.h5 (of an unfinished run result.part.h5).
+    allow_extensions : bool
+        Let `Result.case` execute the Python files that the case names as extensions. A result from somebody else can name
+        any file of this computer.
+
+    Raises
+    ------
+    CaseError
+        The file is missing, damaged, or of another version.
+
+    Examples
+    --------
+    >>> import fsm
+    >>> case = fsm.load("folding_cases/rotating_squares/case.toml").set("drive.0.travel", 0.14)
+    >>> folder = case.run().path  # doctest: +SKIP
+    >>> fsm.open(folder).force().force.max()  # doctest: +SKIP
+    """
+    return Result(Path(result), allow_extensions=allow_extensions)
+
+
+class Result(Results):
+    """Result of a run.
+
+    Attributes
+    ----------
+    path : Path
+        Folder of the files. A folder of a run without `out` is removed with the result.
+    solution : Solution
+        All records as arrays in SI. A run of two stages has one for each stage, see `stages`.
+    summary : dict
+        Numbers of summary.json, SI.
+    stages : dict of Result
+        Results of the stages of a run, "deploy" and "vibrate"; empty for other runs.
+
+    Examples
+    --------
+    >>> import fsm
+    >>> result = fsm.load("folding_cases/rotating_squares/case.toml").set("drive.0.travel", 0.14).run()
+    >>> travel, force = result.force()
+    >>> round(float(travel[-1]), 6)
+    0.00014
+    >>> result["energy.creases"].unit
+    'J'
+    """
+
+    @property
+    def case(self) -> Case:
+        """Case that was solved.
+
+        Raises
+        ------
+        CaseError
+            The case has extensions, and the result was opened without ``allow_extensions=True``; nothing was executed.
+        """
+        source = self._solution or next(iter(self.stages.values())).solution
+        name = str(self.path / RESULT_FILE)
+        tables = parse_toml(source.layout.case_text, name)
+        if tables.get("extensions") and not self._allow_extensions:
+            files = ", ".join(str(file).partition("#")[0] for file in tables["extensions"])[:200]
+            text = (
+                f"this case executes Python files ({files}), and none was executed; if you trust them, open the result with "
+                "fsm.open(..., allow_extensions=True)"
+            )
+            raise CaseError([Fault("extensions", text)], name)
+        return Case.from_tables(tables, Path(name))
 
 
 class CaseCheck:

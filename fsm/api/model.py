@@ -16,8 +16,7 @@ from fsm.case.schema.schema import Place
 from fsm.errors import CaseError
 
 if TYPE_CHECKING:
-    from fsm.api.case import CaseCheck
-    from fsm.api.result import Result
+    from fsm.api.case import CaseCheck, Result
 
 
 class Model:

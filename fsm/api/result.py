@@ -8,13 +8,13 @@ from fnmatch import fnmatchcase
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
 from fsm.api.series import Series
 from fsm.api.tables import to_pandas, to_xarray
-from fsm.errors import CaseError, Fault, NotInResult
+from fsm.errors import NotInResult
 from fsm.results.all_channels import all_channels
 from fsm.results.channel import Channel, select_channels
 from fsm.results.solution import Solution
@@ -25,10 +25,9 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    import fsm
     from fsm.api.picture import Picture
 
-_FILE = "result.h5"
+RESULT_FILE = "result.h5"
 _STAGES = ("deploy", "vibrate")
 _WILD = set("*?[")
 
@@ -56,67 +55,19 @@ class Curve(NamedTuple):
         return f"Curve({len(self.travel)} points, largest force {np.max(self.force, initial=-np.inf):.4g})"
 
 
-def open_result(result: str | Path, *, allow_extensions: bool = False) -> Result:
-    """Read the result of a run; ``fsm.open`` is this function.
-
-    Parameters
-    ----------
-    result : str or Path
-        Folder of a run, or its file result.h5 (of an unfinished run result.part.h5).
-    allow_extensions : bool
-        Let `Result.case` execute the Python files that the case names as extensions. A result from somebody else can name
-        any file of this computer.
-
-    Raises
-    ------
-    CaseError
-        The file is missing, damaged, or of another version.
-
-    Examples
-    --------
-    >>> import fsm
-    >>> case = fsm.load("folding_cases/rotating_squares/case.toml").set("drive.0.travel", 0.14)
-    >>> folder = case.run().path  # doctest: +SKIP
-    >>> fsm.open(folder).force().force.max()  # doctest: +SKIP
-    """
-    return Result(Path(result), allow_extensions=allow_extensions)
-
-
-class Result:
-    """Result of a run.
-
-    Attributes
-    ----------
-    path : Path
-        Folder of the files. A folder of a run without `out` is removed with the result.
-    solution : Solution
-        All records as arrays in SI. A run of two stages has one for each stage, see `stages`.
-    summary : dict
-        Numbers of summary.json, SI.
-    stages : dict of Result
-        Results of the stages of a run, "deploy" and "vibrate"; empty for other runs.
-
-    Examples
-    --------
-    >>> import fsm
-    >>> result = fsm.load("folding_cases/rotating_squares/case.toml").set("drive.0.travel", 0.14).run()
-    >>> travel, force = result.force()
-    >>> round(float(travel[-1]), 6)
-    0.00014
-    >>> result["energy.creases"].unit
-    'J'
-    """
+class Results:
+    """Numbers, curves and pictures of a run; `fsm.Result` has its case, too."""
 
     def __init__(
         self, path: Path, kept: tempfile.TemporaryDirectory[str] | None = None, *, allow_extensions: bool = False
     ) -> None:
         self._kept, self._allow_extensions = kept, allow_extensions
-        file = path / _FILE if path.is_dir() else path
+        file = path / RESULT_FILE if path.is_dir() else path
         self.path, self._file = file.parent, file
-        self.stages: dict[str, Result] = {}
+        self.stages: dict[str, Self] = {}
         if path.is_dir() and not file.is_file():
-            there = [name for name in _STAGES if (path / name / _FILE).is_file()]
-            self.stages = {name: Result(path / name, allow_extensions=allow_extensions) for name in there}
+            there = [name for name in _STAGES if (path / name / RESULT_FILE).is_file()]
+            self.stages = {name: type(self)(path / name, allow_extensions=allow_extensions) for name in there}
             self.path = path
         if self.stages:
             self._solution: Solution | None = None
@@ -139,30 +90,6 @@ class Result:
         from fsm.results.summary_file import SUMMARY, read_summary
 
         return read_summary(self.path / SUMMARY)
-
-    @property
-    def case(self) -> fsm.Case:
-        """Case that was solved.
-
-        Raises
-        ------
-        CaseError
-            The case has extensions, and the result was opened without ``allow_extensions=True``; nothing was executed.
-        """
-        import fsm
-        from fsm.case.loading.toml_file import parse_toml
-
-        source = self._solution or next(iter(self.stages.values())).solution
-        name = str(self.path / _FILE)
-        tables = parse_toml(source.layout.case_text, name)
-        if tables.get("extensions") and not self._allow_extensions:
-            files = ", ".join(str(file).partition("#")[0] for file in tables["extensions"])[:200]
-            text = (
-                f"this case executes Python files ({files}), and none was executed; if you trust them, open the result with "
-                "fsm.open(..., allow_extensions=True)"
-            )
-            raise CaseError([Fault("extensions", text)], name)
-        return fsm.Case.from_tables(tables, Path(name))
 
     @property
     def time(self) -> np.ndarray:

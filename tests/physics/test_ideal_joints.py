@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 import fsm
 import fsm.run.recorder
-from fsm.api.result import Result
+from fsm.api.case import Result
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.elements.joints import JointGroup
 from fsm.model.plan.in_python import InPython

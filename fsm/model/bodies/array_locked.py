@@ -105,13 +105,12 @@ def _move(model: Segments, vector: np.ndarray, change: np.ndarray) -> None:
 
 
 @kernel
-def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
-    """See `fsm.solve.stepping.model`."""
-    if not lock(model, 0.0):
-        return False
+def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> bool:
+    """Correct q and u as `fsm.solve.stepping.model.consistent` does, and measure openings there; multipliers are zero."""
+    lock(model, 0.0)
     table, other, p, free = model.table, model.at_rest, pattern_of(model.table), integers_1d(model.table, FREE)
-    force, rates, mass = floats_2d(other, FORCE), floats_2d(other, RATES), floats_1d(table, MASS)
-    matrix, stiffness, none = floats_3d(other, MATRIX), floats_3d(other, STIFFNESS), np.zeros(u.shape[0])
+    force, rates = floats_2d(other, FORCE), floats_2d(other, RATES)
+    matrix, stiffness = floats_3d(other, MATRIX), floats_3d(other, STIFFNESS)
     place(table, t, q, u)
     copy_into(floats_2d(table, RATES), rates)
     stiffness[:] = 0.0
@@ -136,9 +135,19 @@ def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np
         _move(model, u, _correction(model, gather_free(free, force)))
     _project(model, t, MEASURE)
     place(table, t, q, u)
-    sum_forces(model, t, 0.0)
+    return True
+
+
+@kernel
+def find_multipliers(model: Segments, t: float, rate: np.ndarray) -> bool:
+    """Correct and keep accelerations and multipliers as `fsm.solve.stepping.model.consistent` does, after `close_openings`.
+
+    The table of the model has the forces on all bodies without the multipliers.
+    """
+    table, other, free = model.table, model.at_rest, integers_1d(model.table, FREE)
+    force, rates, mass = floats_2d(other, FORCE), floats_2d(other, RATES), floats_1d(table, MASS)
     accelerate_driven(driven_of(table), t, rates)
-    _move(model, rate, none)
+    _move(model, rate, np.zeros(rate.shape[0]))
     before = np.inf
     for number in range(MOST):
         copy_into(floats_2d(table, FORCE), force)
@@ -153,3 +162,13 @@ def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np
     _project(model, t, KEEP)
     rates[:] = 0.0
     return True
+
+
+@kernel
+def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+    """See `fsm.solve.stepping.model`."""
+    if not lock(model, 0.0):
+        return False
+    close_openings(model, t, q, u)
+    sum_forces(model, t, 0.0)
+    return find_multipliers(model, t, rate)

@@ -264,14 +264,6 @@ class ElementGroup(Group):
         """Advance the multipliers by an increment (n_bodies, 6) of all bodies."""
         self._alone.call("advance", 0.0, 0.0, _NO_ROWS, change, _NO_ROWS)
 
-    def project(
-        self, task: int, t: float, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, force: np.ndarray,
-        stiffness: np.ndarray,
-    ) -> float:  # fmt: skip
-        """Task of a projection (`fsm.model.elements.joints`), and its error."""
-        self._alone.use(self, pattern)
-        return self._alone.call("project", t, float(task), poses, rates, force, stiffness)
-
     # memory -----------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray) -> None:

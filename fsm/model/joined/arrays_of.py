@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fsm.kernels.addresses import address_table
@@ -12,18 +10,16 @@ from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.joined.array_kernels import KERNELS
 from fsm.model.joined.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.joined.condense import JoinedPattern
+from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
 from fsm.model.system.arrays_of import segments_of
 from fsm.model.system.contact_arrays_of import ContactModel
 from fsm.solve.interface.records import Ready
 from fsm.solve.stepping.model import ArrayModel
 
-if TYPE_CHECKING:
-    from fsm.model.joined.system import JoinedSystem
-
 
 def joined_arrays_of(
-    system: JoinedSystem, pattern: BodyPattern, joined: JoinedPattern, slots: list[np.ndarray], fixed: np.ndarray,
+    system: JoinedConfiguration, pattern: BodyPattern, joined: JoinedPattern, slots: list[np.ndarray], fixed: np.ndarray,
     members: tuple[np.ndarray, np.ndarray, np.ndarray], near: np.ndarray, ready: Ready, contacts: ContactModel,
 ) -> tuple[ArrayModel, tuple[object, ...]]:  # fmt: skip
     """Compiled model of a system that has no part in Python, and its arrays; the caller must keep the arrays as long as the
@@ -31,7 +27,7 @@ def joined_arrays_of(
 
     Parameters
     ----------
-    system : JoinedSystem
+    system : JoinedConfiguration
     pattern, joined : patterns between bodies, and of the joined matrix
     slots : of every group of elements in the joined matrix
     fixed : (n_rows, 3) array

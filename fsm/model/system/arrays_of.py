@@ -23,9 +23,11 @@ from fsm.interactions.bushing_spatial import (
     widest_pose_spatial,
 )
 from fsm.kernels.addresses import address_table
-from fsm.kernels.block_equations import equation_kernels, pattern_arrays
+from fsm.kernels.block_equations import EquationKernels, equation_kernels, pattern_arrays
+from fsm.kernels.block_lu import factorise, fill_in, solve_refined
 from fsm.kernels.blocks import Elimination
-from fsm.kernels.pointers import AbsentPointer, Pointer
+from fsm.kernels.minimum_degree import few_by_minimum_degree
+from fsm.kernels.pointers import AbsentPointer, Pointer, pointers
 from fsm.kernels.programs import table_of
 from fsm.model.bodies.array_kernels import KERNELS
 from fsm.model.bodies.arrays import Arrays, Loads, Segments, SpringKernels, Springs
@@ -74,7 +76,7 @@ def segments_of(
 
     `known` is the symbolic factorisation of the pattern, and `factors` contains the data of the factors.
     """
-    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts)
+    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts.pair_energy)
     table, springs = address_table(arrays.flat), arrays.springs
     of_springs = _SPATIAL_SPRINGS if system.spatial else _PLANAR_SPRINGS
     own, (poses, rates) = (springs.bodies, springs.constants), (arrays.poses, arrays.rates)
@@ -101,12 +103,31 @@ def segments_of(
     return model, (arrays, rest), elements
 
 
+def locked_of(system: SegmentForces, pattern: BodyPattern) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
+    """Model of a system whose groups all have locked directions, for the kernels of `fsm.model.bodies.array_locked`, and its
+    arrays; see `segments_of`.
+    """
+    order = few_by_minimum_degree(pattern.indptr, pattern.indices)
+    known = Elimination(order, *fill_in(pattern.indptr, pattern.indices, order))
+    factors = np.zeros((len(known.indices), pattern.size, pattern.size))
+    arrays, rest, elements = _arrays(system, pattern, known, factors, np.zeros((2, 0)))
+    p, matrix = arrays.pattern, arrays.matrix
+    filled = p.filled_rows, p.filled_columns, p.filled_diagonal
+    solving = p.order, *filled, factors, p.rows, p.columns, matrix, np.zeros(system.nu), 0.0, True, True
+    examples = EquationKernels((matrix, p.place, *filled, True, factors), solving)
+    model = Segments(
+        address_table(arrays.flat), address_table(rest.flat), np.zeros(3, dtype=np.int64), _NO_PAIRS, *_addresses(elements),
+        SpringKernels(*[None] * 6), None, None, pointers(EquationKernels(factorise, solve_refined), examples),
+    )  # fmt: skip
+    return model, (arrays, rest), elements
+
+
 def change_pattern(
     model: Segments, system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray,
     contacts: ContactModel,
 ) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:  # fmt: skip
     """Give a model of statics the arrays of another pattern; arguments and results as in `segments_of`."""
-    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts)
+    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts.pair_energy)
     model.table[:], model.at_rest[:] = address_table(arrays.flat), address_table(rest.flat)
     for own, one in zip(model.element_tables, elements, strict=True):
         own[: len(one.arrays)] = address_table(one.arrays)
@@ -114,7 +135,7 @@ def change_pattern(
 
 
 def _arrays(
-    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, contacts: ContactModel
+    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, pair_energy: np.ndarray
 ) -> tuple[Arrays, Arrays, list[ElementArrays]]:  # fmt: skip
     """Arrays of all bodies, those for tangents at zero rates, and those of groups of elements."""
     bodies, spatial = system.bodies, system.spatial
@@ -139,7 +160,7 @@ def _arrays(
     turned, kept = np.zeros((system.n_free if spatial else 0, 6, 6)), pattern.zeros()
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
-        matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(), kept, kept.copy(),
+        matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
         q.copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system)]), pattern.dof, np.zeros(4), of_pattern, springs, loads,
         system.driven_arrays(),
     )  # fmt: skip

@@ -257,18 +257,6 @@ class SegmentForces(Configuration):
             group.advance(rows)
         return bool(self.locking)
 
-    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
-        """See `System`."""
-        if not self.locking:
-            return False
-        from fsm.model.system.locked import consistent  # imports the kernels of all steps
-
-        return consistent(self, self._current_pattern(self.place(t, q, u)[0]), t, q, u, rate)
-
-    def wrenches(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Forces on all bodies (n_bodies, 3 or 6)."""
-        return self._all_forces(t, *self.place(t, q, u))
-
     # mixed Newton method ----------------------------------------------------------------------------------------------
 
     def linearise_mixed(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +30,8 @@ from fsm.solve.interface.records import Energy, Observation, PreviousState, Read
 from fsm.solve.stepping.model import ArrayModel
 
 if TYPE_CHECKING:
+    from fsm.model.bodies.arrays import Arrays, Segments
+    from fsm.model.elements.element_group import ElementArrays
     from fsm.model.system.contact_arrays_of import ContactModel
     from fsm.model.system.static_arrays import StaticSegments
 
@@ -175,6 +178,27 @@ class SegmentSystem(SegmentForces):
         if before is not None and self.rate_dependent:
             tangent += np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T / (t - before[0])
         return np.array([self._folded(q, row) for row in tangent]).reshape(len(tangent), self.nu)
+
+    # protocol: locked directions --------------------------------------------------------------------------------------
+
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+        """See `System`."""
+        if not self.locking:
+            return False
+        from fsm.model.bodies.array_locked import close_openings, find_multipliers
+
+        model, (arrays, _), _ = self._locked
+        close_openings(model, t, q, u)
+        arrays.force[:] = self._all_forces(t, *self.place(t, q, u))
+        return bool(find_multipliers(model, t, rate))
+
+    @cached_property
+    def _locked(self) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
+        """Model of the bodies with the locked directions alone, with its arrays; the groups share their multipliers."""
+        from fsm.model.system.arrays_of import locked_of  # imports the kernels of all steps
+
+        alone = self.variant(self.bodies, self.motions, self.locking)
+        return locked_of(alone, alone._current_pattern(self.bodies.pose))
 
     # protocol: observation --------------------------------------------------------------------------------------------
 
