@@ -2,9 +2,8 @@
 
 For mechanisms and free bodies without stiff springs, whose motion takes long steps at a small tolerance. The method is that of
 Dormand and Prince with 12 stages (Hairer, Norsett, Wanner 1993, DOP853), with errors of order 5 and 3. Quaternions are
-integrated as four numbers. Accelerations of locked directions come from the equations at acceleration level
-(`fsm.solve.stepping.model.consistent`), at stages that are projected to the openings and opening rates of zero; so is the end
-of the step. Work and dissipated energy are integrated with the same stages.
+integrated as four numbers. Accelerations with locked directions come from the equations at acceleration level
+(`fsm.solve.stepping.model.consistent`); the end of each step is projected to openings and opening rates of zero. Work and dissipated energy are integrated with the same stages.
 
 Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a damper.
 """
@@ -138,7 +137,7 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         if error <= 1.0:
             q, u = _sum(motion.q, motion.of_q, rules.weights, h), _sum(motion.u, motion.of_u, rules.weights, h)
             with_unit_quaternions(q, u.shape[0])
-            if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate):  # motors jump at breaks
+            if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, True):  # motors jump at breaks
                 return UNABLE if unable(model) else NO_SOLUTION
             part = part_of_step(model, end, q, u, h)
             if part == 1.0:
@@ -180,9 +179,9 @@ def _first_size(motion: ExplicitMotion, rules: ExplicitRules, left: float) -> fl
 
 
 @shared
-def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
-    """Project q and u, and write their acceleration; false if the mass is singular."""
-    if consistent(model, t, q, u, rate):
+def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool) -> bool:
+    """Write the acceleration; with `close`, project q and u first. False if the mass is singular."""
+    if consistent(model, t, q, u, rate, close):
         return True
     if not factorise_mass(model):
         return False
@@ -192,11 +191,11 @@ def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.nda
 
 @shared
 def _stage(model: Any, motion: ExplicitMotion, t: float, q: np.ndarray, u: np.ndarray, number: int) -> bool:
-    """Write the rates of a stage; q and u are changed."""
+    """Write the rates of a stage; q and u are projected, but quaternions keep their lengths in their rates."""
     raw = q.copy()
     with_unit_quaternions(q, u.shape[0])
-    copy_into(motion.rate, motion.of_u[number])  # a first guess
-    if not _accelerate(model, t, q, u, motion.of_u[number]):
+    motion.of_u[number, :] = 0.0
+    if not _accelerate(model, t, q, u, motion.of_u[number], True):
         return False
     copy_into(pose_rates(raw, u), motion.of_q[number])
     motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)
