@@ -25,7 +25,9 @@ def _fsm_rigid(
     alpha = "generalized-alpha"
     settings = [(alpha, f"h = {1e3 * h:g} ms", Settings(alpha, 1e-3, end, step=h)) for h in steps]
     controlled = (alpha, "explicit") if joints else (alpha, "Radau-blocks")
-    settings += [(f"{method}, error control", f"rtol {r:g}", Settings(method, r, end)) for method in controlled for r in rtols]
+    settings += [
+        (f"{method}, error control", f"rtol {r:g}", Settings(method, r, end)) for method in controlled for r in rtols
+    ]
     for method, name, setting in settings:
 
         def solve(setting: Settings = setting) -> tuple[float, float]:
@@ -165,8 +167,9 @@ def heavy_top() -> PeerCase:
     return PeerCase(
         "heavy_top", "heavy top, 1 s, 24 turns",
         "place of the centre at 20 times, RMS over 1 m; Euler's equations about the point by DOP853 at 1e-11.",
-        {FSM: "a spherical joint", PEER: f"{EXUDYN}; dense, modified Newton; Euler parameters and a spherical joint, or a Lie group "
-         "and the inertia about the fixed point"},
+        {FSM: "a spherical joint",
+         PEER: f"{EXUDYN}; dense, modified Newton; Euler parameters and a spherical joint, or a Lie group and the inertia "
+         "about the fixed point"},
         runs,
     )  # fmt: skip
 

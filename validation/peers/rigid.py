@@ -68,9 +68,7 @@ def pendulum_model() -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]
     return _compiled([body], [_hinge("hinge", GROUND, "bob", (0.0, 0.0, 0.0))]), lambda q: q[:3:2] / d
 
 
-def _hinge(
-    name: str, first: str, second: str, at: Sequence[float], axis: Sequence[float] = (0.0, 1.0, 0.0)
-) -> SceneJoint:
+def _hinge(name: str, first: str, second: str, at: Sequence[float], axis: Sequence[float] = (0.0, 1.0, 0.0)) -> SceneJoint:
     return SceneJoint(name=name, kind="revolute", first=first, second=second, at=tuple(at), axis=tuple(axis))
 
 
@@ -263,4 +261,3 @@ def bricard_model(linkage: Linkage = BRICARD) -> tuple[SegmentSystem, Callable[[
         return q[14:17] + far + 2.0 * np.cross(v, np.cross(v, far) + w * far)
 
     return system, corner
-

@@ -23,7 +23,8 @@ MAX_STATIC_PACE = 1e-5
 WITH_JOINTS = "generalized-alpha", "newmark", "explicit"
 """Methods that have ideal joints."""
 _FASTEST = 1e4
-"""Largest rate of springs and dampers, 1/s, for which explicit steps are selected; their steps are at most 6 over this rate."""
+"""Largest rate of springs and dampers, 1/s, for which explicit steps are selected. Their steps are at most 6 over this
+rate."""
 RTOL_OF_JOINTS = 1e-9
 """Relative tolerance with ideal joints. Nothing damps the errors of a mechanism, which add up over its turns: after some
 swings of a pendulum, positions are off by 1e-3 of its length at 1e-6, and by 1e-5 at 1e-9."""
@@ -47,7 +48,8 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     """
     dynamics = dynamic_method(scene)
     if scene.joints:
-        return dynamics, "ideal joints are computed in motions" + (", without stiff springs" if dynamics == "explicit" else "")
+        slow = ", without stiff springs" if dynamics == "explicit" else ""
+        return dynamics, f"ideal joints are computed in motions{slow}"
     if not scene.drives:
         return dynamics, "there is no drive, so the motion is free"
     if any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies):
@@ -71,8 +73,21 @@ def dynamic_method(scene: Scene) -> str:
     """
     if scene.flexible:
         return "mean-force"
-    slow = scene.joints and scene.contact is None and not scene.chambers and fastest_rate(scene) < _FASTEST
+    slow = scene.joints and not beyond_explicit(scene) and fastest_rate(scene) < _FASTEST
     return "explicit" if slow else "generalized-alpha"
+
+
+def beyond_explicit(scene: Scene) -> str:
+    """Part of a scene that explicit steps do not have; empty if there is none."""
+    elements = scene.elements
+    parts = {
+        "films, cables, beams, bars or flexible facets": scene.flexible,
+        "contact": scene.contact is not None,
+        "gas": scene.chambers,
+        "creases with hysteresis": any(getattr(e.crease, "hysteresis", False) for e in elements),
+        "laws of extensions": scene.point_elements or any(e.law is not None for e in elements),
+    }
+    return next((name for name, given in parts.items() if given), "")
 
 
 def fastest_rate(scene: Scene) -> float:
@@ -83,20 +98,23 @@ def fastest_rate(scene: Scene) -> float:
     bodies, fastest = {body.name: body for body in scene.bodies if not body.held}, 0.0
     for element in scene.elements:
         ends = [bodies[name] for name in (element.inner, element.outer) if name in bodies]
-        softest = sum(1.0 / body.mass for body in ends), sum(1.0 / min(body.inertia) for body in ends)
-        turns = [*element.rotation, _hinge_stiffness(element)]
-        for compliance, stiffness, damping in (
-            (softest[0], element.translation, element.translation_damping), (softest[1], turns, element.rotation_damping),
-        ):  # fmt: skip
-            fastest = max(fastest, math.sqrt(max(stiffness) * compliance), max(damping) * compliance)
+        mass, turn = sum(1.0 / body.mass for body in ends), sum(1.0 / min(body.inertia) for body in ends)
+        stiffness = max(*element.rotation, _hinge_stiffness(element))
+        fastest = max(
+            fastest, _rate(max(element.translation), max(element.translation_damping), mass),
+            _rate(stiffness, max(element.rotation_damping), turn),
+        )  # fmt: skip
     for joint in scene.joints:
-        ends = [bodies[name] for name in (joint.first, joint.second) if name in bodies]
-        compliance = sum(1.0 / _inertia(body, joint) for body in ends)
+        compliance = sum(1.0 / _inertia(bodies[name], joint) for name in (joint.first, joint.second) if name in bodies)
         for action in (joint.spring, joint.damper, joint.stop, joint.latch):
-            stiffness, damping = getattr(action, "stiffness", 0.0), getattr(action, "damping", 0.0)
-            damping = max(damping, getattr(action, "coefficient", 0.0))
-            fastest = max(fastest, math.sqrt(stiffness * compliance), damping * compliance)
+            stiffness, *dampings = (float(getattr(action, key, 0.0)) for key in ("stiffness", "damping", "coefficient"))
+            fastest = max(fastest, _rate(stiffness, max(dampings), compliance))
     return fastest
+
+
+def _rate(stiffness: float, damping: float, compliance: float) -> float:
+    """Larger one of the rates of a spring and of a damper, 1/s, with the inverse of the inertia."""
+    return max(math.sqrt(stiffness * compliance), damping * compliance)
 
 
 def _inertia(body: Body, joint: SceneJoint) -> float:

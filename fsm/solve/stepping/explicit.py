@@ -1,9 +1,10 @@
 """One step of an explicit Runge-Kutta method of order 8 with error control: M u' = h(t, q, u), q' = T(q) u.
 
-For mechanisms and free bodies without stiff springs, whose motion takes long steps at a small tolerance. The method is that of
-Dormand and Prince with 12 stages (Hairer, Norsett, Wanner 1993, DOP853), with errors of order 5 and 3. Quaternions are
+For mechanisms and free bodies without stiff springs, whose motion takes long steps at a small tolerance. The method is that
+of Dormand and Prince with 12 stages (Hairer, Norsett, Wanner 1993, DOP853), with errors of order 5 and 3. Quaternions are
 integrated as four numbers. Accelerations with locked directions come from the equations at acceleration level
-(`fsm.solve.stepping.model.consistent`); the end of each step is projected to openings and opening rates of zero. Work and dissipated energy are integrated with the same stages.
+(`fsm.solve.stepping.model.consistent`). All stages and the end of each step are projected to openings and opening rates of
+zero. Work and dissipated energy are integrated with the same stages.
 
 Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a damper.
 """

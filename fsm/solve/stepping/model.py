@@ -196,9 +196,9 @@ def advance(model: Any, change: np.ndarray) -> bool:
 def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool) -> bool:
     """Make a state consistent with locked directions; false, without changes, if there are none.
 
-    With `close`, q (nq,) is corrected once, to second order in the openings, and u (nu,) becomes the nearest velocity, in the
-    norm of the kinetic energy, at which no locked direction opens. `rate` (nu,) becomes the acceleration with the multipliers
-    that keep it so; the model keeps these multipliers.
+    With `close`, q (nq,) is corrected once, to second order in the openings, and u (nu,) becomes the nearest velocity, in
+    the norm of the kinetic energy, at which no locked direction opens. `rate` (nu,) becomes the acceleration with the
+    multipliers that keep it so; the model keeps these multipliers.
     """
     return bool(model.consistent(t, q, u, rate, close))
 

@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from fsm.solve.interface.system import System
-from fsm.solve.stepping import explicit as stepping
 from fsm.solve.stepping.explicit import ExplicitMotion, ExplicitRules, march_explicit, march_explicit_arrays, take_step
-from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP
+from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED
 from fsm.solve.time.array_steps import StepMethod
 
 
@@ -45,11 +44,12 @@ class Explicit(StepMethod):
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)
         scales = system.scales()
-        constants = (np.ascontiguousarray(each[..., :stages]) for each in (
-            DOP853.C[:stages], DOP853.B, DOP853.A[:stages, :stages], DOP853.E5, DOP853.E3,
-        ))  # fmt: skip
+        nodes, weights, table, fifth, third = (
+            np.ascontiguousarray(each[..., :stages]) for each in
+            (DOP853.C[:stages], DOP853.B, DOP853.A[:stages, :stages], DOP853.E5, DOP853.E3)
+        )  # fmt: skip
         self.rules = ExplicitRules(
-            rtol, *constants, rtol * scales.increment, scales.velocity, scales.increment,
+            rtol, nodes, weights, table, fifth, third, rtol * scales.increment, scales.velocity, scales.increment,
             np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
 
@@ -58,4 +58,4 @@ class Explicit(StepMethod):
         return np.asarray(self.motion.rate / self.rules.velocity)
 
     def _without_factors(self) -> None:
-        self.motion.counts[stepping.STARTED] = 0
+        self.motion.counts[STARTED] = 0
