@@ -20,7 +20,7 @@ class Settings:
 
     Attributes
     ----------
-    method : "Radau", "Radau-blocks", "BDF", "LSODA", "generalized-alpha", "newmark" or "mean-force"
+    method : "Radau", "Radau-blocks", "BDF", "LSODA", "generalized-alpha", "newmark", "mean-force" or "explicit"
     rtol : -
     end_time, max_step : s
     max_steps : int

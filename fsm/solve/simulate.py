@@ -12,7 +12,7 @@ from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, InitialState, Out
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.statics.static import follow
 from fsm.solve.time.run import Run
-from fsm.solve.time.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK, StepwiseRun
+from fsm.solve.time.stepwise_run import STEPWISE, StepwiseRun
 
 
 def simulate(
@@ -44,7 +44,7 @@ def simulate(
     if isinstance(settings, PathSettings):
         return follow(system, settings, save_times, on_save, on_step, start, energy_balance, points, after)
     kind: type[Run] = StepwiseRun
-    if settings.method not in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE):
+    if settings.method not in STEPWISE:
         from fsm.solve.time.dense_run import DenseRun  # imports SciPy's integrators
 
         kind = DenseRun

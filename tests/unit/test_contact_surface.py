@@ -152,7 +152,7 @@ def seen(
     place, inset = -0.004, 4e-4
     poses[-1, :2] -= place * np.array([np.cos(0.3), -np.sin(0.3)])
     owners, stations = pieces_of(np.arange(count), LENGTHS[:count] / 2)
-    one = np.ones(1)
+    one, only = np.ones(1), np.zeros(1, dtype=np.int64)
     body, window = np.array([count]), np.array([[0, count + 1]])
     probe, piece, facing, gap = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.int64), np.empty(1), np.empty(1)
     no_share = 0.0 if straight == BARE else -1.0
@@ -162,7 +162,7 @@ def seen(
     touch = (straight * one, clearance * one, inset * one, owners, stations)
     if not spatial:
         at = np.empty(1)
-        found = find_contacts_planar(poses, body, place * one, *limits, below, (probe, piece, facing, at, gap))
+        found = find_contacts_planar(poses, body, place * one, *limits, only, below, (probe, piece, facing, at, gap))
         if not found:
             return None
         written = np.empty((1, 3), dtype=np.int64), np.empty((1, 2)), np.empty((1, 2, 9))
@@ -177,7 +177,7 @@ def seen(
     speeds[:, [0, 2, 4]] = rates
     half_width, at = np.full(count + 1, 0.02), np.empty((1, 2))
     places = np.array([[place, 0.01]])
-    found = find_contacts_spatial(lifted, body, places, *limits, half_width, below, (probe, piece, facing, at, gap))
+    found = find_contacts_spatial(lifted, body, places, *limits, half_width, only, below, (probe, piece, facing, at, gap))
     if not found:
         return None
     written = np.empty((1, 3), dtype=np.int64), np.empty((1, 4)), np.empty((1, 4, 18))

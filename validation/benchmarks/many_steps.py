@@ -108,7 +108,7 @@ MADE: dict[str, Callable[[], SegmentSystem]] = {
     "chain with a load, space": lambda: chain(10, True, loads=(LOAD,)),
     "chain with a drive, plane": lambda: chain(11, False, drives=(DRIVE,)),
     "chain with a drive, space": lambda: chain(11, True, drives=(DRIVE,)),
-    "heavy top": lambda: top_model(1e6)[0],
+    "heavy top": lambda: top_model()[0],
     "bouncing ball": lambda: heap("ball", 1),
     "4 balls with friction": lambda: heap("ball", 4, BRISTLES),
     "4 plates with friction": lambda: heap("plate", 4, BRISTLES),

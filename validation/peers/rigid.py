@@ -1,4 +1,4 @@
-"""Rigid mechanisms: their solutions in independent coordinates, and models of fsm with stiff springs for joints.
+"""Rigid mechanisms: their solutions in independent coordinates, and models of fsm with ideal joints.
 
 A01, A02 and A04 are problems of the IFToMM multibody benchmark library: simple pendulum, N four-bar linkages in a row,
 Bricard's linkage of six bars.
@@ -14,7 +14,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
+from fsm.case.models.joint import SceneJoint
+from fsm.case.models.scene import GROUND, Body, Scene
 from fsm.model.compile.compile import compile_scene
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.outcome.run_io import SavedState
@@ -58,32 +59,22 @@ def pendulum_path() -> Path:
     return np.stack([np.sin(angle), -np.cos(angle)], 1)
 
 
-def pendulum_model(stiffness: float) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+def pendulum_model() -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
     """A body with the same equation of motion, because fsm requires a moment of inertia: its centre is at d with (d^2 +
     I/m)/d = 1 m."""
     d = 0.75
     moments = (d - d * d,) * 3
     body = Body(name="bob", mass=1.0, inertia=moments, position=(-d, 0.0, 0.0))
-    hinge = _pin("hinge", GROUND, (0.0, 0.0, 0.0), "bob", (d, 0.0, 0.0), stiffness, 1.0)
-    return _compiled([body], [hinge]), lambda q: q[:2] / d
+    return _compiled([body], [_hinge("hinge", GROUND, "bob", (0.0, 0.0, 0.0))]), lambda q: q[:3:2] / d
 
 
-def _pin(
-    name: str, inner: str, at: tuple[float, float, float], outer: str, point: tuple[float, float, float],
-    stiffness: float, mass: float,
-) -> ForceElement:  # fmt: skip
-    """Joint of stiff springs with a fifth of critical damping."""
-    damping = 0.4 * math.sqrt(stiffness * mass)
-    return ForceElement(
-        name=name, inner=inner, outer=outer, point_inner=at, point_outer=point, translation=(stiffness,) * 3,
-        translation_damping=(damping,) * 3,
-    )  # fmt: skip
+def _hinge(name: str, first: str, second: str, at: Sequence[float], axis: Sequence[float] = (0.0, 1.0, 0.0)) -> SceneJoint:
+    return SceneJoint(name=name, kind="revolute", first=first, second=second, at=tuple(at), axis=tuple(axis))
 
 
-def _compiled(bodies: Sequence[Body], elements: Sequence[ForceElement], spatial: bool = False) -> SegmentSystem:
-    return compile_scene(
-        Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=(0.0, 0.0, -GRAVITY)), spatial=spatial
-    )
+def _compiled(bodies: Sequence[Body], joints: Sequence[SceneJoint]) -> SegmentSystem:
+    scene = Scene(bodies=tuple(bodies), joints=tuple(joints), gravity=(0.0, 0.0, -GRAVITY))
+    return compile_scene(scene, spatial=True)
 
 
 # A02 --------------------------------------------------------------------------------------------------------------------
@@ -96,12 +87,10 @@ def four_bars_path(windows: int = WINDOWS) -> Path:
     return np.stack([np.sin(angle), np.cos(angle)], 1)
 
 
-def four_bars_model(stiffness: float, windows: int = WINDOWS) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+def four_bars_model(windows: int = WINDOWS) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
     """Bars of 1 m and 1 kg: windows + 1 upright bars, and one bar between each two tops."""
     moments = (1.0 / 12.0,) * 3
-    up, down = (0.0, 0.0, 0.5), (0.0, 0.0, -0.5)
-    left, right = (-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)
-    bodies, elements = [], []
+    bodies, joints = [], []
     for i in range(windows + 1):
         bodies.append(
             Body(
@@ -113,14 +102,14 @@ def four_bars_model(stiffness: float, windows: int = WINDOWS) -> tuple[SegmentSy
                 angular_velocity=(0.0, 1.0, 0.0),
             )
         )
-        elements.append(_pin(f"foot {i}", GROUND, (float(i), 0.0, 0.0), f"bar {i}", down, stiffness, 1.0))
+        joints.append(_hinge(f"foot {i}", GROUND, f"bar {i}", (i, 0.0, 0.0)))
     for i in range(windows):
         bodies.append(
             Body(name=f"top {i}", mass=1.0, inertia=moments, position=(i + 0.5, 0.0, 1.0), velocity=(1.0, 0.0, 0.0))
         )
-        elements.append(_pin(f"left {i}", f"bar {i}", up, f"top {i}", left, stiffness, 1.0))
-        elements.append(_pin(f"right {i}", f"bar {i + 1}", up, f"top {i}", right, stiffness, 1.0))
-    return _compiled(bodies, elements), lambda q: 2.0 * q[:2]
+        joints.append(_hinge(f"left {i}", f"bar {i}", f"top {i}", (i, 0.0, 1.0)))
+        joints.append(_hinge(f"right {i}", f"bar {i + 1}", f"top {i}", (i + 1.0, 0.0, 1.0)))
+    return _compiled(bodies, joints), lambda q: 2.0 * q[:3:2]
 
 
 # heavy top --------------------------------------------------------------------------------------------------------------
@@ -145,14 +134,14 @@ def top_path() -> Path:
     return np.stack([2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)], 1)
 
 
-def top_model(stiffness: float) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+def top_model() -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
     """The body has 15 kg, its centre is 1 m from the fixed point, and it rotates with 150 rad/s about its axis."""
     top = Body(
         name="top", mass=15.0, inertia=(0.234375, 0.46875, 0.234375), position=(0.0, 1.0, 0.0), velocity=(4.61538, 0.0, 0.0),
         angular_velocity=(0.0, 150.0, -4.61538),
     )  # fmt: skip
-    fixed = _pin("fixed point", GROUND, (0.0, 0.0, 0.0), "top", (0.0, -1.0, 0.0), stiffness, 0.25)
-    return _compiled([top], [fixed], spatial=True), lambda q: q[:3]
+    fixed = SceneJoint(name="fixed point", kind="spherical", first=GROUND, second="top", at=(0.0, 0.0, 0.0))
+    return _compiled([top], [fixed]), lambda q: q[:3]
 
 
 # A04 --------------------------------------------------------------------------------------------------------------------
@@ -250,8 +239,8 @@ def bricard_path(step: float = 0.02, linkage: Linkage = BRICARD) -> Path:
     return np.asarray(curve(_exact(rate, [0.0, 0.0], TIMES)[0])[:, 2:])
 
 
-def bricard_model(stiffness: float, linkage: Linkage = BRICARD) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
-    """Five bars and six hinges, each stiff in five directions; fsm needs no removal of the redundant hinge constraint."""
+def bricard_model(linkage: Linkage = BRICARD) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+    """Five bars and six hinges; fsm needs no removal of the redundant hinge constraint."""
     bars = np.roll(linkage.corners, -1, axis=0) - linkage.corners
     bodies = [
         Body(
@@ -260,27 +249,11 @@ def bricard_model(stiffness: float, linkage: Linkage = BRICARD) -> tuple[Segment
         )
         for i in range(5)
     ]  # fmt: skip
-    elements = []
-    damping = 0.4 * math.sqrt(stiffness)
+    joints = []
     for i in range(6):
-        inner, outer = (f"bar {i - 1}" if i else GROUND), (f"bar {i}" if i < 5 else GROUND)
-        axes = _quaternion_to(linkage.axes[i])
-        elements.append(
-            ForceElement(
-                name=f"hinge {i}",
-                inner=inner,
-                outer=outer,
-                axes_inner=axes,
-                axes_outer=axes,
-                point_inner=tuple(0.5 * bars[i - 1]) if i else (0.0, 0.0, 0.0),
-                point_outer=tuple(-0.5 * bars[i]) if i < 5 else tuple(linkage.corners[5]),
-                translation=(stiffness,) * 3,
-                translation_damping=(damping,) * 3,
-                rotation=(0.1 * stiffness, 0.0, 0.1 * stiffness),
-                rotation_damping=(0.1 * damping, 0.0, 0.1 * damping),
-            )
-        )
-    system = _compiled(bodies, elements, spatial=True)
+        first, second = (f"bar {i - 1}" if i else GROUND), (f"bar {i}" if i < 5 else GROUND)
+        joints.append(_hinge(f"hinge {i}", first, second, linkage.corners[i], linkage.axes[i]))
+    system = _compiled(bodies, joints)
     far = 0.5 * bars[2]
 
     def corner(q: np.ndarray) -> np.ndarray:
@@ -288,13 +261,3 @@ def bricard_model(stiffness: float, linkage: Linkage = BRICARD) -> tuple[Segment
         return q[14:17] + far + 2.0 * np.cross(v, np.cross(v, far) + w * far)
 
     return system, corner
-
-
-def _quaternion_to(axis: np.ndarray) -> tuple[float, float, float, float]:
-    """Rotation of e2 onto one of the three axes or its opposite."""
-    half = math.sqrt(0.5)
-    if abs(axis[1]) > 0.5:
-        return (1.0, 0.0, 0.0, 0.0) if axis[1] > 0 else (0.0, 1.0, 0.0, 0.0)
-    if abs(axis[0]) > 0.5:
-        return (half, 0.0, 0.0, -math.copysign(half, axis[0]))
-    return (half, math.copysign(half, axis[2]), 0.0, 0.0)

@@ -10,7 +10,8 @@ from fsm.case.schema.model import Model, Name
 from fsm.case.schema.units import Count, Force, Length, Number, Time
 
 Method = Literal[
-    "auto", "static", "arc-length", "generalized-alpha", "mean-force", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"
+    "auto", "static", "arc-length", "generalized-alpha", "mean-force", "newmark", "explicit", "Radau-blocks", "Radau",
+    "BDF", "LSODA",
 ]  # fmt: skip
 
 
@@ -20,8 +21,8 @@ class Solve(Model):
     method: Method = Field(
         default="auto",
         description='"auto" selects the method; "static": sequence of stable equilibria; "arc-length": whole equilibrium '
-        'path with force control; "generalized-alpha", "mean-force", "newmark", "Radau-blocks": dynamics; "Radau", "BDF", '
-        '"LSODA": references of SciPy',
+        'path with force control; "generalized-alpha", "mean-force", "newmark", "Radau-blocks": dynamics; '
+        '"explicit": dynamics of mechanisms without stiff springs; "Radau", "BDF", "LSODA": references of SciPy',
     )
     rtol: Number = Field(
         default=1e-6, ge=1e-12, le=1e-2,

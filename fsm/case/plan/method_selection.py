@@ -10,14 +10,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from fsm.case.models.scene import ForceElement, Scene
+import numpy as np
+
+from fsm.case.derived.frame_bodies import quaternion_matrix
+from fsm.case.models.joint import SceneJoint
+from fsm.case.models.scene import Body, ForceElement, Scene
 from fsm.case.models.solve import Solve
 from fsm.case.models.time_program import Constant
 
 MAX_STATIC_PACE = 1e-5
 """Largest pace for which statics is selected; statics neglects inertia."""
-WITH_JOINTS = "generalized-alpha", "newmark"
+WITH_JOINTS = "generalized-alpha", "newmark", "explicit"
 """Methods that have ideal joints."""
+_FASTEST = 1e4
+"""Largest rate of springs and dampers, 1/s, for which explicit steps are selected. Their steps are at most 6 over this
+rate."""
 RTOL_OF_JOINTS = 1e-9
 """Relative tolerance with ideal joints. Nothing damps the errors of a mechanism, which add up over its turns: after some
 swings of a pendulum, positions are off by 1e-3 of its length at 1e-6, and by 1e-5 at 1e-9."""
@@ -41,7 +48,8 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     """
     dynamics = dynamic_method(scene)
     if scene.joints:
-        return dynamics, "ideal joints are computed in motions"
+        slow = ", without stiff springs" if dynamics == "explicit" else ""
+        return dynamics, f"ideal joints are computed in motions{slow}"
     if not scene.drives:
         return dynamics, "there is no drive, so the motion is free"
     if any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies):
@@ -61,9 +69,60 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
 
 def dynamic_method(scene: Scene) -> str:
     """Method for motions: generalized-alpha is not used for undamped films and cables, because its numerical damping would
-    remove their vibration energy.
+    remove their vibration energy; explicit steps are for mechanisms without stiff springs.
     """
-    return "mean-force" if scene.flexible else "generalized-alpha"
+    if scene.flexible:
+        return "mean-force"
+    slow = scene.joints and not beyond_explicit(scene) and fastest_rate(scene) < _FASTEST
+    return "explicit" if slow else "generalized-alpha"
+
+
+def beyond_explicit(scene: Scene) -> str:
+    """Part of a scene that explicit steps do not have; empty if there is none."""
+    elements = scene.elements
+    parts = {
+        "films, cables, beams, bars or flexible facets": scene.flexible,
+        "contact": scene.contact is not None,
+        "gas": scene.chambers,
+        "creases with hysteresis": any(getattr(e.crease, "hysteresis", False) for e in elements),
+        "laws of extensions": scene.point_elements or any(e.law is not None for e in elements),
+    }
+    return next((name for name, given in parts.items() if given), "")
+
+
+def fastest_rate(scene: Scene) -> float:
+    """Largest rate of one spring or damper between two bodies that are free otherwise, 1/s: sqrt(k/m), or c/m.
+
+    The inertia of a hinge element is the smallest one of each body, that of a joint is about its axis.
+    """
+    bodies, fastest = {body.name: body for body in scene.bodies if not body.held}, 0.0
+    for element in scene.elements:
+        ends = [bodies[name] for name in (element.inner, element.outer) if name in bodies]
+        mass, turn = sum(1.0 / body.mass for body in ends), sum(1.0 / min(body.inertia) for body in ends)
+        stiffness = max(*element.rotation, _hinge_stiffness(element))
+        fastest = max(
+            fastest, _rate(max(element.translation), max(element.translation_damping), mass),
+            _rate(stiffness, max(element.rotation_damping), turn),
+        )  # fmt: skip
+    for joint in scene.joints:
+        compliance = sum(1.0 / _inertia(bodies[name], joint) for name in (joint.first, joint.second) if name in bodies)
+        for action in (joint.spring, joint.damper, joint.stop, joint.latch):
+            stiffness, *dampings = (float(getattr(action, key, 0.0)) for key in ("stiffness", "damping", "coefficient"))
+            fastest = max(fastest, _rate(stiffness, max(dampings), compliance))
+    return fastest
+
+
+def _rate(stiffness: float, damping: float, compliance: float) -> float:
+    """Larger one of the rates of a spring and of a damper, 1/s, with the inverse of the inertia."""
+    return max(math.sqrt(stiffness * compliance), damping * compliance)
+
+
+def _inertia(body: Body, joint: SceneJoint) -> float:
+    """Mass, or moment of inertia about the axis of a joint through the centre of mass."""
+    if joint.kind == "prismatic" or joint.axis is None:
+        return body.mass
+    along = np.array(joint.axis) @ quaternion_matrix(body.orientation) / math.hypot(*joint.axis)
+    return float(along**2 @ np.array(body.inertia))
 
 
 def solve_of(solve: Solve, scene: Scene | None) -> Solve:

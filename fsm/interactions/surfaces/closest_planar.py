@@ -90,10 +90,11 @@ def find_contacts_planar(
     window: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
+    probes: np.ndarray,
     below: float,
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
 ) -> int:
-    """Find the closest points of all probes whose gap is below a bound.
+    """Find the closest points of some probes whose gap is below a bound.
 
     Parameters
     ----------
@@ -101,6 +102,8 @@ def find_contacts_planar(
         Side of the surface on which the probe lies, +1 or -1; 0 for a new probe, whose side is found here.
     no_share : (n,) array, m
         Distance from an end of the surface below which the probe's share is zero; negative: no taper.
+    probes : int array
+        Probes of the search, ascending.
     below : float, m
         Largest gap; 0 for contacts only.
     found : (n,) arrays, changed in place
@@ -117,7 +120,8 @@ def find_contacts_planar(
     chords = chords_of_planar(controls, stations)
     found_probe, found_piece, found_side, found_s, found_gap = found
     count = 0
-    for i in range(probe_body.shape[0]):
+    for k in range(probes.shape[0]):
+        i = probes[k]
         if window[i, 0] >= window[i, 1]:
             continue
         point_planar(poses, axes, probe_body[i], probe_x[i], point)

@@ -111,17 +111,19 @@ def find_contacts_spatial(
     owners: np.ndarray,
     stations: np.ndarray,
     half_width: np.ndarray,
+    probes: np.ndarray,
     below: float,
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
 ) -> int:
-    """Find the closest points of all probes with gaps below a bound, as `find_contacts_planar`; (s, y) in place of s."""
+    """Find the closest points of some probes with gaps below a bound, as `find_contacts_planar`; (s, y) in place of s."""
     curve, surface, point, normal = np.empty((3, 3)), np.empty((5, 3)), np.empty(3), np.empty(3)
     axes = turned_spatial(poses)
     controls = control_points_spatial(poses, axes, owners, stations)
     chords = chords_of_spatial(controls, stations, half_width)
     found_probe, found_piece, found_side, found_at, found_gap = found
     count = 0
-    for i in range(probe_body.shape[0]):
+    for k in range(probes.shape[0]):
+        i = probes[k]
         if window[i, 0] >= window[i, 1]:
             continue
         point_spatial(poses, axes, probe_body[i], place[i], point)

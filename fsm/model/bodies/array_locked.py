@@ -1,7 +1,7 @@
 """Kernels of a compiled model (`ArrayModel`) for locked directions; see `fsm.solve.stepping.model` and
 `fsm.model.elements.joints`.
 
-Velocities and accelerations are projected with the matrix M + r J^T J, whose penalty is 1e4 times the inertia of each
+Velocities and accelerations are projected with the matrix M + r J^T J, whose penalty is 1e7 times the inertia of each
 opening. Each solution reduces the rates of openings by about this factor; the loops end at round-off.
 """
 
@@ -42,6 +42,8 @@ MOST = 50
 """Largest number of solutions of a projection."""
 STALLED = 0.25
 """Ratio of successive errors (squares) above which only round-off is left."""
+EXACT = 1e-26
+"""Error (a square) relative to the first ones, at which accelerations are exact."""
 
 
 @kernel
@@ -105,14 +107,10 @@ def _move(model: Segments, vector: np.ndarray, change: np.ndarray) -> None:
 
 
 @kernel
-def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> bool:
-    """Correct q and u as `fsm.solve.stepping.model.consistent` does, and measure openings there; multipliers are zero."""
-    lock(model, 0.0)
-    table, other, p, free = model.table, model.at_rest, pattern_of(model.table), integers_1d(model.table, FREE)
-    force, rates = floats_2d(other, FORCE), floats_2d(other, RATES)
+def _measure_and_factorise(model: Segments, t: float) -> None:
+    """Measure openings at the present poses, and factorise M + r J^T J."""
+    other, p = model.at_rest, pattern_of(model.table)
     matrix, stiffness = floats_3d(other, MATRIX), floats_3d(other, STIFFNESS)
-    place(table, t, q, u)
-    copy_into(floats_2d(table, RATES), rates)
     stiffness[:] = 0.0
     _project(model, t, MEASURE)
     copy_into(stiffness, matrix)
@@ -120,11 +118,24 @@ def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> b
     model.equations.factorise(
         matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, floats_3d(other, FACTORS)
     )
+
+
+@kernel
+def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray, close: bool) -> bool:
+    """Correct q and u as `fsm.solve.stepping.model.consistent` does, and measure openings there; multipliers are zero."""
+    lock(model, 0.0)
+    table, other, free = model.table, model.at_rest, integers_1d(model.table, FREE)
+    force, rates = floats_2d(other, FORCE), floats_2d(other, RATES)
+    place(table, t, q, u)
+    copy_into(floats_2d(table, RATES), rates)
+    _measure_and_factorise(model, t)
+    if not close:
+        return True
     force[:] = 0.0
     if _project(model, t, CLOSE) > 0.0:
         copy_into(retract(model, q, _correction(model, gather_free(free, force))), q)
         place(table, t, q, u)
-        _project(model, t, MEASURE)
+        _measure_and_factorise(model, t)  # with the old factors, r times the square of the rotation limits convergence
     before = np.inf
     for _ in range(MOST):
         force[:] = 0.0
@@ -148,27 +159,29 @@ def find_multipliers(model: Segments, t: float, rate: np.ndarray) -> bool:
     force, rates, mass = floats_2d(other, FORCE), floats_2d(other, RATES), floats_1d(table, MASS)
     accelerate_driven(driven_of(table), t, rates)
     _move(model, rate, np.zeros(rate.shape[0]))
-    before = np.inf
+    before, largest = np.inf, 0.0
     for number in range(MOST):
         copy_into(floats_2d(table, FORCE), force)
         error = _project(model, t, AT_ACCELERATIONS)
+        if number > 1 and error <= EXACT * largest:
+            break
         right = gather_free(free, force)
         for i in range(right.shape[0]):
             right[i] -= mass[i] * rate[i]
         _move(model, rate, _correction(model, right))
         if number > 1 and not 0.0 < error < STALLED * before:  # the first two errors follow from the given acceleration
             break
-        before = error
+        before, largest = error, max(largest, error)
     _project(model, t, KEEP)
     rates[:] = 0.0
     return True
 
 
 @kernel
-def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool) -> bool:
     """See `fsm.solve.stepping.model`."""
     if not lock(model, 0.0):
         return False
-    close_openings(model, t, q, u)
+    close_openings(model, t, q, u, close)
     sum_forces(model, t, 0.0)
     return find_multipliers(model, t, rate)

@@ -53,7 +53,8 @@ def geometry_of(g: ContactArrays, parts: ContactParts) -> GeometryKernels:
 
 
 @kernel
-def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+def equal_poses(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two sets of poses or rates are the same numbers."""
     for i in range(a.shape[0]):
         for k in range(a.shape[1]):
             if a[i, k] != b[i, k]:
@@ -94,7 +95,7 @@ def increments(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 def renew_search(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray) -> int:
     """Update the broad phase and the weights of faces, if poses have changed; return 1 if the broad phase was updated."""
     state = g.state
-    changed = state[CHANGES] == 1 and state[STARTED] == 1 and not _equal(poses, g.committed)
+    changed = state[CHANGES] == 1 and state[STARTED] == 1 and not equal_poses(poses, g.committed)
     renewed = geometry.renew(g, poses)
     if (renewed == 1 or changed) and state[KIND] == SHAPES:
         geometry.settle(g, poses, state[:0], True)
@@ -104,16 +105,32 @@ def renew_search(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray)
 @kernel
 def find_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, below: float) -> int:
     """Find the slots (possible contacts) with a gap below a bound, and return their number. A repeated call with the same
-    poses uses the stored result.
+    poses, and the same bound or the bound 0, uses the stored result.
     """
     state, numbers, seen = g.state, g.numbers, g.found_poses
-    if state[FOUND] >= 0 and numbers[BELOW] == below and _equal(poses, seen):
+    known = state[FOUND] >= 0 and (numbers[BELOW] == below or below == 0.0 <= numbers[BELOW])
+    if known and equal_poses(poses, seen):
+        if numbers[BELOW] != below:
+            _keep_touching(g, geometry)
         return int(state[FOUND])
     renew_search(g, geometry, poses)
     count = geometry.find(g, poses, below)
     state[FOUND], state[MEASURED], numbers[BELOW] = count, 0, below
     copy_into(poses, seen)
     return int(count)
+
+
+@kernel
+def _keep_touching(g: ContactArrays, geometry: GeometryKernels) -> None:
+    """Reduce the contacts of the last search to those with a gap below 0."""
+    slot, gap, state, count = g.slot, g.gap, g.state, 0
+    rows = np.empty(state[FOUND], dtype=np.int64)
+    for i in range(rows.shape[0]):
+        if gap[i] < 0.0:
+            slot[count], gap[count], rows[count] = slot[i], gap[i], i
+            count += 1
+    geometry.select(g, rows[:count])
+    state[FOUND], state[MEASURED], g.numbers[BELOW] = count, 0, 0.0
 
 
 @kernel
@@ -147,7 +164,7 @@ def measure_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray
     result.
     """
     state, seen = g.state, g.found_rates
-    if state[MEASURED] == 1 and _equal(rates, seen):
+    if state[MEASURED] == 1 and equal_poses(rates, seen):
         return
     geometry.measure(g, poses, rates, count)
     state[MEASURED] = 1

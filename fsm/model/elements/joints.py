@@ -41,6 +41,9 @@ _PROGRAM, _PIECES = range(OWN + 11, OWN + 13)
 STIFF = 1e4
 """Penalty relative to the inertia of an opening at the start. From 1e2 to 1e5 the number of iterations is that of Newton's
 method with exact multipliers; inertias change on the way."""
+PROJECTION = 1e7
+"""The same penalty of projections, and of accelerations at given positions and velocities. These are linear equations, so
+each solution reduces the error by this factor."""
 
 
 @kernel
@@ -159,7 +162,7 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
             rate -= speed
         if task == AT_ACCELERATIONS:
             rate += bend[i] - pick_up
-        total = STIFF * masses[i] * rate
+        total = PROJECTION * masses[i] * rate
         if task == AT_ACCELERATIONS:
             effort[i] += total
             total += effort[i]
@@ -182,7 +185,7 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
         for a in range(12):
             for b in range(12):
                 bend[i] += speed[a] * block[a, b] * speed[b]
-                block[a, b] = STIFF * masses[i] * gradient[i, a] * gradient[i, b]
+                block[a, b] = PROJECTION * masses[i] * gradient[i, a] * gradient[i, b]
         add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
 
 

@@ -29,7 +29,7 @@ from fsm.model.elements.couplings import (
     measure_coordinates,
 )
 from fsm.model.elements.element_group import OWN, ElementKernels
-from fsm.model.elements.joints import STIFF
+from fsm.model.elements.joints import PROJECTION, STIFF
 
 _RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE = range(FIRST_PARAMETER, FIRST_PARAMETER + 6)
 _ROUND_OFF = 16.0 * float(np.finfo(float).eps)
@@ -117,7 +117,7 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         rate = floats_1d(own, _VALUE)[i] if task == CLOSE else _along(table, own, i)
         if task == AT_ACCELERATIONS:
             rate += bend[i]
-        total = STIFF * masses[i] * rate
+        total = PROJECTION * masses[i] * rate
         if task == AT_ACCELERATIONS:
             effort[i] += total
             total += effort[i]
@@ -137,7 +137,7 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
         value[i], effort[i], bend[i] = _opening(own, i), 0.0, 0.0
         for j in range(ratios.shape[1]):
             bend[i] += ratios[i, j] * curved[i * ratios.shape[1] + j]
-        _put(own, i, 0.0, STIFF * masses[i])
+        _put(own, i, 0.0, PROJECTION * masses[i])
     add_tangents(table, own, False)
 
 

@@ -15,7 +15,7 @@ from fsm.case.models.scene import ForceElement, Scene
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
 from fsm.text.report_text import count
 
-_MARCHING = ("generalized-alpha", "newmark", "mean-force")
+_MARCHING = ("generalized-alpha", "newmark", "mean-force", "explicit")
 """Methods for motions whose steps a kernel can compute."""
 _OVERHEAD = 1000.0
 """Time of Python in one iteration over the time of the kernels for one unknown. A step of a strip in motion with 120

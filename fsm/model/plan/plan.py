@@ -18,7 +18,13 @@ from fsm.case.models.scene import Body, Scene
 from fsm.case.models.solve import Save, Solve
 from fsm.case.models.steps import Kind, Step
 from fsm.case.models.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
-from fsm.case.plan.method_selection import WITH_JOINTS, automatic_method, dynamic_method, solve_of
+from fsm.case.plan.method_selection import (
+    WITH_JOINTS,
+    automatic_method,
+    beyond_explicit,
+    dynamic_method,
+    solve_of,
+)
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import DrivePart, drive_parts, loads_of
 from fsm.case.schema.known_names import nearest_name
@@ -125,7 +131,7 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         Names that do not exist, and steps without an end.
     """
     plan = _Planner(case, scene).plan() if case.step else _short(case, scene)
-    faults = list(_unjointed(plan)) if scene.joints else []
+    faults = [*_too_fast(plan, scene), *(_unjointed(plan) if scene.joints else ())]
     if faults:
         raise CaseError(faults)
     steps = []
@@ -134,6 +140,15 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         in_python = parts_in_python(scene, name, step.contact, step.loads)
         steps.append(replace(step, in_python=in_python))
     return replace(plan, steps=tuple(steps))
+
+
+def _too_fast(plan: Plan, scene: Scene) -> Iterator[Fault]:
+    """Faults of explicit steps of a scene with parts that they do not have."""
+    found = beyond_explicit(scene)
+    for number, step in enumerate(plan.steps):
+        if step.method == "explicit" and found:
+            text = f'"explicit" is for bodies, joints and springs; the scene has {found}; use "auto"'
+            yield Fault(f"step.{number}.solve.method" if plan.written else "solve.method", text)
 
 
 def _unjointed(plan: Plan) -> Iterator[Fault]:

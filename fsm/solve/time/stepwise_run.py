@@ -1,4 +1,4 @@
-"""Runs of methods whose steps end at saved times: generalized-alpha, Newmark, mean-force."""
+"""Runs of methods whose steps end at saved times: generalized-alpha, Newmark, mean-force, explicit."""
 
 from __future__ import annotations
 
@@ -14,24 +14,26 @@ from fsm.solve.outcome.status import StepFailed
 from fsm.solve.stepping.march import POWER, SHORTEST
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
 from fsm.solve.time.array_steps import StepMethod
+from fsm.solve.time.explicit import Explicit
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 from fsm.solve.time.mean_force import MeanForce
 from fsm.solve.time.run import Run
 
-GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-force"
+GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE, EXPLICIT = "generalized-alpha", "newmark", "mean-force", "explicit"
+STEPWISE = GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE, EXPLICIT
 
 _MARCH, _MARCH_WORK = 1024, 500_000
 """Bounds if one kernel takes many steps: steps between restart points, and these steps times the number of velocities.
 A kernel then returns within two seconds."""
-_MEAN_FORCE = 4
-"""Cost of a step of the mean-force method relative to one of generalized-alpha."""
+_COST = {MEAN_FORCE: 4, EXPLICIT: 10}
+"""Cost of a step relative to one of generalized-alpha."""
 
 
 class StepwiseRun(Run):
-    """Run of a method whose steps end at saved times; powers are integrated to second order, the order of the method.
+    """Run of a method whose steps end at saved times; powers are integrated to the order of the method.
 
-    The input power is integrated by the trapezoidal rule. After a jump, for example where a drive stops, the next step
-    starts with the new power. The mean-force method computes work and dissipated energy of its steps itself.
+    Generalized-alpha integrates the input power by the trapezoidal rule. After a jump, for example where a drive stops, the
+    next step starts with the new power. The other methods compute work and dissipated energy of their steps themselves.
     """
 
     def go(self) -> None:
@@ -109,13 +111,15 @@ class StepwiseRun(Run):
             solver = MeanForce(
                 self.system, self.time, self.q, self.u, settings.rtol, settings.step, settings.max_step
             )
+        elif settings.method == EXPLICIT:
+            solver = Explicit(self.system, self.time, self.q, self.u, settings.rtol, settings.max_step)
         else:
             rho_inf = None if settings.method == NEWMARK else settings.rho_inf
             solver = GeneralizedAlpha(
                 self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
             )
         if solver.marches:
-            work = _MARCH_WORK // (_MEAN_FORCE if settings.method == MEAN_FORCE else 1)
+            work = _MARCH_WORK // _COST.get(settings.method, 1)
             self.every = max(self.every, min(_MARCH, work // max(self.system.nu, 1)))
         if self.state is not None:
             solver.resume(self.state)

@@ -36,6 +36,7 @@ from fsm.model.bodies.contact_arrays import (
     index_of,
     must_renew,
 )
+from fsm.model.contact.array_contact_state import equal_poses
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -48,6 +49,9 @@ class SurfaceArrays(NamedTuple):
         Present sides.
     no_share, tips, reach : (n,), (n_pieces,), (n,) arrays, see `SurfaceContacts`
     nearest, nearest_of_all, window : (n,), (n,), (n, 2) int arrays
+    near : (n,) int array
+        Probes with pieces in their windows, in the first `NEAR` rows.
+    height, height_at : heights (n,) of all probes, m, and the poses of these heights, see `HEIGHTS`
     found_piece, found_side, found_at : pieces and sides of the contacts of the last search, and positions of the contacts on
     the pieces
     """
@@ -75,6 +79,9 @@ class SurfaceArrays(NamedTuple):
     nearest: Integers1
     nearest_of_all: Integers1
     window: Integers2
+    near: Integers1
+    height: Floats1
+    height_at: Floats2
     found_piece: Integers1
     found_side: Floats1
     found_at: Floats2
@@ -82,8 +89,8 @@ class SurfaceArrays(NamedTuple):
 
 surfaces_of = follows(SurfaceArrays, ContactArrays)
 """Arrays of the surfaces of a table, in kernels."""
-TAPERS = OWN_STATE
-"""Index of `ContactArrays.state`: 1 if shares are tapered."""
+TAPERS, NEAR, HEIGHTS = OWN_STATE, OWN_STATE + 1, OWN_STATE + 2
+"""Indices of `ContactArrays.state`: 1 if shares are tapered; number of probes in `near`; 1 if the heights hold."""
 
 
 # broad phase ------------------------------------------------------------------------------------------------------------
@@ -115,8 +122,13 @@ def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords
         row, column = dof[pairs[k, 0]], dof[pairs[k, 1]]
         if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
             state[LACKS] = 1
+    near, count = own.near, 0
+    for i in range(window.shape[0]):
+        if window[i, 0] < window[i, 1]:
+            near[count] = i
+            count += 1
     copy_into(poses, g.reference)
-    state[REFERRED] = 1
+    state[NEAR], state[HEIGHTS], state[REFERRED] = count, 0, 1
 
 
 @kernel
@@ -145,11 +157,16 @@ def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
 
 @kernel
 def _find_planar(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    return _search_planar(g, poses, surfaces_of(g).near[: g.state[NEAR]], below)
+
+
+@kernel
+def _search_planar(g: ContactArrays, poses: np.ndarray, probes: np.ndarray, below: float) -> int:
     own = surfaces_of(g)
     return int(find_contacts_planar(
         poses, own.body, own.place.reshape(-1), own.side, own.straight,
         own.clearance, own.depth_limit, own.no_share, own.window,
-        own.owners, own.stations, below,
+        own.owners, own.stations, probes, below,
         (g.slot, own.found_piece, own.found_side, own.found_at.reshape(-1),
          g.gap),
     ))  # fmt: skip
@@ -157,11 +174,16 @@ def _find_planar(g: ContactArrays, poses: np.ndarray, below: float) -> int:
 
 @kernel
 def _find_spatial(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    return _search_spatial(g, poses, surfaces_of(g).near[: g.state[NEAR]], below)
+
+
+@kernel
+def _search_spatial(g: ContactArrays, poses: np.ndarray, probes: np.ndarray, below: float) -> int:
     own = surfaces_of(g)
     return int(find_contacts_spatial(
         poses, own.body, own.place, own.side, own.straight,
         own.clearance, own.depth_limit, own.no_share, own.window,
-        own.owners, own.stations, own.half_width, below,
+        own.owners, own.stations, own.half_width, probes, below,
         (g.slot, own.found_piece, own.found_side, own.found_at,
          g.gap),
     ))  # fmt: skip
@@ -278,31 +300,46 @@ def _pieces(g: ContactArrays, within: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 @kernel
+def _known_heights(g: ContactArrays, poses: np.ndarray, farther: float) -> bool:
+    """Whether the heights of the last search hold for these poses and the reach of the probes."""
+    return bool(farther == 0.0 and g.state[HEIGHTS] == 1 and equal_poses(poses, surfaces_of(g).height_at))
+
+
+@kernel
+def _keep_heights(g: ContactArrays, poses: np.ndarray, farther: float) -> None:
+    """Store the poses of the heights; heights beyond the reach of the probes are not used again."""
+    copy_into(poses, surfaces_of(g).height_at)
+    g.state[HEIGHTS] = 1 if farther == 0.0 else 0
+
+
+@kernel
 def probe_heights_planar(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
     """Heights (n,) of all probes in the plane, within their reach plus a distance, m; nan beyond."""
     own = surfaces_of(g)
-    first, last = _pieces(g, farther == 0.0)
-    height = np.empty(first.shape[0])
-    heights_planar(
-        poses, own.body, own.place.reshape(-1), own.straight, own.depth_limit, first, last,
-        own.owners, own.stations, own.reach + farther, own.nearest_of_all,
-        height,
-    )  # fmt: skip
-    return height
+    if not _known_heights(g, poses, farther):
+        first, last = _pieces(g, farther == 0.0)
+        heights_planar(
+            poses, own.body, own.place.reshape(-1), own.straight, own.depth_limit, first, last,
+            own.owners, own.stations, own.reach + farther, own.nearest_of_all,
+            own.height,
+        )  # fmt: skip
+        _keep_heights(g, poses, farther)
+    return own.height
 
 
 @kernel
 def probe_heights_spatial(g: ContactArrays, poses: np.ndarray, farther: float) -> np.ndarray:
     """Heights (n,) of all probes in space, within their reach plus a distance, m; nan beyond."""
     own = surfaces_of(g)
-    first, last = _pieces(g, farther == 0.0)
-    height = np.empty(first.shape[0])
-    heights_spatial(
-        poses, own.body, own.place, own.straight, own.depth_limit, first, last,
-        own.owners, own.stations, own.half_width, own.reach + farther,
-        own.nearest_of_all, height,
-    )  # fmt: skip
-    return height
+    if not _known_heights(g, poses, farther):
+        first, last = _pieces(g, farther == 0.0)
+        heights_spatial(
+            poses, own.body, own.place, own.straight, own.depth_limit, first, last,
+            own.owners, own.stations, own.half_width, own.reach + farther,
+            own.nearest_of_all, own.height,
+        )  # fmt: skip
+        _keep_heights(g, poses, farther)
+    return own.height
 
 
 @kernel
@@ -379,7 +416,7 @@ def _settle_planar(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: 
     near = _near_ends(g, height)
     behind, count = _behind(g, height, near), 0
     if behind.shape[0] > 0:
-        count = _find_planar(g, poses, g.numbers[MARGIN])
+        count = _search_planar(g, poses, behind, g.numbers[MARGIN])
     _turn(g, height, near, behind, count)
 
 
@@ -391,7 +428,7 @@ def _settle_spatial(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new:
     near = _near_ends(g, height)
     behind, count = _behind(g, height, near), 0
     if behind.shape[0] > 0:
-        count = _find_spatial(g, poses, g.numbers[MARGIN])
+        count = _search_spatial(g, poses, behind, g.numbers[MARGIN])
     _turn(g, height, near, behind, count)
 
 
@@ -422,7 +459,7 @@ def _passed_planar(g: ContactArrays, poses: np.ndarray) -> int:
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
     if motion > 0.5 * g.numbers[MARGIN]:  # a probe outside the reach had no side, and may have passed through
-        before = probe_heights_planar(g, g.committed, 2.0 * motion)
+        before = probe_heights_planar(g, g.committed, 2.0 * motion).copy()
     height = probe_heights_planar(g, poses, 2.0 * motion)
     return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
 
@@ -433,7 +470,7 @@ def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
     if motion > 0.5 * g.numbers[MARGIN]:
-        before = probe_heights_spatial(g, g.committed, 2.0 * motion)
+        before = probe_heights_spatial(g, g.committed, 2.0 * motion).copy()
     height = probe_heights_spatial(g, poses, 2.0 * motion)
     return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
 

@@ -11,7 +11,7 @@ from fsm.interactions.surfaces.surface import BARE
 from fsm.kernels.tables import empty_arrays
 from fsm.model.bodies.contact_arrays import RENEWAL, SURFACES
 from fsm.model.contact.contact_table import ContactTable
-from fsm.model.contact.surfaces.array_surfaces import PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
+from fsm.model.contact.surfaces.array_surfaces import HEIGHTS, PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
 from fsm.model.contact.surfaces.corner_sides import Corners
 
 _KEPT = 2
@@ -127,7 +127,7 @@ class SurfaceContacts(ContactTable):
             probes.first_piece, probes.last_piece, probes.side.copy(), surfaces.owners, stations,
             surfaces.extra[0] if surfaces.extra else np.zeros(0), no_share, tips, reach, corners.twin, corners.across,
             corners.inside, corners.inside_across, none, none.copy(), np.zeros((count, 2), dtype=np.int64), none.copy(),
-            np.zeros(count), np.zeros(probes.place.shape),
+            np.zeros(count), np.zeros((0, 0)), none.copy(), np.zeros(count), np.zeros(probes.place.shape),
         )  # fmt: skip
         self.with_slots(own, count, probes.share, probes.area, probes.pair)
         self.common.state[TAPERS] = int(probes.cell.any())
@@ -163,9 +163,19 @@ class SurfaceContacts(ContactTable):
         self._ahead = [now, *self._ahead[:_KEPT]]
         return np.concatenate(self._ahead)
 
+    def size_for(self, bodies: int) -> None:
+        """See `ContactTable`."""
+        super().size_for(bodies)
+        if len(self.own.height_at) != bodies:
+            self.table.replace(self.common, self.own._replace(height_at=np.zeros(self.common.reference.shape)))
+
     def load_own(self, memory: np.ndarray) -> None:
         """See `ContactTable`: sides of all probes."""
         self.own.side[:] = memory if len(memory) else self.probes.side
+        self._forget_nearest()
+
+    def _forget_nearest(self) -> None:
+        self.common.state[HEIGHTS] = 0
         self.own.nearest[:] = self.own.nearest_of_all[:] = -1
 
     def own_memory(self) -> np.ndarray:
@@ -175,5 +185,5 @@ class SurfaceContacts(ContactTable):
     def clear_caches(self) -> None:
         """See `ContactTable`."""
         super().clear_caches()
-        self.own.nearest[:] = self.own.nearest_of_all[:] = -1
+        self._forget_nearest()
         self._ahead = []

@@ -1,0 +1,292 @@
+"""One step of an explicit Runge-Kutta method of order 8 with error control: M u' = h(t, q, u), q' = T(q) u.
+
+For mechanisms and free bodies without stiff springs, whose motion takes long steps at a small tolerance. The method is that
+of Dormand and Prince with 12 stages (Hairer, Norsett, Wanner 1993, DOP853), with errors of order 5 and 3. Quaternions are
+integrated as four numbers. Accelerations with locked directions come from the equations at acceleration level
+(`fsm.solve.stepping.model.consistent`). All stages and the end of each step are projected to openings and opening rates of
+zero. Work and dissipated energy are integrated with the same stages.
+
+Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a damper.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.kernels.jit import kernel, shared
+from fsm.kernels.pointers import borrowed
+from fsm.kernels.pose_rates import increments_of_rates, pose_rates, with_unit_quaternions
+from fsm.kernels.vector import mean_ratio
+from fsm.solve.stepping.generalized_alpha import (
+    FORCES,
+    LAST_ERROR,
+    LONGEST,
+    MAX_STEP,
+    REJECTED,
+    STARTED,
+    STEP_SIZE,
+    STEPS,
+    TIME,
+)
+from fsm.solve.stepping.march import DRIVEN, POWER, add_to_balance, note_step
+from fsm.solve.stepping.model import (
+    accept,
+    consistent,
+    energies,
+    factorise_mass,
+    force,
+    longest_step,
+    part_of_step,
+    powers,
+    solve,
+    unable,
+)
+from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
+from fsm.solve.stepping.vectors import copy_into
+
+DONE, LOST = 9, 10
+"""Indices of `ExplicitMotion.sizes` after those of `fsm.solve.stepping.generalized_alpha`: work and dissipated energy of the
+last step, J."""
+_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 5.0
+"""Factor on a step size, and bounds of its change."""
+_ORDER = 8.0
+_SMALLEST = 16.0 * float(np.finfo(float).eps)
+"""Smallest step relative to the present time."""
+
+
+class ExplicitRules(NamedTuple):
+    """Constants of the method, tolerances and scales.
+
+    Attributes
+    ----------
+    rtol : -
+    nodes, weights : (12,) arrays
+    stages : (12, 12) array
+        Row i: weights of the earlier rates in stage i.
+    error_5, error_3 : (12,) arrays
+        Weights of the errors.
+    tolerance, velocity, increment : (nu,) arrays
+        Tolerance of the increments, and scales of `fsm.solve.interface.scales.Scales`.
+    breaks : increasing times, s
+    """
+
+    rtol: float
+    nodes: np.ndarray
+    weights: np.ndarray
+    stages: np.ndarray
+    error_5: np.ndarray
+    error_3: np.ndarray
+    tolerance: np.ndarray
+    velocity: np.ndarray
+    increment: np.ndarray
+    breaks: np.ndarray
+
+
+class ExplicitMotion(NamedTuple):
+    """State of the method, changed in place.
+
+    Attributes
+    ----------
+    q, u, rate : configuration (nq,), velocity and acceleration (nu,)
+    sizes, counts : (11,) float and (11,) int arrays
+        See the indices above and in `fsm.solve.stepping.generalized_alpha`.
+    of_q, of_u : (12, nq) and (12, nu) arrays
+        Rates of all stages.
+    of_energy : (12, 2) array, W
+        Input power and dissipated power of all stages.
+    pairs, drives : (2, n_pairs) and (n_drives,) arrays, work space
+    """
+
+    q: np.ndarray
+    u: np.ndarray
+    rate: np.ndarray
+    sizes: np.ndarray
+    counts: np.ndarray
+    of_q: np.ndarray
+    of_u: np.ndarray
+    of_energy: np.ndarray
+    pairs: np.ndarray
+    drives: np.ndarray
+
+
+@shared
+def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float) -> int:
+    """Take one step that ends at `until` or before, and return the outcome."""
+    sizes, counts = motion.sizes, motion.counts
+    t, target = sizes[TIME], until
+    for b in rules.breaks:
+        if b > t:
+            target = min(target, b)
+    if not _stage(model, motion, np.nextafter(t, math.inf), motion.q.copy(), motion.u.copy(), 0):
+        return UNABLE if unable(model) else NO_SOLUTION
+    if counts[STARTED] == 0:
+        copy_into(motion.of_u[0], motion.rate)
+        sizes[LONGEST], counts[STARTED] = longest_step(model, t, motion.q, motion.u), 1
+        if sizes[STEP_SIZE] == 0.0:
+            sizes[STEP_SIZE] = _first_size(motion, rules, until - t)
+    grow = True
+    while True:
+        h, end = _next_size(motion, target)
+        if not end > t:
+            return STEP_TOO_SMALL
+        if not _stages(model, motion, rules, t, end, h):
+            return UNABLE if unable(model) else NO_SOLUTION
+        error, part = _error(motion, rules, h), 1.0
+        if error <= 1.0:
+            q, u = _sum(motion.q, motion.of_q, rules.weights, h), _sum(motion.u, motion.of_u, rules.weights, h)
+            with_unit_quaternions(q, u.shape[0])
+            if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, True):  # motors jump at breaks
+                return UNABLE if unable(model) else NO_SOLUTION
+            part = part_of_step(model, end, q, u, h)
+            if part == 1.0:
+                break
+        counts[REJECTED] += 1
+        shorter = part if part < 1.0 else max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
+        sizes[STEP_SIZE], grow = h * shorter, False
+        if sizes[STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
+            return OBJECTED if part < 1.0 else STEP_TOO_SMALL
+    sizes[DONE], sizes[LOST] = _energy(motion, rules, h, 0), _energy(motion, rules, h, 1)
+    copy_into(q, motion.q)
+    copy_into(u, motion.u)
+    factor = min(_GROW if grow else 1.0, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER))
+    # a step that is shortened to end at a given time does not reduce the size of later steps
+    sizes[STEP_SIZE] = max(h * factor, sizes[STEP_SIZE] if grow and h < sizes[STEP_SIZE] else 0.0)
+    sizes[TIME], sizes[LAST_ERROR] = end, error
+    counts[STEPS] += 1
+    sizes[LONGEST] = accept(model, end, motion.q, motion.u)
+    return STEPPED
+
+
+@shared
+def _next_size(motion: ExplicitMotion, target: float) -> tuple[float, float]:
+    """Size and end of the next step; a step ends exactly at `target`, without a tiny step before it."""
+    sizes = motion.sizes
+    left = target - sizes[TIME]
+    h = min(sizes[STEP_SIZE], sizes[MAX_STEP], sizes[LONGEST])
+    if h >= left * (1.0 - 1e-9):
+        return left, target
+    h = min(h, 0.5 * left)
+    return h, sizes[TIME] + h
+
+
+@shared
+def _first_size(motion: ExplicitMotion, rules: ExplicitRules, left: float) -> float:
+    """Step in which velocities and positions change by a small part of their scales, s."""
+    pace = max(mean_ratio(motion.rate, rules.velocity), mean_ratio(motion.u, rules.increment))
+    return float(min(1e-2 * left, 0.1 * rules.rtol ** (1.0 / _ORDER) / pace if pace > 0.0 else left))
+
+
+@shared
+def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool) -> bool:
+    """Write the acceleration; with `close`, project q and u first. False if the mass is singular."""
+    if consistent(model, t, q, u, rate, close):
+        return True
+    if not factorise_mass(model):
+        return False
+    copy_into(solve(model, force(model, t, q, u)), rate)
+    return True
+
+
+@shared
+def _stage(model: Any, motion: ExplicitMotion, t: float, q: np.ndarray, u: np.ndarray, number: int) -> bool:
+    """Write the rates of a stage; q and u are projected, but quaternions keep their lengths in their rates."""
+    raw = q.copy()
+    with_unit_quaternions(q, u.shape[0])
+    motion.of_u[number, :] = 0.0
+    if not _accelerate(model, t, q, u, motion.of_u[number], True):
+        return False
+    copy_into(pose_rates(raw, u), motion.of_q[number])
+    motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)
+    motion.counts[FORCES] += 1
+    return True
+
+
+@shared
+def _stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, end: float, h: float) -> bool:
+    """Write the rates of all stages after the first one, which are inside the step: forces jump at breaks."""
+    first, last = np.nextafter(t, math.inf), np.nextafter(end, -math.inf)
+    for i in range(1, rules.nodes.shape[0]):
+        q = _sum(motion.q, motion.of_q[:i], rules.stages[i], h)
+        u = _sum(motion.u, motion.of_u[:i], rules.stages[i], h)
+        if not _stage(model, motion, min(max(t + rules.nodes[i] * h, first), last), q, u, i):
+            return False
+    return True
+
+
+@kernel
+def _sum(start: np.ndarray, rates: np.ndarray, weights: np.ndarray, h: float) -> np.ndarray:
+    """Start plus h times the weighted sum of rates (m, n)."""
+    out = start.copy()
+    for i in range(rates.shape[0]):
+        if weights[i] != 0.0:
+            for k in range(out.shape[0]):
+                out[k] += h * weights[i] * rates[i, k]
+    return out
+
+
+@shared
+def _energy(motion: ExplicitMotion, rules: ExplicitRules, h: float, column: int) -> float:
+    total = 0.0
+    for i in range(rules.weights.shape[0]):
+        total += h * rules.weights[i] * motion.of_energy[i, column]
+    return total
+
+
+@kernel
+def _weighed(motion: ExplicitMotion, rules: ExplicitRules, weights: np.ndarray, h: float) -> float:
+    """Sum of the squares of the errors of increments and velocities over their tolerances."""
+    of_q, of_u = _sum(np.zeros(motion.q.shape[0]), motion.of_q, weights, h), np.zeros(motion.u.shape[0])
+    of_u = _sum(of_u, motion.of_u, weights, h)
+    of_q = increments_of_rates(motion.q, of_q, of_u.shape[0])
+    total = 0.0
+    for i in range(of_u.shape[0]):
+        total += (of_q[i] / rules.tolerance[i]) ** 2
+        total += (of_u[i] / (rules.rtol * (rules.velocity[i] + abs(motion.u[i])))) ** 2
+    return total
+
+
+@shared
+def _error(motion: ExplicitMotion, rules: ExplicitRules, h: float) -> float:
+    """Error of a step over the tolerance, from both estimates as in DOP853."""
+    fifth, third = _weighed(motion, rules, rules.error_5, h), _weighed(motion, rules, rules.error_3, h)
+    if not math.isfinite(fifth + third):
+        return math.inf
+    below = fifth + 0.01 * third
+    return float(fifth / math.sqrt(below * 2.0 * max(motion.u.shape[0], 1))) if below > 0.0 else 0.0
+
+
+@shared
+def march_explicit(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, until: float, most: int,
+    records: np.ndarray,
+) -> int:  # fmt: skip
+    """Take at most `most` steps up to `until`, with the energy balance, as `fsm.solve.stepping.march.march`."""
+    sizes, last = motion.sizes, records.shape[0] - 1
+    for number in range(most):
+        begin, record = sizes[TIME], records[min(number, last)]
+        if not begin < until:
+            break
+        outcome = take_step(model, motion, rules, until)
+        if outcome != STEPPED:
+            return outcome
+        kinetic, potential, _, power, driven = energies(model, sizes[TIME], motion.q, motion.u, 0.0, record)
+        work = sizes[DONE] + driven - balance[DRIVEN]
+        balance[POWER], balance[DRIVEN] = power, driven
+        note_step(balance, record, motion.q, motion.u, sizes[TIME], sizes[TIME] - begin)
+        if add_to_balance(balance, work, sizes[LOST], kinetic, potential):
+            break
+    return STEPPED
+
+
+@kernel
+def march_explicit_arrays(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, until: float, most: int,
+    records: np.ndarray,
+) -> int:  # fmt: skip
+    """Compiled `march_explicit` for an `ArrayModel`."""
+    return march_explicit(
+        borrowed(model), borrowed(motion), borrowed(rules), borrowed(balance), until, most, borrowed(records)
+    )

@@ -1,0 +1,144 @@
+"""Explicit steps of order 8: against minimal coordinates, energies, and the choice of the method."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import fsm
+from fsm.builders.scene import build_scene
+from fsm.case.plan.method_selection import automatic_method, fastest_rate
+from fsm.errors import CaseError
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.plan.in_python import InPython
+from fsm.solve.outcome.run_io import SavedState
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
+
+_G = 9.81
+
+
+def panel(**actions: Any) -> dict[str, Any]:
+    """A panel of 2 kg and 1 m on a hinge along y; its centre is 0.5 m from the hinge, along x."""
+    body = {"name": "panel", "mass": 2.0, "inertia": [0.05, 0.17, 0.2], "position": [0.5, 0.0, 0.0]}
+    hinge = {
+        "name": "hinge", "kind": "revolute", "first": "ground", "second": "panel", "at": [0, 0, 0], "axis": [0, 1, 0],
+        **actions,
+    }  # fmt: skip
+    return {
+        "units": "SI", "gravity": [0.0, 0.0, -_G], "scene": {"bodies": [body], "joints": [hinge]},
+        "solve": {"end_time": 3.0, "error_estimates": "off"}, "save": {"interval": 0.1, "channels": ["joint.*"]},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("rtol", "error"), [(1e-6, 3e-5), (1e-10, 1e-9)])
+def test_a_panel_on_a_spring_with_a_damper(rtol: float, error: float, tmp_path: Path) -> None:
+    """Angle from its equation; work, losses and energies close to the accuracy of the angle."""
+    spring, damper, inertia = 12.0, 0.6, 0.17 + 2.0 * 0.25
+    case = panel(spring={"stiffness": spring, "rest": 0.8}, damper={"coefficient": damper})
+    case["solve"]["rtol"] = rtol
+    result = fsm.load(case).run(tmp_path)
+    summary = result.summary
+    assert summary["method"] == "explicit"
+    assert summary["steps_compiled"]
+
+    def rate(t: float, y: np.ndarray) -> list[float]:  # a positive angle about y moves the centre down
+        moment = -spring * (y[0] - 0.8) - damper * y[1] + 2.0 * _G * 0.5 * math.cos(y[0])
+        return [y[1], moment / inertia]
+
+    exact = solve_ivp(rate, (0.0, 3.0), [0.0, 0.0], "DOP853", result.time, rtol=1e-12, atol=1e-13).y
+    assert np.asarray(result["joint.hinge.angle"].values).ravel() == pytest.approx(exact[0], abs=error)
+    assert np.asarray(result["joint.hinge.rate"].values).ravel() == pytest.approx(exact[1], abs=10.0 * error)
+    assert summary["energy_error"] < error
+    lost = damper * np.trapezoid(
+        solve_ivp(rate, (0.0, 3.0), [0.0, 0.0], "DOP853", np.linspace(0, 3, 3001), rtol=1e-11, atol=1e-12).y[1] ** 2,
+        dx=1e-3,
+    )
+    assert float(result["energy.dissipated"].values[-1]) == pytest.approx(lost, rel=1e-5)
+
+
+def test_the_work_of_a_motor_is_energy(tmp_path: Path) -> None:
+    """A motor lifts the panel with a ramp that has kinks in its rate; its work is the gain of energy."""
+    case = panel(motor={"turn": -1.2, "time": {"kind": "ramp", "end": 2.0}})
+    summary = fsm.load(case).run(tmp_path).summary
+    assert summary["method"] == "explicit"
+    assert summary["energy_error"] < 1e-9
+
+
+def test_a_free_body_turns_by_eulers_equations(tmp_path: Path) -> None:
+    """The middle axis of inertia is unstable: the body turns over."""
+    moments, spin = np.array([0.1, 0.2, 0.25]), [0.01, 6.0, 0.02]
+    body = {"name": "body", "mass": 1.0, "inertia": moments.tolist(), "angular_velocity": spin}
+    case = {
+        "units": "SI", "scene": {"bodies": [body]}, "save": {"interval": 0.2, "channels": ["body.*"]},
+        "solve": {"method": "explicit", "end_time": 4.0, "rtol": 1e-10, "error_estimates": "off"},
+    }  # fmt: skip
+    result = fsm.load(case).run(tmp_path)
+    exact = solve_ivp(
+        lambda t, w: np.cross(moments * w, w) / moments, (0.0, 4.0), spin, "DOP853", result.time, rtol=1e-12, atol=1e-12
+    ).y.T
+    assert exact[:, 1].min() < -5.0
+    found = np.asarray(result["body.body.angular_velocity"].values)
+    turned = np.asarray(result["body.body.orientation"].values)
+    assert np.linalg.norm(turned, axis=1) == pytest.approx(1.0, abs=1e-12)
+    # in axes of the body
+    inverse = turned * [1.0, -1.0, -1.0, -1.0]
+    w, v = inverse[:, :1], inverse[:, 1:]
+    own = found + 2.0 * np.cross(v, np.cross(v, found) + w * found)
+    assert own == pytest.approx(exact, abs=1e-7)
+
+
+def test_explicit_steps_in_python_are_the_compiled_ones() -> None:
+    loaded = fsm.load(panel(spring={"stiffness": 12.0}, damper={"coefficient": 0.6}))
+
+    def end(compiled: bool) -> np.ndarray:
+        _, system = compile_case(loaded.model)
+        if not compiled:
+            system.in_python = InPython(("a test",))
+        saved: list[SavedState] = []
+        simulate(system, Settings("explicit", 1e-8, 0.5), [0.5], saved.append)
+        return saved[-1].q
+
+    assert end(True) == pytest.approx(end(False), abs=1e-13)
+
+
+# choice -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("actions", "rate"),
+    [
+        ({"spring": {"stiffness": 17.0}}, 10.0),
+        ({"damper": {"coefficient": 1.7}}, 10.0),
+        ({"stop": {"upper": 1.0, "stiffness": 1.7e5}}, 1e3),
+    ],
+)
+def test_the_rate_of_springs_decides(actions: dict[str, Any], rate: float) -> None:
+    """sqrt(k/I) and c/I with the moment of inertia about the axis; a body with a large axis of inertia across is slow."""
+    scene = build_scene(fsm.load(panel(**actions)).model)
+    assert fastest_rate(scene) == pytest.approx(rate)
+    assert automatic_method(scene)[0] == "explicit"
+
+
+def test_stiff_stops_take_implicit_steps() -> None:
+    case = panel(stop={"upper": 1.0, "stiffness": 1e8})
+    assert automatic_method(build_scene(fsm.load(case).model))[0] == "generalized-alpha"
+
+
+def test_contact_is_not_for_explicit_steps() -> None:
+    plate = {"length": 0.1, "width": 0.1, "thickness": 0.01}
+    bodies = [
+        {"name": name, "mass": 1.0, "inertia": [1.0, 1.0, 1.0], "plate": plate, "position": [0, 0, 0.1 * k]}
+        for k, name in enumerate(("a", "b"))
+    ]
+    case = {
+        "units": "SI", "scene": {"bodies": bodies}, "contact": {"law": "hertz", "stiffness": 1e6},
+        "solve": {"method": "explicit", "end_time": 1.0},
+    }  # fmt: skip
+    with pytest.raises(CaseError, match='"explicit" is for bodies, joints and springs; the scene has contact'):
+        fsm.load(case).run()
