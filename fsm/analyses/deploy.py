@@ -110,6 +110,8 @@ class Deployment(Analysis):
             found.append(f"structured Radau, {space}")
         elif method in ("generalized-alpha", "newmark") and compiled:
             found.append(f"steps in one kernel, {space}")
+        elif method == "mean-force" and compiled and not self.scene.flexible:
+            found.append(f"mean-force method, {space}")
         return tuple(found)
 
     def _kernels_of_sheet(self, method: str) -> tuple[str, ...]:
@@ -121,6 +123,8 @@ class Deployment(Analysis):
             found = [f"{sheet.facets} facets, {'static' if method == 'static' else 'in time'}"]
         if sheet.kind in SHELLS:
             found.append("shells")
+        if method == "mean-force":
+            found.append("mean-force method, spatial")
         return (*found, *(["gas"] if self.case.gas else []))
 
     def method(self) -> tuple[str, str]:
