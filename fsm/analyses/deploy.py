@@ -13,6 +13,7 @@ from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_me
 from fsm.analyses.deploy_warnings import DEEP, deploy_warnings, unstable_end
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
+from fsm.case.derived.joint_margin import margin_results
 from fsm.case.models.case import Case
 from fsm.case.models.sheet import SHELLS
 from fsm.case.plan.start import start_of
@@ -35,6 +36,7 @@ from fsm.solve.interface.system import System
 from fsm.solve.outcome.run_io import Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.statics.arc_length import ArcSettings
+from fsm.text.margin_text import negative_margins
 from fsm.text.shown_units import shown
 
 _NAMED = 3
@@ -108,6 +110,8 @@ class Deployment(Analysis):
             found.append(f"structured Radau, {space}")
         elif method in ("generalized-alpha", "newmark") and compiled:
             found.append(f"steps in one kernel, {space}")
+        elif method == "mean-force" and compiled and not self.scene.flexible:
+            found.append(f"mean-force method, {space}")
         return tuple(found)
 
     def _kernels_of_sheet(self, method: str) -> tuple[str, ...]:
@@ -119,6 +123,8 @@ class Deployment(Analysis):
             found = [f"{sheet.facets} facets, {'static' if method == 'static' else 'in time'}"]
         if sheet.kind in SHELLS:
             found.append("shells")
+        if method == "mean-force":
+            found.append("mean-force method, spatial")
         return (*found, *(["gas"] if self.case.gas else []))
 
     def method(self) -> tuple[str, str]:
@@ -354,6 +360,9 @@ class Deployment(Analysis):
             summary |= self._mesh_errors(solution, statistics, summary)
         looked_at = np.array([point.pair_force for point in statistics.points])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
+        if self.case.margin:
+            found = summary["margins"] = margin_results(self.case.margin, self.scene.joints)
+            summary["smallest_margin"] = min((row["margin"] for row in found if row["margin"] is not None), default=None)
         summary["contact_stats"] = self.system.contacts.stats()
         if self.case.sheet is not None:
             states = zip(solution.time, solution.q, strict=True)
@@ -413,7 +422,7 @@ class Deployment(Analysis):
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """See `fsm.analyses.deploy_warnings`."""
-        return deploy_warnings(
+        return negative_margins(summary.get("margins", ())) + deploy_warnings(
             solution, summary, self.case, self.scene, self.system, self.plan, self._same_throughout, self._ends_on_path,
             self._is_structure,
         )  # fmt: skip

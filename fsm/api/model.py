@@ -139,6 +139,14 @@ class Model:
         """Add a force element between two bodies: inner, outer, point_inner (m), translation (N/m), rotation (N m/rad)."""
         return self.add("scene.elements", name=name, **keys)
 
+    def joint(self, name: str, **keys: Any) -> Self:
+        """Add an ideal joint between two bodies: kind, first, second, at (m), axis, spring, damper, stop, latch, motor."""
+        return self.add("scene.joints", name=name, **keys)
+
+    def wing(self, **keys: Any) -> Self:
+        """Add a wing of hinged panels: panels, length, width, thickness (m), mass (kg), yoke, hinge, ..."""
+        return self.add("wing", **keys)
+
     def film(self, name: str, **keys: Any) -> Self:
         """Add a film to the scene: length, width, thickness (m), young (Pa), density (kg/m^3), mesh, ..."""
         return self.add("scene.films", name=name, **keys)

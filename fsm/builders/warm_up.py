@@ -51,7 +51,7 @@ WHOLE: dict[str, tuple[tuple[str, ...], ...]] = {
         ("cable", "solve.end_time=1e-3", "solve.method=generalized-alpha"),
         ("truss", "solve.method=static", "solve.end_time=1e-2"),
     ),
-    "mechanism": (("mechanism", "drive.0.turn=1e-3"),),
+    "mechanism": (("mechanism", "solve.end_time=1e-3"), ("wing", "solve.end_time=1e-3")),
 }
 """Shortened cases of `fsm init` (template, overrides) for the kernels of sheets, gas, and scenes with nodes."""
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
+from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ from fsm.analyses.scissor import ScissorArray
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.builders.scene import build_scene
 from fsm.case.models.case import Case
+from fsm.case.models.scene import Scene
 from fsm.channels.offer import Model, Offer, State, offers_of
-from fsm.errors import CaseError
+from fsm.errors import CaseError, Fault
 from fsm.model.compile.compile_case import compile_whole
 from fsm.model.plan.plan import plan_of
 from fsm.model.system.step_system import whole_system
@@ -21,24 +23,47 @@ from fsm.solve.outcome.run_io import SavedState
 
 _LISTED = 20
 """Largest number of names that `fsm check` lists."""
+_COORDINATES = ("angle", "angle_1", "angle_2", "displacement", "displacement_1", "displacement_2", "motor")
+"""Channels of an ideal joint that lead the results of a case without `report`."""
+_RECORDED = (*_COORDINATES, "force", "moment", "latched")
+"""Channels of an ideal joint that are always recorded."""
+
+
+def chosen(case: Case, scene: Scene | None, offered: Iterable[str]) -> tuple[list[str], list[str], list[Fault]]:
+    """Names of the channels to record, in the order of the offers, of those that lead the results, and faults."""
+    names = list(offered)
+    led, faults = _of_report(case.report, names)
+    recorded, more = select_channels(names, case.save.channels)
+    of_joints = [f"joint.{joint.name}" for joint in (() if scene is None else scene.joints)]
+    if not case.report:
+        led = [name for name in (f"{joint}.{of}" for joint in of_joints for of in _COORDINATES) if name in set(names)]
+    kept = {*recorded, *led, *(f"{joint}.{of}" for joint in of_joints for of in _RECORDED)}
+    return [name for name in names if name in kept], led, [*faults, *more]
+
+
+def _of_report(patterns: Iterable[str], names: list[str]) -> tuple[list[str], list[Fault]]:
+    """Channels that match the patterns of `report`, in their order; a pattern may leave out "joint."."""
+    found: list[str] = []
+    faults: list[Fault] = []
+    for pattern in patterns:
+        whole = pattern if any(fnmatchcase(name, pattern) for name in names) else f"joint.{pattern}"
+        matches, fault = select_channels(names, [whole], "report")
+        found, faults = [*found, *(name for name in matches if name not in found)], [*faults, *fault]
+    return found, faults
 
 
 class ChannelSampler:
-    """Channels of a run that match the patterns of the case.
-
-    Parameters
-    ----------
-    model : Model
-    patterns : patterns of `[save] channels`
+    """Channels that a run records.
 
     Attributes
     ----------
     infos : descriptions of the channels
+    report : names of the channels that lead the results
     """
 
-    def __init__(self, model: Model, patterns: Sequence[str]) -> None:
-        offered = offers_of(model) if patterns else {}
-        names, _ = select_channels(offered, patterns)
+    def __init__(self, model: Model) -> None:
+        offered = offers_of(model)
+        names, self.report, _ = chosen(model.case, model.scene, offered)
         self._offers: tuple[Offer, ...] = tuple(offered[name] for name in names)
         self.infos: tuple[ChannelInfo, ...] = tuple(offer.info for offer in self._offers)
 
@@ -94,16 +119,23 @@ def check_patterns(case: Case, source: str = "", analysis: Any = None) -> dict[s
     CaseError
         With a fault for every pattern that matches no channel of any analysis of the case.
     """
-    offered: dict[str, Offer] = {}
-    try:
-        for model in models_of_case(case, analysis):
-            offered |= offers_of(model)
-    except CaseError as error:
-        raise CaseError(error.faults, error.source or source) from None
-    _, faults = select_channels(offered, case.save.channels)
+    offered, scene = _offered(case, source, analysis)
+    faults = chosen(case, scene, offered)[2]
     if faults:
         raise CaseError(faults, source)
     return offered
+
+
+def _offered(case: Case, source: str = "", analysis: Any = None) -> tuple[dict[str, Offer], Scene | None]:
+    """Channels of a case by name, and the scene of its first analysis."""
+    offered: dict[str, Offer] = {}
+    try:
+        models = models_of_case(case, analysis)
+        for model in models:
+            offered |= offers_of(model)
+    except CaseError as error:
+        raise CaseError(error.faults, error.source or source) from None
+    return offered, models[0].scene
 
 
 def channel_lines(case: Case) -> list[str]:
@@ -114,8 +146,10 @@ def channel_lines(case: Case) -> list[str]:
     CaseError
         A pattern matches no channel.
     """
-    offered = check_patterns(case)
-    names, _ = select_channels(offered, case.save.channels)
+    offered, scene = _offered(case)
+    names, _, faults = chosen(case, scene, offered)
+    if faults:
+        raise CaseError(faults)
     lines = [f"{name} ({offered[name].unit})" for name in names[:_LISTED]]
     if len(names) > _LISTED:
         lines.append(f"... and {len(names) - _LISTED} more that match")

@@ -24,7 +24,7 @@ def describe(case: Case) -> list[str]:
     if case.extensions:
         files = ", ".join(name.partition("#")[0] for name in case.extensions)
         lines = labelled([("extensions", lambda _: [f"{files} (Python code, executed with the case)"])], case) + lines
-    if case.save.channels:
+    if case.save.channels or case.report:
         from fsm.channels.sample import channel_lines  # this module imports numba, which other cases do not need
 
         lines += labelled([("channels", channel_lines)], case)

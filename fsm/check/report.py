@@ -30,7 +30,7 @@ from fsm.check.drive import drive_of_strip_lines, drives_line, pulled_beyond_len
 from fsm.check.facets import pressure_line
 from fsm.check.flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
 from fsm.check.gas import gas_lines
-from fsm.check.joints import joint_lines
+from fsm.check.joints import joint_lines, margin_lines, margin_warnings
 from fsm.check.numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
 from fsm.check.sheet import sheet_lines, sheet_support_lines
 from fsm.check.view import CheckContext
@@ -382,6 +382,7 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
 
 def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
+    yield from margin_warnings(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
     if view.scene.joints and not view.case.step:
         yield from JointsAtStart(view.scene).velocity_warnings()
@@ -405,6 +406,7 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("bodies", _bodies),
     ("", body_lines),
     ("joints", joint_lines),
+    ("margin", margin_lines),
     ("elements", _joints),
     ("", element_lines),
     ("half cell", _half_cell),

@@ -229,10 +229,11 @@ def table(
 
 @cli.command()
 @click.argument("case", metavar="CASE.toml")
+@click.option("--out", metavar="FILE.png", help="Also draw the mechanism with its joints: a file (.png, .svg, .pdf).")
 @set_option
 @spatial_option
 @debug_option
-def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
+def check(case: str, out: str | None, overrides: tuple[str, ...], spatial: bool) -> None:
     """Check a case and describe its model, without solving it."""
     from fsm.case.loading.load_case import load_case
 
@@ -244,6 +245,12 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
     with add_source(case):
         lines = describe(loaded.case)
     _say(lines)
+    if out is not None:
+        with imports_outside_gc(), plain_matplotlib():
+            from fsm.views.pictures.mechanism_picture import draw_mechanism
+        with add_source(case):
+            draw_mechanism(loaded.case, Path(out))
+        click.echo(out)
 
 
 @cli.command()

@@ -13,6 +13,7 @@ _TEMPLATES = Path(__file__).with_name("templates")
 _ALSO = {
     "membrane": "film", "scissor": "array", "miura": "sheet", "rigid": "sheet", "bars": "kresling", "bend-lines": "pattern",
     "fold": "pattern", "tape-spring": "boom", "stem": "boom", "lenticular": "boom",
+    "slider-crank": "mechanism", "joints": "mechanism", "solar-wing": "wing", "solar-array": "wing",
 }  # fmt: skip
 """Other names of kinds: of sections, of patterns, and of facets."""
 

@@ -20,8 +20,9 @@ from fsm.results.step_data import LoadPath, StepModes
 from fsm.text.short_repr import ShortRepr
 from fsm.text.shown_units import travel_text
 
-FILM, LINE, BEAM = -1, -2, -3
-"""Values of `panel` for other quads of a scene: films, lines of cables (quads without width), and beams."""
+FILM, LINE, BEAM, LINK, JOINT_AXIS = range(-1, -6, -1)
+"""Values of `panel` for other quads of a scene: films, lines of cables (quads without width), beams, lines of bodies without
+a shape, and lines along axes of joints."""
 
 ENERGIES: dict[str, str] = {
     "kinetic": "kinetic energy",
@@ -142,7 +143,7 @@ class Layout(ShortRepr):
         Pairs are named by their two surfaces, drives by the part that they pull.
     panel : (n_quads,) array of int
         Panel number of every quad of the shape, from 1; 0 for a quad without panel. For a film, the number of the patch;
-        in a scene FILM, LINE and BEAM.
+        in a scene FILM, LINE, BEAM, LINK and JOINT_AXIS.
     thickness : m
     film : tensioned equilibrium of a film; None for other structures
     channels : descriptions of the recorded channels

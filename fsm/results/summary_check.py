@@ -9,6 +9,7 @@ _ITEMS = {
     "stages": ("name", ("travel", "force")), "events": ("kind", ("travel", "end_travel", "force", "end_force")),
     "loads": ("name", ("size", "displacement")),
     "drives": ("name", ("peak_force", "peak_travel", "final_force", "final_travel")),
+    "report": ("name", ()), "reactions": ("joint", ()), "margins": ("joint", ("margin", "angle", "available", "required")),
 }  # fmt: skip
 """Lists in a summary: the key of the item's name, and the keys of its numbers."""
 _NUMBERS = (

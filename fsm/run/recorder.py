@@ -23,6 +23,7 @@ from fsm.analyses.load_path import loads_at, loads_at_end, static_load_path
 from fsm.analyses.panel_crossing import lattice_overlap
 from fsm.analyses.run_step import RunStep, States, StepResult
 from fsm.analyses.step_results import counted, final_loads, step_modes, step_summaries, total_of
+from fsm.case.derived.recorded import records_channels
 from fsm.case.loading.load_case import LoadedCase
 from fsm.case.loading.toml_text import case_text
 from fsm.case.models.case import Case
@@ -36,6 +37,7 @@ from fsm.results.attributes import stored_attributes
 from fsm.results.channel import extremes_of
 from fsm.results.checkpoint_file import read_checkpoint
 from fsm.results.curve import ForceCurve
+from fsm.results.reported import largest_reactions, report_of
 from fsm.results.solution import Record, Solution
 from fsm.results.step_data import LoadPath, StepModes
 from fsm.results.store import part_path
@@ -79,10 +81,10 @@ class RecordedSolve:
         self.system = analysis.system
         self.warnings = list(warnings)
         self.channels: ChannelSampler | None = None
-        if loaded.case.save.channels:
+        if records_channels(loaded.case, getattr(analysis, "scene", None)):
             from fsm.channels import sample  # this import loads all kinds of elements
 
-            self.channels = sample.ChannelSampler(sample.model_of_analysis(analysis), loaded.case.save.channels)
+            self.channels = sample.ChannelSampler(sample.model_of_analysis(analysis))
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
@@ -161,8 +163,10 @@ class RecordedSolve:
             }
             solution.load_path = LoadPath.of([result.path for result in self.done])
             state_errors(summary, self._errors(bar, solution, statistics, summary))
-            if solution.channels:
+            if self.channels:
                 summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
+                summary["report"] = report_of(solution.channels, self.channels.report, solution.time)
+                summary["reactions"] = largest_reactions(solution.channels, solution.time)
             summary |= {"compile_time_s": jit.compile_time() - compiled, "wall_time_s": time.perf_counter() - begun}
             driven = bool(self.points) and len(self.points[0].drive.travel) > 0
             solution.curve = ForceCurve.from_points(self.points).decimate().without_pairs() if driven else None
@@ -191,7 +195,6 @@ class RecordedSolve:
 
     def _further_run(self, case: Case, stated: Comparison, bar: Progress, cause: str) -> Solution:
         """Result of a run with other settings, without its files."""
-        case = case.model_copy(update={"save": case.save.model_copy(update={"channels": ()})})
         loaded = LoadedCase(case, case_text(case), self.loaded.path)
         bar.further(f"estimating the error due to {cause}", 1.0)
         analysis, warnings = analysis_of(case, str(loaded.path)), list[str]()
@@ -199,6 +202,7 @@ class RecordedSolve:
         analysis.initialise(warnings)
         with tempfile.TemporaryDirectory(prefix="fsm-") as folder:
             run = RecordedSolve(loaded, analysis, Path(folder), False, warnings)
+            run.channels = None
             return run.run(lambda fraction: bar.step(fraction, 0), time.perf_counter(), jit.compile_time())
 
     def _named(self, text: str) -> str:

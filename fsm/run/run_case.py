@@ -11,6 +11,7 @@ from typing import Any
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.deploy import Deployment
+from fsm.case.derived.recorded import records_channels
 from fsm.case.loading.load_case import LoadedCase
 from fsm.case.models.case import Case
 from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, NotConverged
@@ -104,7 +105,7 @@ def run_in_locked_folder(
     with report_compilation(progress, _title(loaded), jit):
         analysis, found = compiled or compile_case(loaded)
     warnings += found
-    if loaded.case.save.channels:
+    if records_channels(loaded.case, getattr(analysis, "scene", None)):
         from fsm.channels.sample import check_patterns  # this import loads all kinds of elements
 
         check_patterns(loaded.case, str(loaded.path), analysis)

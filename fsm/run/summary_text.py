@@ -6,13 +6,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from fsm.results.reported import ROUND_OFF, shown_name
 from fsm.results.stated_errors import largest_errors
 from fsm.text.load_names import load_units
+from fsm.text.margin_text import margin_texts
 from fsm.text.report_text import count
 from fsm.text.shown_units import ShownUnit, shown_unit, turns
 
 _LISTED = 6
-"""Largest number of limit points of a step, of errors of a cause, of loads, and of drives that the text lists."""
+"""Largest number of limit points of a step, of errors of a cause, of loads, drives and channels that the text lists."""
 _SMALL = 1e-3
 """Dynamic peak relative to the quasi-static one, below which it is not printed."""
 _AT_ONCE = 1e-4
@@ -25,6 +27,8 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
     """Lines printed after a run: numbers that depend on its kind, counters, warnings and the folder of the files."""
     lines = [
         *_film_lines(summary),
+        *(f"report      {text}" for text in report_texts(summary)),
+        *(f"margin      {text}" for text in margin_texts(summary.get("margins", ()))),
         *_step_lines(summary.get("step", ())),
         *(text for step in summary.get("step", ()) for text in _limit_points(step)),
         *_pull_lines(summary),
@@ -37,6 +41,32 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
     lines += [f"error       {text}" for text in _error_texts(summary.get("errors", {}))]
     lines += [f"warning     {text}" for text in summary.get("warnings", ())]
     return [*lines, f"results     {folder}"]
+
+
+def report_texts(summary: Mapping[str, Any]) -> list[str]:
+    """One text for each of the first channels that the case asks for, then one for the reactions of joints."""
+    rows = [row for row in summary.get("report", ()) if "end" in row]
+    texts = [_report_text(row) for row in rows[:_LISTED]]
+    if len(rows) > _LISTED:
+        texts.append(f"and {len(rows) - _LISTED} more; see report in summary.json")
+    largest = [_largest_text(summary.get("reactions", ()), key, unit) for key, unit in (("force", "N"), ("moment", "N m"))]
+    named = ", ".join(text for text in largest if text)
+    return [*texts, *([f"reactions of joints: {named}"] if named else [])]
+
+
+def _largest_text(reactions: Sequence[Mapping[str, Any]], key: str, unit: str) -> str:
+    """Largest reaction of all joints; empty for round-off."""
+    row = max(reactions, key=lambda one: float(one.get(key, 0.0)), default={})
+    if row.get(key, 0.0) <= ROUND_OFF:
+        return ""
+    return f"largest {key} {shown_unit(unit, row[key]).text(row[key])} in {row['joint']} at {row[f'{key}_time']:.4g} s"
+
+
+def _report_text(row: Mapping[str, Any]) -> str:
+    unit = shown_unit(row["unit"], max(abs(row["min"]), abs(row["max"])))
+    end, low, high = (unit.text(0.0 if abs(row[key]) < ROUND_OFF else row[key]) for key in ("end", "min", "max"))
+    at = f"from {low} at {row['min_time']:.4g} s to {high} at {row['max_time']:.4g} s"
+    return f"{shown_name(row['name'])} {end} at the end, {at}"
 
 
 def summary_travel_unit(summary: Mapping[str, Any]) -> ShownUnit:

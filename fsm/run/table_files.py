@@ -17,7 +17,7 @@ from fsm.text.shown_units import turns
 _FIRST = ("peak_force", "peak_travel", "frequency_hz", "amplitude_center", "amplitude_patch")
 """Numbers in the first columns, before displacements of loads."""
 _LAST_OF_FIRST = ("exit_code", "warnings", "error")
-_KEPT = ("loads", "drives", "warnings", "channels")
+_KEPT = ("loads", "drives", "warnings", "channels", "report")
 """Parts of a summary that rows have as they are."""
 _SEPARATOR = " | "
 """Text between several warnings or lines of an error in a cell."""
@@ -30,9 +30,9 @@ _CELL = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*)?"
 def flat_numbers(summary: Mapping[str, Any], nested: bool = False) -> dict[str, Any]:
     """Numbers and texts of a summary; keys of nested tables are joined by "_".
 
-    Stages give the travel at their start, probes a number for each axis. The result also has the lists `loads`, `drives`
-    and `warnings`, and the dict `channels`, unless it is of a `nested` table. Other lists are left out, and the peak of a
-    run without a drive.
+    Stages give the travel at their start, probes a number for each axis. The result also has the lists `loads`, `drives`,
+    `report` and `warnings`, and the dict `channels`, unless it is of a `nested` table. Other lists are left out, and the
+    peak of a run without a drive.
     """
     flat: dict[str, Any] = {}
     for key, value in summary.items():
@@ -53,7 +53,8 @@ def flat_numbers(summary: Mapping[str, Any], nested: bool = False) -> dict[str, 
 def write_summaries(folder: Path, rows: Sequence[Mapping[str, Any]], paths: Sequence[str]) -> None:
     """Write `summary.csv`, one row for each case.
 
-    The first columns are the name, the peak (films: frequency and amplitudes), the displacements of loads, the exit code,
+    The first columns are the name, the peak (films: frequency and amplitudes), the displacements of loads, the channels of
+    `report`, the exit code,
     warnings and errors as text, then the cells of the table. Numbers are in SI, with the unit in the heading. A number of
     the table has the unit of its cells in the heading, if all cells have the same unit.
 
@@ -88,11 +89,13 @@ def _columns(row: Mapping[str, Any], paths: set[str]) -> tuple[dict[str, Any], d
         units = load_units(load["name"])
         loads[f"{load['name']} ({units.size})"] = load["size"]
         loads[f"{units.way} of {load['name']} ({units.displacement})"] = load["displacement"]
+    for channel in row.get("report", ()):
+        loads |= {f"{channel['name']} {key} ({channel['unit']})": channel.get(key) for key in ("end", "min", "max")}
     rest: dict[str, Any] = {}
     for drive in row.get("drives", ()):
         of = drive["name"].endswith("(turn)")
         rest |= {f"{drive['name']}: {heading(key, of)}": value for key, value in drive.items() if key != "name"}
-    own = {"case", "loads", "drives", "channels", *_FIRST, *_LAST_OF_FIRST, *paths}
+    own = {"case", "loads", "drives", "channels", "report", *_FIRST, *_LAST_OF_FIRST, *paths}
     rest |= {heading(key, turning): value for key, value in row.items() if key not in own}
     return first, loads, rest
 

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fsm.case.loading.table import load_reference
+from fsm.results.reported import shown_name
 from fsm.text.load_names import load_units
 from fsm.text.report_text import count
 from fsm.text.shown_units import shown_unit, turns
 
-_LOADS = 3
-"""Largest number of loads in the printed table."""
+_LOADS, _CHANNELS = 3, 4
+"""Largest number of loads, and of channels of `report`, in the printed table."""
 Row = Mapping[str, Any]
 
 
@@ -30,7 +31,7 @@ class _Column(NamedTuple):
 
 def format_table(rows: Sequence[Row]) -> str:
     """Results as text: one line for each case, with the errors of failed rows below the table."""
-    columns = [*_film_columns(rows), *_pull_columns(rows), *_load_columns(rows)]
+    columns = [*_film_columns(rows), *_report_columns(rows), *_pull_columns(rows), *_load_columns(rows)]
     columns += [
         _Column("steps", lambda row: row.get("steps"), ""),
         _Column("run time", lambda row: row.get("wall_time_s"), "s"),
@@ -69,6 +70,16 @@ def _pull_columns(rows: Sequence[Row]) -> list[_Column]:
         stages = dict.fromkeys(key for row in rows if turns(row) == turning for key in row if _stage_name(key))
         columns += [_Column(f"{_stage_name(key)} from", _number(key, turning), units[1]) for key in stages]
     return columns
+
+
+def _report_columns(rows: Sequence[Row]) -> list[_Column]:
+    """Value at the end of the first channels of `report`."""
+    units = {channel["name"]: channel["unit"] for row in rows for channel in row.get("report", ())}
+    return [_Column(shown_name(name), _of_channel(name), units[name]) for name in list(units)[:_CHANNELS]]
+
+
+def _of_channel(name: str) -> Callable[[Row], Any]:
+    return lambda row: next((one.get("end") for one in row.get("report", ()) if one["name"] == name), None)
 
 
 def _load_columns(rows: Sequence[Row]) -> list[_Column]:
@@ -118,6 +129,10 @@ def progress_line(row: Row) -> str:
     if row.get("peak_force") is not None:
         at = shown_unit("rad" if turns(row) else "m", row["peak_travel"]).text(row["peak_travel"])
         parts.append(f"peak {row['peak_force']:.4g} {'N m' if turns(row) else 'N'} at {at}")
+    elif row.get("report"):
+        one = row["report"][0]
+        if "end" in one:
+            parts.append(f"{shown_name(one['name'])} {shown_unit(one['unit'], one['end']).text(one['end'])} at the end")
     elif row.get("loads"):
         load = row["loads"][0]
         units = load_units(load["name"])

@@ -122,11 +122,11 @@ def _springs(spatial: bool, curved: bool) -> None:
     follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
 
 
-def _many_steps(spatial: bool) -> None:
+def _many_steps(spatial: bool, method: str = "generalized-alpha") -> None:
     """Solve the first instants of a small strip without drive and without contact."""
     _, system = compile_case(warm_up_springs(spatial))
     alone = SegmentSystem(system.bodies, (), system.groups, (), ())
-    simulate(alone, Settings("generalized-alpha", 1e-3, 1e-6), [0.0], lambda saved: None)
+    simulate(alone, Settings(method, 1e-3, 1e-6, step=5e-7), [0.0], lambda saved: None)
 
 
 def _film(law: str) -> None:
@@ -166,6 +166,7 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
     **{f"steps in one kernel, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
+    **{f"mean-force method, {space}": (partial(_many_steps, space == "spatial", "mean-force"),) for space in SPACES},
     **{f"statics in one kernel, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
     **{f"statics with tabulated creases, {space}": (partial(_springs, space == "spatial", True),) for space in SPACES},
     **{

@@ -11,12 +11,9 @@ from pathlib import Path
 
 import imageio_ffmpeg
 import numpy as np
-import pyarrow.parquet
 import pytest
-import vtk
 from click.testing import CliRunner
 from PIL import Image
-from vtk.util.numpy_support import vtk_to_numpy
 
 import fsm
 from fsm.builders.patterns.flexible_mesh import flexible_mesh
@@ -61,11 +58,15 @@ def middles_of(mesh: Mesh, record: int) -> np.ndarray:
 @pytest.mark.parametrize("name", CASES)
 def test_vtk_reads_the_motion(name: str, results: dict[str, fsm.Result], tmp_path: Path) -> None:
     """Times, points, cells and data of every record, as VTK reads them."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy  # not all of VTK, and in this process only: 150 MB
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
     result = results[name]
-    reader = vtk.vtkHDFReader()
+    reader = vtkHDFReader()
     reader.SetFileName(str(result.export("vtkhdf", tmp_path / "x.vtkhdf")))
     reader.UpdateInformation()
-    times = reader.GetOutputInformation(0).Get(vtk.vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    times = reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS())
     assert np.array_equal(times, result.time)
     mesh = mesh_of(result.solution)
     for record in (0, len(times) // 2, len(times) - 1):
@@ -86,18 +87,24 @@ def test_vtk_reads_the_motion(name: str, results: dict[str, fsm.Result], tmp_pat
 
 def test_vtk_draws_the_last_record(results: dict[str, fsm.Result], tmp_path: Path) -> None:
     """The surface from ParaView's reader is drawn within the bounds of the exported points."""
-    reader = vtk.vtkHDFReader()
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, registers what draws
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
+
+    reader = vtkHDFReader()
     reader.SetFileName(str(results["strip_trial"].export("vtkhdf", tmp_path / "x.vtkhdf")))
     reader.UpdateInformation()
     reader.SetStep(reader.GetNumberOfSteps() - 1)
-    surface, mapper, actor = vtk.vtkDataSetSurfaceFilter(), vtk.vtkPolyDataMapper(), vtk.vtkActor()
+    surface, mapper, actor = vtkDataSetSurfaceFilter(), vtkPolyDataMapper(), vtkActor()
     surface.SetInputConnection(reader.GetOutputPort())
     mapper.SetInputConnection(surface.GetOutputPort())
     mapper.ScalarVisibilityOff()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(1.0, 0.0, 0.0)
     actor.GetProperty().LightingOff()
-    renderer, window = vtk.vtkRenderer(), vtk.vtkRenderWindow()
+    renderer, window = vtkRenderer(), vtkRenderWindow()
     renderer.AddActor(actor)
     window.SetOffScreenRendering(1)
     window.SetSize(200, 150)
@@ -105,7 +112,7 @@ def test_vtk_draws_the_last_record(results: dict[str, fsm.Result], tmp_path: Pat
     renderer.GetActiveCamera().Elevation(50.0)
     renderer.ResetCamera()
     window.Render()
-    picture = vtk.vtkWindowToImageFilter()
+    picture = vtkWindowToImageFilter()
     picture.SetInput(window)
     picture.Update()
     pixels = vtk_to_numpy(picture.GetOutput().GetPointData().GetScalars()).reshape(150, 200, -1)
@@ -187,13 +194,15 @@ def test_glb_holds_the_motion(name: str, results: dict[str, fsm.Result], tmp_pat
 
 
 def test_tables_hold_all_channels(results: dict[str, fsm.Result], tmp_path: Path) -> None:
+    from pyarrow.parquet import read_table
+
     result = results["strip_trial"]
     with result.export("csv", tmp_path / "x.csv").open(newline="") as file:
         heading, *rows = csv.reader(file)
     values = np.array(rows, dtype=float)
     assert np.allclose(values[:, heading.index("crease.3.moment (N m)")], result["crease.3.moment"], rtol=1e-11)
     assert np.allclose(values[:, heading.index("time (s)")], result.time)
-    table = pyarrow.parquet.read_table(result.export("parquet", tmp_path / "x.parquet"))
+    table = read_table(result.export("parquet", tmp_path / "x.parquet"))
     for label, column in result["crease.3.force"].columns.items():
         assert np.array_equal(table[label], column)
     assert table.schema.field("drive.1.force").metadata[b"unit"] == b"N"

@@ -219,7 +219,7 @@ def test_exact_factor() -> None:
         assert exact(c) == pytest.approx(1 / c, rel=1e-12)
     for below in (1e-3, 1e-6, 1e-10):  # 3/2 (1 - c)/(1 - c + c^2) to second order
         c = 1 - below
-        assert exact(c) == pytest.approx(1.5 * (1 - c) / (1 - c + c * c), rel=10 * below**2 + 1e-12)
+        assert exact(c) == pytest.approx(1.5 * (1 - c) / (1 - c + c * c), rel=10 * below**2 + 1e-12, abs=1e-16)
     grid = np.linspace(0.01, 1.0, 500)
     assert np.all(np.diff([exact(c) for c in grid]) < 0)
 

@@ -36,4 +36,4 @@ def test_round_off_is_no_opening() -> None:
     along_x = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 100.0])
     assert opening(ALONG, poses[0], poses[1], along_x, 0.0, *work) == 0.0
     poses[1, 0] = 100.0 * (1.0 + 1e-13)
-    assert opening(ALONG, poses[0], poses[1], along_x, 0.0, *work) == pytest.approx(1e-11, rel=1e-2)
+    assert opening(ALONG, poses[0], poses[1], along_x, 0.0, *work) == pytest.approx(1e-11, rel=1e-2, abs=0.0)

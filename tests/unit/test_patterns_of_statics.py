@@ -1,4 +1,4 @@
-"""Patterns of compiled statics with contact: a pattern that lacks pairs of bodies is completed at once."""
+"""Patterns of compiled statics with contact: one that lacks pairs of bodies is completed at once, and then few lack any."""
 
 from pathlib import Path
 
@@ -25,7 +25,9 @@ def changed(monkeypatch):
     return found
 
 
-def test_pattern_that_lacks_pairs_gets_them(changed, tmp_path):
-    loaded = load_case(CASE, ['drive.0.travel="8 mm"', "solve.max_steps=60"])
-    run_case(loaded, tmp_path, progress=False, figures=False)
-    assert changed and all(changed)
+def test_patterns_that_lack_pairs_get_them_and_last(changed, tmp_path):
+    """14 changes in 137 steps; a pattern that keeps the pairs of one earlier pattern only changes 97 times, because
+    predictions and rejected steps reach other bodies than accepted ones.
+    """
+    run_case(load_case(CASE), tmp_path, progress=False, figures=False)
+    assert changed and all(changed) and len(changed) <= 30

@@ -3,10 +3,7 @@
 import csv
 import math
 import os
-import signal
-import subprocess
 import sys
-import time
 import types
 from pathlib import Path
 
@@ -19,7 +16,7 @@ from fsm.cli.command_line import cli
 from fsm.errors import CaseError, FsmError, NotConverged
 from fsm.io.folder_lock import locked_folder
 from fsm.results.summary_file import write_summary
-from fsm.run.pool import JobOutcome, run_jobs
+from fsm.run.pool import JobOutcome
 from fsm.run.run_case import compile_case
 from fsm.run.table import RESOLVED, failures, run_table
 from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
@@ -118,9 +115,7 @@ def test_bad_tables(tmp_path, table, expected):
 
 
 def test_bad_overrides_of_a_table(tmp_path):
-    assert faults(write(tmp_path), "strip.lenght=1") == [
-        "--set strip.lenght: unknown key; did you mean `strip.length`?"
-    ]
+    assert faults(write(tmp_path), "strip.lenght=1") == ["--set strip.lenght: unknown key; did you mean `strip.length`?"]
     assert faults(write(tmp_path), "strip") == [
         "--set strip: write the override as path=value, for example strip.thickness=0.0003"
     ]
@@ -217,9 +212,7 @@ def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     assert [row["warnings"] for row in table] == ["coarse mesh", "coarse mesh", "", "coarse mesh"]
     assert table[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm | try more segments"
     assert [row["exit_code"] for row in table] == ["0", "0", "3", "0"]
-    assert (tmp_path / "out" / "80 low" / RESOLVED).read_text() == load_table(tmp_path / "table.csv")[
-        0
-    ].loaded.text
+    assert (tmp_path / "out" / "80 low" / RESOLVED).read_text() == load_table(tmp_path / "table.csv")[0].loaded.text
 
 
 def test_rows_of_the_command_are_compiled_once(tmp_path, fake_run, monkeypatch):
@@ -373,154 +366,3 @@ def test_a_run_without_a_drive_has_displacements_of_loads_in_place_of_a_peak(tmp
                      "max_time (s)": "1.0"}  # fmt: skip
     write_extremes(tmp_path, [{"case": "a"}])
     assert not (tmp_path / "extremes.csv").exists()
-
-
-# -- processes -----------------------------------------------------------------------------------------------
-
-
-COPIES = [False, pytest.param(True, marks=pytest.mark.skipif(sys.platform != "linux", reason="workers are copies on Linux"))]
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("copies", COPIES)
-def test_jobs_that_fail_or_die_take_no_other_with_them(copies):
-    jobs = [
-        "6 * 7",
-        "1 / 0",
-        "__import__('os')._exit(7)",
-        "__import__('os').environ['OMP_NUM_THREADS']",
-        "[1]",
-    ]
-    before = os.environ.get("OMP_NUM_THREADS")
-    outcomes = sorted(run_jobs(eval, jobs, 2, copies), key=lambda outcome: outcome.job)
-    assert [outcome.value for outcome in outcomes] == [42, None, None, "1", [1]]
-    assert outcomes[1].error == ("internal error: ZeroDivisionError: division by zero",)
-    assert "Traceback" in outcomes[1].trace
-    assert outcomes[2].error == ("the worker process ended with code 7",)
-    assert os.environ.get("OMP_NUM_THREADS") == before
-
-
-def test_foreseen_errors_keep_their_exit_code():
-    (outcome,) = run_jobs(exec, ["from fsm.errors import NotConverged; raise NotConverged('a\\nb')"], 4)
-    assert (outcome.error, outcome.exit_code, outcome.trace) == (("a", "b"), 3, "")
-    (outcome,) = run_jobs(eval, ["__import__('numpy').zeros(10**17)"], 1)
-    assert outcome.error[0].startswith("out of memory (Unable to allocate") and outcome.exit_code == 3
-
-
-def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
-    """This is possible here, but not in a worker."""
-    where = tmp_path / "broken_work.py"
-    where.write_text("def work(job): ...\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    work = __import__("broken_work").work
-    where.write_text("raise OSError('libwork.so: cannot open shared object file')\n")
-    (outcome,) = run_jobs(work, [1], 1)
-    assert outcome.error == ("internal error: OSError: libwork.so: cannot open shared object file",)
-    assert "broken_work.py" in outcome.trace
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="workers are copies on Linux")
-def test_copies_find_what_their_parent_has(monkeypatch):
-    """As rows of a table find their compiled cases; a worker that is no copy imports modules anew."""
-    monkeypatch.setitem(fsm.run.table._compiled, "text", "compiled")
-    (outcome,) = run_jobs(eval, ["__import__('fsm.run.table').run.table._compiled.pop('text', None)"], 1, copies=True)
-    assert outcome.value == "compiled" and fsm.run.table._compiled == {"text": "compiled"}
-
-
-@pytest.mark.nightly
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_workers_start_with_interrupts_held_back():
-    """Until the first job, and during the first job of a process, with which Python starts another process that lets
-    interrupts through."""
-    code = (
-        "import signal\n"
-        "from fsm.run import pool\n"
-        "start = pool._start\n"
-        "def look(*given):\n"
-        "    worker = start(*given)\n"
-        "    status = open(f'/proc/{worker.process.pid}/status').read()\n"
-        "    print(int(status.split('SigBlk:')[1].split()[0], 16) >> (signal.SIGINT - 1) & 1)\n"
-        "    return worker\n"
-        "pool._start = look\n"
-        "job = \"__import__('signal').pthread_sigmask(0, []) == set()\"\n"
-        "for outcome in pool.run_jobs(eval, [job] * 2, 2): print(outcome.value)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["1", "1", "True", "True"]
-
-
-@pytest.mark.skipif(not hasattr(os, "getpgrp"), reason="needs POSIX process groups")
-def test_the_interrupt_of_a_terminal_does_not_reach_workers_twice():
-    (outcome,) = run_jobs(eval, ["__import__('os').getpgrp()"], 1)
-    assert outcome.value != os.getpgrp()
-
-
-@pytest.mark.nightly
-@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
-@pytest.mark.parametrize("copies", COPIES)
-def test_workers_end_with_a_parent_that_is_killed(tmp_path, copies):
-    """They are interrupted, so that they write their checkpoints."""
-    job = (
-        "import os, time, pathlib\n"
-        "pathlib.Path({0!r} + '.' + str(os.getpid())).touch()\n"
-        "try:\n    time.sleep(60)\n"
-        "except KeyboardInterrupt:\n    pathlib.Path({0!r} + '.saved').touch(); raise\n"
-    )
-    jobs = [job.format(str(tmp_path / name)) for name in "ab"]
-    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2, {copies}): print(outcome)"
-    process = subprocess.Popen([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}, start_new_session=True)
-    deadline = time.monotonic() + 60
-    while len(list(tmp_path.iterdir())) < 2 and time.monotonic() < deadline:
-        time.sleep(0.02)
-    workers = [int(path.suffix[1:]) for path in tmp_path.iterdir()]
-    process.kill()
-    process.wait()
-    while any(is_running(worker) for worker in workers) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert len(workers) == 2 and not any(is_running(worker) for worker in workers)
-    assert len(list(tmp_path.glob("*.saved"))) == 2
-
-
-def is_running(process: int) -> bool:
-    """Whether such a process runs; a finished process whose exit status was not read does not count."""
-    try:
-        status = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-    return status != "Z"
-
-
-@pytest.mark.nightly
-@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
-@pytest.mark.parametrize("copies", COPIES)
-def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path, copies):
-    """Each worker writes a file in place of its checkpoint; no process remains."""
-    job = (
-        "import sys, time, pathlib\n"
-        "pathlib.Path({0!r} + '.started').touch()\n"
-        "try:\n    time.sleep(60)\n"
-        "except KeyboardInterrupt:\n    time.sleep(0.3); pathlib.Path({0!r} + '.saved').touch(); raise\n"
-    )
-    jobs = [job.format(str(tmp_path / name)) for name in "abc"]
-    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2, {copies}): print(outcome)"
-    process = subprocess.Popen(
-        [sys.executable, "-c", code],
-        stderr=subprocess.PIPE,
-        env={"PYTHONPATH": ":".join(sys.path)},
-        start_new_session=True,
-    )
-    try:
-        deadline = time.monotonic() + 60
-        while len(list(tmp_path.glob("*.started"))) < 2 and time.monotonic() < deadline:
-            time.sleep(0.02)
-        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: the signal goes to the whole process group
-        _, errors = process.communicate(timeout=30)
-    finally:
-        process.kill()
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "a.saved",
-        "a.started",
-        "b.saved",
-        "b.started",
-    ]
-    assert errors.decode().count("Traceback") == 1  # only of the parent process

@@ -40,6 +40,7 @@ def test_what_is_asked_for(monkeypatch, capsys):
         ("tape_spring", ["sheet.mesh=[6, 4]", "drive.0.turn=0.05"]),
         ("plate_on_film", []),
         ("dropped_plates", ["solve.end_time=0.02"]),
+        ("dropped_plates", ["solve.end_time=0.02", 'solve.method="mean-force"', "solve.step=1e-3"]),
     ],
 )
 def test_no_kernel_is_left_for_a_run(case, overrides, tmp_path):

@@ -17,10 +17,10 @@ from fsm.errors import Fault
 
 _OF_STRIP = {"crease": "crease numbers", "panel": "panel numbers", "end": "ends"}
 """Keys of a drive that only a strip has."""
-_ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
+_ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "report", "expect")
 _DEPLOY = (
     "start", "release", "strip", "lattice", "sheet", "scene", "crease", "contact", "friction", "drive", "load", "step",
-    "obstacle", "gas", "orifice",
+    "obstacle", "gas", "orifice", "margin",
 )  # fmt: skip
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")
@@ -91,7 +91,7 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
     if len(given) > 1 and given not in (["scene", "strip"], ["scene", "sheet"]):
         yield Fault(given[0], f"[{given[0]}] and [{given[1]}] both define a model; give one of them")
     elif not given:
-        yield Fault("strip", "section [strip] is missing; give [strip], [lattice], [sheet] or [scene]")
+        yield Fault("strip", "section [strip] is missing; give [strip], [lattice], [sheet], [wing] or [scene]")
     if given == ["lattice"]:
         for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
             yield Fault(name, f"the squares of a lattice are rigid and have no contact; remove section [{name}]")

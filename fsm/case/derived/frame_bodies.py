@@ -254,7 +254,7 @@ def _on_film(frame: SceneFrame, film: SceneFilm) -> Body:
 def _on_cable(frame: SceneFrame, cable: SceneCable | SceneBeam) -> Body:
     axes = cable_axes(cable, frame.normal)
     place = np.array(cable.start) + axes[0] * frame.at[0] * (1.0 + cable.strain)
-    return _body(frame.name, place, _quaternion(axes.T))
+    return _body(frame.name, place, matrix_quaternion(axes.T))
 
 
 def _body(name: str, place: np.ndarray, orientation: tuple[float, float, float, float]) -> Body:
@@ -264,7 +264,7 @@ def _body(name: str, place: np.ndarray, orientation: tuple[float, float, float, 
     )
 
 
-def _quaternion(matrix: np.ndarray) -> tuple[float, float, float, float]:
+def matrix_quaternion(matrix: np.ndarray) -> tuple[float, float, float, float]:
     """Unit quaternion of a rotation matrix: an eigenvector of the largest eigenvalue (Bar-Itzhack, 2000)."""
     m = matrix
     k = np.array(

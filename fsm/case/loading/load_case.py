@@ -153,6 +153,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
             faults += found
     data, found = _build(data, added, valid, system)
     faults += found
+    data, found = _build_wing(data, valid)
+    faults += found
     valid, found = _read_curves(valid, folder, system)
     faults += found
     if valid.get("sheet") is not None:
@@ -164,6 +166,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     valid, found = _read_programs(valid, folder, system)
     faults += found
     faults += check_sections(_sections(data, valid))
+    faults += _margin_faults(valid)
     faults += expectation_faults(valid.get("expect") or ())
     if faults:
         return None, faults
@@ -209,7 +212,32 @@ def _build(
     return data, faults
 
 
-_LISTS = ("drive", "load", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")
+def _build_wing(data: dict[str, Any], valid: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
+    """Tables of a case in which the bodies and joints of a [wing] are parts of its [scene]."""
+    if "wing" not in data:
+        return data, []
+    from fsm.case.derived.wing_scene import wing_faults, with_wing  # this module imports numpy
+
+    wing, others = valid.pop("wing"), [name for name in ("strip", "lattice", "sheet") if name in data]
+    faults = [Fault("wing", f"cannot be combined with [{name}]; remove one of them") for name in others]
+    scene = valid.get("scene")
+    if wing is not None and (scene is not None or "scene" not in data):
+        faults += wing_faults(wing, scene)
+        valid["scene"] = None if faults else with_wing(wing, scene)
+    return {name: value for name, value in data.items() if name != "wing"} | {"scene": data.get("scene", {})}, faults
+
+
+def _margin_faults(valid: Mapping[str, Any]) -> list[Fault]:
+    """Margins of joints that are not in the scene."""
+    asked, scene = valid.get("margin"), valid.get("scene")
+    if not asked or not isinstance(scene, Scene):
+        return [Fault("margin", "needs ideal joints, [[scene.joints]] or a [wing]")] if asked and scene is None else []
+    from fsm.case.derived.joint_margin import margin_faults  # this module imports numpy
+
+    return list(margin_faults(tuple(asked.values()), scene.joints))
+
+
+_LISTS = ("drive", "load", "margin", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")
 """Sections that may appear several times."""
 
 

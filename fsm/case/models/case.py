@@ -12,6 +12,7 @@ from fsm.case.models.contact import Contact, Friction, with_stiffness
 from fsm.case.models.gas import Gas, Orifice
 from fsm.case.models.lattice import Lattice
 from fsm.case.models.loads import Drive, Load
+from fsm.case.models.margin import Margin
 from fsm.case.models.materials import Crease, Material
 from fsm.case.models.membrane import Air, Cable, Damping, Deployed, Impact, Membrane, Patch, Support, Tension, Vibration
 from fsm.case.models.obstacle import Obstacle
@@ -20,6 +21,7 @@ from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSup
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.solve import Save, Solve
 from fsm.case.models.steps import Step
+from fsm.case.models.wing import Wing
 from fsm.case.schema.model import Model
 from fsm.case.schema.schema import Place
 from fsm.case.schema.units import Acceleration, Angle, Count, Length, Number, Time
@@ -170,6 +172,9 @@ class Case(Model):
     scene: Scene | None = Field(
         default=None, description="any graph of bodies and force elements; give this, `strip`, `lattice` or `sheet`"
     )
+    wing: Wing | None = Field(
+        default=None, description="wing of hinged panels; its bodies and joints become parts of `scene` when a file is read"
+    )
     membrane: Membrane | None = Field(default=None, description='film; required for "vibrate"')
     material: Material | None = Field(
         default=None, description="material of the strip, the sheet, the film or the bars; required for these"
@@ -178,6 +183,7 @@ class Case(Model):
     contact: Contact | None = Field(default=None, description="normal contact of faces")
     friction: Friction | None = Field(default=None, description="friction of faces in contact")
     drive: tuple[Drive, ...] = Field(default=(), description="prescribed motions, `[[drive]]`")
+    margin: tuple[Margin, ...] = Field(default=(), description="motorisation margins of joints, `[[margin]]`")
     load: tuple[Load, ...] = Field(default=(), description="forces and couples, `[[load]]`")
     gas: tuple[Gas, ...] = Field(default=(), description="gas in chambers of a sheet, `[[gas]]`")
     orifice: tuple[Orifice, ...] = Field(default=(), description="flow of gas between chambers, `[[orifice]]`")
@@ -203,6 +209,12 @@ class Case(Model):
     )
     solve: Solve = Field(default=Solve(), description="settings of the solver")
     save: Save = Field(default=Save(), description="spacing of records")
+    report: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = Field(
+        default=(),
+        description="channels that lead the printed results, the summary, tables and figures, as in `save.channels`; those "
+        'of joints by the name of the joint: `["hinge 1.angle"]`',
+        json_schema_extra={"default": "coordinates of all ideal joints, and moments or forces of their motors"},
+    )
     expect: dict[str, Expect] = Field(default_factory=dict, description="expected numbers of the summary")
 
     @field_validator("contact", mode="before")

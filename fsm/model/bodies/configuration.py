@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,16 @@ _TIMES = 8
 """Number of times whose travels are cached."""
 
 
+class BodyLine(NamedTuple):
+    """Line fixed to a body: number of the body, name, ends in body axes (3,), m, and the number of its kind."""
+
+    body: int
+    name: str
+    start: np.ndarray
+    end: np.ndarray
+    kind: int
+
+
 @dataclass(frozen=True)
 class Bodies:
     """Table of all bodies; the ground is the first.
@@ -45,6 +55,7 @@ class Bodies:
         Bodies with degrees of freedom.
     plates : (body, plate, panel) of every drawn plate; a polygon of more than four corners has several
     solids : (body, largest size in m) of boxes, cylinders and spheres
+    lines : lines that figures show, fixed to bodies in space
     """
 
     names: tuple[str, ...]
@@ -54,6 +65,7 @@ class Bodies:
     free: np.ndarray
     plates: tuple[tuple[int, Plate, int], ...]
     solids: tuple[tuple[int, float], ...] = ()
+    lines: tuple[BodyLine, ...] = ()
 
 
 class Configuration(System):
@@ -91,8 +103,9 @@ class Configuration(System):
         nowhere = (np.nan, np.zeros(0), bodies.pose)
         self._placed = self._placed_before = nowhere
         self._moving: tuple[float, np.ndarray, float | None, np.ndarray] = (np.nan, np.zeros(0), None, self.at_rest)
-        self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
-        self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
+        self._plate_bodies = np.array([*(body for body, _, _ in bodies.plates), *(line.body for line in bodies.lines)], int)
+        lines = np.array([(line.start, line.end, line.end, line.start) for line in bodies.lines]).reshape(-1, 4, 3)
+        self._plate_corners = np.concatenate([_corners([plate for _, plate, _ in bodies.plates]), lines])
 
     def initial(self) -> tuple[np.ndarray, np.ndarray]:
         """See `System`."""
@@ -208,16 +221,17 @@ class Configuration(System):
 
     @property
     def panels(self) -> np.ndarray:
-        """Number of the panel of every outline of `shape`, (n_quads,); 0 for none."""
-        return np.array([panel for _, _, panel in self.bodies.plates], dtype=np.int64)
+        """Number of the panel of every outline of `shape`, (n_quads,); 0 for none, negative for a line."""
+        return np.array([*(panel for _, _, panel in self.bodies.plates), *(line.kind for line in self.bodies.lines)], int)
 
     @property
     def quad_names(self) -> tuple[str, ...]:
-        """Name of the body of every outline of `shape`."""
-        return tuple(self.bodies.names[body] for body, _, _ in self.bodies.plates)
+        """Name of the body of every outline of `shape`, or of the joint of a line along an axis."""
+        plates = (self.bodies.names[body] for body, _, _ in self.bodies.plates)
+        return (*plates, *(line.name for line in self.bodies.lines))
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: the outline of every plate."""
+        """See `System`: the outline of every plate, and lines as outlines without width."""
         poses, _ = self.place(t, q, None)
         at = poses[self._plate_bodies]
         local = self._plate_corners

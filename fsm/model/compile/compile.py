@@ -9,14 +9,15 @@ import math
 
 import numpy as np
 
+from fsm.case.derived.mechanism_lines import MechanismLine, mechanism_lines
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.loads import Drive
 from fsm.case.models.scene import GROUND, Body, ForceElement, Plate, Scene
 from fsm.errors import CaseError, Fault
-from fsm.kernels.rotation import multiply
+from fsm.kernels.rotation import multiply, rotation_matrix
 from fsm.laws.crease import CreaseLaws, MomentCurve, join_curves
 from fsm.laws.crease_sliders import new_sliders
-from fsm.model.bodies.configuration import Bodies
+from fsm.model.bodies.configuration import Bodies, BodyLine
 from fsm.model.bodies.drive import Axis, PrescribedMotion, program_of, unit
 from fsm.model.bodies.group import Group, GroupSteps
 from fsm.model.bodies.loads import GravityGroup, LoadGroup, applied
@@ -171,7 +172,14 @@ class SceneCompiler:
                 for obstacle in self.scene.obstacles
                 if obstacle.body is not None and obstacle.extent > 0.0
             ),
+            lines=tuple(self._line(line) for line in mechanism_lines(self.scene)) if self.spatial else (),
         )
+
+    def _line(self, line: MechanismLine) -> BodyLine:
+        """Line in the axes of its body."""
+        number = self.index[line.body]
+        place, turned = self.pose[number, :3], rotation_matrix(self.pose[number, 3:])
+        return BodyLine(number, line.name, (line.start - place) @ turned, (line.end - place) @ turned, line.kind)
 
     def _motion(self, drive: Drive) -> PrescribedMotion:
         assert drive.moved  # `check_scene` has checked this

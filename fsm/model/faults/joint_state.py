@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from fsm.case.derived.joint_frames import LOCKED_PLACES, LOCKED_TURNS, joint_axe
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Scene
 from fsm.errors import Fault
+from fsm.kernels.programs import Program
 from fsm.model.bodies.drive import program_of, unit
 from fsm.model.bodies.time_function import motor_program
 from fsm.text.shown_units import shown
@@ -25,6 +27,14 @@ _OPENS = 1e-9
 """Rate of an opening, relative to the speeds of its bodies, above which it opens."""
 _SOON = 1e-12
 """Time relative to the end of a motion at which its first speed is taken."""
+
+
+def _first_speed(program: Program) -> float:
+    """Speed of a motor right after the start; zero if it begins at rest."""
+    ends = [0.0, *program.breaks()]
+    speed = program.at(_SOON * max(ends))[1]
+    usual = max((abs(program.at(0.5 * (a + b))[1]) for a, b in pairwise(ends)), default=0.0)
+    return 0.0 if abs(speed) <= _OPENS * usual else speed
 
 
 class JointsAtStart:
@@ -71,7 +81,7 @@ class JointsAtStart:
         yield from self._locked(joint, axes, first, second)
         if joint.motor is not None:
             program = motor_program(joint.motor)
-            self.wanted.append((len(self.labels), program.at(_SOON * max((0.0, *program.breaks())))[1]))
+            self.wanted.append((len(self.labels), _first_speed(program)))
             self.labels.append(f"{joint.name} (motor)")
             yield self._coordinate(joint)
 

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from fsm.builders.patterns.flexible_mesh import mesh_of_result
 from fsm.errors import CaseError
 from fsm.results.film import Integers
-from fsm.results.solution import BEAM, FILM, LINE, Solution
+from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
 from fsm.views.exporters.mesh import Mesh, mesh_of
 from fsm.views.exporters.registry import exporter
 
@@ -54,6 +54,8 @@ def write_inp(solution: Solution, path: Path) -> None:
         The case in the result is damaged.
     """
     mesh = mesh_of(solution)
+    if np.all(np.isin(mesh.panel, (LINK, JOINT_AXIS))):
+        raise CaseError("the result has no plates, films, cables or beams; give bodies a `plate`", "export")
     cells, hinges = _joined(mesh)
     used = np.unique(cells)
     number = np.zeros(mesh.points.shape[1], dtype=np.int64)

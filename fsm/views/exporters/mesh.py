@@ -11,7 +11,7 @@ import numpy as np
 from fsm.errors import CaseError
 from fsm.results.all_channels import all_channels
 from fsm.results.film import Floats, Integers
-from fsm.results.solution import BEAM, FILM, LINE, Solution
+from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
 from fsm.text.short_repr import ShortRepr
 from fsm.views.plots.plane import lattice_squares
 
@@ -35,7 +35,7 @@ class Mesh(ShortRepr):
     corners : (c,) array of int
         Number of corners: 4, 3, or 2 for a line.
     panel : (c,) array of int
-        Panel or patch of each cell; FILM, LINE and BEAM for the flexible parts of a scene.
+        Panel or patch of each cell; FILM, LINE, BEAM, ... for other parts of a scene.
     labels : names of the parts of the structure, such as "panel 3"
     label : (c,) array of int
         Part of each cell, as index of `labels`.
@@ -208,7 +208,8 @@ def _joined(cells: Integers, points: Floats, of_films: Integers, size: float) ->
 def _names(solution: Solution, panel: Integers) -> list[str]:
     """Name of the part of every cell."""
     case, patch = solution.layout.case, "patch" if solution.layout.film is not None else "panel"
-    single = {FILM: "film", LINE: "cable", BEAM: "beam", 0: "film" if patch == "patch" else "plate"}
+    single = {FILM: "film", LINE: "cable", BEAM: "beam", LINK: "body", JOINT_AXIS: "axis of joint"}
+    single[0] = "film" if patch == "patch" else "plate"
     names = [f"{patch} {number}" if number > 0 else single.get(int(number), "plate") for number in panel]
     bodies = case.get("scene", {}).get("bodies", []) if isinstance(case.get("scene"), dict) else []
     plates = [str(body.get("name")) for body in bodies if body.get("plate")]

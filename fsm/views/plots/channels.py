@@ -18,11 +18,12 @@ from fsm.views.plots.drawing import line_width
 from fsm.views.plots.legend import HANDLE_WIDTH, ROW_HEIGHT, name_width
 from fsm.views.plots.style import COLOURS, DASHES, WIDE, abscissa, figure, figure_unit, shortened
 
+Diagrams = dict[tuple[str, str], dict[str, np.ndarray]]
 _MOST = len(COLOURS) * len(DASHES)
 """Largest number of lines of a diagram with different colours and dashes."""
 _HEIGHT = 2.4
 """Height of one diagram, inches."""
-_QUANTITY = {
+QUANTITY = {
     "m": "length", "rad": "angle", "m/s": "velocity", "rad/s": "angular velocity", "1/m": "curvature", "N": "force",
     "N m": "moment", "J": "energy", "Pa": "stress", "m^2": "area", "m/s^2": "acceleration",
     "m^3": "volume", "s": "time", "W": "power", "kg": "mass", "Hz": "frequency", "N/m": "force per length",
@@ -56,38 +57,49 @@ def plot_channels(solution: Solution, patterns: Sequence[str], path: str | Path,
         raise CaseError("the result has no channels; list them in the key `channels` of [save], and run the case again")
     if faults:
         raise CaseError(faults)
-    units: dict[str, dict[str, np.ndarray]] = {}
+    diagrams: Diagrams = {}
     for name in names:
         channel = solution.channels[name]
-        units.setdefault(channel.info.unit, {}).update(channel.columns)
-    x, label = (solution.time, "time (s)") if over_time else abscissa(solution)
-    with figure(path, (WIDE[0], 0.6 + _HEIGHT * len(units))) as fig:
-        axes = fig.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
-        for ax, (unit, columns) in zip(axes, units.items(), strict=True):
-            shown = figure_unit(unit, [*columns.values()])
-            for k, (name, values) in enumerate(columns.items()):
-                colour, dashes = _line(k, len(columns))
-                ax.plot(x, shown.factor * values, dashes, color=colour, linewidth=line_width(1.0), label=shortened(name))
-            quantity = _QUANTITY.get(unit, "value")
-            ax.set_ylabel(f"{quantity} ({shown.name})" if unit != "1" else quantity)
-            ax.margins(x=0)
-            _add_names(fig, ax)
-        axes[-1].set_xlabel(label)
+        unit = channel.info.unit
+        diagrams.setdefault((unit, QUANTITY.get(unit, "value")), {}).update(channel.columns)
+    draw_diagrams(path, *((solution.time, "time (s)") if over_time else abscissa(solution)), diagrams)
     return names
 
 
-def _line(k: int, count: int) -> tuple[str, str]:
+def draw_diagrams(path: str | Path, x: np.ndarray, label: str, diagrams: Diagrams) -> None:
+    """Draw curves over a common abscissa, in diagrams below each other.
+
+    Parameters
+    ----------
+    path : file of the figure
+    x, label : abscissa (n,) and its label
+    diagrams : values (n,) in SI units by name, for each diagram by its unit and quantity
+    """
+    with figure(path, (WIDE[0], 0.6 + _HEIGHT * len(diagrams))) as fig:
+        axes = fig.subplots(len(diagrams), 1, sharex=True, squeeze=False)[:, 0]
+        for ax, ((unit, quantity), columns) in zip(axes, diagrams.items(), strict=True):
+            shown = figure_unit(unit, [*columns.values()])
+            for k, (name, values) in enumerate(columns.items()):
+                colour, dashes = line_of(k, len(columns))
+                ax.plot(x, shown.factor * values, dashes, color=colour, linewidth=line_width(1.0), label=shortened(name))
+            ax.set_ylabel(f"{quantity} ({shown.name})" if unit != "1" else quantity)
+            ax.margins(x=0)
+            name_lines(fig, ax)
+        axes[-1].set_xlabel(label)
+
+
+def line_of(k: int, count: int) -> tuple[str, str]:
     """Colour and dashes of a line, different for all lines; many lines have colours of a map in their order."""
     if count <= _MOST:
         return COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS)]
     return to_hex(matplotlib.colormaps["viridis"](0.92 * k / (count - 1))), "-"
 
 
-def _add_names(fig: Figure, ax: Axes) -> None:
+def name_lines(fig: Figure, ax: Axes) -> None:
     """Name the lines beside a diagram, or above it if the names are long; if there are many lines, name the first,
     middle and last.
     """
-    lines = list(ax.lines)
+    lines = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
     if len(lines) > _MOST:
         lines = [lines[0], lines[len(lines) // 2], lines[-1]]
     names = [str(line.get_label()) for line in lines]

@@ -32,6 +32,8 @@ def _later(module: str, name: str) -> Plot:
 
 
 _ALL: dict[str, Plot] = {
+    "report.png": _later("report", "plot_report"),
+    "margin.png": _later("margin", "plot_margin"),
     "force.png": _later("force", "plot_force"),
     "load.png": _later("load", "plot_load"),
     "motion.png": _later("motion", "plot_motion"),
@@ -55,6 +57,8 @@ def figures_of(solution: Solution) -> dict[str, Plot]:
     array = solution.array
     moves = len(solution) > 1
     applies = {
+        "report.png": moves and bool(solution.summary.get("report") or solution.summary.get("reactions")),
+        "margin.png": bool(solution.summary.get("margins")),
         "force.png": bool(solution.travel.shape[1]),
         "load.png": solution.load_path is not None and bool(solution.load_path.names),
         "motion.png": not film and solution.shape.size > 0,

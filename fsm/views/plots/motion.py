@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fsm.results.film import Floats
-from fsm.results.solution import Solution
+from fsm.results.solution import JOINT_AXIS, Solution
 from fsm.views.plots.drawing import line_width, points
 from fsm.views.plots.legend import add_legend_across
 from fsm.views.plots.marks import summary_with_stages
 from fsm.views.plots.obstacles import obstacle_outlines
-from fsm.views.plots.parts import OBSTACLE, colours_of_parts, handles_of_parts
+from fsm.views.plots.parts import OBSTACLE, colours_of_parts, handles_of_parts, panels_of
 from fsm.views.plots.plane import lattice_squares, vertical_axis
 from fsm.views.plots.space import arrange_in_space, draw_in_space, height_in_space
 from fsm.views.plots.style import (
@@ -48,7 +48,8 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     bodies and other parts.
     A plane motion is drawn in its plane, the x-z plane or for a scissor array the x-y plane. In this plane a plate is a
     line in the colour of its panel, without thickness, and a square of a lattice is a square. Other motions are drawn in
-    space, with the outlines of facets. Obstacles are light grey.
+    space, with the outlines of facets. Obstacles are light grey. A body without a shape is drawn by lines from its centre
+    of mass to its joints; the axis of a joint is a short line, a dot in the plane of motion.
     """
     chosen = pick_records(solution, views)
     stages = _stages(solution)
@@ -249,4 +250,7 @@ def _plates_in_plane(solution: Solution, record: int, factor: float) -> LineColl
         style = {"facecolors": colours, "edgecolors": "#42526A", "linewidths": line_width(0.4)}
         return PolyCollection(list(squares[..., [0, 2]]), **style)
     ends = np.stack([quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)], axis=1)[..., [0, 2]]
-    return LineCollection(list(ends), colors=colours, linewidths=line_width(1.8), capstyle="round")
+    axes = panels_of(solution) == JOINT_AXIS
+    ends[axes, 1] += 1e-4 * np.ptp(ends, axis=(0, 1)).max(initial=0.0)  # a line without length would not be drawn
+    widths = np.where(axes, line_width(4.0), line_width(1.8))
+    return LineCollection(list(ends), colors=colours, linewidths=widths, capstyle="round")

@@ -11,13 +11,18 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import Patch
 
 from fsm.results.film import Floats, Integers
-from fsm.results.solution import BEAM, FILM, LINE, Solution
+from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
 from fsm.views.plots.style import COLOURS, GREY, shortened
 
 OBSTACLE = "#BDBDBD"
 _FEW = 6
 """Largest number of panels or bodies that each have a colour of the palette."""
-_KINDS = {FILM: ("film", "#A6CEE3"), LINE: ("cable", COLOURS[6]), BEAM: ("beam", "#882255")}
+_KINDS = {
+    FILM: ("film", "#A6CEE3"), LINE: ("cable", COLOURS[6]), BEAM: ("beam", "#882255"),
+    JOINT_AXIS: ("axes of joints", "#222222"),
+}  # fmt: skip
+LINES = {LINE: 1.0, LINK: 2.2, JOINT_AXIS: 3.2}
+"""Kinds of quadrilaterals that are lines, with their widths in figures in space."""
 _PLAIN = "#8DA0B6"
 """Colour of structures whose parts are alike: facets, squares."""
 _BARS = {"1": ("first bars of the units", COLOURS[0]), "2": ("second bars", COLOURS[1])}
@@ -54,7 +59,7 @@ def _parts(solution: Solution) -> list[tuple[str, str]]:
     if solution.layout.film is not None:
         return [("film", _KINDS[FILM][1]) if number == 0 else ("patch", COLOURS[1]) for number in panel]
     names = names if len(names) == len(panel) else ["body"] * len(panel)
-    bodies = list(dict.fromkeys(name for name, number in zip(names, panel, strict=True) if number == 0))
+    bodies = list(dict.fromkeys(name for name, number in zip(names, panel, strict=True) if number in (0, LINK)))
     return [
         (f"panel {number}", _of_panel(number, last)) if number > 0
         else _KINDS[number] if number in _KINDS

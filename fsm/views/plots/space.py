@@ -14,11 +14,11 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from fsm.results.film import Floats
-from fsm.results.solution import FILM, LINE, Solution
+from fsm.results.solution import FILM, Solution
 from fsm.views.plots.drawing import line_width, points
 from fsm.views.plots.obstacles import ObstacleOutline, obstacle_outlines
-from fsm.views.plots.parts import OBSTACLE, colours_of_parts, panels_of, polygons
-from fsm.views.plots.style import COLOURS, WIDE, figure_unit
+from fsm.views.plots.parts import LINES, OBSTACLE, colours_of_parts, panels_of, polygons
+from fsm.views.plots.style import WIDE, figure_unit
 
 _FILLED = 0.74
 """Part of the width of a picture that the box around the structure fills."""
@@ -115,11 +115,11 @@ def draw_in_space(
 
 
 def _draw_parts(ax: Any, add: Any, solution: Solution, record: int, factor: float) -> None:
-    """Draw facets, shaded by their direction, and cables as lines."""
+    """Draw facets, shaded by their direction, and cables, bodies without a shape, and axes of joints as lines."""
     faces, first = polygons(solution, record)
     panel, colours = panels_of(solution)[first], np.array([to_rgb(c) for c in colours_of_parts(solution)])[first]
-    lines, films = panel == LINE, panel == FILM
-    cables = factor * solution.shape[record][first[lines]][:, :2]
+    lines, films = np.isin(panel, [*LINES]), panel == FILM
+    ends, widths = factor * solution.shape[record][first[lines]][:, :2], [line_width(LINES[kind]) for kind in panel[lines]]
     shown = colours * _brightness(faces)[:, None]
     # faces are sorted by their middles, which fails for a plate on a film, so the plate is drawn before or after the whole
     # film
@@ -130,8 +130,8 @@ def _draw_parts(ax: Any, add: Any, solution: Solution, record: int, factor: floa
         if len(chosen):
             style = {"edgecolors": 0.55 * shown[chosen], "linewidths": width, "zorder": order}
             add(Poly3DCollection([factor * faces[k] for k in chosen], facecolors=shown[chosen], **style))
-    if len(cables):
-        add(Line3DCollection(list(cables), colors=COLOURS[6], linewidths=line_width(1.0), zorder=2.5))
+    if len(ends):
+        add(Line3DCollection(list(ends), colors=colours[lines], linewidths=widths, capstyle="round", zorder=2.5))
 
 
 def _brightness(faces: list[Floats]) -> Floats:

@@ -17,6 +17,7 @@ from fsm.text.report_text import count
 from fsm.views.plots.energy import STACK
 from fsm.views.plots.load import load_axes
 from fsm.views.plots.marks import EVENTS, stage_shade, summary_with_stages
+from fsm.views.plots.report import report_diagrams
 from fsm.views.plots.style import COLOURS, drive_units, figure_unit, rounded, shortened, travel_label
 from fsm.views.report.packing import pack_doubles, pack_floats
 
@@ -49,6 +50,7 @@ def decimated(values: Sequence[Floats], limit: int = MOST_POINTS) -> Integers:
 def curves_of(solution: Solution) -> list[dict[str, Any]]:
     """Plots of a result in their order on the page."""
     makers = (
+        _report,
         _force,
         _load_path,
         _energy,
@@ -89,6 +91,17 @@ def _plot(
 
 def _travel(solution: Solution) -> Floats | None:
     return solution.travel[:, 0] if solution.travel.shape[1] else None
+
+
+def _report(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Channels of `report` and reactions of joints over time."""
+    for number, ((unit, quantity), columns) in enumerate(report_diagrams(solution).items()):
+        shown = figure_unit(unit, [*columns.values()])
+        lines = [_line(shortened(name), shown.factor * values, k) for k, (name, values) in enumerate(columns.items())]
+        title = quantity[0].upper() + quantity[1:]
+        alt = f"{title} over time: {', '.join(columns)}."
+        named = quantity if unit == "1" else f"{quantity} ({shown.name})"
+        yield _plot(f"report-{number}", title, alt, named, solution, lines, solution.time, None)
 
 
 def _force(solution: Solution) -> Iterator[dict[str, Any]]:

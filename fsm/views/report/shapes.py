@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.errors import CaseError
 from fsm.results.film import Floats, Integers
-from fsm.results.solution import BEAM, FILM, LINE, Solution
+from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
 from fsm.views.plots.obstacles import obstacle_outlines
 from fsm.views.plots.plane import lattice_squares
 from fsm.views.report.packing import pack_floats, pack_integers, pack_levels
@@ -28,7 +28,7 @@ _OPEN = 1e-3
 _MOST_CREASES = 10_000
 """Number of creases above which a sheet has none in the page: their lines would slow down the picture."""
 _MODES = 24
-_KINDS = {FILM: "film", LINE: "cable", BEAM: "beam"}
+_KINDS = {FILM: "film", LINE: "cable", BEAM: "beam", LINK: "body", JOINT_AXIS: "axis of joint"}
 
 
 @dataclass(frozen=True)

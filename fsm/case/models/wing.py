@@ -1,0 +1,142 @@
+"""Section [wing] of a case: rigid panels in a row, folded along hinge lines."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from fsm.case.models.joint_action import TurnDamper, TurnLatch, TurnMotor, TurnSpring, TurnStop
+from fsm.case.schema.model import Model
+from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number
+
+_SQUARE = 1e-6
+"""Cosine of the angle of two axes below which the angle is a right one."""
+_FAILED = re.compile(r"(spring|damper|latch|motor) (root|\d+)")
+
+
+class WingHinge(Model):
+    """What acts in a hinge; angles are zero in the deployed wing and positive in the stowed wing."""
+
+    spring: TurnSpring | None = Field(default=None, description="spring")
+    damper: TurnDamper | None = Field(default=None, description="damper")
+    stop: TurnStop | None = Field(default=None, description="stop")
+    latch: TurnLatch | None = Field(default=None, description="latch")
+    motor: TurnMotor | None = Field(default=None, description="motor")
+
+
+class WingYoke(Model):
+    """Frame between the base and the first panel."""
+
+    length: Length = Field(gt=0, description="size from the base to the first panel")
+    width: Length | None = Field(
+        default=None, gt=0, description="size along the hinge lines", json_schema_extra={"default": "that of the panels"}
+    )
+    thickness: Length | None = Field(
+        default=None, gt=0, description="thickness", json_schema_extra={"default": "that of the panels"}
+    )
+    mass: Mass = Field(gt=0, description="mass, spread evenly over its area")
+
+
+class Wing(Model):
+    """Rigid panels in a row, hinged to each other and to a base, and folded as an accordion at the start.
+
+    Bodies are "yoke", if there is one, and "panel 1", "panel 2", ... from the base. "hinge k" is the hinge of panel k
+    towards the base; "root" is that of the yoke.
+    """
+
+    panels: Count = Field(ge=1, le=200, description="number of panels")
+    length: Length = Field(gt=0, description="size of a panel from hinge line to hinge line")
+    width: Length = Field(gt=0, description="size of a panel along the hinge lines")
+    thickness: Length = Field(gt=0, description="thickness of a panel")
+    mass: Annotated[Mass, Field(gt=0)] | None = Field(
+        default=None, description="mass of a panel, spread evenly; give `mass` or `density`"
+    )
+    density: Annotated[Density, Field(gt=0)] | None = Field(
+        default=None, description="mean density of a panel; give `mass` or `density`"
+    )
+    gap: Length | None = Field(
+        default=None, gt=0,
+        description="distance between the middles of neighbouring stowed panels; hinge lines lie half of it off the middle",
+        json_schema_extra={"default": "`thickness`"},
+    )  # fmt: skip
+    yoke: WingYoke | None = Field(default=None, description="frame between the base and the first panel")
+    base: str = Field(default="ground", description='body that carries the wing: "ground", or a body of [scene]')
+    at: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="middle of the hinge line on the base, inertial axes"
+    )
+    along: tuple[Number, Number, Number] = Field(
+        default=(1.0, 0.0, 0.0), description="direction of the deployed wing from the base"
+    )
+    hinge_axis: tuple[Number, Number, Number] = Field(
+        default=(0.0, 1.0, 0.0), description="direction of the hinge lines, at a right angle to `along`"
+    )
+    stowed: tuple[Angle, ...] | None = Field(
+        default=None,
+        description="angles of the hinges at the start, from the base on; zero is deployed",
+        json_schema_extra={"default": "90 degrees on the base, 180 degrees between panels", "range": "one for each hinge"},
+    )
+    hinge: WingHinge = Field(default=WingHinge(), description="what acts in every hinge")
+    root: WingHinge | None = Field(
+        default=None,
+        description="what acts in the hinge on the base",
+        json_schema_extra={"default": "as `hinge`"},
+    )
+    failed: tuple[str, ...] = Field(
+        default=(),
+        description='parts that do not act: `"spring 3"` is the spring of hinge 3; also `damper`, `latch` and `motor`; '
+        '`"spring root"` with a yoke',
+    )
+
+    @property
+    def panel_mass(self) -> float:
+        """Mass of a panel, kg."""
+        return self.length * self.width * self.thickness * self.density if self.density is not None else self.mass or 0.0
+
+    @property
+    def hinges(self) -> tuple[str, ...]:
+        """Names of the hinges from the base on, as in `failed`."""
+        return (*(("root",) if self.yoke else ()), *(str(number) for number in range(1, self.panels + 1)))
+
+    @property
+    def stowed_angles(self) -> tuple[float, ...]:
+        """Angles of the hinges at the start, rad."""
+        if self.stowed is not None:
+            return self.stowed
+        return (0.5 * math.pi, *(math.pi for _ in self.hinges[1:]))
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if (self.mass is None) == (self.density is None):
+            raise ValueError("give `mass` or `density` of a panel, one of them")
+        count = len(self.hinges)
+        if self.stowed is not None and len(self.stowed) != count:
+            raise ValueError(f"`stowed` has {len(self.stowed)} angles, and the wing has {count} hinges; give one for each")
+        sizes = math.hypot(*self.along), math.hypot(*self.hinge_axis)
+        both = abs(sum(a * b for a, b in zip(self.along, self.hinge_axis, strict=True)))
+        if not min(sizes) > 0.0 or both > _SQUARE * sizes[0] * sizes[1]:
+            raise ValueError("`along` and `hinge_axis` must be two directions at a right angle")
+        for name in self.failed:
+            match = _FAILED.fullmatch(name)
+            if match is None or match[2] not in self.hinges:
+                named = ", ".join(self.hinges)
+                text = f"failed part {name!r} is unknown: give spring, damper, latch or motor, and one of the hinges {named}"
+                raise ValueError(text)
+            if getattr(self.hinge_of(match[2]), match[1]) is None:
+                raise ValueError(f"failed part {name!r}: this hinge has no {match[1]}")
+        return self
+
+    def hinge_of(self, name: str) -> WingHinge:
+        """What acts in a hinge if nothing has failed."""
+        return self.root if self.root is not None and name == self.hinges[0] else self.hinge
+
+    def acting(self, name: str) -> dict[str, Model]:
+        """What acts in a hinge, by keys of a joint."""
+        failed = {part.split(" ")[0] for part in self.failed if part.split(" ")[1] == name}
+        hinge = self.hinge_of(name)
+        parts = {key: getattr(hinge, key) for key in WingHinge.model_fields if key not in failed}
+        return {key: part for key, part in parts.items() if part is not None}
+
+

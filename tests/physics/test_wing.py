@@ -1,0 +1,153 @@
+"""Wings of hinged panels against minimal coordinates, quadrature and closed forms."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+from scipy.spatial.transform import Rotation
+
+import fsm
+from fsm.builders.scene import build_scene
+from fsm.errors import CaseError
+
+_L, _W, _T, _GAP, _MASS = 0.8, 1.5, 0.02, 0.05, 3.0
+_INERTIA = _MASS * (_L**2 + _T**2) / 12.0
+_SPRING, _DAMPER = {"stiffness": 0.4, "rest": -1.0}, {"coefficient": 0.15}
+
+
+def wing(panels: int, hinge: dict[str, Any], end: float, every: float = 0.1, **keys: Any) -> dict[str, Any]:
+    size = {"length": _L, "width": _W, "thickness": _T, "mass": _MASS, "gap": _GAP}
+    return {
+        "units": "SI", "wing": {"panels": panels, **size, "hinge": hinge, **keys},
+        "solve": {"end_time": end, "error_estimates": "off"}, "save": {"interval": every, "channels": ["joint.*.rate"]},
+    }  # fmt: skip
+
+
+def two_panels(t: np.ndarray, stiffness: tuple[float, float]) -> np.ndarray:
+    """Angles of both hinges, (2, n), by Lagrange's equations of the directions of the panels, as complex numbers x - i z."""
+    offset = -0.5j * _GAP
+    b, a = _L - offset, 0.5 * _L + offset  # from the base to hinge 2, from there to the middle of panel 2
+
+    def rate(_: float, y: np.ndarray) -> np.ndarray:
+        (phi, psi), (u, v) = y[:2], y[2:]
+        angle, speed = np.array([-phi, psi - phi]), np.array([-u, v - u])
+        first, second = -np.array(stiffness) * (angle - _SPRING["rest"]) - _DAMPER["coefficient"] * speed
+        coupling = _MASS * b * np.conj(a) * np.exp(1j * (phi - psi))
+        mass = np.array([
+            [_INERTIA + 0.25 * _MASS * _L**2 + _MASS * abs(b) ** 2, coupling.real],
+            [coupling.real, _INERTIA + _MASS * abs(a) ** 2],
+        ])  # fmt: skip
+        loads = np.array([-first - second - coupling.imag * v * v, second + coupling.imag * u * u])
+        return np.array([u, v, *np.linalg.solve(mass, loads)])
+
+    start = [-0.5 * math.pi, 0.5 * math.pi, 0.0, 0.0]
+    found = solve_ivp(rate, (0.0, t[-1]), start, method="DOP853", t_eval=t, rtol=1e-12, atol=1e-12).y
+    return np.array([-found[0], found[1] - found[0]])
+
+
+@pytest.mark.parametrize("failed", [(), ("spring 2",)], ids=["all springs", "one spring failed"])
+def test_two_panels_move_as_in_minimal_coordinates(failed: tuple[str, ...], tmp_path: Path) -> None:
+    case = wing(2, {"spring": _SPRING, "damper": _DAMPER}, 2.0, failed=list(failed))
+    result = fsm.load(case).run(tmp_path)
+    angles = np.array([result[f"joint.hinge {k}.angle"].values for k in (1, 2)])
+    stiffness = _SPRING["stiffness"]
+    expected = two_panels(result.solution.time, (stiffness, 0.0 if failed else stiffness))
+    assert angles == pytest.approx(expected, abs=1e-6 * math.pi)
+    assert np.ptp(expected[1]) > 0.5 and len(result.summary["report"]) == 2
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 1.2], ids=["momentum", "spring"])
+def test_a_panel_latches_by_momentum_or_by_its_spring(stiffness: float, tmp_path: Path) -> None:
+    """Time by quadrature, rate before the latch, and largest way and impulse in the latch."""
+    inertia, hold, begin = _INERTIA + 0.25 * _MASS * _L**2, 400.0, 0.5 * math.pi
+    pace = 0.0 if stiffness else 0.8
+    hinge = {"latch": {"at": 0.0, "stiffness": hold}, "stop": {"lower": 0.0, "stiffness": hold}}
+    hinge |= {"spring": {"stiffness": stiffness, "rest": 0.0}} if stiffness else {}
+    case = wing(1, hinge, 3.0, 5e-3)
+    if pace:  # the panel is thrown: its body has a velocity
+        body = build_scene(fsm.load(case).model).bodies[0]
+        turning = {"angular_velocity": [0.0, pace, 0.0], "velocity": [pace * body.position[2], 0.0, 0.0]}
+        scene = fsm.load(case).model.scene.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+        scene["bodies"] = [scene["bodies"][0] | turning]
+        case = {name: value for name, value in case.items() if name != "wing"} | {"scene": scene}
+    result = fsm.load(case).run(tmp_path)
+    time, angle = result.solution.time, np.asarray(result["joint.hinge 1.angle"].values)
+    rate, closed = (np.asarray(result[f"joint.hinge 1.{name}"].values) for name in ("rate", "latched"))
+
+    def speed(at: float) -> float:
+        return math.sqrt(pace**2 + stiffness * (begin**2 - at**2) / inertia)
+
+    if stiffness:  # the substitution of the sine removes the pole of the integrand at the start
+        reached = quad(lambda x: begin * math.cos(x) / speed(begin * math.sin(x)), 0.0, 0.5 * math.pi - 1e-9)[0]
+    else:
+        reached = begin / pace
+    first = int(np.flatnonzero(closed)[0])
+    assert time[first - 1] <= reached + 1e-4 and time[first] >= reached - 1e-4
+    held = np.sqrt((hold + stiffness) / inertia)
+    beyond = rate[first + 1] ** 2 + (held * angle[first + 1]) ** 2
+    assert math.sqrt(beyond) == pytest.approx(speed(0.0), rel=1e-5)  # elastic latch: a harmonic motion
+    swing = angle[first : first + round(2.0 * math.pi / held / 5e-3)]
+    assert swing.min() == pytest.approx(-speed(0.0) / held, rel=2e-2)
+    assert swing.max() == pytest.approx(-swing.min(), rel=2e-2)
+
+
+def test_parts_meet_at_their_hinges_in_any_direction() -> None:
+    """Bodies and joints of a stowed wing, turned back one after the other, are those of the deployed wing in a row."""
+    turned = Rotation.from_rotvec([0.3, -0.8, 0.5])
+    along, axis, up = turned.as_matrix().T
+    yoke = {"length": 0.4, "width": 0.3, "mass": 1.0}
+    stowed = [1.2, 2.9, 3.0, 2.5]
+    case = wing(3, {}, 1.0, yoke=yoke, along=list(2.0 * along), hinge_axis=list(axis), stowed=stowed, at=[1.0, 2.0, 3.0])
+    scene = build_scene(fsm.load(case).model)
+    assert [joint.name for joint in scene.joints] == ["root", "hinge 1", "hinge 2", "hinge 3"]
+    places = [np.array(body.position) for body in scene.bodies]
+    sides = [Rotation.from_quat(body.orientation, scalar_first=True) for body in scene.bodies]
+    points, axes = ([np.array(getattr(joint, of)) for joint in scene.joints] for of in ("at", "axis"))
+    for number, joint in enumerate(scene.joints):
+        back, point = Rotation.from_rotvec(-joint.angle * axes[number]), points[number]
+        places[number:] = [point + back.apply(place - point) for place in places[number:]]
+        sides[number:] = [back * side for side in sides[number:]]
+        points[number:] = [point + back.apply(at - point) for at in points[number:]]
+        axes[number:] = [back.apply(one) for one in axes[number:]]
+    middles = [0.2, 0.4 + 0.5 * _L, 0.4 + 1.5 * _L, 0.4 + 2.5 * _L]
+    for place, side, middle in zip(places, sides, middles, strict=True):
+        assert place == pytest.approx(np.array([1.0, 2.0, 3.0]) + middle * along, abs=1e-12)
+        assert side.as_matrix() == pytest.approx(turned.as_matrix(), abs=1e-12)
+    offsets = [float((point - [1.0, 2.0, 3.0]) @ up) for point in points]
+    assert offsets == pytest.approx([0.0, -0.5 * _GAP, 0.5 * _GAP, -0.5 * _GAP], abs=1e-12)
+    assert scene.bodies[1].mass == _MASS and scene.bodies[1].inertia[1] == pytest.approx(_INERTIA)
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ({"failed": ["spring 4"]}, "wing: failed part 'spring 4' is unknown"),
+        ({"failed": ["latch 1"]}, "this hinge has no latch"),
+        ({"stowed": [1.0]}, "`stowed` has 1 angles, and the wing has 2 hinges"),
+        ({"hinge_axis": [1.0, 1.0, 0.0]}, "right angle"),
+        ({"base": "satellite"}, 'wing.base: must be "ground" or a body of'),
+        ({"density": 100.0}, "give `mass` or `density`"),
+        ({"hinge": {"spring": {"stiffness": "1 N/m"}}}, "wing.hinge.spring.stiffness"),
+    ],
+)
+def test_faults_of_wings_are_named(keys: dict[str, Any], text: str) -> None:
+    with pytest.raises(CaseError) as refused:
+        fsm.load(wing(2, {"spring": _SPRING}, 1.0) | {"wing": wing(2, {"spring": _SPRING}, 1.0)["wing"] | keys})
+    assert text in str(refused.value)
+
+
+def test_a_wing_hangs_on_a_body_of_the_scene(tmp_path: Path) -> None:
+    """A free base recoils: the centre of mass of all rests."""
+    base = {"name": "satellite", "mass": 40.0, "inertia": [5.0, 5.0, 5.0], "position": [-0.4, 0.0, 0.0]}
+    case = wing(2, {"spring": _SPRING}, 1.0, base="satellite") | {"scene": {"bodies": [base]}}
+    case["save"]["channels"] = ["body.*.position"]
+    result = fsm.load(case).run(tmp_path)
+    parts = [(40.0, "satellite"), (_MASS, "panel 1"), (_MASS, "panel 2")]
+    centre = sum(mass * np.asarray(result[f"body.{name}.position"].values) for mass, name in parts)
+    assert np.abs(centre - centre[0]).max() < 1e-9
+    assert np.ptp(np.asarray(result["body.satellite.position"].values), axis=0).max() > 0.01
