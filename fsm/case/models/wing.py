@@ -8,7 +8,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from fsm.case.models.joint_action import TurnDamper, TurnLatch, TurnMotor, TurnSpring, TurnStop
+from fsm.case.models.joint_action import TurnDamper, TurnFriction, TurnLatch, TurnSpring, TurnStop
+from fsm.case.models.joint_motor import TurnMotor
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number
 
@@ -22,6 +23,7 @@ class WingHinge(Model):
 
     spring: TurnSpring | None = Field(default=None, description="spring")
     damper: TurnDamper | None = Field(default=None, description="damper")
+    friction: TurnFriction | None = Field(default=None, description="friction")
     stop: TurnStop | None = Field(default=None, description="stop")
     latch: TurnLatch | None = Field(default=None, description="latch")
     motor: TurnMotor | None = Field(default=None, description="motor")
