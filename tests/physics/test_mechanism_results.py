@@ -32,7 +32,7 @@ def crank(end: float = 2.0, **keys: Any) -> dict[str, Any]:
         {"name": "wrist", "first": "rod", "second": "slider", "at": [0.4, 0, 0], **_BEARING},
         {"name": "guide", "kind": "prismatic", "first": "ground", "second": "slider", "at": [0.4, 0, 0], "axis": [1, 0, 0]},
     ]
-    joints[0]["motor"] = {"rate": "60 deg/s"}
+    joints[0]["motor"] = {"speed": "60 deg/s"}
     scene = {"bodies": bodies, "joints": joints}
     solve = {"end_time": end, "error_estimates": "off"}
     return {"units": "SI", "gravity": [0, 0, -9.81], "scene": scene, "solve": solve, "save": {"interval": 0.1}, **keys}
@@ -66,7 +66,7 @@ def test_results_lead_with_coordinates_and_reactions_of_joints(tmp_path: Path) -
 def test_a_motor_that_starts_from_rest_gives_no_velocities(tmp_path: Path) -> None:
     """A smooth ramp has a speed of round-off right after the start, which is no initial velocity and no scale of speeds."""
     case = crank(1.0)
-    case["scene"]["joints"][0]["motor"] = {"turn": "60 deg", "time": {"kind": "ramp", "end": 1.0}}
+    case["scene"]["joints"][0]["motor"] = {"angle": "60 deg", "time": {"kind": "ramp", "end": 1.0}}
     summary = fsm.load(case).run(tmp_path, figures=False).summary
     assert summary["warnings"] == [] and summary["steps"] < 2000
 

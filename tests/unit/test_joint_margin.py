@@ -49,6 +49,15 @@ def test_the_smallest_margin_is_found_over_the_angle() -> None:
     assert second["curve"]["angle"][0] == math.pi and second["curve"]["angle"][-1] == 0.0
 
 
+def test_friction_and_harness_of_the_joint_are_required() -> None:
+    """The angle falls, so the harness has its moments of closing, against the angle: it resists where they are negative."""
+    rows = [[0.0, 0.1, -0.06], [math.pi, 0.1, 0.02]]
+    hinge = {"spring": {"stiffness": 0.4, "rest": -1.0}, "friction": {"moment": 0.01}, "harness": {"table": rows}}
+    row = results({"joint": "hinge 2", "friction": 0.005}, **hinge)[0]
+    assert row["angle"] == 0.0 and row["required"] == pytest.approx(2.0 * (3.0 * 0.015 + 3.0 * 0.06), rel=1e-12)
+    assert row["curve"]["required"][0] == pytest.approx(2.0 * 3.0 * 0.015, rel=1e-12)
+
+
 def test_channels_have_the_moments_of_the_present_angle(tmp_path: Path) -> None:
     asked = case({"joint": "hinge 2", "friction": 0.02}, spring={"table": [[-1.0, -0.3], [4.0, 0.7]]})
     result = asked.set("save.channels", ["joint.*.margin", "joint.*.required"]).run(tmp_path)

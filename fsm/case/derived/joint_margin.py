@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.case.models.joint import SceneJoint
-from fsm.case.models.joint_action import TurnSpring
+from fsm.case.models.joint_action import TurnFriction, TurnHarness, TurnSpring
 from fsm.case.models.margin import Margin
 from fsm.errors import Fault
 
@@ -38,7 +38,7 @@ class JointMargin(NamedTuple):
             return self.asked.end
         if joint.latch is not None:
             return joint.latch.at
-        turn = getattr(motor, "turn", None)
+        turn = getattr(motor, "angle", None)
         return joint.angle + turn if turn else 0.0
 
     @property
@@ -48,12 +48,15 @@ class JointMargin(NamedTuple):
 
     def moments(self, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Available and required moment at angles, N m."""
-        asked, f = self.asked, self.asked.factors
-        driving = np.sign(self.end - self.joint.angle) * spring_moment(self.joint, angle)
+        asked, f, sense = self.asked, self.asked.factors, float(np.sign(self.end - self.joint.angle))
+        driving = sense * spring_moment(self.joint, angle)
         harness = asked.harness + (_interpolated(asked.harness_table, angle) if asked.harness_table else 0.0)
+        harness = harness + np.maximum(sense * harness_moment(self.joint, angle, sense), 0.0)
+        own = self.joint.friction
+        friction = asked.friction + (own.moment or 0.0 if isinstance(own, TurnFriction) else 0.0)
         parts = (
             f.inertia * asked.inertia + f.spring * np.maximum(-driving, 0.0) + f.motor * asked.motor_losses
-            + f.friction * asked.friction + f.hysteresis * asked.hysteresis + f.harness * harness
+            + f.friction * friction + f.hysteresis * asked.hysteresis + f.harness * harness
             + f.adhesion * asked.adhesion
         )  # fmt: skip
         required = f.motorisation * parts + f.dynamic * asked.dynamic + asked.deliverable
@@ -82,6 +85,14 @@ def spring_moment(joint: SceneJoint, angle: np.ndarray) -> np.ndarray:
     rest = joint.angle if spring.rest is None else spring.rest
     moment = (spring.moment or 0.0) - spring.stiffness * (angle - rest)
     return np.asarray(moment - (_interpolated(spring.table, angle) if spring.table else 0.0))
+
+
+def harness_moment(joint: SceneJoint, angle: np.ndarray, sense: float) -> np.ndarray:
+    """Moment of the harness of a joint against its angle, N m, while the angle moves in a sense."""
+    rows = joint.harness.rows if isinstance(joint.harness, TurnHarness) else ()
+    if not rows:
+        return np.zeros_like(angle)
+    return _interpolated([(c, opening if sense > 0.0 else closing) for c, opening, closing in rows], angle)
 
 
 def _interpolated(table: Sequence[tuple[float, float]], angle: np.ndarray) -> np.ndarray:

@@ -31,8 +31,8 @@ class MarginFactors(Model):
 class Margin(Model):
     """Motorisation margin of joints that turn: available over required moment less 1, from the start to the end of travel.
 
-    The springs of a joint belong to the available moment where they drive and to the required one where they resist. Moments
-    that the case has no part for are given here.
+    The springs of a joint belong to the available moment where they drive and to the required one where they resist. Its
+    friction without the part that follows the reaction, and its harness, are required. Other moments are given here.
     """
 
     joint: str = Field(description="names of joints: `*` is any text, `?` any letter")

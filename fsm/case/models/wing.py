@@ -9,7 +9,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.models.coupling import Elasticity
-from fsm.case.models.joint_action import TurnDamper, TurnLatch, TurnMotor, TurnSpring, TurnStop
+from fsm.case.models.joint_action import TurnDamper, TurnFriction, TurnHarness, TurnLatch, TurnSpring, TurnStop
+from fsm.case.models.joint_motor import TurnMotor
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number
 
@@ -23,6 +24,8 @@ class WingHinge(Model):
 
     spring: TurnSpring | None = Field(default=None, description="spring")
     damper: TurnDamper | None = Field(default=None, description="damper")
+    friction: TurnFriction | None = Field(default=None, description="friction")
+    harness: TurnHarness | None = Field(default=None, description="moment of a cable harness")
     stop: TurnStop | None = Field(default=None, description="stop")
     latch: TurnLatch | None = Field(default=None, description="latch")
     motor: TurnMotor | None = Field(default=None, description="motor")
