@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib
@@ -16,7 +16,7 @@ from fsm.results.channel import select_channels
 from fsm.results.solution import Solution
 from fsm.views.plots.drawing import line_width
 from fsm.views.plots.legend import HANDLE_WIDTH, ROW_HEIGHT, name_width
-from fsm.views.plots.style import COLOURS, DASHES, WIDE, abscissa, figure, figure_unit, shortened
+from fsm.views.plots.style import COLOURS, DASHES, GREY, WIDE, abscissa, figure, figure_unit, shortened
 
 Diagrams = dict[tuple[str, str], dict[str, np.ndarray]]
 _MOST = len(COLOURS) * len(DASHES)
@@ -66,7 +66,9 @@ def plot_channels(solution: Solution, patterns: Sequence[str], path: str | Path,
     return names
 
 
-def draw_diagrams(path: str | Path, x: np.ndarray, label: str, diagrams: Diagrams) -> None:
+def draw_diagrams(
+    path: str | Path, x: np.ndarray, label: str, diagrams: Diagrams, marks: Mapping[str, Sequence[float]] | None = None
+) -> None:
     """Draw curves over a common abscissa, in diagrams below each other.
 
     Parameters
@@ -74,6 +76,7 @@ def draw_diagrams(path: str | Path, x: np.ndarray, label: str, diagrams: Diagram
     path : file of the figure
     x, label : abscissa (n,) and its label
     diagrams : values (n,) in SI units by name, for each diagram by its unit and quantity
+    marks : abscissas of vertical lines by their name, in all diagrams
     """
     with figure(path, (WIDE[0], 0.6 + _HEIGHT * len(diagrams))) as fig:
         axes = fig.subplots(len(diagrams), 1, sharex=True, squeeze=False)[:, 0]
@@ -84,6 +87,10 @@ def draw_diagrams(path: str | Path, x: np.ndarray, label: str, diagrams: Diagram
                 ax.plot(x, shown.factor * values, dashes, color=colour, linewidth=line_width(1.0), label=shortened(name))
             ax.set_ylabel(f"{quantity} ({shown.name})" if unit != "1" else quantity)
             ax.margins(x=0)
+            for name, places in (marks or {}).items():
+                style = {"color": GREY, "linewidth": line_width(0.7), "linestyle": ":", "zorder": 1.0}
+                for k, place in enumerate(places):
+                    ax.axvline(place, label="_" if k else name, **style)
             name_lines(fig, ax)
         axes[-1].set_xlabel(label)
 

@@ -10,8 +10,12 @@ from fsm.views.plots.channels import QUANTITY, Diagrams, draw_diagrams
 
 
 def plot_report(solution: Solution, path: str | Path) -> None:
-    """Draw the diagrams of `report_diagrams` over time."""
-    draw_diagrams(path, solution.time, "time (s)", report_diagrams(solution))
+    """Draw the diagrams of `report_diagrams` over time, with dotted lines where latches close and open."""
+    marks: dict[str, list[float]] = {}
+    for event in solution.summary.get("joint_events", ()):
+        if event["what"].startswith("latch"):
+            marks.setdefault(event["what"], []).append(event["time"])
+    draw_diagrams(path, solution.time, "time (s)", report_diagrams(solution), marks)
 
 
 def report_diagrams(solution: Solution) -> Diagrams:

@@ -14,7 +14,7 @@ from fsm.results.quantities import touching_pairs
 from fsm.results.reported import ROUND_OFF, shown_name
 from fsm.results.solution import Solution
 from fsm.text.load_names import load_units
-from fsm.text.shown_units import shown_range, shown_unit, travel_text, turns
+from fsm.text.shown_units import shown, shown_range, shown_unit, travel_text, turns
 
 _RESULTS: dict[str, tuple[str, str, float]] = {
     "peak_force": ("peak force", "N", 1.0),
@@ -84,6 +84,7 @@ def sections_of(solution: Solution) -> list[dict[str, Any]]:
             _channels(summary),
             _reactions(summary),
             _margins(summary),
+            _latches(summary),
             _rows("Error estimates", _error_rows(summary)),
             _events(summary),
             _steps(summary),
@@ -201,6 +202,21 @@ def _margins(summary: dict[str, Any]) -> dict[str, Any] | None:
     ]  # fmt: skip
     head = ["joint", "smallest", "at (deg)", "available (N m)", "required (N m)"]
     return {"title": "Motorisation margins", "head": head, "table": rows} if rows else None
+
+
+def _latches(summary: dict[str, Any]) -> dict[str, Any] | None:
+    """Events of latches, with the rate before them."""
+    rows = [
+        [
+            event["joint"], event["what"].removeprefix("latch "), f"{event['time']:.5g}",
+            *(shown(event[key], unit) for key, unit in zip(("rate_before", "impulse", "largest"), units, strict=True)),
+        ]
+        for event in summary.get("joint_events", ())
+        for units in [("rad/s", "N m s", "N m") if event["unit"] == "rad" else ("m/s", "N s", "N")]
+        if event["what"].startswith("latch")
+    ]  # fmt: skip
+    head = ["hinge", "latch", "at (s)", "rate before", "impulse", "largest moment or force"]
+    return {"title": "Latches", "head": head, "table": rows[:_MOST_EVENTS]} if rows else None
 
 
 def _steps(summary: dict[str, Any]) -> dict[str, Any] | None:
