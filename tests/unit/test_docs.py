@@ -142,7 +142,7 @@ def test_summary_is_described(tmp_path: Path) -> None:
     said = {name for row in table for name in re.findall(r"`(\w+)`", row[0])}
     others = {"motion_error", "joint_opening", "probe_displacement", "folded"}  # of impacts, of sheets
     others |= {"drives", "start_up_force", "start_up_travel"}  # of several drives, of dynamic runs
-    others |= {"report", "reactions", "margins", "smallest_margin"}  # of mechanisms
+    others |= {"report", "reactions", "margins", "smallest_margin", "joint_events"}  # of mechanisms
     assert said - others == set(summary)
 
 
