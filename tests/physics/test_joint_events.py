@@ -22,7 +22,7 @@ def test_a_stop_is_hit(tmp_path: Path) -> None:
     assert (event["what"], event["joint"], event["unit"]) == ("stop is hit", "pin", "rad")
     assert event["time"] == pytest.approx(0.2 / 1.5, abs=2e-9)
     assert event["rate_before"] == pytest.approx(1.5, rel=1e-9)
-    assert event["impulse"] == pytest.approx(2.0 * 1.5 * 1.6, rel=1e-2)
+    assert event["impulse"] == pytest.approx(2.0 * 1.5 * 1.6, rel=1e-3)
     assert event["largest"] == pytest.approx(np.abs(of(result, "joint.pin.stop")).max(), rel=0.2)
     assert result.summary["energy_error"] < 1e-6
     with (tmp_path / "events.csv").open() as file:

@@ -29,6 +29,7 @@ from fsm.model.elements.joint_laws import (
     LOWER,
     MOST_EVENTS,
     OPENS_AT,
+    RATE,
     SLOWER,
     STOP,
     TIME,
@@ -125,7 +126,12 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> Non
         back = abs(c - limit) / way if way > abs(c - limit) else 0.0
         sign = -1.0 if c < law[LOWER] else 1.0
         memory[IN_STOP * m + i] = _add(own, HITS, i, t - back * step, sign * impact, limit)
-    touching, impulse = effort != 0.0, 0.5 * abs(effort + before) * step
+    touching, impulse = effort != 0.0, 0.0
+    if step > 0.0:  # Simpson's rule, with the middle of the cubic between both states
+        faster = memory[RATE * m + i]
+        middle = 0.5 * (c_before + c) + 0.125 * step * (faster - rate)
+        between = stops(own, i, middle, 1.5 * (c - c_before) / step - 0.25 * (faster + rate))[0]
+        impulse = abs(before + 4.0 * between + effort) * step / 6.0
     for which in (IN_STOP, IN_LATCH):
         _follow(own, int(memory[which * m + i]), effort, impulse, touching)
     if not outside:

@@ -37,11 +37,11 @@ FREE, PUSH = range(2)
 """Programs of a coordinate: change of the free length, and of the motor."""
 NO_MOTOR, TORQUE, CURVE, GOVERNED = range(4)
 """Kinds of motors."""
-COORDINATE, LATCHED, BRISTLE, HARNESS, IMPACT, EFFORT, BENT, LOST, TIME, BEFORE, IN_STOP, IN_LATCH = range(12)
-FIELDS = 12
+COORDINATE, LATCHED, BRISTLE, HARNESS, IMPACT, EFFORT, BENT, LOST, TIME, BEFORE, IN_STOP, IN_LATCH, RATE = range(13)
+FIELDS = 13
 """Memory of a coordinate: coordinate, state of the latch (0 open, 1 closed, -1 opened by force), deflection of the bristles,
 slider, rate before a stop, effort and energy of bristles and slider, energy lost by them in the last step, time, effort of
-stop and latch, and the numbers of their present events, from 1 on."""
+stop and latch, the numbers of their present events, from 1 on, and the rate."""
 
 EVENT = 8
 """Numbers of an event: what, row, time (s), rate before, impulse, largest effort, coordinate, whether it lasts."""
@@ -303,4 +303,4 @@ def remember(own: np.ndarray, i: int, c: float, rate: float) -> None:
         memory[BRISTLE * m + i], memory[HARNESS * m + i] = bristle, slider
     if law[LOWER] <= c <= law[UPPER]:
         memory[IMPACT * m + i] = abs(rate)
-    memory[COORDINATE * m + i] = c
+    memory[COORDINATE * m + i], memory[RATE * m + i] = c, rate
