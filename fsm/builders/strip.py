@@ -187,7 +187,7 @@ class _StripBuilder:
         ]
 
     def _bodies(self, panel: int, segments: list[_Segment]) -> list[Body]:
-        turn = self._turn(panel)
+        turn = self.strip.turn(panel)
         x, z = self.strip.crease_point(panel)
         axis = math.cos(turn), -math.sin(turn)
         bodies, at = [], 0.0
@@ -202,7 +202,7 @@ class _StripBuilder:
         return bodies
 
     def _body(self, panel: int, segment: _Segment, place: tuple[float, float, float]) -> Body:
-        turn = self._turn(panel)
+        turn = self.strip.turn(panel)
         mass = self.material.density * self.area * segment.length
         squares = np.array([segment.length, self.strip.width, self.strip.thickness]) ** 2
         inertia = mass / 12 * (squares.sum() - squares)
@@ -216,10 +216,6 @@ class _StripBuilder:
             plate=Plate(length=segment.length, width=self.strip.width, thickness=self.strip.thickness),
             panel=panel + 1,
         )
-
-    def _turn(self, panel: int) -> float:
-        """Rotation of a panel about +y, rad; odd panels (from 1) rise, which is a negative rotation."""
-        return self.strip.fold_angle * (1 if panel % 2 else -1)
 
     def _springs(self, distance: float) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """Translational and rotational stiffness of a piece of the strip of the length `distance` (docs/theory.md)."""
@@ -265,7 +261,7 @@ class _StripBuilder:
         translation, rotation = self._springs(distance)
         if drive is not None and drive.guide:
             translation, rotation = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        folded = self._turn(inner.panel) - self._turn(outer.panel)
+        folded = self.strip.turn(inner.panel) - self.strip.turn(outer.panel)
         side = math.copysign(1.0, folded)
         rest = abs(folded) if self.crease.rest_angle is None else self.crease.rest_angle
         flexibility = distance / self.bending if self.strip.half_cell else 0.0
@@ -332,7 +328,7 @@ class _StripBuilder:
             line, body = self._line_name(number), segment.name
             point = (end * segment.length / 2, 0.0, 0.0)
             if drive.guide:
-                turn = self._turn(segment.panel)
+                turn = self.strip.turn(segment.panel)
                 rotation = (rotation[0], 0.0, rotation[2])
                 elements.append(
                     ForceElement(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -28,15 +28,17 @@ def ideal_joints(model: Model) -> Iterator[Offer]:
     joints = () if model.scene is None else model.scene.joints
     names = model.system.bodies.names if joints else ()
     poses, turn = (model.system.bodies.pose if joints else None), 0
-    for number, joint in enumerate(joints):
-        assert poses is not None
-        side = _Side(joint, number, names.index(joint.first), names.index(joint.second), poses)
+    ends = [(names.index(joint.first), names.index(joint.second)) for joint in joints]
+    sides = [_Side(joint, k, *ends[k], poses) for k, joint in enumerate(joints) if poses is not None]
+    reactions = _Reactions(sides)
+    for joint, side in zip(joints, sides, strict=True):
         name, on = f"joint.{joint.name}", f"on {joint.second} at the point of the joint on it"
-        yield Offer(f"{name}.force", "N", f"force of the joint {on}, inertial axes", side.reaction(0, False), (AXES,))
-        yield Offer(f"{name}.moment", "N m", f"moment of the joint {on}, inertial axes", side.reaction(1, False), (AXES,))
+        text = f"of the joint {on}, inertial axes"
+        yield Offer(f"{name}.force", "N", f"force {text}", side.reaction(reactions, 0, False), (AXES,))
+        yield Offer(f"{name}.moment", "N m", f"moment {text}", side.reaction(reactions, 1, False), (AXES,))
         text = f"of the joint {on}, joint axes"
-        yield Offer(f"{name}.force_in_joint", "N", f"force {text}", side.reaction(0, True), (_OWN,))
-        yield Offer(f"{name}.moment_in_joint", "N m", f"moment {text}", side.reaction(1, True), (_OWN,))
+        yield Offer(f"{name}.force_in_joint", "N", f"force {text}", side.reaction(reactions, 0, True), (_OWN,))
+        yield Offer(f"{name}.moment_in_joint", "N m", f"moment {text}", side.reaction(reactions, 1, True), (_OWN,))
         yield Offer(f"{name}.position", "m", f"point of the joint on {joint.second}", side.point, (AXES,))
         of_turns = 1 if joint.kind in TURNING else 2 if joint.kind == "universal" else 0
         for k in range(of_turns):
@@ -58,6 +60,24 @@ def ideal_joints(model: Model) -> Iterator[Offer]:
             text = f"displacement of the point of {joint.second} along e{k + 1} of the joint since the start"
             yield Offer(f"{name}.displacement{ending}", "m", text, side.displacement(k))
             yield Offer(f"{name}.speed{ending}", "m/s", "rate of this displacement", side.speed(k))
+
+
+class _Reactions:
+    """Reactions of all joints at once."""
+
+    def __init__(self, sides: Sequence[_Side]) -> None:
+        self.bodies = np.array([side.second for side in sides], dtype=np.int64)
+        self.arms = np.array([side.arm for side in sides]).reshape(-1, 3)
+
+    def at(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Force (n, 3), N, and moment (n, 3), N m, of the joints on their second bodies at their points, inertial axes."""
+        group, (poses, _) = _group(state), placed(state)
+        turned = state.once(motion_of_bodies)[1][self.bodies]
+        efforts = np.where(group.program < 0, -group.efforts, 0.0)
+        wrenches = np.zeros((len(self.bodies), 6))
+        np.add.at(wrenches, group.of, group.openings(poses)[1][:, 6:] * efforts[:, None])
+        force, moment = wrenches[:, :3], rotated(turned, wrenches[:, 3:])
+        return force, moment - np.cross(rotated(turned, self.arms), force)
 
 
 class _Side:
@@ -82,13 +102,11 @@ class _Side:
         places, turned, _, _ = state.once(motion_of_bodies)
         return np.asarray(places[self.second] + rotated(turned[self.second : self.second + 1], self.arm[None])[0])
 
-    def reaction(self, part: int, own: bool) -> Callable[[State], np.ndarray]:
+    def reaction(self, reactions: _Reactions, part: int, own: bool) -> Callable[[State], np.ndarray]:
         """Force or moment of the joint on its second body."""
 
         def at(state: State) -> np.ndarray:
-            force, moment = state.once(_wrenches)[self.number]
-            arm = self.point(state) - state.once(motion_of_bodies)[0][self.second]
-            found = force if part == 0 else moment - np.cross(arm, force)
+            found = state.once(reactions.at)[part][self.number]
             return np.array([self._now(state, k) @ found for k in range(3)]) if own else found
 
         return at
@@ -151,17 +169,3 @@ def _latched(name: str) -> Callable[[State], float]:
 
 def _group(state: State) -> JointGroup:
     return next(group for group in state.system.groups if isinstance(group, JointGroup))
-
-
-def _wrenches(state: State) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Force, and moment about the centre of mass, of every joint on its second body, inertial axes."""
-    group, (poses, _) = _group(state), placed(state)
-    _, turned, _, _ = state.once(motion_of_bodies)
-    wrenches = -group.openings(poses)[1][:, 6:] * group.efforts[:, None]
-    found = []
-    for number in range(len(group.names)):
-        own = (group.of == number) & (group.program < 0)
-        force, moment = np.split(wrenches[own].sum(axis=0), 2)
-        body = group.bodies[own][0, 1]
-        found.append((force, rotated(turned[body : body + 1], moment[None])[0]))
-    return found

@@ -155,10 +155,25 @@ def crease_laws_of(t: np.ndarray, k: int) -> CreaseLaws:
 
 
 @kernel(inline=True)
+def opening_of(law: CreaseLaws, i: int, angle: float) -> float:
+    """Opening of crease i at a hinge angle, rad."""
+    return float(law.rest[i] - law.side[i] * angle)
+
+
+@kernel
+def openings_of(law: CreaseLaws, chosen: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Openings (n,) of chosen creases from the hinge angles (m,) of all, rad."""
+    opening = np.empty(chosen.shape[0])
+    for i in range(chosen.shape[0]):
+        opening[i] = opening_of(law, chosen[i], angle[chosen[i]])
+    return opening
+
+
+@kernel(inline=True)
 def elastic_effort(law: CreaseLaws, i: int, angle: float) -> tuple[float, float, float]:
     """Energy U of crease i at a hinge angle (J), dU/dpsi (N m) and d2U/dpsi2 (N m/rad), without dampers."""
     first, last = law.bounds[law.curve[i]], law.bounds[law.curve[i] + 1]
-    opening = law.rest[i] - law.side[i] * angle
+    opening = opening_of(law, i, angle)
     energy, moment, slope = evaluate_curve(opening, first, last, law.knots, law.coefficients, law.energies)
     return energy, -law.side[i] * moment, slope
 

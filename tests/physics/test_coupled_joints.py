@@ -14,8 +14,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import fsm
+from fsm.builders.scene import build_scene
+from fsm.case.plan.method_selection import automatic_method, fastest_rate
 
 FIRST, SECOND, MASS = 0.02, 0.05, 0.4
+METHODS = "generalized-alpha", "explicit"
 
 
 def run(case: dict[str, Any], folder: Path) -> fsm.Result:
@@ -60,10 +63,12 @@ def of(result: fsm.Result, name: str) -> np.ndarray:
     return np.asarray(result[name].values)
 
 
-def test_a_gear_accelerates_two_wheels_over_many_turns(tmp_path: Path) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_a_gear_accelerates_two_wheels_over_many_turns(method: str, tmp_path: Path) -> None:
     """A constant moment M on the first wheel: M = (J_1 + J_2/n^2) a_1; the teeth carry M - J_1 a_1."""
     ratio, moment = -2.5, 3.0
-    result = run(wheels({"ratio": ratio}, 1.0, moment=moment), tmp_path)
+    case = wheels({"ratio": ratio}, 1.0, moment=moment)
+    result = run(case | {"solve": case["solve"] | {"method": method}}, tmp_path)
     pace = moment / (FIRST + SECOND / ratio**2)
     angle, teeth = of(result, "coupling.link.angle"), of(result, "coupling.link.moment")
     assert angle[-1, 0] > 4.0 * math.pi
@@ -87,7 +92,8 @@ def test_a_rack_falls_with_its_pinion(tmp_path: Path) -> None:
     np.testing.assert_allclose(of(result, "coupling.link.effort"), MASS * (weight - pace), rtol=1e-6)
 
 
-def test_synchronised_panels_unfold_as_one_degree_of_freedom(tmp_path: Path) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_synchronised_panels_unfold_as_one_degree_of_freedom(method: str, tmp_path: Path) -> None:
     """Two bars of length L, folded as an accordion: the second hinge turns by -2 times the first.
 
     T = (m L^2/2) (1/3 + 9/4 sin^2 + 1/4 cos^2 + 1/12) theta'^2 with theta of the first bar, V = k/2 (theta - rest)^2.
@@ -104,7 +110,8 @@ def test_synchronised_panels_unfold_as_one_degree_of_freedom(tmp_path: Path) -> 
     axis = [0.0, -1.0, 0.0]
     root = hinge("root", "ground", "inner", [0, 0, 0], axis=axis, spring=spring)
     joints = [hinge("fold", "inner", "outer", tip.tolist(), axis=axis), root]
-    result = run(mechanism(bodies, joints, "gear", {"ratio": -2.0}, 0.6, rtol=1e-9), tmp_path)
+    case = mechanism(bodies, joints, "gear", {"ratio": -2.0}, 0.6, rtol=1e-9)
+    result = run(case | {"solve": case["solve"] | {"method": method}}, tmp_path)
 
     def mass(angle: float) -> tuple[float, float]:
         sine, cosine = math.sin(angle), math.cos(angle)
@@ -185,3 +192,13 @@ def test_mistakes(change: dict[str, Any], text: str) -> None:
     with pytest.raises(fsm.CaseError) as failure:
         fsm.load(case).check()
     assert text in str(failure.value)
+
+
+def test_stiff_gears_take_implicit_steps() -> None:
+    """The rate of a gear is sqrt(k (1/J_1 + n^2/J_2)); an ideal one has none."""
+    given = {"ratio": -3.0, "stiffness": 1e3}
+    scene = build_scene(fsm.load(wheels(given, 0.1)).model)
+    assert fastest_rate(scene) == pytest.approx(math.sqrt(1e3 * (1.0 / FIRST + 9.0 / SECOND)))
+    assert automatic_method(scene)[0] == "explicit"
+    stiff = build_scene(fsm.load(wheels(given | {"stiffness": 1e9}, 0.1)).model)
+    assert automatic_method(stiff)[0] == "generalized-alpha"

@@ -16,6 +16,7 @@ from fsm.errors import CaseError
 from fsm.results.solution import JOINT_AXIS, LINK
 from fsm.run.summary_text import summary_lines
 from fsm.run.table_text import format_table
+from fsm.views.report.tables import sections_of
 
 _CRANK, _ROD = 0.1, 0.3
 _BEARING = {"kind": "revolute", "axis": [0, 1, 0]}
@@ -44,7 +45,8 @@ def slider(angle: float) -> float:
 
 @pytest.mark.figures
 def test_results_lead_with_coordinates_and_reactions_of_joints(tmp_path: Path) -> None:
-    summary = fsm.load(crank()).run(tmp_path, figures=True).summary
+    result = fsm.load(crank()).run(tmp_path, figures=True)
+    summary = result.summary
     lines = summary_lines(summary, tmp_path)
     assert lines[0] == "report      bearing.angle 120 deg at the end, from 0 deg at 0 s to 120 deg at 2 s"
     assert lines[3].startswith("report      wrist.angle") and "to 19.47 deg at 1.5 s" in lines[3]
@@ -56,6 +58,9 @@ def test_results_lead_with_coordinates_and_reactions_of_joints(tmp_path: Path) -
     guide = next(row for row in summary["report"] if row["name"] == "joint.guide.displacement")
     assert guide["end"] == pytest.approx(slider(2.0 * math.pi / 3.0), rel=1e-9) and guide["unit"] == "m"
     assert {path.name for path in tmp_path.glob("*.png")} == {"report.png", "motion.png", "energy.png"}
+    page = {section["title"]: section for section in sections_of(result.solution)}
+    assert page["Motion"]["table"][0] == ["bearing.angle", "deg", "0", "120", "0", "120"]
+    assert page["Reactions of joints"]["table"][0][3:] == ["0", ""]
 
 
 def test_a_motor_that_starts_from_rest_gives_no_velocities(tmp_path: Path) -> None:
@@ -84,7 +89,7 @@ def test_bodies_without_a_shape_are_lines_between_their_joints(tmp_path: Path) -
     assert ends[np.argsort(ends[:, 2])] == pytest.approx(np.array([[0, 0, -_CRANK], [0, 0, 0]]), abs=1e-12)
     block = solution.shape[:, (names == "guide") & (panel == JOINT_AXIS)].mean(axis=(1, 2))
     assert block[-1] == pytest.approx([_CRANK + _ROD + slider(math.pi / 2.0), 0.0, 0.0])
-    assert not np.any((names == "slider") & (panel == LINK))  # its joints are at its centre of mass
+    assert np.count_nonzero((names == "slider") & (panel == LINK)) == 3  # its joints are at its centre of mass: a cross
 
 
 def test_check_tells_and_draws_joints(tmp_path: Path) -> None:

@@ -61,6 +61,54 @@ def test_two_panels_move_as_in_minimal_coordinates(failed: tuple[str, ...], tmp_
     assert np.ptp(expected[1]) > 0.5 and len(result.summary["report"]) == 2
 
 
+def synchronised(panels: int, t: np.ndarray, springs: int) -> np.ndarray:
+    """Part of the stowed angles that is left, (n,), by Lagrange's equation of this one coordinate."""
+    stowed = np.array([0.5 * math.pi, *[math.pi] * (panels - 1)])
+
+    def inertia(part: float) -> float:
+        point, moved, total = 0j, 0j, 0.0
+        for number in range(panels):  # directions of the panels are -1, 1, -1, ... times a right angle times the part
+            sense = (-1.0) ** (number + 1) * 0.5 * math.pi
+            side = 0.0 if number == 0 else 0.5j * sense / abs(sense) * _GAP
+            turned, far = np.exp(1j * sense * part), 0.5j * -sense / abs(sense) * _GAP
+            centre = turned * (0.5 * _L - side)
+            point, moved = point + centre, moved + 1j * sense * centre
+            total += _MASS * abs(moved) ** 2 + _INERTIA * sense**2
+            rest = turned * (0.5 * _L + far)
+            point, moved = point + rest, moved + 1j * sense * rest
+        return total
+
+    def rate(_: float, y: np.ndarray) -> list[float]:
+        part, speed = y
+        slope = (inertia(part + 1e-5) - inertia(part - 1e-5)) / 2e-5
+        angle = stowed * part
+        efforts = -_DAMPER["coefficient"] * stowed * speed
+        efforts[:springs] -= _SPRING["stiffness"] * (angle[:springs] - _SPRING["rest"])
+        return [speed, (stowed @ efforts - 0.5 * slope * speed**2) / inertia(part)]
+
+    return solve_ivp(rate, (0.0, t[-1]), [1.0, 0.0], method="DOP853", t_eval=t, rtol=1e-11, atol=1e-12).y[0]
+
+
+@pytest.mark.parametrize("failed", [(), ("spring 6",)], ids=["all springs", "one spring failed"])
+def test_six_panels_with_a_cable_move_as_one(failed: tuple[str, ...], tmp_path: Path) -> None:
+    case = wing(6, {"spring": _SPRING, "damper": _DAMPER}, 5.0, 0.2, synchronisation="cable", failed=list(failed))
+    result = fsm.load(case).run(tmp_path)
+    angles = np.array([result[f"joint.hinge {k}.angle"].values for k in range(1, 7)])
+    expected = synchronised(6, result.solution.time, 5 if failed else 6)
+    assert angles[0] == pytest.approx(0.5 * math.pi * expected, abs=1e-6 * math.pi)
+    assert angles[1:] == pytest.approx(np.tile(2.0 * angles[0], (5, 1)), abs=1e-9)
+    assert expected[-1] < 0.5
+
+
+def test_cables_have_the_ratios_of_the_stowed_angles() -> None:
+    yoke, stowed = {"length": 0.4, "mass": 1.0}, [1.5, 3.0, 2.0]
+    keys = {"yoke": yoke, "stowed": stowed, "synchronisation": "cable", "failed": ["cable 2"]}
+    scene = build_scene(fsm.load(wing(2, {}, 1.0, cable={"stiffness": "40 N m/rad"}, **keys)).model)
+    (cable,) = scene.couplings
+    assert cable.joints == ("root", "hinge 1") and cable.parameters["ratio"] == 0.5
+    assert cable.parameters["stiffness"] == 40.0 and not cable.ideal
+
+
 @pytest.mark.parametrize("stiffness", [0.0, 1.2], ids=["momentum", "spring"])
 def test_a_panel_latches_by_momentum_or_by_its_spring(stiffness: float, tmp_path: Path) -> None:
     """Time by quadrature, rate before the latch, and largest way and impulse in the latch."""
@@ -68,7 +116,7 @@ def test_a_panel_latches_by_momentum_or_by_its_spring(stiffness: float, tmp_path
     pace = 0.0 if stiffness else 0.8
     hinge = {"latch": {"at": 0.0, "stiffness": hold}, "stop": {"lower": 0.0, "stiffness": hold}}
     hinge |= {"spring": {"stiffness": stiffness, "rest": 0.0}} if stiffness else {}
-    case = wing(1, hinge, 3.0, 5e-3)
+    case = wing(1, hinge, 1.5 if stiffness else 2.3, 5e-3)
     if pace:  # the panel is thrown: its body has a velocity
         body = build_scene(fsm.load(case).model).bodies[0]
         turning = {"angular_velocity": [0.0, pace, 0.0], "velocity": [pace * body.position[2], 0.0, 0.0]}
@@ -131,6 +179,9 @@ def test_parts_meet_at_their_hinges_in_any_direction() -> None:
         ({"stowed": [1.0]}, "`stowed` has 1 angles, and the wing has 2 hinges"),
         ({"hinge_axis": [1.0, 1.0, 0.0]}, "right angle"),
         ({"base": "satellite"}, 'wing.base: must be "ground" or a body of'),
+        ({"cable": {"stiffness": 40.0}}, "`cable` needs `synchronisation"),
+        ({"synchronisation": "cable", "failed": ["cable 1"]}, "no cable ends at this hinge"),
+        ({"synchronisation": "cable", "stowed": [0.0, 1.0]}, "cables need stowed angles that are not zero"),
         ({"density": 100.0}, "give `mass` or `density`"),
         ({"hinge": {"spring": {"stiffness": "1 N/m"}}}, "wing.hinge.spring.stiffness"),
     ],

@@ -13,10 +13,12 @@ from pydantic import ValidationError
 import fsm
 from fsm.case.loading.load_case import LoadedCase
 from fsm.case.models.case import Case
+from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.scene import Scene
 from fsm.errors import CaseError
 from fsm.model.bodies.group import PreviousPoses
 from fsm.model.bodies.pattern import body_pattern
+from fsm.model.compile import compile_couplings
 from fsm.model.compile.compile import compile_scene
 from fsm.model.elements.couplings import CouplingGroup
 from fsm.run.run_case import run_case
@@ -158,3 +160,9 @@ def test_geared_wheels_swing_as_the_closed_form(spatial: bool, tmp_path: Path) -
 def test_wrong_couplings_are_refused(change: dict[str, Any], text: str) -> None:
     with pytest.raises((ValidationError, CaseError), match=text):
         compile_scene(Case.model_validate(wheels(False, gear=change)).scene)
+
+
+def test_kinds_of_the_package_have_kernels() -> None:
+    """A kind is its kernel, its keys in `OWN_COUPLINGS`, and a line that joins both."""
+    assert OWN_COUPLINGS.keys() == compile_couplings.OWN.keys()
+    assert all(compile_couplings.OWN[name].joints == kind.law for name, kind in OWN_COUPLINGS.items())

@@ -70,6 +70,15 @@ def test_tables_of_keys_are_those_of_the_models() -> None:
     assert all(f"`{key}`" in of_couplings for kind in kinds for key in kind.model_fields)
 
 
+def test_contributing_names_files_that_exist() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    named = set(re.findall(r"`((?:fsm|docs|tests|validation)/[\w./-]+|fsm(?:\.\w+)+)`", text))
+    assert len(named) > 100
+    for name in sorted(named):
+        path = ROOT / (name if "/" in name else name.replace(".", "/"))
+        assert path.exists() or path.with_suffix(".py").exists() or ("NAME" in name and path.parent.is_dir()), name
+
+
 def test_kinds_of_sheets_need_the_stated_keys() -> None:
     """Defaults of the keys of a sheet name every kind that requires them."""
     sheet = Place(Sheet, None, {})

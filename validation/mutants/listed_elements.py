@@ -6,6 +6,30 @@ from validation.mutants.mutant import Mutant, physics_test, unit_test
 
 __all__ = ["ELEMENTS"]
 
+WINGS = (
+    Mutant(
+        "hinge lines of wings on the wrong face",
+        "fsm/case/derived/wing_scene.py",
+        "side = -0.5 * sense * gap",
+        "side = 0.5 * sense * gap",
+        physics_test("wing", "test_parts_meet_at_their_hinges_in_any_direction"),
+    ),
+    Mutant(
+        "cables of wings with the inverse ratio",
+        "fsm/case/derived/wing_scene.py",
+        "inner.angle / outer.angle",
+        "outer.angle / inner.angle",
+        physics_test("wing", "test_cables_have_the_ratios_of_the_stowed_angles"),
+    ),
+    Mutant(
+        "springs that resist left out of margins",
+        "fsm/case/derived/joint_margin.py",
+        "f.spring * np.maximum(-driving, 0.0)",
+        "0.0",
+        unit_test("joint_margin", "test_the_required_moment_has_the_factors_of_the_standard"),
+    ),
+)
+
 FILMS = (
     Mutant(
         "edge cables removed from films",
@@ -379,4 +403,4 @@ JOINTS = (
     ),
 )
 
-ELEMENTS = (*JOINTS, *FILMS, *FACETS, *JOINED, *ARRAYS, *DATA, *CHANNELS)
+ELEMENTS = (*JOINTS, *WINGS, *FILMS, *FACETS, *JOINED, *ARRAYS, *DATA, *CHANNELS)

@@ -1,6 +1,6 @@
 """Thousands of cases as engineers would write them, each run by `fsm run`; README.md describes the cases and the results.
 
-    python -m validation.strangers [--cases 2200] [--seed 1] [--workers 1] [--kinds strips,films] [--out out/strangers]
+    python -m validation.strangers [--cases 2400] [--seed 1] [--workers 1] [--kinds strips,films] [--out out/strangers]
     python -m validation.strangers --seed 1 --only strips:17       (one case again; its folder is kept)
 
 An interrupted command continues where it stopped. With --earlier, cases that earlier sources solved are not run again. Exit

@@ -15,6 +15,7 @@ from fsm.io.provenance import made_by
 from validation.strangers.cases import Row, draw
 from validation.strangers.drawn import Drawn
 from validation.strangers.family import crease_family
+from validation.strangers.joint_equations import by_equations
 from validation.strangers.launch import Command, Course, side_by_side
 from validation.strangers.second import compared, otherwise, worst
 from validation.strangers.sheets import FAMILY_FILE
@@ -116,6 +117,8 @@ def course_of(row: Row, seed: int, folder: Path, limit: float, shared: Path, kee
 def _checked(row: Row, drawn: Drawn, line: Line, case: Path, folder: Path, limit: float) -> Course:
     """Verdict of the second solver: "agrees", "differs", "sensitive" (a slightly changed case differs as much) or
     "failed"."""
+    if row.kind == "mechanisms":
+        return by_equations(drawn.tables, folder / "out")
     other = otherwise(row.kind, drawn.tables, line["method"])
     run = ("run", str(case), "--quiet", "--out")
     settings = [word for text in other.settings for word in ("--set", text)]

@@ -11,6 +11,7 @@ from validation.strangers.drawn import Drawn
 from validation.strangers.films import draw_film
 from validation.strangers.folded import draw_folded
 from validation.strangers.lattices import draw_lattice
+from validation.strangers.mechanisms import draw_mechanism
 from validation.strangers.packed import draw_packed
 from validation.strangers.scenes import draw_scene
 from validation.strangers.strips import draw_deployed, draw_released, draw_strip
@@ -19,7 +20,7 @@ from validation.stress.dice import Dice
 __all__ = ["CHECKED", "KINDS", "Kind", "Row", "draw", "rows"]
 
 CHECKED = 0.1
-"""Part of the cases that is checked by a second solver, or a finer mesh."""
+"""Part of the cases that is checked by a second solver, or a finer mesh; mechanisms are all checked."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ KINDS: dict[str, Kind] = {
     "scenes": Kind(draw_scene, 200),
     "sheets": Kind(draw_folded, 200),
     "packed": Kind(draw_packed, 500),
+    "mechanisms": Kind(draw_mechanism, 200),
 }
 FULL = sum(kind.cases for kind in KINDS.values())
 
@@ -61,7 +63,8 @@ def rows(cases: int, kinds: tuple[str, ...], seed: int) -> list[Row]:
     found = []
     for name in kinds:
         count = max(1, round(KINDS[name].cases * cases / FULL))
-        found += [(index / count, Row(name, index, _dice(name, index, seed, 1).chance(CHECKED))) for index in range(count)]
+        part = 1.0 if name == "mechanisms" else CHECKED
+        found += [(index / count, Row(name, index, _dice(name, index, seed, 1).chance(part))) for index in range(count)]
     return [row for _, row in sorted(found, key=lambda item: item[0])]
 
 

@@ -13,6 +13,8 @@ LINK, JOINT_AXIS = -4, -5
 """Kinds of lines; numbers in place of a panel, as in `fsm.results.solution`."""
 _AXIS = 0.05
 """Half the length of the line of an axis, relative to the size of the mechanism."""
+_CROSS = 0.03
+"""Half the length of the lines of a cross, relative to this size."""
 _SAME = 1e-9
 """Distance of points that are one, relative to this size."""
 
@@ -37,6 +39,7 @@ def mechanism_size(scene: Scene) -> float:
 def mechanism_lines(scene: Scene) -> Iterator[MechanismLine]:
     """Lines of bodies without plate and solid from their centre of mass to each of their joints, and lines along axes.
 
+    A body with its joints at its centre of mass only is a cross.
     The line of a joint that slides belongs to its second body, others to its first.
     """
     if not scene.joints:
@@ -46,9 +49,13 @@ def mechanism_lines(scene: Scene) -> Iterator[MechanismLine]:
     for body in scene.bodies:
         own = [joint.at for joint in scene.joints if joint.first == body.name]
         own += [joint.at if joint.to is None else joint.to for joint in scene.joints if joint.second == body.name]
-        for point in dict.fromkeys(() if body.name in shown else own):
-            if np.linalg.norm(np.subtract(point, body.position)) > _SAME * size:
-                yield MechanismLine(body.name, body.name, np.array(body.position), np.array(point), LINK)
+        if body.name in shown or not own:
+            continue
+        centre = np.array(body.position)
+        arms = [(centre, at) for at in map(np.array, dict.fromkeys(own)) if np.linalg.norm(at - centre) > _SAME * size]
+        arms = arms or [(centre - cross, centre + cross) for cross in _CROSS * size * np.eye(3)]
+        for start, end in arms:
+            yield MechanismLine(body.name, body.name, start, end, LINK)
     for joint in scene.joints:
         if joint.axis is not None:
             half = _AXIS * size * np.array(joint.axis) / np.linalg.norm(joint.axis)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fsm.case.derived.frame_bodies import matrix_quaternion
+from fsm.case.models.coupling import SceneCoupling
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Body, Plate, Scene
 from fsm.case.models.wing import Wing
@@ -57,7 +59,19 @@ def with_wing(wing: Wing, scene: Scene | None) -> Scene:
         sense, before = -sense, part.name
         side = -0.5 * sense * gap
         point = centre + (0.5 * part.size[0] * forward + side * up) @ axes
-    return scene.model_copy(update={"bodies": (*scene.bodies, *bodies), "joints": (*scene.joints, *joints)})
+    parts: dict[str, Any] = {"bodies": bodies, "joints": joints, "couplings": _cables(wing, joints)}
+    return scene.model_copy(update={name: (*getattr(scene, name), *more) for name, more in parts.items()})
+
+
+def _cables(wing: Wing, joints: Sequence[SceneJoint]) -> Iterator[SceneCoupling]:
+    """Cables between neighbouring hinges, whose angles stay in the ratio of the stowed ones."""
+    elastic = {} if wing.cable is None else wing.cable.model_dump(exclude_none=True)
+    for (inner, outer), name in zip(pairwise(joints), wing.hinges[1:], strict=True):
+        if wing.synchronisation is not None and f"cable {name}" not in wing.failed:
+            yield SceneCoupling(
+                name=f"cable {name}", kind="gear", joints=(inner.name, outer.name),
+                parameters={"ratio": inner.angle / outer.angle, **elastic},
+            )  # fmt: skip
 
 
 def _parts(wing: Wing) -> Iterator[_Part]:

@@ -63,6 +63,10 @@ class Strip(Model):
         """Angle of the folded creases from the flat sheet, rad."""
         return 2.0 * self.fold_angle
 
+    def turn(self, panel: int) -> float:
+        """Rotation of a panel (from 0) about +y, rad; the first panel rises, which is a negative rotation."""
+        return self.fold_angle * (1 if panel % 2 else -1)
+
     def crease_point(self, number: int) -> tuple[float, float]:
         """Position (x, z) of a crease in the folded strip, m; the numbers 0 and `panels` are the ends of the strip."""
         panel = self.length / self.panels

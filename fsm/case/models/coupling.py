@@ -36,10 +36,9 @@ class _Elastic(Model):
         return self
 
 
-class Gear(_Elastic):
-    """Parameters of the kind "gear": e = x_1 - n x_2 of a joint that turns and another one."""
+class Elasticity(_Elastic):
+    """Parameters of the kind "gear" beside its ratio."""
 
-    ratio: float = Field(description="ratio n of the first coordinate to the second, negative for opposite senses")
     stiffness: AngularStiffness | None = Field(
         default=None, gt=0, description="stiffness k on the first angle",
         json_schema_extra={"default": "none, the coupling is ideal"},
@@ -49,6 +48,12 @@ class Gear(_Elastic):
     slack: Slack | None = Field(default=None, description=_SLACK, json_schema_extra={"default": "none"})
     backlash: Angle = Field(default=0.0, ge=0, description="width of the play")
     lag: Angle = Field(default=0.0, description="opening in the middle of the play, or at which a cable becomes taut")
+
+
+class Gear(Elasticity):
+    """Parameters of the kind "gear": e = x_1 - n x_2 of a joint that turns and another one."""
+
+    ratio: float = Field(description="ratio n of the first coordinate to the second, negative for opposite senses")
 
 
 class Rack(_Elastic):

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsm.case.derived.frame_bodies import quaternion_matrix
+from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import Body, ForceElement, Scene
 from fsm.case.models.solve import Solve
@@ -85,7 +86,8 @@ def beyond_explicit(scene: Scene) -> str:
         "contact": scene.contact is not None,
         "gas": scene.chambers,
         "creases with hysteresis": any(getattr(e.crease, "hysteresis", False) for e in elements),
-        "laws of extensions": scene.point_elements or any(e.law is not None for e in elements),
+        "laws of extensions": scene.point_elements or any(e.law is not None for e in elements)
+        or any(coupling.kind not in OWN_COUPLINGS for coupling in scene.couplings),
     }
     return next((name for name, given in parts.items() if given), "")
 
@@ -96,9 +98,11 @@ def fastest_rate(scene: Scene) -> float:
     The inertia of a hinge element is the smallest one of each body, that of a joint is about its axis.
     """
     bodies, fastest = {body.name: body for body in scene.bodies if not body.held}, 0.0
+    compliances: dict[str, float] = {}
     for element in scene.elements:
         ends = [bodies[name] for name in (element.inner, element.outer) if name in bodies]
         mass, turn = sum(1.0 / body.mass for body in ends), sum(1.0 / min(body.inertia) for body in ends)
+        compliances[element.name] = turn
         stiffness = max(*element.rotation, _hinge_stiffness(element))
         fastest = max(
             fastest, _rate(max(element.translation), max(element.translation_damping), mass),
@@ -106,9 +110,15 @@ def fastest_rate(scene: Scene) -> float:
         )  # fmt: skip
     for joint in scene.joints:
         compliance = sum(1.0 / _inertia(bodies[name], joint) for name in (joint.first, joint.second) if name in bodies)
+        compliances[joint.name] = compliance
         for action in (joint.spring, joint.damper, joint.stop, joint.latch):
             stiffness, *dampings = (float(getattr(action, key, 0.0)) for key in ("stiffness", "damping", "coefficient"))
             fastest = max(fastest, _rate(stiffness, max(dampings), compliance))
+    for coupling in scene.couplings:
+        if coupling.kind in OWN_COUPLINGS and not coupling.ideal:
+            given, parts = coupling.parameters or {}, zip(coupling.ratios, coupling.joints, strict=True)
+            compliance = sum(ratio * ratio * compliances.get(name, 0.0) for ratio, name in parts)
+            fastest = max(fastest, _rate(given["stiffness"], given["damping"], compliance))
     return fastest
 
 

@@ -14,7 +14,7 @@ from fsm.model.elements.gears import GEAR
 from fsm.model.elements.locked_couplings import LOCKED_GEAR, LockedCouplings
 from fsm.registry import COUPLINGS
 
-_OWN = {"gear": GEAR, "rack": GEAR}
+OWN = {"gear": GEAR, "rack": GEAR}
 """Kinds of the package, `fsm.case.models.coupling.OWN_COUPLINGS`."""
 
 
@@ -43,7 +43,7 @@ def coupling_groups(
             measured = coordinates_of([joints[name] for name in names], ends, poses)
         else:
             measured = twists_of([elements[name] for name in names])
-        law: Coupling = LOCKED_GEAR if locked else _OWN[kind] if kind in _OWN else COUPLINGS[kind].law
+        law: Coupling = LOCKED_GEAR if locked else OWN[kind] if kind in OWN else COUPLINGS[kind].law
         found.append((LockedCouplings if locked else CouplingGroup)(
             measured.ends.reshape(len(chosen), -1), measured, law, tuple(coupling.parameters for coupling in chosen),
             tuple(coupling.name for coupling in chosen),

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.case.models.fold_data import FoldData
 from fsm.kernels.programs import CONSTANT, ramp
-from fsm.laws.crease import CreaseLaws, join_curves
+from fsm.laws.crease import CreaseLaws, join_curves, openings_of
 from fsm.laws.crease_sliders import Sliders, new_sliders
 from fsm.model.elements.crease_curves import curve_of, hysteresis_of
 from fsm.model.elements.element_angles import side_of
@@ -42,6 +42,6 @@ def _sliders(data: FoldData, curves: CreaseLaws) -> tuple[Sliders | None, np.nda
         return None, chosen
     which = np.searchsorted(known, data.law[chosen])
     laws = [hysteresis for hysteresis in found if hysteresis is not None]
-    opening = curves.rest[chosen] - curves.side[chosen] * data.start[chosen]
+    opening = openings_of(curves, chosen, data.start)
     stiffness = np.array([law.stiffness for law in laws])[which]
     return new_sliders(opening, stiffness, which.astype(np.int64), join_curves([law.strength for law in laws])), chosen

@@ -9,7 +9,7 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import scatter_efforts
-from fsm.laws.crease import CreaseLaws, crease_laws_of, elastic_effort
+from fsm.laws.crease import CreaseLaws, crease_laws_of, elastic_effort, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, slider_energy, slider_moments, sliders_of
 from fsm.model.bodies.arrays import FORCE, STORED
 from fsm.model.elements.element_group import LAST, ElementKernels, bodies_of
@@ -31,10 +31,8 @@ _SLIDERS = _FLEXIBILITY + 1
 
 @kernel
 def _opening(own: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    law, opening = crease_laws_of(own, _LAWS), np.empty(angle.shape[0])
-    for i in range(angle.shape[0]):
-        opening[i] = law.rest[i] - law.side[i] * angle[i]
-    return opening
+    found: np.ndarray = openings_of(crease_laws_of(own, _LAWS), np.arange(angle.shape[0]), angle)
+    return found
 
 
 @kernel
@@ -210,5 +208,5 @@ class HysteresisGroup(HingeGroup):
 
     def moments(self, angle: np.ndarray) -> np.ndarray:
         """Moments (m,) against hinge angles (m,), N m."""
-        moment, _ = slider_moments(self.sliders, self.law.rest - self.law.side * angle)
+        moment, _ = slider_moments(self.sliders, openings_of(self.law, np.arange(len(angle)), angle))
         return np.asarray(-self.law.side * moment)

@@ -11,6 +11,7 @@ import numpy as np
 
 from fsm.errors import FsmError
 from fsm.results.quantities import touching_pairs
+from fsm.results.reported import ROUND_OFF, shown_name
 from fsm.results.solution import Solution
 from fsm.text.load_names import load_units
 from fsm.text.shown_units import shown_range, shown_unit, travel_text, turns
@@ -80,6 +81,9 @@ def sections_of(solution: Solution) -> list[dict[str, Any]]:
         for section in (
             _rows("Results", _result_rows(summary) + _contact_rows(solution)),
             _lines("Warnings", [str(text) for text in summary.get("warnings", ())], "warning"),
+            _channels(summary),
+            _reactions(summary),
+            _margins(summary),
             _rows("Error estimates", _error_rows(summary)),
             _events(summary),
             _steps(summary),
@@ -160,6 +164,43 @@ def _events(summary: dict[str, Any]) -> dict[str, Any] | None:
         head[2:4] = ["turn (rad)", "moment (N m)"]
         rows = [[*row[:2], _number(e.get("travel")), *row[3:]] for row, e in zip(rows, events, strict=False)]
     return {"title": "Events", "head": head, "table": rows, "times": [e.get("time") for e in events[:_MOST_EVENTS]]}
+
+
+def _channels(summary: dict[str, Any]) -> dict[str, Any] | None:
+    """Channels of `report`, in units of their sizes."""
+    rows = []
+    for one in summary.get("report", ()):
+        if "end" in one:
+            unit = shown_unit(one["unit"], max(abs(one["min"]), abs(one["max"])))
+            values = [f"{unit.factor * one[key]:.5g}" for key in ("start", "end", "min", "max") if key in one]
+            rows.append([shown_name(one["name"]), unit.name, *values])
+    return {"title": "Motion", "head": ["", "unit", "start", "end", "smallest", "largest"], "table": rows} if rows else None
+
+
+def _reactions(summary: dict[str, Any]) -> dict[str, Any] | None:
+    rows = [
+        [one["joint"], *(text for key in ("force", "moment") for text in _largest(one.get(key), one.get(f"{key}_time")))]
+        for one in summary.get("reactions", ())
+    ]
+    head = ["joint", "largest force (N)", "at (s)", "largest moment (N m)", "at (s)"]
+    return {"title": "Reactions of joints", "head": head, "table": rows} if rows else None
+
+
+def _largest(size: Any, time: Any) -> tuple[str, str]:
+    """Size and time of a reaction; only 0 for round-off."""
+    return ("0", "") if size is not None and size <= ROUND_OFF else (_number(size), _number(time))
+
+
+def _margins(summary: dict[str, Any]) -> dict[str, Any] | None:
+    rows = [
+        [
+            one["joint"], "none required" if one["margin"] is None else f"{one['margin']:.3g}",
+            f"{math.degrees(one['angle']):.4g}", _number(one["available"]), _number(one["required"]),
+        ]
+        for one in summary.get("margins", ())
+    ]  # fmt: skip
+    head = ["joint", "smallest", "at (deg)", "available (N m)", "required (N m)"]
+    return {"title": "Motorisation margins", "head": head, "table": rows} if rows else None
 
 
 def _steps(summary: dict[str, Any]) -> dict[str, Any] | None:

@@ -10,7 +10,7 @@ from fsm.kernels.addresses import floats_1d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at
 from fsm.kernels.programs import Pieces
-from fsm.laws.crease import CreaseLaws, crease_laws_of
+from fsm.laws.crease import CreaseLaws, crease_laws_of, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, sliders_of
 from fsm.model.nodes.arrays import DAMPING, FORCE, NOW, NUMBERS, STIFFNESS, Q, U
 from fsm.model.nodes.facets.crease_line import CreaseLineGroup
@@ -22,7 +22,6 @@ from fsm.model.nodes.facets.fold_kernels import (
     add_tangent,
     dissipation,
     fold_states,
-    openings,
     path_powers,
     stored_energy,
 )
@@ -115,5 +114,5 @@ def commit_folds(table: np.ndarray, own: np.ndarray, t: float) -> float:
     for k in range(states.shape[0]):
         folds.near[k] = states[k, 0]
     if folds.path.chosen.shape[0] > 0:
-        accept_sliders(folds.path.sliders, t, openings(folds.law, folds.path, states[:, 0].copy()))
+        accept_sliders(folds.path.sliders, t, openings_of(folds.law.curves, folds.path.chosen, states[:, 0]))
     return 0.0

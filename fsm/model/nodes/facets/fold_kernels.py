@@ -14,7 +14,7 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
 from fsm.kernels.programs import Pieces
-from fsm.laws.crease import CreaseLaws, elastic_effort
+from fsm.laws.crease import CreaseLaws, elastic_effort, openings_of
 from fsm.laws.crease_sliders import Sliders, slider_energy, slider_moments
 from fsm.model.nodes.facets.fold_angle import fold_angle, fold_gradient, fold_hessian
 
@@ -122,16 +122,6 @@ def fold_efforts(law: FoldCurves, angle: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def openings(law: FoldCurves, path: FoldPath, angle: np.ndarray) -> np.ndarray:
-    """Openings (n,) of the folds with sliders, rad."""
-    opening = np.empty(path.chosen.shape[0])
-    for i in range(opening.shape[0]):
-        k = path.chosen[i]
-        opening[i] = law.curves.rest[k] - law.curves.side[k] * angle[k]
-    return opening
-
-
-@kernel
 def fold_moments(
     law: FoldCurves, path: FoldPath, damping: np.ndarray, t: float, angle: np.ndarray, rate: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -139,7 +129,7 @@ def fold_moments(
     efforts = fold_efforts(law, angle)
     moment, slope = efforts[1], efforts[2]
     if path.chosen.shape[0] > 0:
-        slip, steepness = slider_moments(path.sliders, openings(law, path, angle))
+        slip, steepness = slider_moments(path.sliders, openings_of(law.curves, path.chosen, angle))
         for i in range(slip.shape[0]):
             k = path.chosen[i]
             moment[k] -= law.curves.side[k] * law.share[k] * slip[i]
@@ -164,8 +154,9 @@ def slider_energies(
     for i in range(change.shape[0]):
         change[i] = -law.curves.side[path.chosen[i]] * rate[path.chosen[i]]
     kept, lost = slider_energy(
-        path.sliders, t, openings(law, path, angle), change, per_second, openings(law, path, other)
-    )
+        path.sliders, t, openings_of(law.curves, path.chosen, angle), change, per_second,
+        openings_of(law.curves, path.chosen, other),
+    )  # fmt: skip
     stored = power = 0.0
     for i in range(change.shape[0]):
         share = law.share[path.chosen[i]]

@@ -29,9 +29,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.kernels.programs import CONSTANT, Program, table_of
-from fsm.laws.crease import CreaseLaws
+from fsm.laws.crease import CreaseLaws, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, no_sliders
-from fsm.model.nodes.facets.fold_kernels import FoldCurves, FoldPath, fold_efforts, fold_moments, openings, slider_energies
+from fsm.model.nodes.facets.fold_kernels import FoldCurves, FoldPath, fold_efforts, fold_moments, slider_energies
 
 
 class FoldEnergy(NamedTuple):
@@ -125,7 +125,7 @@ class FoldLaws:
         """Store the angles of an accepted state."""
         self.near[:] = angle
         if self.sliders is not None:
-            accept_sliders(self.sliders, t, openings(self.without_memory, self.path, angle))
+            accept_sliders(self.sliders, t, openings_of(self.curves, self.path.chosen, angle))
 
     @property
     def remembered(self) -> int:
