@@ -412,11 +412,11 @@ def test_a_latch_holds_a_block_between_itself_and_the_stop(tmp_path: Path) -> No
 
 def test_a_light_coupler_takes_no_more_iterations(tmp_path: Path) -> None:
     case = four_bar()
-    case["solve"]["rtol"] = 1e-6
+    case["solve"] |= {"rtol": 1e-6, "method": "generalized-alpha"}
     equal = run(case, tmp_path / "equal")
     coupler = case["scene"]["bodies"][1]
     coupler |= {"mass": 1e-5, "inertia": [1e-5 * value for value in coupler["inertia"]]}
     light = run(case, tmp_path / "light")
     per_step = [result.summary["newton_iterations"] / result.summary["steps"] for result in (equal, light)]
-    assert max(per_step) < 2.5
+    assert min(per_step) >= 1.0 and max(per_step) < 2.5
     assert np.abs(of(light, "joint.pin 1.position")).max() < 1e-10

@@ -1,5 +1,6 @@
 """Motion of bodies on ideal joints by equations that share nothing with fsm: absolute coordinates, velocities in inertial
-axes, constraints at acceleration level, multipliers of least squares, SciPy's DOP853 without projection.
+axes, constraints at acceleration level, multipliers of least squares, SciPy's DOP853 without projection. A parallelogram,
+which passes branch points, has the equation of its angle.
 
 Joints are points that coincide, axes at right angles, and points in planes, each differentiated twice by hand.
 """
@@ -166,6 +167,39 @@ class _Mechanism:
         return np.concatenate([speeds[:, :3].ravel(), of_quaternion.ravel(), acceleration, spins])
 
 
+def _parallelogram(tables: dict[str, Any], times: Sequence[float]) -> np.ndarray | None:
+    """Positions as `motion` for a plane parallelogram at rest, by the equation of its angle; None for other mechanisms.
+
+    Absolute coordinates lose rank where the bars are in line, and their motion may then leave the parallelogram.
+    """
+    joints, bodies = tables["scene"]["joints"], tables["scene"]["bodies"]
+    points = [np.array(joint["at"], dtype=float) for joint in joints]
+    if [body["name"] for body in bodies] != ["crank", "coupler", "rocker"]:
+        return None
+    bar = points[1] - points[0]
+    if np.abs(points[2] - points[3] - bar).max() > 1e-9 * float(np.linalg.norm(bar)):
+        return None
+    axis = np.array(joints[0]["axis"], dtype=float) / np.linalg.norm(joints[0]["axis"])
+    feet, arms = np.array([points[0], bodies[1]["position"] - bar, points[3]]), np.array([0.5 * bar, bar, 0.5 * bar])
+    mass, gravity = np.array([body["mass"] for body in bodies]), np.array(tables["gravity"])
+    inertia = float(mass @ (arms**2).sum(axis=1))
+    for body in (bodies[0], bodies[2]):
+        own = Rotation.from_quat(body["orientation"], scalar_first=True).inv().apply(axis)
+        inertia += float(np.array(body["inertia"]) @ own**2)
+    springs = [(sign, joint.get("spring", {})) for sign, joint in zip((1.0, -1.0, 1.0, 1.0), joints, strict=True)]
+    damping = sum(joint.get("damper", {}).get("coefficient", 0.0) for joint in joints)
+
+    def rate(t: float, y: Vector) -> list[float]:
+        turned = Rotation.from_rotvec(axis * y[0]).apply(arms)
+        moment = float(mass @ (np.cross(axis, turned) @ gravity)) - damping * y[1]
+        for sign, spring in springs:
+            moment -= sign * spring.get("stiffness", 0.0) * (sign * y[0] - spring.get("rest", 0.0))
+        return [y[1], moment / inertia]
+
+    angles = solve_ivp(rate, (0.0, float(times[-1])), [0.0, 0.0], "DOP853", times, rtol=1e-11, atol=1e-12).y[0]
+    return np.array([feet + Rotation.from_rotvec(axis * angle).apply(arms) for angle in angles])
+
+
 def motion(tables: dict[str, Any], times: Sequence[float]) -> np.ndarray:
     """Positions (m, n, 3) of all bodies at times (s), m.
 
@@ -179,6 +213,9 @@ def motion(tables: dict[str, Any], times: Sequence[float]) -> np.ndarray:
     ArithmeticError
         The equations could not be integrated.
     """
+    alone = _parallelogram(tables, times)
+    if alone is not None:
+        return alone
     mechanism = _Mechanism(tables)
     ends = (0.0, float(times[-1]))
     found = solve_ivp(mechanism.rate, ends, mechanism.first, "DOP853", times, rtol=_RTOL, atol=_ATOL)
