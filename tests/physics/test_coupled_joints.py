@@ -54,7 +54,7 @@ def wheels(parameters: dict[str, Any], end: float, spin: float = 0.0, moment: fl
     bodies = [
         body("wheel", [0.0, 0.0, 0.0], FIRST, angular_velocity=[0.0, spin, 0.0]), body("other", [0.3, 0.0, 0.0], SECOND)
     ]  # fmt: skip
-    driven = {"spring": {"moment": moment}} if moment else {}
+    driven = {"spring": {"moment": -moment}} if moment else {}
     joints = [hinge("a", "ground", "wheel", [0, 0, 0], **driven), hinge("b", "ground", "other", [0.3, 0, 0])]
     return mechanism(bodies, joints, "gear", parameters, end, **more)
 

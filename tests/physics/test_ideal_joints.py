@@ -355,7 +355,7 @@ def test_a_stop_returns_a_block(tmp_path: Path) -> None:
 
 
 def test_a_spring_with_a_force_at_the_start_and_a_damper(tmp_path: Path) -> None:
-    result = run(slider(spring={"stiffness": 100.0, "force": 30.0}, damper={"coefficient": 4.0}), tmp_path)
+    result = run(slider(spring={"stiffness": 100.0, "force": -30.0}, damper={"coefficient": 4.0}), tmp_path)
     decay, speed = 2.0, math.sqrt(100.0 - 2.0**2)
     times = result.time
     from_rest = np.exp(-decay * times) * (

@@ -83,7 +83,7 @@ def spring_moment(joint: SceneJoint, angle: np.ndarray) -> np.ndarray:
     if not isinstance(spring, TurnSpring):
         return np.zeros_like(angle)
     rest = joint.angle if spring.rest is None else spring.rest
-    moment = (spring.moment or 0.0) - spring.stiffness * (angle - rest)
+    moment = -(spring.moment or 0.0) - spring.stiffness * (angle - rest)
     return np.asarray(moment - (_interpolated(spring.table, angle) if spring.table else 0.0))
 
 

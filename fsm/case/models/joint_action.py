@@ -61,7 +61,7 @@ class TurnSpring(_Spring):
     )
     moment: Moment | None = Field(
         default=None,
-        description="moment on the second body at the start, positive in the sense of the angle, in place of `rest`",
+        description="moment against the angle at the start, in place of `rest`: positive drives the angle down",
         json_schema_extra={"default": "0, or that of `rest`"},
     )
     table: tuple[tuple[Angle, Moment], ...] | None = Field(
@@ -79,7 +79,7 @@ class SlideSpring(_Spring):
     )
     force: Force | None = Field(
         default=None,
-        description="force on the second body at the start, positive along the axis, in place of `rest`",
+        description="force against the displacement at the start, in place of `rest`",
         json_schema_extra={"default": "0, or that of `rest`"},
     )
     table: tuple[tuple[Length, Force], ...] | None = Field(

@@ -96,7 +96,7 @@ class _Row:
     def spring(self, spring: Spring) -> None:
         """Set the spring of a joint."""
         load = spring.moment if isinstance(spring, TurnSpring) else spring.force
-        self.law[SPRING], self.law[LOAD] = spring.stiffness, -(load or 0.0)
+        self.law[SPRING], self.law[LOAD] = spring.stiffness, load or 0.0
         self.law[REST] = self.start if spring.rest is None else spring.rest
         self.table(OF_SPRING, spring.table)
 
