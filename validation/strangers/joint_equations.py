@@ -155,9 +155,7 @@ class _Mechanism:
                         force[6 * i + 3 : 6 * i + 6] += sign * moment * axis
         jacobian = np.array(rows)
         free = inverse @ force
-        effort = np.linalg.lstsq(
-            jacobian @ inverse @ jacobian.T, jacobian @ free + np.array(left), rcond=_SAME
-        )[0]
+        effort = np.linalg.lstsq(jacobian @ inverse @ jacobian.T, jacobian @ free + np.array(left), rcond=_SAME)[0]
         acceleration = free - inverse @ (jacobian.T @ effort)
         of_quaternion = np.empty((n, 4))
         for i in range(n):
