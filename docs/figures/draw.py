@@ -41,6 +41,7 @@ RUNS: dict[str, list[str]] = {
     "array": ["run", "scissor_array/case.toml"],
     "film": ["run", "membrane_impact/case.toml"],
     "tube": ["run", "kresling/case.toml"],
+    "wing": ["run", "{data}/wing.toml"],
     "table": ["table", "strip_pull/table.csv"],
     "study": ["table", "membrane_impact/tension.csv"],
     "lattice": ["calibrate", "force", "rotating_squares/calibration.toml"],
@@ -90,6 +91,11 @@ SECTIONS: dict[str, list[Shown]] = {
     "Motion in a plane": [
         Shown("squares", "squares/motion.png", "Rotating squares."),
         Shown("plates", "plates/motion.png", "Three plates fall on a table."),
+    ],
+    "Mechanisms": [
+        Shown("wing", "wing/motion.png", "A solar wing unfolds: bodies are drawn by lines between their joints."),
+        Shown("report", "wing/report.png", "`report.png` shows the channels of `report`, and when latches close."),
+        Shown("margin", "wing/margin.png", "`margin.png` shows available and required moments of hinges over their angles."),
     ],
     "Scissor arrays": [
         Shown("array", "array/motion.png", "`motion.png` shows the motion, and `motion.gif` shows it as an animation."),
@@ -195,6 +201,8 @@ def compute(folder: Path) -> None:
     """Compute all results that are not there yet, and draw their figures."""
     data = folder / "data"
     measured(data)
+    (data / "wing.toml").unlink(missing_ok=True)
+    fsm("init", "wing", str(data / "wing.toml"))
     for name, (command, *arguments) in RUNS.items():
         files = [
             text.format(data=data) if "{data}" in text else str(Path("folding_cases") / text) if "/" in text else text

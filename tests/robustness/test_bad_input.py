@@ -307,7 +307,7 @@ def test_not_a_case_at_all(tmp_path, content, words):
         (
             ["--method", "RK45"],
             'solve.method: must be "auto", "static", "arc-length", "generalized-alpha", "mean-force", "newmark", '
-            '"Radau-blocks", "Radau", "BDF" or "LSODA"; it is "RK45"',
+            '"explicit", "Radau-blocks", "Radau", "BDF" or "LSODA"; it is "RK45"',
         ),
         (["--method", "arc_length"], 'solve.method: must be "auto", "static", "arc-length"'),
     ],

@@ -157,7 +157,7 @@ def seen(
     probe, piece, facing, gap = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.int64), np.empty(1), np.empty(1)
     no_share = 0.0 if straight == BARE else -1.0
     limits = (
-        side * one, straight * one, clearance * one, depth_limit * one, no_share * one, window, owners, stations
+        side * one, straight * one, (clearance * one, depth_limit * one, no_share * one), window, owners, stations
     )  # fmt: skip
     touch = (straight * one, clearance * one, inset * one, owners, stations)
     if not spatial:

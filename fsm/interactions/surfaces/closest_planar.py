@@ -84,9 +84,7 @@ def find_contacts_planar(
     probe_x: np.ndarray,
     side: np.ndarray,
     straight: np.ndarray,
-    clearance: np.ndarray,
-    depth_limit: np.ndarray,
-    no_share: np.ndarray,
+    limits: tuple[np.ndarray, np.ndarray, np.ndarray],
     window: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
@@ -100,8 +98,9 @@ def find_contacts_planar(
     ----------
     side : (n,) array
         Side of the surface on which the probe lies, +1 or -1; 0 for a new probe, whose side is found here.
-    no_share : (n,) array, m
-        Distance from an end of the surface below which the probe's share is zero; negative: no taper.
+    limits : (n,) arrays, m
+        Clearance; depth limit; distance from an end of the surface below which the probe's share is zero, negative for no
+        taper.
     probes : int array
         Probes of the search, ascending.
     below : float, m
@@ -118,6 +117,7 @@ def find_contacts_planar(
     axes = turned_planar(poses)
     controls = control_points_planar(poses, axes, owners, stations)
     chords = chords_of_planar(controls, stations)
+    clearance, depth_limit, no_share = limits
     found_probe, found_piece, found_side, found_s, found_gap = found
     count = 0
     for k in range(probes.shape[0]):

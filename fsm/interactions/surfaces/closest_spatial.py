@@ -104,9 +104,7 @@ def find_contacts_spatial(
     place: np.ndarray,
     side: np.ndarray,
     straight: np.ndarray,
-    clearance: np.ndarray,
-    depth_limit: np.ndarray,
-    no_share: np.ndarray,
+    limits: tuple[np.ndarray, np.ndarray, np.ndarray],
     window: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
@@ -120,6 +118,7 @@ def find_contacts_spatial(
     axes = turned_spatial(poses)
     controls = control_points_spatial(poses, axes, owners, stations)
     chords = chords_of_spatial(controls, stations, half_width)
+    clearance, depth_limit, no_share = limits
     found_probe, found_piece, found_side, found_at, found_gap = found
     count = 0
     for k in range(probes.shape[0]):

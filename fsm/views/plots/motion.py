@@ -251,6 +251,7 @@ def _plates_in_plane(solution: Solution, record: int, factor: float) -> LineColl
         return PolyCollection(list(squares[..., [0, 2]]), **style)
     ends = np.stack([quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)], axis=1)[..., [0, 2]]
     axes = panels_of(solution) == JOINT_AXIS
-    ends[axes, 1] += 1e-4 * np.ptp(ends, axis=(0, 1)).max(initial=0.0)  # a line without length would not be drawn
+    if axes.any():
+        ends[axes, 1] += 1e-4 * np.ptp(ends, axis=(0, 1)).max()  # a line without length would not be drawn
     widths = np.where(axes, line_width(4.0), line_width(1.8))
     return LineCollection(list(ends), colors=colours, linewidths=widths, capstyle="round")

@@ -165,7 +165,7 @@ def _search_planar(g: ContactArrays, poses: np.ndarray, probes: np.ndarray, belo
     own = surfaces_of(g)
     return int(find_contacts_planar(
         poses, own.body, own.place.reshape(-1), own.side, own.straight,
-        own.clearance, own.depth_limit, own.no_share, own.window,
+        (own.clearance, own.depth_limit, own.no_share), own.window,
         own.owners, own.stations, probes, below,
         (g.slot, own.found_piece, own.found_side, own.found_at.reshape(-1),
          g.gap),
@@ -182,7 +182,7 @@ def _search_spatial(g: ContactArrays, poses: np.ndarray, probes: np.ndarray, bel
     own = surfaces_of(g)
     return int(find_contacts_spatial(
         poses, own.body, own.place, own.side, own.straight,
-        own.clearance, own.depth_limit, own.no_share, own.window,
+        (own.clearance, own.depth_limit, own.no_share), own.window,
         own.owners, own.stations, own.half_width, probes, below,
         (g.slot, own.found_piece, own.found_side, own.found_at,
          g.gap),
