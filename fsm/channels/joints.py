@@ -1,4 +1,4 @@
-"""Coordinates, rates and reactions of ideal joints: `[[scene.joints]]`."""
+"""Coordinates, rates and reactions of ideal joints, `[[scene.joints]]`, and forces of springs, `[[scene.springs]]`."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from fsm.case.models.joint import TURNING, SceneJoint
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import motion_of_bodies, placed, rotated
 from fsm.kernels.rotation import rotation_matrix
+from fsm.model.elements.cords import CordGroup
 from fsm.model.elements.joint_forces import JointForceGroup
 from fsm.model.elements.joints import JointGroup
 from fsm.results.channel import AXES, Dim
 
-_SLIDES = {"prismatic": (2,), "cylindrical": (2,), "in-line": (2,), "planar": (0, 1), "in-plane": (0, 1)}
+_SLIDES = {"prismatic": (2,), "cylindrical": (2,), "screw": (2,), "in-line": (2,), "planar": (0, 1), "in-plane": (0, 1)}
 """Axes of the first body along which the point of the second slides."""
 _OWN = Dim("joint_axis", ("e1", "e2", "e3"), "1", "axis of the joint on its first body; e3 is `axis`")
 
@@ -23,7 +24,7 @@ _OWN = Dim("joint_axis", ("e1", "e2", "e3"), "1", "axis of the joint on its firs
 @offers
 def ideal_joints(model: Model) -> Iterator[Offer]:
     """joint.<name>.force, .moment, .force_in_joint, .moment_in_joint, .position, .angle, .rate, .displacement, .speed,
-    .motor, .latched.
+    .motor, .latched, .stop, .harness.
     """
     joints = () if model.scene is None else model.scene.joints
     names = model.system.bodies.names if joints else ()
@@ -50,10 +51,17 @@ def ideal_joints(model: Model) -> Iterator[Offer]:
         turn += of_turns
         if joint.motor is not None:
             text = f"of the motor on {joint.second}, positive in the sense of the coordinate"
-            quantity, unit = ("moment", "N m") if joint.kind == "revolute" else ("force", "N")
-            yield Offer(f"{name}.motor", unit, f"{quantity} {text}", side.motor)
+            quantity, unit = ("force", "N") if joint.kind == "prismatic" else ("moment", "N m")
+            at = side.motor if joint.motor.prescribes else _state_of(name, 5)
+            yield Offer(f"{name}.motor", unit, f"{quantity} {text}", at)
         if joint.latch is not None:
-            yield Offer(f"{name}.latched", "1", "1 if the latch has closed, else 0", _latched(joint.name))
+            yield Offer(f"{name}.latched", "1", "1 while the latch is closed, else 0", _latched(name))
+        if joint.stop is not None or joint.latch is not None:
+            quantity, unit = ("force", "N") if joint.kind == "prismatic" else ("moment", "N m")
+            yield Offer(f"{name}.stop", unit, f"{quantity} of stop and latch against the coordinate", _state_of(name, 3))
+        if joint.harness is not None:
+            quantity, unit = ("force", "N") if joint.kind == "prismatic" else ("moment", "N m")
+            yield Offer(f"{name}.harness", unit, f"{quantity} of the harness against the coordinate", _state_of(name, 4))
         slides = _SLIDES.get(joint.kind, ())
         for k in slides:
             ending = f"_{k + 1}" if len(slides) > 1 else ""
@@ -159,12 +167,52 @@ class _Side:
         return at
 
 
-def _latched(name: str) -> Callable[[State], float]:
-    def at(state: State) -> float:
-        forces = next(group for group in state.system.groups if isinstance(group, JointForceGroup))
-        return float(forces.memory_of[len(forces.names) + forces.names.index(name)])
+@offers
+def springs(model: Model) -> Iterator[Offer]:
+    """spring.<name>.length, .rate, .force."""
+    for spring in () if model.scene is None else model.scene.springs:
+        name = f"spring.{spring.name}"
+        yield Offer(f"{name}.length", "m", "distance of both points", _state_of(name, 0))
+        yield Offer(f"{name}.rate", "m/s", "rate of this length", _state_of(name, 1))
+        yield Offer(f"{name}.force", "N", "tension, negative if the spring pushes", _state_of(name, 2))
 
-    return at
+
+@offers
+def cords(model: Model) -> Iterator[Offer]:
+    """cord.<name>.length, .rate, .force."""
+    for cord in () if model.scene is None else model.scene.cords:
+        name = f"cord.{cord.name}"
+        yield Offer(f"{name}.length", "m", "length of the way over all pulleys", _of_cord(cord.name, 0))
+        yield Offer(f"{name}.rate", "m/s", "rate of this length", _of_cord(cord.name, 1))
+        yield Offer(f"{name}.force", "N", "tension", _of_cord(cord.name, 2))
+
+
+def _cord_states(state: State) -> dict[str, np.ndarray]:
+    groups = [group for group in state.system.groups if isinstance(group, CordGroup)]
+    return {name: row for g in groups for name, row in zip(g.names, g.states(state.time, *placed(state)), strict=True)}
+
+
+def _of_cord(name: str, column: int) -> Callable[[State], float]:
+    """Number of a cord; see `CordGroup.states`."""
+    return lambda state: float(state.once(_cord_states)[name][column])
+
+
+def _latched(name: str) -> Callable[[State], float]:
+    return lambda state: float(_laws(state).latched(name))
+
+
+def _laws(state: State) -> JointForceGroup:
+    return next(group for group in state.system.groups if isinstance(group, JointForceGroup))
+
+
+def _states(state: State) -> np.ndarray:
+    poses, rates = placed(state)
+    return _laws(state).states(state.time, poses, rates)
+
+
+def _state_of(name: str, column: int) -> Callable[[State], float]:
+    """Number of a coordinate; see `JointForceGroup.states`."""
+    return lambda state: float(state.once(_states)[_laws(state).row_of(name), column])
 
 
 def _group(state: State) -> JointGroup:

@@ -21,7 +21,7 @@ _LISTED = 12
 _PLANES = ("y to z", "z to x", "x to y")
 _ALONG = 1e-9
 """Part of a unit vector across an axis, below which it is along it."""
-_ACTIONS = ("spring", "damper", "stop", "latch", "motor")
+_ACTIONS = ("spring", "damper", "friction", "stop", "latch", "harness", "motor")
 
 
 def joint_lines(view: CheckContext) -> Iterator[str]:

@@ -5,9 +5,11 @@
     `DISTANCE`   x = (d . d/c - c)/2       d = p_b - p_a; near the length c this is |d| - c
 
     `TURN`       x = atan2(y, z) - c       z = a . b, y = (n x a) . b: the angle about n of b from a, from -pi to pi
+    `LENGTH`     x = |d| - c               d = p_b - p_a; at d = 0 its derivatives count as zero
+    `SCREW`      x = n . (p_b - r_a) - c - h angle, with the angle of `TURN` and any number of turns, so that |x| <= pi h
 
-Constants of an opening, (10,): a_0 (of `DISTANCE` the point of the first body), then s or b_0, then c, then (n x a)_0 of
-`TURN`. Coordinates are
+Constants of an opening, (14,): a_0 (of `DISTANCE` and `LENGTH` the point of the first body), then s or b_0, then c, then
+(n x a)_0 of `TURN` and `SCREW`, then s and h of `SCREW`. Coordinates are
 (dr, dtheta) of the first body, then of the second; dtheta in body axes. Row m, column n of the second derivatives is
 d(gradient_m)/dx_n; they are not symmetric, because rotation increments do not commute.
 """
@@ -27,8 +29,10 @@ from fsm.kernels.tensor import (
     transposed_times_vector,
 )
 
-ALONG, ACROSS, DISTANCE, TURN = range(4)
+ALONG, ACROSS, DISTANCE, TURN, LENGTH, SCREW = range(6)
 """Kinds of openings."""
+CONSTANTS = 14
+"""Numbers of an opening."""
 _ROUND_OFF = 16.0 * float(np.finfo(float).eps)
 """Opening relative to the coordinates of which it is a difference, below which it is round-off and counts as zero. Round-off
 of short steps would become large efforts."""
@@ -104,15 +108,17 @@ def opening(
 
     Parameters
     ----------
-    kind : `ALONG`, `ACROSS`, `DISTANCE` or `TURN`
+    kind : `ALONG`, `ACROSS`, `DISTANCE`, `TURN`, `LENGTH` or `SCREW`
     first, second : (7,) arrays
         Poses of the bodies.
-    constants : (10,) array, see the module docstring
+    constants : (14,) array, see the module docstring
     beyond : value that is subtracted; angles are from -pi to pi afterwards
     gradient, hessian : (12,) and (12, 12) arrays, results
     """
     if kind == TURN:
         return _angle(first, second, constants, beyond, gradient, hessian)
+    if kind == SCREW:
+        return _screw(first, second, constants, beyond, gradient, hessian)
     return _difference(kind, first, second, constants, beyond, gradient, hessian)
 
 
@@ -123,7 +129,7 @@ def _angle(
     """Opening of the kind `TURN`; see `opening`."""
     along, across = np.zeros(7), np.zeros(7)
     along[:6] = constants[:6]
-    across[:3], across[3:6] = constants[7:], constants[3:6]
+    across[:3], across[3:6] = constants[7:10], constants[3:6]
     slope, bend = np.empty(12), np.empty((12, 12))
     z = _difference(ACROSS, first, second, along, 0.0, slope, bend)
     y = _difference(ACROSS, first, second, across, 0.0, gradient, hessian)
@@ -138,6 +144,28 @@ def _angle(
     x = np.arctan2(y, z) - constants[6] - beyond
     x -= 2.0 * np.pi * np.round(x / (2.0 * np.pi))
     return _resolved(x, 1.0 + abs(constants[6] + beyond))
+
+
+@kernel
+def _screw(
+    first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray, hessian: np.ndarray
+) -> float:
+    """Opening of the kind `SCREW`; see `opening`."""
+    turn, along, slope, bend = constants.copy(), np.zeros(CONSTANTS), np.empty(12), np.empty((12, 12))
+    turn[6] = 0.0
+    across = (constants[7], constants[8], constants[9])
+    point = (constants[10], constants[11], constants[12])
+    _put(crossed((constants[0], constants[1], constants[2]), across), along, 0)
+    _put(point, along, 3)
+    along[6] = constants[6]
+    x, lead = _difference(ALONG, first, second, along, beyond, gradient, hessian), constants[13]
+    x -= lead * _angle(first, second, turn, 0.0, slope, bend)
+    for m in range(12):
+        gradient[m] -= lead * slope[m]
+        for n in range(12):
+            hessian[m, n] -= lead * bend[m, n]
+    pitch = 2.0 * np.pi * lead
+    return _resolved(x - pitch * np.round(x / pitch), _size(first, second, point) + abs(pitch) + abs(beyond))
 
 
 @kernel
@@ -176,14 +204,14 @@ def _difference(
         _shift_and_turn(a, own, 1.0, hessian, 0, 3)
         _shift_and_turn(a, own, -1.0, hessian, 6, 3)
         return _resolved(_dot(axis, reach) - constants[6] - beyond, _size(first, second, reach) + abs(beyond))
-    length = constants[6]
     way = (reach[0] - axis[0], reach[1] - axis[1], reach[2] - axis[2])
+    length = constants[6] if kind == DISTANCE else np.sqrt(_dot(way, way))
+    each = 1.0 / length if length > 0.0 else 0.0
     seen, back = transposed_times_vector(a, way), transposed_times_vector(b, way)
     of_first, of_second = crossed(own, seen), crossed(other, back)
     for k in range(3):
-        gradient[k], gradient[3 + k] = -way[k] / length, -of_first[k] / length
-        gradient[6 + k], gradient[9 + k] = way[k] / length, of_second[k] / length
-    each = 1.0 / length
+        gradient[k], gradient[3 + k] = -way[k] * each, -of_first[k] * each
+        gradient[6 + k], gradient[9 + k] = way[k] * each, of_second[k] * each
     for k in range(3):
         hessian[k, k] = hessian[6 + k, 6 + k] = each
         hessian[k, 6 + k] = hessian[6 + k, k] = -each
@@ -196,6 +224,11 @@ def _difference(
     _turn_twice(back, other, each, hessian, 9)
     _squares(own, each, hessian, 3)
     _squares(other, each, hessian, 9)
+    if kind == LENGTH:
+        for m in range(12):
+            for n in range(12):
+                hessian[m, n] -= each * gradient[m] * gradient[n]
+        return length - constants[6] - beyond
     return _resolved(0.5 * (_dot(way, way) / length - length) - beyond, _size(first, second, reach) + abs(beyond))
 
 

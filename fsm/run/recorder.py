@@ -32,6 +32,7 @@ from fsm.errors import CaseError, EnergyAbort, FsmError, NotConverged, is_interr
 from fsm.io.hdf5_checked import READ_ERRORS
 from fsm.io.provenance import made_by, provenance
 from fsm.kernels import jit
+from fsm.model.elements.joint_forces import joint_events
 from fsm.model.system.system import SegmentSystem
 from fsm.results.attributes import stored_attributes
 from fsm.results.channel import extremes_of
@@ -161,6 +162,7 @@ class RecordedSolve:
                 "loads": final_loads(self.done),
                 "step": step_summaries(self.done, self.points, solution),
             }
+            summary |= joint_events(self.current)
             solution.load_path = LoadPath.of([result.path for result in self.done])
             state_errors(summary, self._errors(bar, solution, statistics, summary))
             if self.channels:

@@ -22,6 +22,7 @@ from fsm.kernels import jit
 from fsm.registry import load_extensions
 from fsm.results.channel import write_channels_csv
 from fsm.results.export import when_columns, write_contact_csv, write_force_csv, write_history_csv, write_points_csv
+from fsm.results.joint_events import write_events_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 from fsm.results.step_data import write_load_path_csv
@@ -220,6 +221,10 @@ def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float],
     return solution if solution.layout.provenance.get("fsm") == fsm_version() else None
 
 
+def _write_events(solution: Solution, path: Path) -> None:
+    write_events_csv(solution.summary["joint_events"], path)
+
+
 def _write(solution: Solution, out: Path, figures: bool) -> None:
     """Write curves and plots, and summary.json last, so that its presence means that the run is complete."""
     curve = solution.force_curve
@@ -233,6 +238,7 @@ def _write(solution: Solution, out: Path, figures: bool) -> None:
         "points.csv": write_points_csv if solution.array is not None else None,
         "channels.csv": _write_channels if solution.channels else None,
         "load.csv": _write_loads if solution.load_path is not None else None,
+        "events.csv": _write_events if solution.summary.get("joint_events") else None,
     }
     for name, write in tables.items():
         if write is not None:

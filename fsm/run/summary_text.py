@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from fsm.results.joint_events import event_lines
 from fsm.results.reported import ROUND_OFF, shown_name
 from fsm.results.stated_errors import largest_errors
 from fsm.text.load_names import load_units
@@ -33,6 +34,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
         *(text for step in summary.get("step", ()) for text in _limit_points(step)),
         *_pull_lines(summary),
         *(f"load        {text}" for text in _load_texts(summary.get("loads", ()))),
+        *(f"event       {text}" for text in event_lines(summary.get("joint_events", ()))),
         *_sheet_lines(summary),
         *_array_lines(summary),
         *_contact_lines(summary),

@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.openings import ACROSS, ALONG, DISTANCE, TURN, opening
+from fsm.interactions.openings import ACROSS, ALONG, CONSTANTS, DISTANCE, LENGTH, SCREW, TURN, opening
 from fsm.kernels.body_poses import retract_poses
 
 Evaluated = tuple[float, np.ndarray, np.ndarray]
 
 
-@pytest.mark.parametrize("kind", [ALONG, ACROSS, DISTANCE, TURN])
+@pytest.mark.parametrize("kind", [ALONG, ACROSS, DISTANCE, TURN, LENGTH, SCREW])
 def test_derivatives(kind: int) -> None:
     random = np.random.default_rng(kind)
-    poses, constants = random.normal(size=(2, 7)), np.concatenate([random.normal(size=6), [1.3], random.normal(size=3)])
+    poses, constants = random.normal(size=(2, 7)), random.normal(size=CONSTANTS)
+    constants[6] = 1.3
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1)[:, None]
 
     def at(increment: np.ndarray) -> Evaluated:

@@ -396,10 +396,31 @@ JOINTS = (
     ),
     Mutant(
         "latches that never close",
-        "fsm/model/elements/joint_forces.py",
-        "kept[laws.shape[0] + i] = 1.0",
-        "kept[laws.shape[0] + i] = 0.0",
+        "fsm/model/elements/joint_events.py",
+        "memory[LATCHED * m + i] = 1.0",
+        "memory[LATCHED * m + i] = 0.0",
         physics_test("ideal_joints", "test_a_latch_holds_a_block_between_itself_and_the_stop"),
+    ),
+    Mutant(
+        "stops that return all energy",
+        "fsm/model/elements/joint_laws.py",
+        "damper += stiffness * max(beyond, 0.0) * rebound",
+        "damper += 0.0",
+        physics_test("joint_laws", "test_a_stop_returns_with_its_restitution"),
+    ),
+    Mutant(
+        "harnesses without hysteresis",
+        "fsm/model/elements/joint_laws.py",
+        "    effort = half * s + 0.5 * turn * width * s * s",
+        "    effort = 0.0 * half * s",
+        physics_test("joint_laws", "test_a_harness_loses_the_area_between_its_curves"),
+    ),
+    Mutant(
+        "screws that slide without turning",
+        "fsm/interactions/openings.py",
+        "x -= lead * _angle(",
+        "x -= 0.0 * _angle(",
+        physics_test("joint_laws", "test_a_nut_runs_down_a_screw"),
     ),
 )
 

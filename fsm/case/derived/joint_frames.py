@@ -9,12 +9,12 @@ from fsm.case.models.joint import SceneJoint
 _Axes = tuple[int, ...]
 LOCKED_PLACES: dict[str, _Axes] = {
     "fixed": (0, 1, 2), "revolute": (0, 1, 2), "spherical": (0, 1, 2), "universal": (0, 1, 2), "prismatic": (0, 1),
-    "cylindrical": (0, 1), "in-line": (0, 1), "planar": (2,), "in-plane": (2,), "distance": (),
+    "cylindrical": (0, 1), "screw": (0, 1), "in-line": (0, 1), "planar": (2,), "in-plane": (2,), "distance": (),
 }  # fmt: skip
 """Axes of the first body along which the point of the second does not move."""
 LOCKED_TURNS: dict[str, tuple[tuple[int, int], ...]] = {
     "fixed": ((0, 1), (1, 2), (2, 0)), "prismatic": ((0, 1), (1, 2), (2, 0)), "revolute": ((0, 2), (1, 2)),
-    "cylindrical": ((0, 2), (1, 2)), "planar": ((0, 2), (1, 2)), "universal": ((2, 0),),
+    "cylindrical": ((0, 2), (1, 2)), "screw": ((0, 2), (1, 2)), "planar": ((0, 2), (1, 2)), "universal": ((2, 0),),
 }  # fmt: skip
 """Axes of the first and of the second body that stay at right angles."""
 

@@ -38,7 +38,7 @@ class JointMargin(NamedTuple):
             return self.asked.end
         if joint.latch is not None:
             return joint.latch.at
-        turn = getattr(motor, "turn", None)
+        turn = getattr(motor, "angle", None)
         return joint.angle + turn if turn else 0.0
 
     @property

@@ -20,6 +20,8 @@ def out_of_plane(scene: Scene) -> list[str]:
         reasons.append("point elements act in space")
     if scene.joints:
         reasons.append("ideal joints act in space")
+    if scene.springs or scene.cords:
+        reasons.append("springs and cords between points act in space")
     if scene.pairs and any(body.plate is not None and body.plate.outline for body in scene.bodies):
         reasons.append("facets with outlines have contact in space only")
     for body in scene.bodies:

@@ -10,11 +10,12 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from fsm.case.schema.units import parse_unit
+from fsm.case.schema.units import parse_unit, to_si
 from fsm.errors import CaseError, Fault
 from fsm.io.input_file import read_failure, read_input_file
 
 MOST_FAULTS = 8
+_COUNTS = {2: "two", 3: "three"}
 _ALIKE = 5
 """Number of further rows with the same mistake that a message names."""
 _HEADING = re.compile(
@@ -133,6 +134,36 @@ def columns_of(
     if below is not None:
         units, body = [own or other for own, other in zip(units, below, strict=True)], body[1:]
     return cells, [name for name, _ in columns], units, body
+
+
+def numbers_of(
+    file: Path, body: Sequence[tuple[int, str]], columns: Sequence[tuple[str, str, str]], separator: str, system: str,
+    path: str,
+) -> dict[str, list[float]]:
+    """Numbers in SI of the columns (name, unit as written, SI unit) of a file.
+
+    Raises
+    ------
+    CaseError
+        Rows without a number in each column, or units of another quantity.
+    """
+    found: dict[str, list[float]] = {name: [] for name, _, _ in columns}
+    faults, count = [], _COUNTS.get(len(columns), str(len(columns)))
+    for number, line in body:
+        cells = cells_of(line, separator)
+        values = [number_in(cell, separator) for cell in cells]
+        if len(cells) != len(columns) or None in values:
+            faults.append(Fault(path, f"{file}, line {number}: needs {count} numbers; it is `{line.strip()[:60]}`"))
+            continue
+        for (name, unit, si), value in zip(columns, values, strict=True):
+            assert value is not None
+            try:
+                found[name].append(to_si(f"{value!r} {unit}" if unit else value, si, system))
+            except ValueError as error:
+                raise CaseError(Fault(path, f"{file}: column `{name}`: {error}")) from None
+    if faults:
+        raise CaseError(first_row_faults(faults, path))
+    return found
 
 
 def _known(name: str, names: Iterable[str]) -> str:

@@ -15,6 +15,7 @@ from fsm.case.checks.checks import check_sections
 from fsm.case.checks.sections import Sections
 from fsm.case.loading.crease_data import check_curve, read_crease_data
 from fsm.case.loading.expectations import expectation_faults
+from fsm.case.loading.joint_data import with_curves
 from fsm.case.loading.overrides import Given, apply_overrides, split_override
 from fsm.case.loading.program_data import with_program
 from fsm.case.loading.toml_file import read_toml
@@ -356,6 +357,9 @@ def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple
             name: tuple(read(item, f"scene.{name}.{index}") for index, item in enumerate(getattr(scene, name)))
             for name in ("drives", "loads")
         }
+        joints = [with_curves(joint, folder, system, f"scene.joints.{index}") for index, joint in enumerate(scene.joints)]
+        faults += [fault for _, found in joints for fault in found]
+        update["joints"] = tuple(joint for joint, _ in joints)
         result["scene"] = scene.model_copy(update=update)
     return result, faults
 

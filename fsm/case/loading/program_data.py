@@ -16,10 +16,10 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from fsm.case.loading.csv_columns import cells_of, columns_of, first_row_faults, number_in, separator_of, text_rows
+from fsm.case.loading.csv_columns import columns_of, numbers_of, separator_of, text_rows
 from fsm.case.models.time_program import AMOUNTS, Table
 from fsm.case.schema.model import Model
-from fsm.case.schema.units import did_you_mean, to_si
+from fsm.case.schema.units import did_you_mean
 from fsm.errors import CaseError, Fault
 
 _SI = {"time": "s", "value": "", "travel": "m", "turn": "rad", "force": "N", "moment": "N m", "pressure": "Pa"}
@@ -73,22 +73,8 @@ def read_program(file: Path, table: Table, system: str, path: str) -> Table:
         raise CaseError(Fault(path, f"{file} has the columns {', '.join(names)}; {_NEEDED}"))
     if len(body) > MOST_ROWS:
         raise CaseError(Fault(path, f"{file} has {len(body):,} rows; at most {MOST_ROWS:,} are allowed"))
-    found: dict[str, list[float]] = {name: [] for name in names}
-    faults = []
-    for number, line in body:
-        cells = cells_of(line, separator)
-        values = [number_in(cell, separator) for cell in cells]
-        if len(cells) != 2 or None in values:
-            faults.append(Fault(path, f"{file}, line {number}: needs two numbers; it is `{line.strip()[:60]}`"))
-            continue
-        for name, unit, value in zip(names, units, values, strict=True):
-            assert value is not None
-            try:
-                found[name].append(to_si(f"{value!r} {unit}" if unit else value, _SI[name], system))
-            except ValueError as error:
-                raise CaseError(Fault(path, f"{file}: column `{name}`: {error}")) from None
-    if faults:
-        raise CaseError(first_row_faults(faults, path))
+    columns = [(name, unit, _SI[name]) for name, unit in zip(names, units, strict=True)]
+    found = numbers_of(file, body, columns, separator, system, path)
     update: dict[str, Any] = {name: tuple(values) for name, values in found.items()}
     try:
         return Table(kind="table", interpolation=table.interpolation, **update)

@@ -7,18 +7,20 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from fsm.case.models.joint_action import Damper, Latch, Motor, Spring, Stop, action_of
+from fsm.case.models.joint_action import Damper, Friction, Harness, Latch, Spring, Stop, action_of
+from fsm.case.models.joint_motor import Motor
 from fsm.case.schema.model import Model, Name
 from fsm.case.schema.units import Angle, Length, Number
 
 JointKind = Literal[
-    "fixed", "revolute", "prismatic", "cylindrical", "spherical", "universal", "planar", "in-line", "in-plane", "distance"
+    "fixed", "revolute", "prismatic", "cylindrical", "spherical", "universal", "planar", "in-line", "in-plane", "distance",
+    "screw",
 ]  # fmt: skip
 WITHOUT_AXIS = ("spherical", "distance", "fixed")
 """Kinds that have no axis."""
 WITH_TO = ("in-line", "in-plane", "distance")
 """Kinds with a point of the second body apart from `at`."""
-TURNING = ("revolute", "cylindrical", "planar")
+TURNING = ("revolute", "cylindrical", "planar", "screw")
 """Kinds with one angle about their axis."""
 _SQUARE = 1e-6
 """Cosine of the angle of two axes below which the angle is a right one."""
@@ -62,18 +64,24 @@ class SceneJoint(Model):
         json_schema_extra={"range": "kinds that turn about one axis"},
     )  # fmt: skip
 
-    spring: Spring | None = Field(default=None, description="revolute and prismatic: spring on the coordinate")
-    damper: Damper | None = Field(default=None, description="revolute and prismatic: damper on the coordinate")
-    stop: Stop | None = Field(default=None, description="revolute and prismatic: spring and damper beyond a limit")
-    latch: Latch | None = Field(
-        default=None, description="revolute and prismatic: stop against the way back, from the moment it is reached"
+    pitch: Length | None = Field(
+        default=None,
+        description="screw: displacement along the axis for one turn about it, negative for a left-hand thread",
+        json_schema_extra={"default": "required with screw only"},
     )
-    motor: Motor | None = Field(default=None, description="revolute and prismatic: prescribed motion of the coordinate")
 
-    @field_validator("spring", "damper", "stop", "latch", "motor", mode="before")
+    spring: Spring | None = Field(default=None, description="spring on the coordinate")
+    damper: Damper | None = Field(default=None, description="damper on the coordinate")
+    friction: Friction | None = Field(default=None, description="friction on the coordinate")
+    stop: Stop | None = Field(default=None, description="spring and damper beyond a limit")
+    latch: Latch | None = Field(default=None, description="stop against the way back, from the moment it is reached")
+    harness: Harness | None = Field(default=None, description="moment or force of a cable harness, with hysteresis")
+    motor: Motor | None = Field(default=None, description="prescribed motion of the coordinate, or a moment or force on it")
+
+    @field_validator("spring", "damper", "friction", "stop", "latch", "harness", "motor", mode="before")
     @classmethod
     def _of_coordinate(cls, value: Any, info: ValidationInfo) -> Any:
-        return action_of(value, info, info.data.get("kind") == "revolute", info.data.get("kind") == "prismatic")
+        return action_of(value, info, info.data.get("kind") in ("revolute", "screw"), info.data.get("kind") == "prismatic")
 
     @field_validator("axis", "second_axis")
     @classmethod
@@ -90,6 +98,9 @@ class SceneJoint(Model):
         self._given("axis", self.axis is not None, needs)
         self._given("second_axis", self.second_axis is not None, self.kind == "universal")
         self._given("to", self.to is not None, self.kind in WITH_TO)
+        self._given("pitch", self.pitch is not None, self.kind == "screw")
+        if self.pitch == 0.0:
+            raise ValueError(f"the screw {self.name!r} has no pitch; use kind revolute")
         if self.angle and self.kind not in TURNING:
             raise ValueError(f"joint {self.name!r} of kind {self.kind!r} has no `angle`; remove this key")
         if self.latch is not None and self.latch.at == self.angle:

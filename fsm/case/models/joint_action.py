@@ -1,15 +1,16 @@
-"""Springs, dampers, stops and motors on the free coordinate of a joint that turns or slides."""
+"""Springs, dampers, friction, stops, latches and harnesses on the free coordinate of a joint."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, ValidationInfo, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from fsm.case.models.time_program import TimeFunction
+from fsm.case.models.joint_motor import SlideMotor, TurnMotor
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import (
     Angle,
@@ -20,11 +21,19 @@ from fsm.case.schema.units import (
     Force,
     Length,
     Moment,
+    Number,
     Speed,
     Stiffness,
 )
 
 Sections = Mapping[str, type[Model]]
+_LEAST_REBOUND = 0.01
+
+
+def check_table(table: tuple[tuple[float, ...], ...] | None, of: str) -> None:
+    """Raise `ValueError` if the rows of a table are not sorted by their first number, or fewer than two."""
+    if table is not None and (len(table) < 2 or any(b[0] <= a[0] for a, b in pairwise(table))):
+        raise ValueError(f"a `table` has two rows or more, sorted by the {of}")
 
 
 class _Spring(Model):
@@ -36,8 +45,7 @@ class _Spring(Model):
         if table is not None:
             if getattr(self, "stiffness", 0.0) or load is not None or getattr(self, "rest", None) is not None:
                 raise ValueError("a `table` is the whole law; remove the other keys")
-            if len(table) < 2 or any(b[0] <= a[0] for a, b in pairwise(table)):
-                raise ValueError("a `table` has two rows or more, sorted by the coordinate")
+            check_table(table, "coordinate")
         return self
 
     def _load(self) -> str:
@@ -80,16 +88,31 @@ class SlideSpring(_Spring):
     )
 
 
-class TurnDamper(Model):
+class _Damper(Model):
+    @model_validator(mode="after")
+    def _one_law(self) -> Self:
+        check_table(getattr(self, "table", None), "rate")
+        if (getattr(self, "coefficient", None) is None) == (getattr(self, "table", None) is None):
+            raise ValueError("a damper has a `coefficient` or a `table`; give one of them")
+        return self
+
+
+class TurnDamper(_Damper):
     """Moment against the rate of the angle."""
 
-    coefficient: AngularDamping = Field(ge=0, description="moment over the rate of the angle")
+    coefficient: AngularDamping | None = Field(default=None, ge=0, description="moment over the rate of the angle")
+    table: tuple[tuple[AngularSpeed, Moment], ...] | None = Field(
+        default=None, description="rows (rate, moment against it), straight between and beyond, in place of a coefficient"
+    )
 
 
-class SlideDamper(Model):
+class SlideDamper(_Damper):
     """Force against the rate of the displacement."""
 
-    coefficient: Damping = Field(ge=0, description="force over the rate of the displacement")
+    coefficient: Damping | None = Field(default=None, ge=0, description="force over the rate of the displacement")
+    table: tuple[tuple[Speed, Force], ...] | None = Field(
+        default=None, description="rows (rate, force against it), straight between and beyond, in place of a coefficient"
+    )
 
 
 class _Stop(Model):
@@ -100,6 +123,8 @@ class _Stop(Model):
             raise ValueError("a stop needs `lower`, `upper` or both")
         if lower is not None and upper is not None and lower >= upper:
             raise ValueError(f"`lower` {lower:g} is not below `upper` {upper:g}")
+        if getattr(self, "restitution", None) is not None and getattr(self, "damping", None):
+            raise ValueError("a stop has `damping` or `restitution`; remove one of them")
         return self
 
 
@@ -110,6 +135,9 @@ class TurnStop(_Stop):
     upper: Angle | None = Field(default=None, description="largest free angle", json_schema_extra={"default": "none"})
     stiffness: AngularStiffness = Field(gt=0, description="stiffness beyond them")
     damping: AngularDamping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
+    restitution: Number | None = Field(
+        default=None, ge=_LEAST_REBOUND, le=1, description="rate after an impact over that before it, in place of damping"
+    )
 
 
 class SlideStop(_Stop):
@@ -119,74 +147,163 @@ class SlideStop(_Stop):
     upper: Length | None = Field(default=None, description="most free displacement", json_schema_extra={"default": "none"})
     stiffness: Stiffness = Field(gt=0, description="stiffness beyond them")
     damping: Damping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
+    restitution: Number | None = Field(
+        default=None, ge=_LEAST_REBOUND, le=1, description="rate after an impact over that before it, in place of damping"
+    )
 
 
-class TurnMotor(Model):
-    """Prescribed angle: a constant rate, or a turn as a function of time."""
-
-    rate: AngularSpeed | None = Field(default=None, description="constant rate of the angle; or give `turn` and `time`")
-    turn: Angle | None = Field(default=None, description="change of the angle from the start, times `time`")
-    time: TimeFunction | None = Field(default=None, description="[function of time](#functions-of-time) of `turn`")
-
-    @model_validator(mode="after")
-    def _one(self) -> Self:
-        return _one_program(self, "rate", "turn")
+class _Latch(Model):
+    @field_validator("rate_below", mode="before", check_fields=False)
+    @classmethod
+    def _any(cls, value: Any) -> Any:
+        return None if value == "none" else value
 
 
-class SlideMotor(Model):
-    """Prescribed displacement: a constant speed, or a travel as a function of time."""
-
-    speed: Speed | None = Field(default=None, description="constant speed along the axis; give this, or `travel` and `time`")
-    travel: Length | None = Field(default=None, description="displacement, times `time`")
-    time: TimeFunction | None = Field(default=None, description="[function of time](#functions-of-time) of `travel`")
-
-    @model_validator(mode="after")
-    def _one(self) -> Self:
-        return _one_program(self, "speed", "travel")
-
-
-class TurnLatch(Model):
+class TurnLatch(_Latch):
     """Latch that closes when the angle reaches it, and then holds the joint against the way back."""
 
     at: Angle = Field(description="angle at which it closes, on either side of that at the start")
     play: Angle = Field(default=0.0, ge=0, description="way back that it leaves")
     stiffness: AngularStiffness = Field(gt=0, description="stiffness against the way back")
     damping: AngularDamping = Field(default=0.0, ge=0, description="damping against it")
-    rate_below: AngularSpeed | None = Field(
-        default=None, gt=0, description="largest rate at which it closes", json_schema_extra={"default": "any"}
+    rate_below: Annotated[AngularSpeed, Field(gt=0)] | None = Field(
+        default=None, description='largest rate at which it closes, or "none" for any', json_schema_extra={"default": "any"}
     )
+    opens_at: Annotated[Moment, Field(gt=0)] | None = Field(
+        default=None, description="moment against the way back at which it opens for good",
+        json_schema_extra={"default": "it never opens"},
+    )  # fmt: skip
 
 
-class SlideLatch(Model):
+class SlideLatch(_Latch):
     """Latch that closes when the displacement reaches it, and then holds the joint against the way back."""
 
     at: Length = Field(description="displacement at which it closes, on either side of 0")
     play: Length = Field(default=0.0, ge=0, description="way back that it leaves")
     stiffness: Stiffness = Field(gt=0, description="stiffness against the way back")
     damping: Damping = Field(default=0.0, ge=0, description="damping against it")
-    rate_below: Speed | None = Field(
-        default=None, gt=0, description="largest speed at which it closes", json_schema_extra={"default": "any"}
+    rate_below: Annotated[Speed, Field(gt=0)] | None = Field(
+        default=None, description='largest speed at which it closes, or "none" for any', json_schema_extra={"default": "any"}
+    )
+    opens_at: Annotated[Force, Field(gt=0)] | None = Field(
+        default=None, description="force against the way back at which it opens for good",
+        json_schema_extra={"default": "it never opens"},
+    )  # fmt: skip
+
+
+class _Friction(Model):
+    @model_validator(mode="after")
+    def _one_size(self) -> Self:
+        turning = isinstance(self, TurnFriction)
+        size = getattr(self, "moment" if turning else "force")
+        follows, radius = getattr(self, "coefficient", None), getattr(self, "radius", None)
+        if turning and (follows is None) != (radius is None):
+            raise ValueError("friction that follows the reaction needs `coefficient` and `radius`")
+        if size is None and follows is None:
+            words = "`moment`, or `coefficient` and `radius`" if turning else "`force` or `coefficient`"
+            raise ValueError(f"friction needs {words}")
+        if getattr(self, "presliding", None) is not None and getattr(self, "law", None) != "lugre":
+            raise ValueError('`presliding` belongs to law "lugre"; remove it')
+        return self
+
+
+_LAW = '"coulomb": regularised, creeps below `slip_rate`; "lugre": elastic bristles, which stick'
+
+
+class TurnFriction(_Friction):
+    """Moment of friction against the rate of the angle."""
+
+    moment: Moment | None = Field(default=None, ge=0, description="moment during sliding")
+    coefficient: Number | None = Field(
+        default=None, ge=0, description="moment over radius and reaction force of the joint, added to `moment`"
+    )
+    radius: Annotated[Length, Field(gt=0)] | None = Field(default=None, description="radius of the bearing")
+    law: Literal["coulomb", "lugre"] = Field(default="coulomb", description=_LAW)
+    slip_rate: Annotated[AngularSpeed, Field(gt=0)] | None = Field(
+        default=None,
+        description='"coulomb": M tanh(rate/slip_rate); "lugre": rate below which bristles damp',
+        json_schema_extra={"default": '1e-3 rad/s; "lugre": presliding/(10 ms)'},
+    )
+    presliding: Annotated[Angle, Field(gt=0)] | None = Field(
+        default=None, description='"lugre": deflection of sliding bristles', json_schema_extra={"default": "1e-3 rad"}
     )
 
 
-Motor = TurnMotor | SlideMotor
+class SlideFriction(_Friction):
+    """Force of friction against the rate of the displacement."""
+
+    force: Force | None = Field(default=None, ge=0, description="force during sliding")
+    coefficient: Number | None = Field(
+        default=None, ge=0, description="force over the reaction force of the joint, added to `force`"
+    )
+    law: Literal["coulomb", "lugre"] = Field(default="coulomb", description=_LAW)
+    slip_rate: Annotated[Speed, Field(gt=0)] | None = Field(
+        default=None,
+        description='"coulomb": F tanh(rate/slip_rate); "lugre": rate below which bristles damp',
+        json_schema_extra={"default": '1e-4 m/s; "lugre": presliding/(10 ms)'},
+    )
+    presliding: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description='"lugre": deflection of sliding bristles', json_schema_extra={"default": "1e-5 m"}
+    )
 
 
-def _one_program(motor: Any, pace: str, way: str) -> Any:
-    steady, programmed = getattr(motor, pace) is not None, getattr(motor, way) is not None
-    if steady == programmed or programmed != (motor.time is not None):
-        raise ValueError(f"a motor needs either `{pace}`, or `{way}` and `time`")
-    return motor
+class _Harness(Model):
+    @model_validator(mode="after")
+    def _rows(self) -> Self:
+        table, data = getattr(self, "table", None), getattr(self, "data", None)
+        if (table is None) == (data is None):
+            raise ValueError("a harness has a `table` or a file `data`; give one of them")
+        check_table(table, "coordinate")
+        for c, rising, falling in table or ():
+            if falling > rising:
+                raise ValueError(f"at {c:g} the effort of opening is below that of closing; exchange them")
+        return self
+
+    @property
+    def rows(self) -> tuple[tuple[float, float, float], ...]:
+        """Rows (coordinate, effort while it increases, effort while it decreases); a file has been read."""
+        return getattr(self, "table", None) or ()
 
 
-OF_TURNS: Sections = {"spring": TurnSpring, "damper": TurnDamper, "stop": TurnStop, "latch": TurnLatch, "motor": TurnMotor}
+_CURVES = "rows (coordinate, effort against it while it increases, while it decreases), straight between and beyond them"
+
+
+class TurnHarness(_Harness):
+    """Moment of a cable harness over the angle, with hysteresis."""
+
+    data: str | None = Field(
+        default=None, description="CSV file with the columns `angle`, `opening` and `closing`, relative to the case file"
+    )
+    table: tuple[tuple[Angle, Moment, Moment], ...] | None = Field(default=None, description=_CURVES)
+    reversal: Angle = Field(
+        default=math.radians(1.0), gt=0, description="change of the angle from the mean to either curve after a reversal"
+    )
+
+
+class SlideHarness(_Harness):
+    """Force of a cable harness over the displacement, with hysteresis."""
+
+    data: str | None = Field(
+        default=None, description="CSV file with the columns `travel`, `opening` and `closing`, relative to the case file"
+    )
+    table: tuple[tuple[Length, Force, Force], ...] | None = Field(default=None, description=_CURVES)
+    reversal: Length = Field(default=1e-3, gt=0, description="way from the mean to either curve after a reversal")
+
+
+OF_TURNS: Sections = {
+    "spring": TurnSpring, "damper": TurnDamper, "friction": TurnFriction, "stop": TurnStop, "latch": TurnLatch,
+    "harness": TurnHarness, "motor": TurnMotor,
+}  # fmt: skip
 OF_SLIDES: Sections = {
-    "spring": SlideSpring, "damper": SlideDamper, "stop": SlideStop, "latch": SlideLatch, "motor": SlideMotor
+    "spring": SlideSpring, "damper": SlideDamper, "friction": SlideFriction, "stop": SlideStop, "latch": SlideLatch,
+    "harness": SlideHarness, "motor": SlideMotor,
 }  # fmt: skip
 Spring = Annotated[TurnSpring | SlideSpring, Field()]
 Damper = Annotated[TurnDamper | SlideDamper, Field()]
+Friction = Annotated[TurnFriction | SlideFriction, Field()]
 Stop = Annotated[TurnStop | SlideStop, Field()]
 Latch = Annotated[TurnLatch | SlideLatch, Field()]
+Harness = Annotated[TurnHarness | SlideHarness, Field()]
 
 
 def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) -> Any:
@@ -201,7 +318,7 @@ def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) ->
         return value
     key = str(info.field_name)
     if turning == sliding:
-        _refuse(f"acts on the one coordinate of a revolute or a prismatic joint, not on kind {info.data.get('kind')!r}")
+        _refuse(f"acts on the one coordinate of a revolute, prismatic or screw joint, not on kind {info.data.get('kind')!r}")
     try:
         return (OF_TURNS if turning else OF_SLIDES)[key].model_validate(value, context=info.context)
     except ValidationError as error:

@@ -14,6 +14,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
 from fsm.case.models.added_laws import check_element_law, check_parameters, with_parameters
 from fsm.case.models.contact import Contact, Friction
+from fsm.case.models.cord import SceneCord
 from fsm.case.models.coupling import SceneCoupling
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.case.models.joint import SceneJoint
@@ -21,6 +22,7 @@ from fsm.case.models.loads import Drive, Load
 from fsm.case.models.materials import Crease
 from fsm.case.models.obstacle import Obstacle
 from fsm.case.models.point_element import PointElement
+from fsm.case.models.spring import SceneSpring
 from fsm.case.models.time_program import TimeFunction
 from fsm.case.models.truss import SceneTruss
 from fsm.case.schema.model import Model, Name
@@ -269,6 +271,8 @@ class Scene(Model):
         default=(), description="elements of kinds of extensions, between points"
     )
     joints: tuple[SceneJoint, ...] = Field(default=(), description="ideal joints between bodies")
+    springs: tuple[SceneSpring, ...] = Field(default=(), description="springs and dampers between two points of bodies")
+    cords: tuple[SceneCord, ...] = Field(default=(), description="cords from point to point, over pulleys")
     couplings: tuple[SceneCoupling, ...] = Field(default=(), description="elements on the coordinates of joints")
     surfaces: tuple[Surface, ...] = Field(default=(), description="surfaces for contact")
     groups: tuple[PlateGroup, ...] = Field(default=(), description="groups of plates for contact")

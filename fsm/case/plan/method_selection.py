@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
+from fsm.case.models.joint_motor import Motor
 from fsm.case.models.scene import Body, ForceElement, Scene
 from fsm.case.models.solve import Solve
 from fsm.case.models.time_program import Constant
@@ -85,6 +88,7 @@ def beyond_explicit(scene: Scene) -> str:
         "films, cables, beams, bars or flexible facets": scene.flexible,
         "contact": scene.contact is not None,
         "gas": scene.chambers,
+        "friction or a harness of a joint": any(joint.friction or joint.harness for joint in scene.joints),
         "creases with hysteresis": any(getattr(e.crease, "hysteresis", False) for e in elements),
         "laws of extensions": scene.point_elements or any(e.law is not None for e in elements)
         or any(coupling.kind not in OWN_COUPLINGS for coupling in scene.couplings),
@@ -111,9 +115,21 @@ def fastest_rate(scene: Scene) -> float:
     for joint in scene.joints:
         compliance = sum(1.0 / _inertia(bodies[name], joint) for name in (joint.first, joint.second) if name in bodies)
         compliances[joint.name] = compliance
-        for action in (joint.spring, joint.damper, joint.stop, joint.latch):
-            stiffness, *dampings = (float(getattr(action, key, 0.0)) for key in ("stiffness", "damping", "coefficient"))
-            fastest = max(fastest, _rate(stiffness, max(dampings), compliance))
+        for action in (joint.spring, joint.stop, joint.latch):
+            fastest = max(fastest, _rate(_slope(action, "stiffness"), getattr(action, "damping", 0.0), compliance))
+        fastest = max(fastest, _rate(0.0, max(_slope(joint.damper, "coefficient"), _governed(joint.motor)), compliance))
+    for spring in scene.springs:
+        compliance = sum(
+            1.0 / bodies[name].mass + math.dist(point, bodies[name].position) ** 2 / min(bodies[name].inertia)
+            for name, point in ((spring.first, spring.at), (spring.second, spring.to)) if name in bodies
+        )  # fmt: skip
+        fastest = max(fastest, _rate(_slope(spring, "stiffness"), _slope(spring.damper, "coefficient"), compliance))
+    for cord in scene.cords:
+        compliance = sum(
+            1.0 / bodies[name].mass + math.dist(point, bodies[name].position) ** 2 / min(bodies[name].inertia)
+            for name, point in cord.way if name in bodies
+        )  # fmt: skip
+        fastest = max(fastest, _rate(cord.stiffness, cord.damping, 4.0 * compliance))
     for coupling in scene.couplings:
         if coupling.kind in OWN_COUPLINGS and not coupling.ideal:
             given, parts = coupling.parameters or {}, zip(coupling.ratios, coupling.joints, strict=True)
@@ -135,9 +151,24 @@ def _inertia(body: Body, joint: SceneJoint) -> float:
     return float(along**2 @ np.array(body.inertia))
 
 
+def _slope(law: Any, key: str) -> float:
+    """Coefficient of a law, or largest slope of its table."""
+    rows = getattr(law, "table", None) or ()
+    return max([float(getattr(law, key, None) or 0.0), *(abs((b[1] - a[1]) / (b[0] - a[0])) for a, b in pairwise(rows))])
+
+
+def _governed(motor: Motor | None) -> float:
+    """Slope of the torque of a motor at the joint, by the rate: of its curve, and of its governor (1 % of the speed)."""
+    if motor is None or motor.curve is None:
+        return 0.0
+    steepest = max(abs((b[1] - a[1]) / (b[0] - a[0])) for a, b in pairwise(motor.curve)) * motor.ratio**2
+    largest = max(abs(effort) for _, effort in motor.curve) * motor.ratio
+    return max(steepest, largest / (0.01 * abs(motor.speed)) if motor.speed else 0.0)
+
+
 def solve_of(solve: Solve, scene: Scene | None) -> Solve:
-    """Settings of a motion: with ideal joints and without `rtol`, the tolerance of mechanisms."""
-    if scene is None or not scene.joints or "rtol" in solve.model_fields_set:
+    """Settings of a motion: with ideal joints, springs or cords and without `rtol`, the tolerance of mechanisms."""
+    if scene is None or not (scene.joints or scene.springs or scene.cords) or "rtol" in solve.model_fields_set:
         return solve
     return solve.model_copy(update={"rtol": RTOL_OF_JOINTS})
 

@@ -12,6 +12,7 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import call_at
 from fsm.model.bodies.array_energies import accept_elements, energies, powers
 from fsm.model.bodies.array_forces import force, place, renewed_force, retract
 from fsm.model.bodies.array_locked import add_inertia, advance, consistent, lock
@@ -22,6 +23,7 @@ from fsm.model.bodies.arrays import (
     KEPT_STIFFNESS,
     MASS,
     MATRIX,
+    PART_BY,
     STIFFNESS,
     TURNED,
     Segments,
@@ -139,10 +141,16 @@ def _contacts_opened(model: Segments) -> bool:
 
 @kernel
 def _part_of_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
-    if model.groups.shape[0] == 0:
+    if model.groups.shape[0] == 0 and model.elements.shape[0] == 0:
         return 1.0
     place(model.table, t, q, u)
-    part = model.by_contacts.part_of_step(model.table, model.groups, model.contact_parts, t, step)
+    part = 1.0
+    if model.groups.shape[0] > 0:
+        part = model.by_contacts.part_of_step(model.table, model.groups, model.contact_parts, t, step)
+    for k in range(model.elements.shape[0]):
+        found = call_at(model.elements[k, PART_BY], model.table, model.element_tables[k], t, step)
+        if found > 0.0:
+            part = min(part, found)
     return float(part)
 
 

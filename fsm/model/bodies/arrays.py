@@ -145,7 +145,7 @@ class Segments(NamedTuple):
     flags : (3,) int array, see `fsm.kernels.block_equations`
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.model.bodies.contact_arrays`.
-    elements : (m, 9) int array
+    elements : (m, 10) int array
         Addresses of the kernels of each group of elements (`fsm.model.elements.element_group.ElementKernels`).
     element_tables : (m, n, 4) int array
         Tables of the groups of elements.
@@ -168,7 +168,7 @@ class Segments(NamedTuple):
 FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED = range(12)
 FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, PATTERN = range(12, 22)
 """Rows of `Segments.table`."""
-FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY = range(9)
+FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY, PART_BY = range(10)
 """Columns of `Segments.elements`."""
 MEASURE, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP = range(5)
 """Tasks of the kernels `project` of elements with locked directions (`fsm.model.elements.joints`)."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsm.case.models.joint_action import SlideMotor, TurnMotor
+from fsm.case.models.joint_motor import SlideMotor, TurnMotor
 from fsm.case.models.time_program import Constant, Cycle, Ramp, Table, TimeFunction, end_of
 from fsm.kernels.interpolation import hermite_cubic, monotone_slopes
 from fsm.kernels.programs import CONSTANT, Piece, Program, rest
@@ -22,12 +22,11 @@ def time_function(function: TimeFunction | None) -> Program:
 
 
 def motor_program(motor: TurnMotor | SlideMotor) -> Program:
-    """Coordinate from the start on."""
-    pace, way = (motor.rate, motor.turn) if isinstance(motor, TurnMotor) else (motor.speed, motor.travel)
-    if pace is not None:
-        return Program((Piece(-math.inf, True, 0.0, (0.0, pace)),))
-    assert way is not None
-    return time_function(motor.time).scaled(way)
+    """Coordinate from the start on, of a motor that prescribes it."""
+    if motor.way is not None:
+        return time_function(motor.time).scaled(motor.way)
+    assert motor.speed is not None
+    return time_function(motor.time).scaled(motor.speed).integral()
 
 
 def _ramp(function: Ramp) -> Program:

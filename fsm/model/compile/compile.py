@@ -24,7 +24,8 @@ from fsm.model.bodies.loads import GravityGroup, LoadGroup, applied
 from fsm.model.bodies.time_function import time_function
 from fsm.model.compile.compile_contacts import compile_contacts
 from fsm.model.compile.compile_couplings import coupling_groups
-from fsm.model.compile.compile_joints import joint_forces, joint_group, set_inertia
+from fsm.model.compile.compile_joint_forces import cord_groups, joint_forces
+from fsm.model.compile.compile_joints import joint_group, set_inertia
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.model.elements.couplings import TWIST, Joints
@@ -111,16 +112,7 @@ class SceneCompiler:
         couplings = coupling_groups(self.scene, self.index, self.pose, self._twists)
         groups += couplings
         bodies = self._bodies(motions)
-        if self.scene.joints:
-            ends = np.array([[self.index[j.first], self.index[j.second]] for j in self.scene.joints], dtype=np.int64)
-            inverse = np.zeros(bodies.inertia.shape)
-            inverse[bodies.free] = 1.0 / bodies.inertia[bodies.free]
-            joints = joint_group(self.scene.joints, ends, self.pose)
-            ideal = [group for group in couplings if isinstance(group, LockedCouplings)]
-            set_inertia(joints, ideal, self.pose, inverse)
-            groups.append(joints)
-            forces = joint_forces(self.scene.joints, ends, self.pose)
-            groups += [] if forces is None else [forces]
+        groups += self._joints(bodies, [group for group in couplings if isinstance(group, LockedCouplings)])
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         on_bodies = [load for load in self.scene.loads if load.pressure is None]
@@ -277,6 +269,23 @@ class SceneCompiler:
             bodies, points = [self.index[p.body] for p in element.points], [p.point for p in element.points]
             given.append((element.name, POINT_KINDS[element.kind].law, element.parameters, bodies, points))
         return PointGroup.of(given)
+
+    def _joints(self, bodies: Bodies, ideal: list[LockedCouplings]) -> list[Group]:
+        """Ideal joints, laws on their coordinates, springs and cords; sets the inertia of locked openings."""
+        joints, springs = self.scene.joints, self.scene.springs
+        ends, of_springs = (
+            np.array([[self.index[one.first], self.index[one.second]] for one in each], dtype=np.int64).reshape(-1, 2)
+            for each in (joints, springs)
+        )
+        locked = None
+        if joints:
+            inverse = np.zeros(bodies.inertia.shape)
+            inverse[bodies.free] = 1.0 / bodies.inertia[bodies.free]
+            locked = joint_group(joints, ends, self.pose)
+            set_inertia(locked, ideal, self.pose, inverse)
+        forces = joint_forces(joints, ends, springs, of_springs, self.pose, locked)
+        cords = cord_groups(self.scene.cords, self.index, self.pose)
+        return [*(group for group in (locked, forces) if group is not None), *cords]
 
     def _twists(self, elements: list[ForceElement]) -> Joints:
         """Twists of force elements from the start, for couplings."""

@@ -9,33 +9,14 @@ import numpy as np
 
 from fsm.case.derived.joint_frames import LOCKED_PLACES, LOCKED_TURNS, joint_axes
 from fsm.case.models.joint import TURNING, SceneJoint
-from fsm.case.models.joint_action import TurnSpring
-from fsm.interactions.openings import ACROSS, ALONG, DISTANCE, TURN
+from fsm.interactions.openings import ACROSS, ALONG, CONSTANTS, DISTANCE, SCREW, TURN
 from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
 from fsm.model.bodies.time_function import motor_program
 from fsm.model.elements.couplings import Joints
-from fsm.model.elements.joint_forces import (
-    DAMPER,
-    LATCH,
-    LATCH_AT,
-    LATCH_DAMPER,
-    LATCH_SENSE,
-    LOAD,
-    LOWER,
-    PLAY,
-    REST,
-    SLOWER,
-    SPRING,
-    STOP,
-    STOP_DAMPER,
-    UPPER,
-    JointForceGroup,
-)
 from fsm.model.elements.joints import JointGroup
 from fsm.model.elements.locked_couplings import LockedCouplings
 
-_UNUSED = (0.0, 0.0, 0.0)
 _REPEATED = 1e-10
 """Smallest ratio of eigenvalues of openings, scaled to unit size, that do not follow from others."""
 
@@ -58,16 +39,20 @@ def joint_group(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarra
     moved: list[int] = []
     for number, joint in enumerate(joints):
         a, b = ends[number].tolist()
-        own, other, base, arm = _in_bodies(joint, poses[a], poses[b])
+        own, other, base, arm = in_bodies(joint, poses[a], poses[b])
         if joint.kind == "distance":
             assert joint.to is not None
-            rows.append((number, DISTANCE, np.array([*base, *arm, math.dist(joint.to, joint.at), *_UNUSED])))
-        rows += [(number, ALONG, np.array([*own[k], *arm, own[k] @ base, *_UNUSED])) for k in LOCKED_PLACES[joint.kind]]
+            rows.append((number, DISTANCE, padded(*base, *arm, math.dist(joint.to, joint.at))))
+        rows += [(number, ALONG, padded(*own[k], *arm, own[k] @ base)) for k in LOCKED_PLACES[joint.kind]]
         locked = LOCKED_TURNS.get(joint.kind, ())
-        rows += [(number, ACROSS, np.array([*own[j], *other[k], 0.0, *_UNUSED])) for j, k in locked]
+        rows += [(number, ACROSS, padded(*own[j], *other[k])) for j, k in locked]
+        if joint.pitch is not None:
+            turn = _turn(own[2], own[0], other[0], -(own[2] @ base))
+            turn[10:13], turn[13] = arm, joint.pitch / (2.0 * math.pi)
+            rows.append((number, SCREW, turn))
         moved += [-1] * (len(rows) - len(moved))
-        if joint.motor is not None:
-            rows.append((number, *_coordinate(joint, 0.0, (own, other, base, arm))))
+        if joint.motor is not None and joint.motor.prescribes:
+            rows.append((number, *coordinate_of(joint, 0.0, (own, other, base, arm))))
             moved.append(len(motors))
             motors.append(motor_program(joint.motor))
         if joint.kind in TURNING:
@@ -80,7 +65,7 @@ def joint_group(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarra
     return JointGroup(
         np.ascontiguousarray(ends[of]), np.array([kind for _, kind, _ in rows], dtype=np.int64),
         np.array([constants for _, _, constants in rows]), np.ones(len(rows)),
-        np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, 10),
+        np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, CONSTANTS),
         tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors),
     )  # fmt: skip
 
@@ -111,12 +96,17 @@ def set_inertia(group: JointGroup, couplings: Sequence[LockedCouplings], poses: 
 
 def coordinates_of(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> Joints:
     """Coordinates of revolute and prismatic joints from the start, for couplings; other arguments as in `joint_group`."""
-    found = [_coordinate(joint, 0.0, _in_bodies(joint, *poses[of])) for joint, of in zip(joints, ends, strict=True)]
+    found = [coordinate_of(joint, 0.0, in_bodies(joint, *poses[of])) for joint, of in zip(joints, ends, strict=True)]
     kinds, constants = np.array([kind for kind, _ in found], dtype=np.int64), np.array([row for _, row in found])
     return Joints(ends, kinds, constants, np.zeros((0, 10)), np.zeros(len(joints)))
 
 
-def _in_bodies(joint: SceneJoint, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, ...]:
+def padded(*numbers: float) -> np.ndarray:
+    """Constants of an opening."""
+    return np.array([*numbers, *[0.0] * (CONSTANTS - len(numbers))])
+
+
+def in_bodies(joint: SceneJoint, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, ...]:
     """Axes of a joint in its first and in its second body (3, 3), and its points in both (3,), from their poses (7,)."""
     axes, at = joint_axes(joint), np.array(joint.at)
     to = at if joint.to is None else np.array(joint.to)
@@ -124,53 +114,17 @@ def _in_bodies(joint: SceneJoint, first: np.ndarray, second: np.ndarray) -> tupl
     return axes @ a, axes @ b, (at - first[:3]) @ a, (to - second[:3]) @ b
 
 
-def _coordinate(joint: SceneJoint, start: float, parts: tuple[np.ndarray, ...]) -> tuple[int, np.ndarray]:
-    """Coordinate of a revolute or prismatic joint, `start` at the start, as an opening; `parts` of `_in_bodies`."""
+def coordinate_of(joint: SceneJoint, start: float, parts: tuple[np.ndarray, ...]) -> tuple[int, np.ndarray]:
+    """Coordinate of a revolute, screw or prismatic joint, `start` at the start, as an opening; `parts` of `in_bodies`."""
     own, other, base, arm = parts
     if joint.kind == "prismatic":
-        return ALONG, np.array([*own[2], *arm, own[2] @ base - start, *_UNUSED])
+        return ALONG, padded(*own[2], *arm, own[2] @ base - start)
     return TURN, _turn(own[2], own[0], other[0], start)
 
 
 def _turn(axis: np.ndarray, zero: np.ndarray, line: np.ndarray, start: float = 0.0) -> np.ndarray:
     """Constants of the angle about an axis of one body, from a line of it to a line of the other, `start` at zero."""
-    return np.array([*zero, *line, -start, *np.cross(axis, zero)])
-
-
-def joint_forces(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> JointForceGroup | None:
-    """Springs, dampers, stops and latches of all joints; None without any. Arguments as in `joint_group`."""
-    chosen = [i for i, joint in enumerate(joints) if joint.spring or joint.damper or joint.stop or joint.latch]
-    if not chosen:
-        return None
-    kinds, constants, tables, laws, start = [], [], [], np.zeros((len(chosen), 14)), np.zeros(len(chosen))
-    for k, i in enumerate(chosen):
-        joint, spring, law = joints[i], joints[i].spring, laws[k]
-        start[k] = joint.angle
-        kind, row = _coordinate(joint, joint.angle, _in_bodies(joint, *poses[ends[i]]))
-        kinds.append(kind)
-        constants.append(row)
-        tables.append(np.array(spring.table if spring is not None and spring.table else (), dtype=float).reshape(-1, 2))
-        law[REST], law[LOWER], law[UPPER] = start[k], -math.inf, math.inf
-        if spring is not None:
-            load = spring.moment if isinstance(spring, TurnSpring) else spring.force
-            law[SPRING], law[LOAD] = spring.stiffness, -(load or 0.0)
-            law[REST] = start[k] if spring.rest is None else spring.rest
-        if joint.damper is not None:
-            law[DAMPER] = joint.damper.coefficient
-        if joint.stop is not None:
-            law[STOP], law[STOP_DAMPER] = joint.stop.stiffness, joint.stop.damping
-            law[LOWER] = -math.inf if joint.stop.lower is None else joint.stop.lower
-            law[UPPER] = math.inf if joint.stop.upper is None else joint.stop.upper
-        if joint.latch is not None:
-            latch = joint.latch
-            law[LATCH_AT], law[LATCH_SENSE], law[PLAY] = latch.at, math.copysign(1.0, latch.at - start[k]), latch.play
-            law[LATCH], law[LATCH_DAMPER] = latch.stiffness, latch.damping
-            law[SLOWER] = math.inf if latch.rate_below is None else latch.rate_below
-    first = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(np.int64)
-    return JointForceGroup(
-        np.ascontiguousarray(ends[chosen]), np.array(kinds, dtype=np.int64), np.array(constants), laws, first,
-        np.concatenate(tables), start, tuple(joints[i].name for i in chosen),
-    )  # fmt: skip
+    return padded(*zero, *line, -start, *np.cross(axis, zero))
 
 
 def _inertia(rows: np.ndarray, inverse: np.ndarray) -> np.ndarray:

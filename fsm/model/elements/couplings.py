@@ -60,7 +60,7 @@ class Joints(NamedTuple):
     """Joints of all elements, (m n) one element after another.
 
     Ends (m n, 2), kinds (m n,), and the offset (m n,) that makes each coordinate zero at the start. The other two are, for
-    `TWIST`, axes (m n, 4) in both bodies, empty in the plane; else constants (m n, 10) of openings, and an empty array.
+    `TWIST`, axes (m n, 4) in both bodies, empty in the plane; else constants (m n, 14) of openings, and an empty array.
     """
 
     ends: np.ndarray

@@ -43,8 +43,9 @@ class ElementKernels(NamedTuple):
     `stored` adds the energies in panels and in creases (J) to the first numbers of the row `STORED`. `lost` returns the
     dissipated power (W). To the third number of this row it adds the power that an element puts into the system, and to the
     fourth the part of the dissipated power whose forces also act at rest. `accept` changes the memory of the group at an
-    accepted state. `lock`, `advance` and `project` belong to elements with locked directions, whose efforts are multipliers
-    (`fsm.model.elements.joints`).
+    accepted state. `part` has the length of the step (s) in place of its inverse, and returns the factor by which a step
+    that passes an event is shortened, or 0 to accept it. `lock`, `advance` and `project` belong to elements with locked
+    directions, whose efforts are multipliers (`fsm.model.elements.joints`).
     """
 
     force: Any
@@ -56,6 +57,7 @@ class ElementKernels(NamedTuple):
     lock: Any = nothing
     advance: Any = nothing
     project: Any = nothing
+    part: Any = nothing
 
     def addresses(self) -> list[int]:
         """Addresses of all kernels."""
@@ -154,6 +156,8 @@ class ElementGroup(Group):
     bodies: np.ndarray
     categories: tuple[str, ...] = ("panels", "creases")
     """Names of the stored energies, in the order of the row `STORED`."""
+    has_events: bool = False
+    """Whether steps end at events of the elements (kernel `part`)."""
     locks: bool = False
     """Whether the elements have locked directions."""
 
@@ -265,6 +269,10 @@ class ElementGroup(Group):
         self._alone.call("advance", 0.0, 0.0, _NO_ROWS, change, _NO_ROWS)
 
     # memory -----------------------------------------------------------------------------------------------------------
+
+    def part_of_step(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
+        """Factor by which a step that ends at these poses is shortened; 1 to accept it."""
+        return self._alone.call("part", t, step, poses, rates, rates) or 1.0
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
         """Change the memory after an accepted step."""

@@ -1,46 +1,69 @@
-"""Springs, dampers and stops on the coordinates of joints. The group, its table, and its kernels.
+"""Springs, dampers, friction, stops, latches and motors on the coordinates of joints, and springs between two points. The
+group, its table, and its kernels.
 
-    e = load + k (c - rest) + table(c) + d c' + stop(c, c') + latch(c, c')
-
-is against the coordinate c, an angle with all its turns or a displacement (`fsm.interactions.openings`). A stop beyond a
-limit by p has k p + d p', or zero if this would pull. A latch is a stop
-against the way back, which acts from the first accepted state on in which the coordinate has reached it.
+A coordinate is an angle with all its turns, a displacement, or a length (`fsm.interactions.openings`). The laws are those
+of `fsm.model.elements.joint_laws`. A latch is a stop against the way back, which acts from the first accepted state on in
+which the coordinate has reached it, until its effort exceeds the one at which it opens.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from fsm.interactions.openings import TURN, opening
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.jit import kernel
+from fsm.kernels.programs import Program, table_of
 from fsm.kernels.scatter import add_block
-from fsm.laws.one_sided import one_sided
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
-from fsm.model.elements.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
-
-_KINDS, _CONSTANTS, _LAWS, _FIRST, _ROWS, _KEPT = range(OWN, OWN + 6)
-LOAD, SPRING, REST, DAMPER, LOWER, UPPER, STOP, STOP_DAMPER = range(8)
-LATCH_AT, LATCH_SENSE, PLAY, LATCH, LATCH_DAMPER, SLOWER = range(8, 14)
-"""Columns of the laws."""
+from fsm.model.elements.element_group import LAST, ElementGroup, ElementKernels, bodies_of
+from fsm.model.elements.joint_events import WORDS, note_events, part_before_event
+from fsm.model.elements.joint_laws import (
+    COORDINATE,
+    DAMPER,
+    EVENT,
+    EVENTS,
+    FIELDS,
+    FOLLOWS,
+    FRICTION,
+    KEPT,
+    KINDS,
+    LATCH_DAMPER,
+    LATCHED,
+    LINES,
+    MOST_EVENTS,
+    MOTOR,
+    NO_MOTOR,
+    OF_DAMPER,
+    REBOUND,
+    STOP_DAMPER,
+    TABLES,
+    harness,
+    kept,
+    law_at,
+    motor,
+    remember,
+    stops,
+)
 
 
 @kernel
-def _coordinate(table: np.ndarray, own: np.ndarray, i: int, gradient: np.ndarray, hessian: np.ndarray) -> float:
+def _coordinate(poses: np.ndarray, own: np.ndarray, i: int, gradient: np.ndarray, hessian: np.ndarray) -> float:
     """Coordinate of a row, with all its turns, and its derivatives."""
-    poses, bodies, kind = floats_2d(table, POSES), bodies_of(own), integers_1d(own, _KINDS)[i]
-    c = opening(kind, poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, _CONSTANTS)[i], 0.0, gradient, hessian)
+    bodies, kind = bodies_of(own), integers_1d(own, KINDS)[i]
+    c = opening(kind, poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, LINES)[i], 0.0, gradient, hessian)
     if kind == TURN:
-        c += 2.0 * np.pi * np.round((floats_1d(own, _KEPT)[i] - c) / (2.0 * np.pi))
+        c += 2.0 * np.pi * np.round((kept(own, COORDINATE, i) - c) / (2.0 * np.pi))
     return float(c)
 
 
 @kernel
-def _rate(table: np.ndarray, own: np.ndarray, i: int, gradient: np.ndarray) -> float:
-    rates, bodies, total = floats_2d(table, RATES), bodies_of(own), 0.0
+def _rate(rates: np.ndarray, own: np.ndarray, i: int, gradient: np.ndarray) -> float:
+    bodies, total = bodies_of(own), 0.0
     for side in range(2):
         for k in range(6):
             total += gradient[6 * side + k] * rates[bodies[i, side], k]
@@ -48,60 +71,19 @@ def _rate(table: np.ndarray, own: np.ndarray, i: int, gradient: np.ndarray) -> f
 
 
 @kernel
-def _of_table(own: np.ndarray, i: int, c: float) -> tuple[float, float, float]:
-    """Effort of the table of a row, its slope, and its energy from the first row of the table on."""
-    first, rows = integers_1d(own, _FIRST), floats_2d(own, _ROWS)
-    begin, end = first[i], first[i + 1]
-    if end - begin < 2:
-        return 0.0, 0.0, 0.0
-    energy, k = 0.0, begin
-    while k < end - 2 and c > rows[k + 1, 0]:
-        energy += 0.5 * (rows[k + 1, 0] - rows[k, 0]) * (rows[k, 1] + rows[k + 1, 1])
-        k += 1
-    slope = (rows[k + 1, 1] - rows[k, 1]) / (rows[k + 1, 0] - rows[k, 0])
-    past = c - rows[k, 0]
-    return rows[k, 1] + slope * past, slope, energy + past * (rows[k, 1] + 0.5 * slope * past)
-
-
-@kernel
-def _law(own: np.ndarray, i: int, c: float, rate: float) -> tuple[float, float, float, float, float]:
-    """Effort against the coordinate, its derivatives by the coordinate and by the rate, energy, and dissipated power."""
-    law = floats_2d(own, _LAWS)[i]
-    effort, by_c, energy = _of_table(own, i, c)
-    past = c - law[REST]
-    effort += law[LOAD] + law[SPRING] * past + law[DAMPER] * rate
-    by_c += law[SPRING]
-    by_rate, lost = law[DAMPER], law[DAMPER] * rate * rate
-    energy += law[LOAD] * past + 0.5 * law[SPRING] * past * past
-    latched = floats_1d(own, _KEPT)[floats_2d(own, _LAWS).shape[0] + i] > 0.0
-    for side in range(3 if latched else 2):
-        sense, limit, stiffness, damper = -1.0 if side == 0 else 1.0, law[LOWER + side % 2], law[STOP], law[STOP_DAMPER]
-        if side == 2:
-            sense, limit = -law[LATCH_SENSE], law[LATCH_AT] - law[LATCH_SENSE] * law[PLAY]
-            stiffness, damper = law[LATCH], law[LATCH_DAMPER]
-        push, slope, damping, kept, heat = one_sided(sense * (c - limit), sense * rate, stiffness, damper)
-        effort += sense * push
-        by_c += slope
-        by_rate += damping
-        energy += kept
-        lost += heat
-    return effort, by_c, by_rate, energy, lost
-
-
-@kernel
 def _rate_or_mean(table: np.ndarray, own: np.ndarray, i: int, c: float, gradient: np.ndarray, per_second: float) -> float:
     """Present rate, or the mean rate since the last state."""
     if per_second > 0.0:
         return float((c - floats_1d(own, LAST)[i]) * per_second)
-    return float(_rate(table, own, i, gradient))
+    return float(_rate(floats_2d(table, RATES), own, i, gradient))
 
 
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     force, bodies, gradient, hessian = floats_2d(table, FORCE), bodies_of(own), np.empty(12), np.empty((12, 12))
     for i in range(bodies.shape[0]):
-        c = _coordinate(table, own, i, gradient, hessian)
-        effort = _law(own, i, c, _rate_or_mean(table, own, i, c, gradient, per_second))[0]
+        c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
+        effort = law_at(own, i, t, c, _rate_or_mean(table, own, i, c, gradient, per_second), 0.0)[0]
         for side in range(2):
             for k in range(6):
                 force[bodies[i, side], k] -= effort * gradient[6 * side + k]
@@ -114,8 +96,9 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     stiffness, damping, p = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING), pattern_of(table)
     gradient, hessian, block, turned = np.empty(12), np.empty((12, 12)), np.empty((12, 12)), np.empty(12)
     for i in range(bodies.shape[0]):
-        c = _coordinate(table, own, i, gradient, hessian)
-        effort, by_c, by_rate, _, _ = _law(own, i, c, _rate_or_mean(table, own, i, c, gradient, per_second))
+        c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
+        rate = _rate_or_mean(table, own, i, c, gradient, per_second)
+        effort, by_c, by_rate, _, _, _ = law_at(own, i, t, c, rate, 0.0)
         for side in range(2):
             for k in range(6):
                 force[bodies[i, side], k] -= effort * gradient[6 * side + k]
@@ -141,69 +124,106 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 def _keep(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     last, gradient, hessian = floats_1d(own, LAST), np.empty(12), np.empty((12, 12))
     for i in range(last.shape[0]):
-        last[i] = _coordinate(table, own, i, gradient, hessian)
+        last[i] = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
     return 0.0
 
 
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Add the energy, which counts as energy of panels and joints."""
-    gradient, hessian, total = np.empty(12), np.empty((12, 12)), 0.0
+    gradient, hessian, total, poses = np.empty(12), np.empty((12, 12)), 0.0, floats_2d(table, POSES)
     for i in range(bodies_of(own).shape[0]):
-        total += _law(own, i, _coordinate(table, own, i, gradient, hessian), 0.0)[3]
+        total += law_at(own, i, t, _coordinate(poses, own, i, gradient, hessian), 0.0, 0.0)[3]
     floats_1d(table, STORED)[0] += total
     return 0.0
 
 
 @kernel
 def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    gradient, hessian, total = np.empty(12), np.empty((12, 12)), 0.0
+    """Dissipated power; adds the input power of motors and moving free lengths at the present rates."""
+    gradient, hessian, total, poses = np.empty(12), np.empty((12, 12)), 0.0, floats_2d(table, POSES)
     for i in range(bodies_of(own).shape[0]):
-        c = _coordinate(table, own, i, gradient, hessian)
-        total += _law(own, i, c, _rate_or_mean(table, own, i, c, gradient, per_second))[4]
+        c = _coordinate(poses, own, i, gradient, hessian)
+        middle = 0.5 * (c + floats_1d(own, LAST)[i]) if per_second > 0.0 else c
+        total += law_at(own, i, t, middle, _rate_or_mean(table, own, i, c, gradient, per_second), per_second)[4]
+        floats_1d(table, STORED)[2] += law_at(own, i, t, c, _rate(floats_2d(table, RATES), own, i, gradient), 0.0)[5]
     return total
 
 
 @kernel
+def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
+    """Shorten a step that passes an event, so that it ends there."""
+    gradient, hessian, part = np.empty(12), np.empty((12, 12)), 1.0
+    for i in range(bodies_of(own).shape[0]):
+        c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
+        part = min(part, part_before_event(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient)))
+    return part if part < 1.0 else 0.0
+
+
+@kernel
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Count the turns, and close latches."""
-    kept, laws, gradient, hessian = floats_1d(own, _KEPT), floats_2d(own, _LAWS), np.empty(12), np.empty((12, 12))
-    for i in range(laws.shape[0]):
-        law, kept[i] = laws[i], _coordinate(table, own, i, gradient, hessian)
-        reached = law[LATCH] > 0.0 and law[LATCH_SENSE] * (kept[i] - law[LATCH_AT]) >= 0.0
-        if reached and abs(_rate(table, own, i, gradient)) <= law[SLOWER]:
-            kept[laws.shape[0] + i] = 1.0
+    """Count the turns, keep the state of all laws, close and open latches, and note events."""
+    gradient, hessian = np.empty(12), np.empty((12, 12))
+    for i in range(bodies_of(own).shape[0]):
+        c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
+        rate = _rate(floats_2d(table, RATES), own, i, gradient)
+        note_events(own, i, t, c, rate)
+        remember(own, i, c, rate)
     return 0.0
 
 
-_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept)
+@kernel
+def joint_states(own: np.ndarray, poses: np.ndarray, rates: np.ndarray, t: float, found: np.ndarray) -> None:
+    """Write coordinate, rate, effort, and efforts of stop and latch, harness, and motor of each row, (m, 6)."""
+    gradient, hessian = np.empty(12), np.empty((12, 12))
+    for i in range(found.shape[0]):
+        c = _coordinate(poses, own, i, gradient, hessian)
+        rate = _rate(rates, own, i, gradient)
+        found[i, 0], found[i, 1], found[i, 2] = c, rate, law_at(own, i, t, c, rate, 0.0)[0]
+        found[i, 3], found[i, 4] = stops(own, i, c, rate)[0], harness(own, i, c, rate)[0]
+        found[i, 5] = motor(own, i, t, rate)[0]
+
+
+_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept, part=_part)
 
 
 @dataclass(frozen=True)
 class JointForceGroup(ElementGroup):
-    """Springs, dampers and stops on the coordinates of joints.
+    """Laws on the coordinates of joints and on the lengths of springs.
 
     Attributes
     ----------
     bodies : (m, 2) int array
-    kinds, constants : (m,) int and (m, 10) arrays, see `fsm.interactions.openings`
-    laws : (m, 14) array, see the columns above
-    first, rows : (m + 1,) int and (n, 2) arrays
-        Rows (coordinate, effort) of all tables; those of element i begin at `first[i]`.
+    kinds, lines : (m,) int and (m, 14) arrays, see `fsm.interactions.openings`
+    laws : (m, `COLUMNS`) array, see `fsm.model.elements.joint_laws`
+    first, rows : (`TABLES` m + 1,) int and (n, 2) arrays
+        Rows (coordinate or rate, effort) of all tables; those of table k of element i begin at `first[TABLES i + k]`.
     start : (m,) array
         Coordinates at the start.
-    names : names of the joints
+    names : channels of the coordinates, for example "joint.hinge"
+    programs : (m, 2) int array
+        Numbers of the programs of free length and motor in `functions`, -1 without one.
+    functions : functions of time
+    felt : (n,) array
+        Multipliers of all openings of ideal joints, of which friction depends.
+    felt_of : (m, 2) int array
+        First and last multiplier of the reaction of each row.
     """
 
     bodies: np.ndarray
     kinds: np.ndarray
-    constants: np.ndarray
+    lines: np.ndarray
     laws: np.ndarray
     first: np.ndarray
     rows: np.ndarray
     start: np.ndarray
     names: tuple[str, ...]
+    programs: np.ndarray
+    functions: tuple[Program, ...]
+    felt: np.ndarray
+    felt_of: np.ndarray
     categories = ("panels",)
+    has_events = True
 
     @property
     def kernels(self) -> ElementKernels:
@@ -213,19 +233,64 @@ class JointForceGroup(ElementGroup):
     @cached_property
     def arrays(self) -> list[np.ndarray]:
         """See `ElementGroup`."""
-        return [self.kinds, self.constants, self.laws, self.first, self.rows, self.first_memory]
+        return [
+            self.kinds, self.lines, self.laws, self.first, self.rows, self.first_memory, self.programs, self.felt,
+            self.felt_of, *table_of(self.functions),
+        ]  # fmt: skip
 
     @cached_property
     def rate_dependent(self) -> bool:
         """See `Group`."""
-        return bool(np.any(self.laws[:, [DAMPER, STOP_DAMPER, LATCH_DAMPER]]))
+        tables = np.diff(self.first)[OF_DAMPER::TABLES]
+        columns = [DAMPER, STOP_DAMPER, LATCH_DAMPER, REBOUND, FRICTION, FOLLOWS]
+        return bool(np.any(self.laws[:, columns]) or np.any(tables) or np.any(self.laws[:, MOTOR] > NO_MOTOR))
+
+    def break_times(self) -> set[float]:
+        """See `Group`."""
+        return {time for function in self.functions for time in function.breaks()}
 
     @property
     def memory_of(self) -> np.ndarray:
-        """Coordinates (m,) at the last accepted state, which count the turns, and whether each latch has closed, (m,)."""
-        return self.arrays[_KEPT - OWN]
+        """Memory (`FIELDS` m + 1 + n,) at the last accepted state, see `joint_laws`, then number and rows of events."""
+        return self.arrays[KEPT - KINDS]
 
     @property
     def first_memory(self) -> np.ndarray:
         """See `ElementGroup`."""
-        return np.concatenate([self.start, np.zeros(len(self.start))])
+        memory = np.zeros(FIELDS * len(self.start) + 1 + EVENTS)
+        memory[COORDINATE * len(self.start) :][: len(self.start)] = self.start
+        return memory
+
+    def row_of(self, name: str) -> int:
+        """Row of a channel."""
+        return self.names.index(name)
+
+    def latched(self, name: str) -> bool:
+        """Whether the latch of a channel is closed."""
+        return bool(self.memory_of[LATCHED * len(self.start) + self.row_of(name)] > 0.0)
+
+    def events(self) -> list[dict[str, Any]]:
+        """Events so far in the order of time; of more than 256 the first."""
+        begin = FIELDS * len(self.start)
+        count = min(int(self.memory_of[begin]), MOST_EVENTS)
+        found = []
+        for what, i, time, rate, impulse, largest, at, _ in self.memory_of[begin + 1 :].reshape(-1, EVENT)[:count].tolist():
+            name, unit = self.names[int(i)].removeprefix("joint."), "rad" if self.kinds[int(i)] == TURN else "m"
+            found.append(
+                {"time": time, "what": WORDS[int(what)], "joint": name, "coordinate": at, "rate_before": rate,
+                 "impulse": impulse, "largest": largest, "unit": unit}
+            )  # fmt: skip
+        return sorted(found, key=lambda event: event["time"])
+
+    def states(self, t: float, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """Coordinates, rates, efforts, and efforts of stop and latch, of harness and of motor, (m, 6)."""
+        found = np.zeros((len(self.start), 6))
+        joint_states(self._alone.own, poses, rates, t, found)
+        return found
+
+
+def joint_events(system: Any) -> dict[str, list[dict[str, Any]]]:
+    """Events of the joints of a system, for its summary; empty without any."""
+    groups = [group for group in getattr(system, "groups", ()) if isinstance(group, JointForceGroup)]
+    found = [event for group in groups for event in group.events()]
+    return {"joint_events": found} if found else {}

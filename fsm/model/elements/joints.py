@@ -18,7 +18,7 @@ from fsm.interactions.openings import TURN, opening
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
-from fsm.kernels.programs import Program, table_of
+from fsm.kernels.programs import Pieces, Program, table_of
 from fsm.kernels.scatter import add_block
 from fsm.model.bodies.arrays import (
     AT_ACCELERATIONS,
@@ -38,12 +38,16 @@ from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, 
 
 _KINDS, _CONSTANTS, _MASSES, _PENALTY, _EFFORT, _VALUE, _GRADIENT, _BEND, _KEPT, _TURNS, _LINES = range(OWN, OWN + 11)
 _PROGRAM, _PIECES = range(OWN + 11, OWN + 13)
+_FELT = _PIECES + len(Pieces._fields)
 STIFF = 1e4
 """Penalty relative to the inertia of an opening at the start. From 1e2 to 1e5 the number of iterations is that of Newton's
 method with exact multipliers; inertias change on the way."""
 PROJECTION = 1e7
 """The same penalty of projections, and of accelerations at given positions and velocities. These are linear equations, so
 each solution reduces the error by this factor."""
+
+_TURN = 2.0
+"""Largest turn in a step, rad; angles are counted from step to step."""
 
 
 @kernel
@@ -118,8 +122,11 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Begin Newton's method of a step with the kept multipliers; `per_second` is c, 1/s^2."""
     effort, penalty, kept, masses = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _KEPT), floats_1d(own, _MASSES)
+    felt = floats_1d(own, _FELT)
     for i in range(effort.shape[0]):
         effort[i], penalty[i] = kept[i], STIFF * per_second * masses[i]
+        if per_second > 0.0:
+            felt[i] = kept[i]
     return 1.0
 
 
@@ -128,8 +135,10 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     """Advance the multipliers by an increment of all bodies, which the rates of the model contain."""
     rates, bodies, gradient = floats_2d(table, RATES), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
+    felt = floats_1d(own, _FELT)
     for i in range(effort.shape[0]):
         effort[i] += penalty[i] * (value[i] + _along(rates, bodies[i], gradient[i]))
+        felt[i] = effort[i]
     return 0.0
 
 
@@ -147,9 +156,9 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     gradient, value = floats_2d(own, _GRADIENT), floats_1d(own, _VALUE)
     effort, masses, bend = _efforts(own), floats_1d(own, _MASSES), floats_1d(own, _BEND)
     if task == KEEP:
-        kept, penalty = floats_1d(own, _KEPT), floats_1d(own, _PENALTY)
+        kept, penalty, felt = floats_1d(own, _KEPT), floats_1d(own, _PENALTY), floats_1d(own, _FELT)
         for i in range(effort.shape[0]):
-            kept[i], penalty[i] = effort[i], 0.0
+            kept[i], penalty[i], felt[i] = effort[i], 0.0, effort[i]
         return 0.0
     if task == MEASURE:
         _measure_all(table, own, t)
@@ -190,6 +199,17 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
 
 
 @kernel
+def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
+    """Shorten a step in which an angle may turn by more than half a turn."""
+    poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
+    gradient, hessian, rates, most = np.empty(12), np.empty((12, 12)), floats_2d(table, RATES), 0.0
+    for i in range(turns.shape[0]):
+        opening(TURN, poses[turns[i, 0]], poses[turns[i, 1]], lines[i], 0.0, gradient, hessian)
+        most = max(most, abs(_along(rates, turns[i], gradient)) * step)
+    return _TURN / most if most > _TURN else 0.0
+
+
+@kernel
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Count the turns of all angles."""
     poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
@@ -210,7 +230,7 @@ def _put_in(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
 
 
 _KERNELS = ElementKernels(
-    _force, _tangent, nothing, lost=_put_in, accept=_accept, lock=_lock, advance=_advance, project=_project
+    _force, _tangent, nothing, lost=_put_in, accept=_accept, lock=_lock, advance=_advance, project=_project, part=_part
 )  # fmt: skip
 
 
@@ -223,12 +243,12 @@ class JointGroup(ElementGroup):
     bodies : (n, 2) int array
         First and second body of each opening.
     kinds : (n,) int array, see `fsm.interactions.openings`
-    constants : (n, 10) array, see `fsm.interactions.openings`
+    constants : (n, 14) array, see `fsm.interactions.openings`
     masses : (n,) array, kg or kg m^2
         Inertia of each opening at the start.
     turns : (k, 2) int array
         Bodies of each angle.
-    lines : (k, 10) array
+    lines : (k, 14) array
         Constants of the kind `TURN` of each angle.
     names : names of the joints
     of : (n,) int array
@@ -250,7 +270,7 @@ class JointGroup(ElementGroup):
     motors: tuple[Program, ...]
     categories = ()
     rate_dependent = False
-    locks = True
+    locks = has_events = True
 
     @property
     def kernels(self) -> ElementKernels:
@@ -264,7 +284,12 @@ class JointGroup(ElementGroup):
         work = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 12)), np.zeros(n)]
         kept = np.zeros(n + len(self.turns))
         moved = self.program, *table_of(self.motors)
-        return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *moved]
+        return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *moved, self.felt]
+
+    @cached_property
+    def felt(self) -> np.ndarray:
+        """Multipliers (n,) of the last iteration, N or N m, for friction."""
+        return np.zeros(len(self.kinds))
 
     def break_times(self) -> set[float]:
         """See `Group`."""
@@ -285,6 +310,7 @@ class JointGroup(ElementGroup):
         super().restore(memory)
         self.arrays[_EFFORT - OWN][:] = self.efforts
         self.arrays[_PENALTY - OWN][:] = 0.0
+        self.felt[:] = self.efforts
 
     @property
     def efforts(self) -> np.ndarray:

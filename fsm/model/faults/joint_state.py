@@ -5,6 +5,7 @@ No kernel is needed, so that `fsm check` has these numbers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
@@ -79,7 +80,11 @@ class JointsAtStart:
             base = np.cross(line, self._arm(joint.first, at))
             yield self._row(joint, "distance", -line, base, line, np.cross(second, line))
         yield from self._locked(joint, axes, first, second)
-        if joint.motor is not None:
+        if joint.pitch is not None:
+            lead, along = joint.pitch / (2.0 * math.pi), axes[2]
+            turned = np.cross(along, first) + lead * along, np.cross(second, along) - lead * along
+            yield self._row(joint, "screw", -along, turned[0], along, turned[1])
+        if joint.motor is not None and joint.motor.prescribes:
             program = motor_program(joint.motor)
             self.wanted.append((len(self.labels), _first_speed(program)))
             self.labels.append(f"{joint.name} (motor)")

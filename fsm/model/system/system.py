@@ -25,6 +25,7 @@ from fsm.model.bodies.loads import LoadGroup
 from fsm.model.bodies.pattern import BodyPattern, body_pattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
+from fsm.model.elements.element_group import ElementGroup
 from fsm.model.system.force_system import SegmentForces
 from fsm.solve.interface.records import Energy, Observation, PreviousState, Ready, StepRejection
 from fsm.solve.stepping.model import ArrayModel
@@ -332,9 +333,14 @@ class SegmentSystem(SegmentForces):
 
     def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """See `System`."""
-        if not self._contacts:
-            return None
-        return self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
+        found = None
+        if self._contacts:
+            found = self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
+        if found is not None or u is None:
+            return found
+        elements = [group for group in self.groups if isinstance(group, ElementGroup) and group.has_events]
+        part = min((group.part_of_step(t, *self.place(t, q, u), step) for group in elements), default=1.0)
+        return StepRejection(part) if part < 1.0 else None
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: limit from impacts."""

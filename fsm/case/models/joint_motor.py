@@ -1,0 +1,151 @@
+"""Motors on the free coordinate of a joint that turns or slides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any, Self
+
+from pydantic import Field, model_validator
+
+from fsm.case.models.time_program import Constant, Table, TimeFunction
+from fsm.case.schema.model import Model
+from fsm.case.schema.units import Angle, AngularSpeed, Force, Length, Moment, Number, Speed
+
+
+class _Motor(Model):
+    """An amount times a function of time prescribes the rate, the way or the effort.
+
+    `speed = {value = ..., time = {...}}` is the same as `speed = ...` with `time`.
+    """
+
+    @classmethod
+    def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Amount and `time` of a section such as `speed = { value = "2 deg/s", kind = "ramp", end = "1 s" }`."""
+        found = dict(written)
+        for key in cls._amounts():
+            given = found.get(key)
+            if isinstance(given, Mapping) and "time" not in found:
+                parts = dict(given)
+                found[key] = parts.pop("value", None)
+                time = parts["time"] if set(parts) == {"time"} and isinstance(parts["time"], Mapping) else parts
+                found |= {"time": time} if time else {}
+        return found
+
+    @classmethod
+    def _amounts(cls) -> tuple[str, ...]:
+        return tuple(key for key in ("speed", "angle", "travel", "torque", "force") if key in cls.model_fields)
+
+    @property
+    def way(self) -> float | None:
+        """Prescribed change of the coordinate, times `time`; None without."""
+        return None
+
+    @property
+    def effort(self) -> float | None:
+        """Prescribed moment or force at the motor, times `time`; None without."""
+        return None
+
+    @property
+    def curve(self) -> tuple[tuple[float, float], ...] | None:
+        """Rows (rate, effort) at the motor."""
+        return None
+
+    @property
+    def prescribes(self) -> bool:
+        """Whether the motor prescribes the coordinate, whatever moment that takes."""
+        curve = getattr(self, "torque_speed", None) or getattr(self, "force_speed", None)
+        return self.effort is None and curve is None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        names = self._amounts()
+        given = [key for key in names if getattr(self, key) is not None]
+        words = ", ".join(f"`{key}`" for key in names)
+        curve = "torque_speed" if isinstance(self, TurnMotor) else "force_speed"
+        limited = getattr(self, curve) is not None
+        if len(given) > 1 or not (given or limited):
+            raise ValueError(f"a motor needs one of {words}, or `{curve}`")
+        if limited and given not in ([], ["speed"]):
+            raise ValueError(f"`{curve}` goes with `speed` or alone; remove `{given[0]}`")
+        if self.way is not None and (self.time is None or isinstance(self.time, Constant)):
+            raise ValueError(f"`{given[0]}` of a motor needs `time`, a function of time from 0 on")
+        if isinstance(self.time, Table) and self.time.amount is not None:
+            raise ValueError("the table of a motor has the columns `time` and `value`, factors on its amount")
+        if self.time is not None and not given:
+            raise ValueError("`time` multiplies an amount; give `speed`")
+        if self.prescribes and (self.ratio != 1.0 or self.free_wheel):
+            raise ValueError(f"a motor that prescribes the motion has no `ratio` and no `free_wheel`; give `{curve}`")
+        rows = self.curve
+        if rows is not None and (len(rows) < 2 or any(b[0] <= a[0] for a, b in pairwise(rows))):
+            raise ValueError(f"`{curve}` has two rows or more, sorted by the speed")
+        return self
+
+    time: TimeFunction | None = Field(
+        default=None,
+        description="[function of time](#functions-of-time) of the amount",
+        json_schema_extra={"default": "constant"},
+    )
+    ratio: Number = Field(default=1.0, gt=0, description="turns of the motor for one of the joint")
+    free_wheel: bool = Field(default=False, description="whether the joint may run ahead: the motor never brakes")
+
+
+class TurnMotor(_Motor):
+    """Prescribed angle or rate, or a moment."""
+
+    speed: AngularSpeed | None = Field(
+        default=None, description="rate of the angle, times `time`; with `torque_speed` that up to which it pushes"
+    )
+    angle: Angle | None = Field(default=None, description="change of the angle from the start, times `time`")
+    torque: Moment | None = Field(default=None, description="moment of the motor, times `time`; times `ratio` at the joint")
+    torque_speed: tuple[tuple[AngularSpeed, Moment], ...] | str | None = Field(
+        default=None,
+        description="rows (speed, torque) of the motor, or a CSV file with the columns `speed` and `torque`; straight "
+        "between and beyond the rows",
+    )
+
+    @property
+    def way(self) -> float | None:
+        """See `_Motor`."""
+        return self.angle
+
+    @property
+    def effort(self) -> float | None:
+        """See `_Motor`."""
+        return self.torque
+
+    @property
+    def curve(self) -> tuple[tuple[float, float], ...] | None:
+        """See `_Motor`."""
+        return None if isinstance(self.torque_speed, str) else self.torque_speed
+
+
+class SlideMotor(_Motor):
+    """Prescribed displacement or rate, or a force."""
+
+    speed: Speed | None = Field(
+        default=None, description="speed along the axis, times `time`; with `force_speed` that up to which it pushes"
+    )
+    travel: Length | None = Field(default=None, description="displacement from the start, times `time`")
+    force: Force | None = Field(default=None, description="force of the motor, times `time`; times `ratio` at the joint")
+    force_speed: tuple[tuple[Speed, Force], ...] | None = Field(
+        default=None, description="rows (speed, force) of the motor, straight between and beyond them"
+    )
+
+    @property
+    def way(self) -> float | None:
+        """See `_Motor`."""
+        return self.travel
+
+    @property
+    def effort(self) -> float | None:
+        """See `_Motor`."""
+        return self.force
+
+    @property
+    def curve(self) -> tuple[tuple[float, float], ...] | None:
+        """See `_Motor`."""
+        return self.force_speed
+
+
+Motor = TurnMotor | SlideMotor

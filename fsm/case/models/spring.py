@@ -1,0 +1,108 @@
+"""Section [[scene.springs]] of a case: springs and dampers between two points."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from fsm.case.models.joint_action import SlideDamper, check_table
+from fsm.case.schema.model import Model, Name
+from fsm.case.schema.units import Force, Length, Number, Stiffness
+
+ONLY = {"tension": 1.0, "compression": -1.0}
+"""Sense of the force of a spring that acts in one sense only."""
+
+
+class GasSpring(Model):
+    """Gas spring: F (column/(column - compression))^exponent pushes both points apart."""
+
+    force: Force = Field(gt=0, description="force at the extended length")
+    length: Length | None = Field(
+        default=None, gt=0, description="extended length", json_schema_extra={"default": "the length at the start"}
+    )
+    column: Length = Field(gt=0, description="length of the column of gas at the extended length: volume over piston area")
+    exponent: Number = Field(default=1.0, gt=0, description="polytropic exponent: 1 slow, 1.4 fast in air or nitrogen")
+
+
+class SceneSpring(Model):
+    """Spring and damper between two points of bodies or the ground; it has no mass."""
+
+    name: Name = Field(description="name of the spring", json_schema_extra={"range": "different from all other springs"})
+    first: str = Field(description="first body", json_schema_extra={"range": 'a body or "ground"'})
+    second: str = Field(description="second body", json_schema_extra={"range": 'a body or "ground"'})
+    at: tuple[Length, Length, Length] = Field(description="point of the first body at the start, inertial axes")
+    to: tuple[Length, Length, Length] = Field(description="point of the second body at the start, inertial axes")
+    free_length: Length | None = Field(
+        default=None, ge=0, description="length without force", json_schema_extra={"default": "the length at the start"}
+    )
+    stiffness: Stiffness = Field(default=0.0, ge=0, description="force over elongation")
+    table: tuple[tuple[Length, Force], ...] | None = Field(
+        default=None, description="rows (elongation, tension), straight between and beyond them, in place of `stiffness`"
+    )
+    damper: SlideDamper | None = Field(default=None, description="damper: force against the rate of the length")
+    force: Force = Field(default=0.0, description="constant tension, negative if it pushes, added to the others")
+    gas: GasSpring | None = Field(default=None, description="gas spring, added to the others")
+    only: Literal["tension", "compression"] | None = Field(
+        default=None,
+        description="the only sense in which it acts; it is slack in the other one",
+        json_schema_extra={"default": "both"},
+    )
+
+    @model_validator(mode="after")
+    def _acts(self) -> Self:
+        check_table(self.table, "elongation")
+        if self.table is not None and self.stiffness:
+            raise ValueError("a spring has `stiffness` or a `table`; remove one of them")
+        if not (self.stiffness or self.table or self.damper or self.force or self.gas):
+            raise ValueError(f"spring {self.name!r} has no force; give `stiffness`, `table`, `damper`, `force` or `gas`")
+        if self.gas is not None and self.only is not None:
+            raise ValueError("a gas spring only pushes; remove `only`")
+        if self.gas is not None and self._beyond(self.gas):
+            raise ValueError(f"the gas spring {self.name!r} has no column of gas left at the start; correct `gas.length`")
+        if self.only is not None and not (self.stiffness or self.table or self.force):
+            raise ValueError("`only` needs `stiffness`, `table` or `force`: a slack damper has no force")
+        return self
+
+    @property
+    def length(self) -> float:
+        """Length at the start, m."""
+        return math.dist(self.at, self.to)
+
+    @property
+    def free(self) -> float:
+        """Length without force, m."""
+        return self.length if self.free_length is None else self.free_length
+
+    def _beyond(self, gas: GasSpring) -> bool:
+        return gas.length is not None and self.length <= gas.length - gas.column
+
+    @property
+    def rows(self) -> tuple[tuple[float, float], ...]:
+        """Rows (elongation, tension) of the table, of which `only` leaves the part with its sense; empty without a table."""
+        rows = self.table or ()
+        if self.only is None:
+            return rows
+        sense = ONLY[self.only]
+        whole = [(x, f + self.force) for x, f in rows] or [(x, self.stiffness * x + self.force) for x in (-1.0, 1.0)]
+        return clipped(whole, sense)
+
+
+def clipped(rows: list[tuple[float, float]], sense: float) -> tuple[tuple[float, float], ...]:
+    """Rows of a piecewise linear function, with zero in place of values of the other sense, also beyond the rows."""
+    ends = []
+    for (x, f), (y, g), way in ((rows[0], rows[1], -1.0), (rows[-1], rows[-2], 1.0)):
+        slope = (g - f) / (y - x)
+        zero = x - f / slope if slope else x
+        far = way * max(way * x, way * zero) + way
+        ends.append((far, f + slope * (far - x)))
+    found: list[tuple[float, float]] = []
+    points = ends[0], *rows, ends[1]
+    for (x, f), (y, g) in pairwise(points):
+        found.append((x, f if sense * f > 0.0 else 0.0))
+        if f * g < 0.0:
+            found.append((x + (y - x) * f / (f - g), 0.0))
+    y, g = points[-1]
+    return (*found, (y, g if sense * g > 0.0 else 0.0))

@@ -1,0 +1,274 @@
+"""Laws on the coordinates of joints, and springs between two points, as rows of a `JointForceGroup`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fsm.case.models.cord import SceneCord
+from fsm.case.models.joint import SceneJoint
+from fsm.case.models.joint_action import Friction, Latch, Spring, Stop, TurnFriction, TurnSpring
+from fsm.case.models.joint_motor import Motor
+from fsm.case.models.spring import ONLY, SceneSpring
+from fsm.interactions.openings import ALONG, LENGTH
+from fsm.kernels.programs import Program
+from fsm.kernels.rotation import rotation_matrix
+from fsm.model.bodies.time_function import time_function
+from fsm.model.compile.compile_joints import coordinate_of, in_bodies, padded
+from fsm.model.elements.cords import CordGroup
+from fsm.model.elements.joint_forces import JointForceGroup
+from fsm.model.elements.joint_laws import (
+    BAND,
+    COLUMN,
+    COLUMNS,
+    CURVE,
+    DAMPER,
+    EXPONENT,
+    FOLLOWS,
+    FRICTION,
+    GAS,
+    GAS_AT,
+    GOVERNED,
+    LATCH,
+    LATCH_AT,
+    LATCH_DAMPER,
+    LATCH_SENSE,
+    LOAD,
+    LOWER,
+    MOTOR,
+    OF_DAMPER,
+    OF_HARNESS,
+    OF_MOTOR,
+    OF_SPRING,
+    OF_WIDTH,
+    OPENS_AT,
+    PLAY,
+    PRESLIDING,
+    PUSH,
+    RATIO,
+    REBOUND,
+    REST,
+    SIDE,
+    SLIDER,
+    SLIP_RATE,
+    SLOWER,
+    SLOWEST,
+    SPRING,
+    STOP,
+    STOP_DAMPER,
+    TABLE_AT,
+    TABLES,
+    TORQUE,
+    UPPER,
+    WHEEL,
+)
+from fsm.model.elements.joints import JointGroup
+
+_PRESLIDING = {True: 1e-3, False: 1e-5}
+"""Deflection of sliding bristles, rad or m."""
+_BRISTLE_TIME = 0.01
+"""Time of this deflection at the rate below which bristles damp, s."""
+_SLOWEST = {True: 1e-3, False: 1e-4}
+"""Rate of impact (rad/s or m/s) below which the restitution of a stop increases to 1."""
+_GOVERNS = 0.01
+"""Part of the largest commanded rate of a limited motor over which its governor lets through less than the whole torque."""
+
+
+class _Row:
+    """One coordinate: its parameters, tables and programs."""
+
+    def __init__(self, name: str, ends: np.ndarray, kind: int, line: np.ndarray, start: float, turning: bool) -> None:
+        self.name, self.ends, self.kind, self.line, self.start, self.turning = name, ends, kind, line, start, turning
+        self.law, self.tables = np.zeros(COLUMNS), [np.zeros((0, 2)) for _ in range(TABLES)]
+        self.programs: dict[int, Program] = {}
+        self.felt = (0, 0)
+        self.law[[LOWER, UPPER, SLOWER, OPENS_AT, RATIO]] = -math.inf, math.inf, math.inf, math.inf, 1.0
+        self.law[REST], self.law[SLOWEST] = start, _SLOWEST[turning]
+
+    def table(self, which: int, rows: Sequence[Sequence[float]] | np.ndarray | None) -> None:
+        """Set a table."""
+        self.tables[which] = np.array(rows if rows is not None else (), dtype=float).reshape(-1, 2)
+
+    def spring(self, spring: Spring) -> None:
+        """Set the spring of a joint."""
+        load = spring.moment if isinstance(spring, TurnSpring) else spring.force
+        self.law[SPRING], self.law[LOAD] = spring.stiffness, -(load or 0.0)
+        self.law[REST] = self.start if spring.rest is None else spring.rest
+        self.table(OF_SPRING, spring.table)
+
+    def stop(self, stop: Stop) -> None:
+        """Set both stops."""
+        self.law[STOP], self.law[STOP_DAMPER] = stop.stiffness, stop.damping
+        self.law[LOWER] = -math.inf if stop.lower is None else stop.lower
+        self.law[UPPER] = math.inf if stop.upper is None else stop.upper
+        self.law[REBOUND] = 0.0 if stop.restitution is None else rebound(stop.restitution)
+
+    def latch(self, latch: Latch) -> None:
+        """Set the latch."""
+        law = self.law
+        law[LATCH_AT], law[LATCH_SENSE], law[PLAY] = latch.at, math.copysign(1.0, latch.at - self.start), latch.play
+        law[LATCH], law[LATCH_DAMPER] = latch.stiffness, latch.damping
+        law[SLOWER] = math.inf if latch.rate_below is None else latch.rate_below
+        law[OPENS_AT] = math.inf if latch.opens_at is None else latch.opens_at
+
+    def friction(self, friction: Friction, felt: tuple[int, int]) -> None:
+        """Set friction; `felt` is the first and the last multiplier of the reaction."""
+        if isinstance(friction, TurnFriction):
+            size, arm = friction.moment, friction.radius or 0.0
+        else:
+            size, arm = friction.force, 1.0
+        self.law[FRICTION], self.law[SLIP_RATE] = size or 0.0, friction.slip_rate or _SLOWEST[self.turning]
+        if friction.coefficient is not None:
+            self.law[FOLLOWS], self.felt = friction.coefficient * arm, felt
+        if friction.law == "lugre":
+            self.law[PRESLIDING] = friction.presliding or _PRESLIDING[self.turning]
+            self.law[SLIP_RATE] = friction.slip_rate or self.law[PRESLIDING] / _BRISTLE_TIME
+
+    def harness(self, rows: Sequence[tuple[float, float, float]], reversal: float) -> None:
+        """Set the harness."""
+        self.law[SLIDER] = reversal
+        self.table(OF_HARNESS, [(c, 0.5 * (a + b)) for c, a, b in rows])
+        self.table(OF_WIDTH, [(c, 0.5 * (a - b)) for c, a, b in rows])
+
+    def motor(self, motor: Motor) -> None:
+        """Set a motor that gives a moment or a force."""
+        self.law[RATIO], self.law[WHEEL] = motor.ratio, float(motor.free_wheel)
+        if motor.effort is not None:
+            self.law[MOTOR], self.programs[PUSH] = TORQUE, time_function(motor.time).scaled(motor.effort)
+            return
+        self.table(OF_MOTOR, motor.curve)
+        self.law[MOTOR] = CURVE
+        if motor.speed is not None:
+            program = time_function(motor.time).scaled(motor.speed)
+            self.law[MOTOR], self.programs[PUSH] = GOVERNED, program
+            largest = max((abs(program.at(t)[0]) for t in (0.0, *program.peaks())), default=0.0)
+            self.law[BAND] = _GOVERNS * (largest or abs(motor.speed))
+
+
+def joint_forces(
+    joints: Sequence[SceneJoint], ends: np.ndarray, springs: Sequence[SceneSpring], spring_ends: np.ndarray,
+    poses: np.ndarray, locked: JointGroup | None,
+) -> JointForceGroup | None:  # fmt: skip
+    """Laws of all joints and springs; None without any.
+
+    Parameters
+    ----------
+    joints, springs : joints and springs without faults
+    ends, spring_ends : (m, 2) int arrays
+        First and second body of each.
+    poses : (n_bodies, 7) array
+        Poses at the start.
+    locked : openings of all joints, of which friction depends
+    """
+    rows = [_of_joint(joint, number, ends[number], poses, locked) for number, joint in enumerate(joints) if _acts(joint)]
+    rows += [_of_spring(spring, both, poses) for spring, both in zip(springs, spring_ends, strict=True)]
+    if not rows:
+        return None
+    tables = [table for row in rows for table in row.tables]
+    first = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(np.int64)
+    functions: list[Program] = []
+    programs = np.full((len(rows), 2), -1, dtype=np.int64)
+    for i, row in enumerate(rows):
+        for which, program in row.programs.items():
+            programs[i, which] = len(functions)
+            functions.append(program)
+    return JointForceGroup(
+        np.array([row.ends for row in rows], dtype=np.int64), np.array([row.kind for row in rows], dtype=np.int64),
+        np.array([row.line for row in rows]), np.array([row.law for row in rows]), first, np.concatenate(tables),
+        np.array([row.start for row in rows]), tuple(row.name for row in rows), programs, tuple(functions),
+        np.zeros(1) if locked is None else locked.felt, np.array([row.felt for row in rows], dtype=np.int64),
+    )  # fmt: skip
+
+
+def cord_groups(cords: Sequence[SceneCord], index: Mapping[str, int], poses: np.ndarray) -> list[CordGroup]:
+    """Cords with the same number of points each; bodies by name, and their poses (n_bodies, 7) at the start."""
+    found = []
+    for count in sorted({len(cord.way) for cord in cords}):
+        own = [cord for cord in cords if len(cord.way) == count]
+        bodies = np.array([[index[name] for name, _ in cord.way] for cord in own], dtype=np.int64)
+        lines = []
+        for cord, row in zip(own, bodies, strict=True):
+            points = [_on(poses[body], place) for body, (_, place) in zip(row, cord.way, strict=True)]
+            lines += [padded(*a, *b) for a, b in pairwise(points)]
+        laws = np.array([(cord.stiffness, cord.damping) for cord in own])
+        found.append(CordGroup(bodies, np.array(lines), laws, tuple(map(_free_length, own)), tuple(c.name for c in own)))
+    return found
+
+
+def _free_length(cord: SceneCord) -> Program:
+    program = time_function(cord.time).scaled(cord.reel)
+    return Program(tuple(p._replace(powers=(p.powers[0] + cord.free, *p.powers[1:])) for p in program.pieces))
+
+
+def _on(pose: np.ndarray, place: Sequence[float]) -> np.ndarray:
+    """Place in the axes of a body of a pose (7,)."""
+    return np.asarray((np.array(place) - pose[:3]) @ rotation_matrix(pose[3:]))
+
+
+def _acts(joint: SceneJoint) -> bool:
+    laws = joint.spring, joint.damper, joint.friction, joint.stop, joint.latch, joint.harness
+    return any(laws) or (joint.motor is not None and not joint.motor.prescribes)
+
+
+def _of_joint(joint: SceneJoint, number: int, ends: np.ndarray, poses: np.ndarray, locked: JointGroup | None) -> _Row:
+    kind, line = coordinate_of(joint, joint.angle, in_bodies(joint, *poses[ends]))
+    row = _Row(f"joint.{joint.name}", ends, kind, line, joint.angle, joint.kind != "prismatic")
+    if joint.spring is not None:
+        row.spring(joint.spring)
+    if joint.damper is not None:
+        row.law[DAMPER] = joint.damper.coefficient or 0.0
+        row.table(OF_DAMPER, joint.damper.table)
+    if joint.stop is not None:
+        row.stop(joint.stop)
+    if joint.latch is not None:
+        row.latch(joint.latch)
+    if joint.friction is not None:
+        assert locked is not None
+        own = np.flatnonzero((locked.of == number) & (locked.kinds == ALONG) & (locked.program < 0))
+        row.friction(joint.friction, (int(own[0]), int(own[-1]) + 1))
+    if joint.harness is not None:
+        row.harness(joint.harness.rows, joint.harness.reversal)
+    if joint.motor is not None and not joint.motor.prescribes:
+        row.motor(joint.motor)
+    return row
+
+
+def _of_spring(spring: SceneSpring, ends: np.ndarray, poses: np.ndarray) -> _Row:
+    points = [_on(pose, point) for point, pose in zip((spring.at, spring.to), poses[ends], strict=True)]
+    row = _Row(f"spring.{spring.name}", ends, LENGTH, padded(*points[0], *points[1]), spring.length, False)
+    law = row.law
+    law[REST] = law[TABLE_AT] = spring.free
+    row.table(OF_SPRING, spring.rows)
+    if spring.only is None:
+        law[SPRING], law[LOAD] = spring.stiffness, spring.force
+    else:
+        law[SIDE] = ONLY[spring.only]
+    if spring.damper is not None:
+        law[DAMPER] = spring.damper.coefficient or 0.0
+        row.table(OF_DAMPER, spring.damper.table)
+    if spring.gas is not None:
+        gas = spring.gas
+        law[GAS_AT] = spring.length if gas.length is None else gas.length
+        law[GAS], law[COLUMN], law[EXPONENT] = gas.force, gas.column, gas.exponent
+    return row
+
+
+def rebound(restitution: float) -> float:
+    """Solution b of (1 + e) b = log((1 + b)/(1 - e b)); 0 for e = 1."""
+    e = restitution
+    if e == 1.0:
+        return 0.0
+    most = (1.0 - 1e-15) / e
+
+    def left(b: float) -> float:
+        return (1.0 + e) * b - math.log1p(b) + math.log1p(-e * b)
+
+    if left(most) > 0.0:  # b is 1/e in all digits
+        return most
+    return float(brentq(left, 0.5 * (1.0 - e), most, xtol=1e-15 * most))
+
+

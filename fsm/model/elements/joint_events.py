@@ -1,0 +1,138 @@
+"""Events of joints: a latch closes or opens, a stop is hit. Kernels write them to the memory of the group.
+
+Steps with error control end at events; the time of an event in a fixed step follows from the coordinates before and after
+it. The rate before an event is that of the state before it. The impulse is the integral of the effort of stop and latch
+until the coordinate leaves them for the first time; the largest effort of a latch is that of the whole run after it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.jit import kernel
+from fsm.model.elements.joint_laws import (
+    BEFORE,
+    COORDINATE,
+    EVENT,
+    FIELDS,
+    IMPACT,
+    IN_LATCH,
+    IN_STOP,
+    KEPT,
+    KINDS,
+    LATCH,
+    LATCH_AT,
+    LATCH_SENSE,
+    LATCHED,
+    LAWS,
+    LOWER,
+    MOST_EVENTS,
+    OPENS_AT,
+    SLOWER,
+    STOP,
+    TIME,
+    UPPER,
+    kept,
+    stops,
+)
+
+LATCHES, OPENS, HITS = range(3)
+"""What happens."""
+WORDS = "latch closes", "latch opens", "stop is hit"
+_NEAR, _STRONG = 1e-9, 1e-6
+"""Distance beyond an event (rad or m; relative if larger than 1) and excess of an effort that count as at the event."""
+
+
+@kernel
+def _part_to(before: float, now: float, event: float, near: float) -> float:
+    """Part of a step after which a value that increases is just beyond an event; 1 if it is not passed in the step."""
+    if not (before < event - near and now > event + near):
+        return 1.0
+    return (event + 0.5 * near - before) / (now - before)
+
+
+@kernel
+def part_before_event(own: np.ndarray, i: int, c: float, rate: float) -> float:
+    """Part of a step, which ends at a coordinate and a rate, up to its first event; 1 without one."""
+    law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), 1.0
+    if law[STOP] > 0.0:
+        part = min(part, _part_to(before, c, law[UPPER], _NEAR * max(1.0, abs(law[UPPER]))))
+        part = min(part, _part_to(-before, -c, -law[LOWER], _NEAR * max(1.0, abs(law[LOWER]))))
+    if law[LATCH] > 0.0:
+        sense, near = law[LATCH_SENSE], _NEAR * max(1.0, abs(law[LATCH_AT]))
+        if kept(own, LATCHED, i) == 0.0:
+            part = min(part, _part_to(sense * before, sense * c, sense * law[LATCH_AT], near))
+        elif law[OPENS_AT] < np.inf:
+            effort, most = -sense * stops(own, i, c, rate)[0], law[OPENS_AT]
+            part = min(part, _part_to(-sense * kept(own, BEFORE, i), effort, most, _STRONG * most))
+    return part
+
+
+@kernel
+def _add(own: np.ndarray, what: int, i: int, t: float, rate: float, c: float) -> int:
+    """Add an event; returns its number from 1 on, or 0 if there is no place left, which only counts it."""
+    memory = floats_1d(own, KEPT)
+    begin = FIELDS * integers_1d(own, KINDS).shape[0]
+    number = int(memory[begin])
+    memory[begin] = number + 1.0
+    if number >= MOST_EVENTS:
+        return 0
+    first = begin + 1 + EVENT * number
+    memory[first], memory[first + 1], memory[first + 2], memory[first + 3] = float(what), float(i), t, rate
+    memory[first + 4] = memory[first + 5] = 0.0
+    memory[first + 6], memory[first + 7] = c, 1.0
+    return number + 1
+
+
+@kernel
+def _follow(own: np.ndarray, number: int, effort: float, impulse: float, touching: bool) -> None:
+    """Add to the impulse of an event while it lasts, and keep the largest effort."""
+    if number == 0:
+        return
+    memory = floats_1d(own, KEPT)
+    first = FIELDS * integers_1d(own, KINDS).shape[0] + 1 + EVENT * (number - 1)
+    memory[first + 5] = max(memory[first + 5], abs(effort))
+    if memory[first + 7] > 0.0:
+        memory[first + 4] += impulse
+        if not touching:
+            memory[first + 7] = 0.0
+
+
+@kernel
+def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> None:
+    """Close and open the latch of a coordinate, and note events of latch and stop, at the end of a step."""
+    law, memory, m = floats_2d(own, LAWS)[i], floats_1d(own, KEPT), integers_1d(own, KINDS).shape[0]
+    before, c_before, impact = memory[BEFORE * m + i], memory[COORDINATE * m + i], memory[IMPACT * m + i]
+    step = t - memory[TIME * m + i]
+    memory[TIME * m + i] = t
+    if law[STOP] == 0.0 and law[LATCH] == 0.0:
+        return
+    if law[LATCH] > 0.0 and memory[LATCHED * m + i] == 0.0:
+        past = law[LATCH_SENSE] * (c - law[LATCH_AT])
+        if past >= 0.0 and abs(rate) <= law[SLOWER]:
+            memory[LATCHED * m + i] = 1.0
+            way = law[LATCH_SENSE] * (c - c_before)
+            back = past / way if way > past else 0.0  # part of the step after the latch
+            speed = law[LATCH_SENSE] * impact
+            speed += (1.0 - back) * (rate - speed)
+            memory[IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[LATCH_AT])
+    effort = stops(own, i, c, rate)[0]
+    outside = c < law[LOWER] or c > law[UPPER]
+    if law[STOP] > 0.0 and outside and memory[IN_STOP * m + i] == 0.0:
+        limit = law[LOWER] if c < law[LOWER] else law[UPPER]
+        way = abs(c - c_before)
+        back = abs(c - limit) / way if way > abs(c - limit) else 0.0
+        sign = -1.0 if c < law[LOWER] else 1.0
+        memory[IN_STOP * m + i] = _add(own, HITS, i, t - back * step, sign * impact, limit)
+    touching, impulse = effort != 0.0, 0.5 * abs(effort + before) * step
+    for which in (IN_STOP, IN_LATCH):
+        _follow(own, int(memory[which * m + i]), effort, impulse, touching)
+    if not outside:
+        memory[IN_STOP * m + i] = 0.0
+    if memory[LATCHED * m + i] > 0.0 and law[LATCH_SENSE] * effort < -law[OPENS_AT]:
+        memory[LATCHED * m + i] = -1.0
+        memory[IN_LATCH * m + i] = 0.0
+        _add(own, OPENS, i, t, rate, c)
+        effort = stops(own, i, c, rate)[0]
+    memory[BEFORE * m + i] = effort

@@ -1,0 +1,306 @@
+"""Laws on the coordinate of a joint or on the length between two points: kernels of `fsm.model.elements.joint_forces`.
+
+Each law is an effort against the coordinate c (an angle with all turns, or a length) with its slopes, its energy and its
+dissipated power; a motor pushes along c. A row of the table `LAWS` has the parameters of all laws of one coordinate, and the
+memory has its state at the last accepted step.
+
+A stop or latch beyond a limit by p has k p + d p', or k p (1 + b p'/v) with the speed v of the impact (Hunt and Crossley,
+J. Appl. Mech. 42 (1975) 440), which returns with e v for (1 + e) b = log((1 + b)/(1 - e b)), whatever the inertia; neither
+pulls. Friction is M tanh(c'/v), or the bristles of `fsm.laws.friction.lugre` with a constant coefficient: s is their
+deflection over the largest one, M s their moment. A harness has (o + u)/2 + s (o - u)/2 between its curves of opening and
+closing, with a slider s.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
+from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import pieces_at, program_at
+from fsm.laws.one_sided import one_sided
+from fsm.laws.step import step
+from fsm.model.elements.element_group import OWN
+
+KINDS, LINES, LAWS, FIRST, ROWS, KEPT, PROGRAMS, FELT, FELT_OF, PIECES = range(OWN, OWN + 10)
+"""Rows of the table of the group."""
+LOAD, SPRING, REST, DAMPER, LOWER, UPPER, STOP, STOP_DAMPER = range(8)
+LATCH_AT, LATCH_SENSE, PLAY, LATCH, LATCH_DAMPER, SLOWER, OPENS_AT, REBOUND, SLOWEST = range(8, 17)
+SIDE, TABLE_AT, GAS, GAS_AT, COLUMN, EXPONENT = range(17, 23)
+FRICTION, FOLLOWS, SLIP_RATE, PRESLIDING, SLIDER, MOTOR, RATIO, WHEEL, BAND = range(23, 32)
+COLUMNS = 32
+"""Columns of the laws."""
+OF_SPRING, OF_DAMPER, OF_HARNESS, OF_WIDTH, OF_MOTOR = range(5)
+TABLES = 5
+"""Tables of a coordinate, of effort over coordinate or over rate."""
+FREE, PUSH = range(2)
+"""Programs of a coordinate: change of the free length, and of the motor."""
+NO_MOTOR, TORQUE, CURVE, GOVERNED = range(4)
+"""Kinds of motors."""
+COORDINATE, LATCHED, BRISTLE, HARNESS, IMPACT, EFFORT, BENT, LOST, TIME, BEFORE, IN_STOP, IN_LATCH = range(12)
+FIELDS = 12
+"""Memory of a coordinate: coordinate, state of the latch (0 open, 1 closed, -1 opened by force), deflection of the bristles,
+slider, rate before a stop, effort and energy of bristles and slider, energy lost by them in the last step, time, effort of
+stop and latch, and the numbers of their present events, from 1 on."""
+
+EVENT = 8
+"""Numbers of an event: what, row, time (s), rate before, impulse, largest effort, coordinate, whether it lasts."""
+MOST_EVENTS = 256
+EVENTS = EVENT * MOST_EVENTS
+
+Law = tuple[float, float, float, float, float]
+"""Effort, its slopes by coordinate and by rate, energy (J), dissipated power (W)."""
+_ELASTIC = 0.8
+"""Elastic limit of bristles, relative to their largest deflection."""
+_LEAST = 1e-6
+"""Least column of gas, relative to that of the extended length; iterates may pass it."""
+
+
+@kernel(inline=True)
+def kept(own: np.ndarray, field: int, i: int) -> float:
+    """Memory of a coordinate."""
+    return float(floats_1d(own, KEPT)[field * integers_1d(own, KINDS).shape[0] + i])
+
+
+@kernel
+def table_at(own: np.ndarray, i: int, which: int, c: float) -> tuple[float, float, float]:
+    """Value of a table, its slope, and its integral from the first row on; straight between and beyond the rows."""
+    first, rows = integers_1d(own, FIRST), floats_2d(own, ROWS)
+    begin, end = first[TABLES * i + which], first[TABLES * i + which + 1]
+    if end - begin < 2:
+        return 0.0, 0.0, 0.0
+    energy, k = 0.0, begin
+    while k < end - 2 and c > rows[k + 1, 0]:
+        energy += 0.5 * (rows[k + 1, 0] - rows[k, 0]) * (rows[k, 1] + rows[k + 1, 1])
+        k += 1
+    slope = (rows[k + 1, 1] - rows[k, 1]) / (rows[k + 1, 0] - rows[k, 0])
+    past = c - rows[k, 0]
+    return rows[k, 1] + slope * past, slope, energy + past * (rows[k, 1] + 0.5 * slope * past)
+
+
+@kernel
+def _program(own: np.ndarray, i: int, which: int, t: float) -> tuple[float, float]:
+    """Value and slope of a program; zero without one."""
+    number = integers_2d(own, PROGRAMS)[i, which]
+    if number < 0:
+        return 0.0, 0.0
+    value, slope, _ = program_at(pieces_at(own, PIECES), number, t)
+    return value, slope
+
+
+@kernel
+def _elastic(own: np.ndarray, i: int, t: float, c: float, rate: float) -> tuple[float, float, float, float, float, float]:
+    """Law of spring, gas and damper, and the power that a moving free length puts in."""
+    law = floats_2d(own, LAWS)[i]
+    moved, pace = _program(own, i, FREE, t)
+    past = c - law[REST] - moved
+    effort, by_c, energy = table_at(own, i, OF_SPRING, c - law[TABLE_AT] - moved)
+    effort += law[LOAD] + law[SPRING] * past
+    by_c += law[SPRING]
+    energy += law[LOAD] * past + 0.5 * law[SPRING] * past * past
+    if law[GAS] > 0.0:
+        left, n = max(law[COLUMN] + c - law[GAS_AT], _LEAST * law[COLUMN]), law[EXPONENT]
+        pushed = law[GAS] * (law[COLUMN] / left) ** n
+        effort -= pushed
+        by_c += n * pushed / left
+        if n == 1.0:
+            energy -= law[GAS] * law[COLUMN] * np.log(left / law[COLUMN])
+        else:
+            energy += (pushed * left - law[GAS] * law[COLUMN]) / (n - 1.0)
+    put_in = -effort * pace
+    if law[SIDE] != 0.0 and not law[SIDE] * effort > 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    rate -= pace
+    damped, by_rate, _ = table_at(own, i, OF_DAMPER, rate)
+    damped += law[DAMPER] * rate
+    by_rate += law[DAMPER]
+    if law[SIDE] != 0.0 and not law[SIDE] * (effort + damped) > 0.0:  # it slackens faster than the spring returns
+        return 0.0, 0.0, 0.0, energy, -effort * rate, put_in + effort * pace
+    return effort + damped, by_c, by_rate, energy, damped * rate, put_in - damped * pace
+
+
+@kernel
+def stops(own: np.ndarray, i: int, c: float, rate: float) -> Law:
+    """Law of both stops and of the latch."""
+    law = floats_2d(own, LAWS)[i]
+    effort = by_c = by_rate = energy = lost = 0.0
+    for side in range(3 if kept(own, LATCHED, i) > 0.0 else 2):
+        sense, limit, stiffness, damper = -1.0 if side == 0 else 1.0, law[LOWER + side % 2], law[STOP], law[STOP_DAMPER]
+        rebound = law[REBOUND] / max(kept(own, IMPACT, i), law[SLOWEST]) if law[REBOUND] > 0.0 else 0.0
+        if side == 2:
+            sense, limit = -law[LATCH_SENSE], law[LATCH_AT] - law[LATCH_SENSE] * law[PLAY]
+            stiffness, damper, rebound = law[LATCH], law[LATCH_DAMPER], 0.0
+        beyond, faster = sense * (c - limit), sense * rate
+        damper += stiffness * max(beyond, 0.0) * rebound
+        push, slope, damping, stored, heat = one_sided(beyond, faster, stiffness, damper)
+        effort += sense * push
+        by_c += slope * (1.0 + rebound * faster)
+        by_rate += damping
+        energy += stored
+        lost += heat
+    return effort, by_c, by_rate, energy, lost
+
+
+@kernel
+def _largest_friction(own: np.ndarray, i: int) -> float:
+    """Largest moment or force of friction; its part from the reaction has the multipliers of the last iteration."""
+    law, felt, of = floats_2d(own, LAWS)[i], floats_1d(own, FELT), integers_2d(own, FELT_OF)[i]
+    size = 0.0
+    for k in range(of[0], of[1]):
+        size += felt[k] * felt[k]
+    return float(law[FRICTION] + law[FOLLOWS] * np.sqrt(size))
+
+
+@kernel
+def _bent(own: np.ndarray, i: int, c: float) -> tuple[float, float]:
+    """Deflection of the bristles at a coordinate, and its slope; see `fsm.laws.friction.lugre`."""
+    before, reach = kept(own, BRISTLE, i), floats_2d(own, LAWS)[i, PRESLIDING]
+    y = (c - kept(own, COORDINATE, i)) / reach
+    ahead = before + y
+    if not ahead * y > 0.0:
+        return ahead, 1.0 / reach
+    alpha, slope = step((abs(ahead) - _ELASTIC) / (1.0 - _ELASTIC))
+    x, by_y = alpha * abs(y), np.sign(y) * (alpha + slope / (1.0 - _ELASTIC) * abs(y))
+    fall = np.exp(-x)
+    if x < 1e-3:
+        phi, phi_slope = 1.0 - x * (0.5 - x / 6.0), -0.5 + x * (1.0 / 3.0 - x / 8.0)
+    else:
+        phi = -np.expm1(-x) / x
+        phi_slope = (fall - phi) / x
+    return fall * before + phi * y, (phi + (phi_slope * y - fall * before) * by_y) / reach
+
+
+@kernel
+def friction(own: np.ndarray, i: int, c: float, rate: float) -> Law:
+    """Law of friction."""
+    law = floats_2d(own, LAWS)[i]
+    if law[FRICTION] == 0.0 and law[FOLLOWS] == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    most, v = _largest_friction(own, i), rate / law[SLIP_RATE]
+    if law[PRESLIDING] == 0.0:
+        part = np.tanh(v)
+        effort = most * part
+        return effort, 0.0, most * (1.0 - part * part) / law[SLIP_RATE], 0.0, effort * rate
+    s, by_c = _bent(own, i, c)
+    alpha, slope = step((abs(s) - _ELASTIC) / (1.0 - _ELASTIC))
+    slope /= 1.0 - _ELASTIC
+    if not s * v > 0.0:
+        alpha = slope = 0.0
+    damping = np.exp(-v * v)
+    faster = v * (1.0 - alpha * abs(s))  # rate of s
+    effort = most * (s + damping * faster)
+    by_s = most * (1.0 - damping * v * np.sign(s) * (slope * abs(s) + alpha))
+    by_rate = most * damping * ((1.0 - alpha * abs(s)) - 2.0 * v * faster) / law[SLIP_RATE]
+    lost = effort * rate - most * s * law[SLIP_RATE] * faster
+    return effort, by_s * by_c, by_rate, 0.5 * most * law[PRESLIDING] * s * s, lost
+
+
+@kernel
+def _slid(own: np.ndarray, i: int, c: float) -> tuple[float, float]:
+    """Slider of the harness at a coordinate, and its slope."""
+    width = floats_2d(own, LAWS)[i, SLIDER]
+    s = kept(own, HARNESS, i) + (c - kept(own, COORDINATE, i)) / width
+    if abs(s) < 1.0:
+        return s, 1.0 / width
+    return float(np.sign(s)), 0.0
+
+
+@kernel
+def harness(own: np.ndarray, i: int, c: float, rate: float) -> Law:
+    """Law of a harness; its energy is that of the mean curve and of the slider."""
+    width = floats_2d(own, LAWS)[i, SLIDER]
+    if width == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    mean, slope, energy = table_at(own, i, OF_HARNESS, c)
+    half, turn, _ = table_at(own, i, OF_WIDTH, c)
+    s, by_c = _slid(own, i, c)
+    effort = half * s + 0.5 * turn * width * s * s
+    bend = slope + turn * s + (half + turn * width * s) * by_c
+    lost = half * s * rate if abs(s) == 1.0 and s * rate > 0.0 else 0.0
+    return mean + effort, bend, 0.0, energy + 0.5 * half * width * s * s, lost
+
+
+@kernel
+def motor(own: np.ndarray, i: int, t: float, rate: float) -> tuple[float, float]:
+    """Moment or force of a motor along the coordinate, and its slope by the rate."""
+    law, value = floats_2d(own, LAWS)[i], _program(own, i, PUSH, t)[0]
+    kind, ratio = int(law[MOTOR]), law[RATIO]
+    if kind == NO_MOTOR:
+        return 0.0, 0.0
+    if kind == TORQUE:
+        pushed, slope = ratio * value, 0.0
+    else:
+        # the curve of the forward sense; with a speed, a governor lets through a part of it
+        sense = -1.0 if kind == GOVERNED and value < 0.0 else 1.0
+        found, by_speed, _ = table_at(own, i, OF_MOTOR, sense * ratio * rate)
+        pushed, slope = sense * ratio * found, ratio * ratio * by_speed
+        if kind == GOVERNED:
+            part = sense * (value - rate) / law[BAND]
+            if part < 1.0:
+                part = max(part, -1.0)
+                within = part > -1.0
+                slope = part * slope - (sense * pushed / law[BAND] if within else 0.0)
+                pushed *= part
+    if law[WHEEL] > 0.0 and pushed < 0.0:
+        return 0.0, 0.0
+    return pushed, slope
+
+
+@kernel
+def law_at(
+    own: np.ndarray, i: int, t: float, c: float, rate: float, per_second: float
+) -> tuple[float, float, float, float, float, float]:
+    """All laws of a coordinate, and the power that motors and moving free lengths put in, W.
+
+    The power that bristles and slider dissipate is, if the inverse of a step's duration (1/s) is given, that of the last
+    accepted step.
+    """
+    effort, by_c, by_rate, energy, lost, put_in = _elastic(own, i, t, c, rate)
+    for part in (stops(own, i, c, rate), harness(own, i, c, rate), friction(own, i, c, rate)):
+        effort += part[0]
+        by_c += part[1]
+        by_rate += part[2]
+        energy += part[3]
+        lost += part[4]
+    if per_second > 0.0:
+        law = floats_2d(own, LAWS)[i]
+        lost -= harness(own, i, c, rate)[4]
+        if law[PRESLIDING] > 0.0:
+            lost -= friction(own, i, c, rate)[4]
+        lost += kept(own, LOST, i) * per_second
+    pushed, slope = motor(own, i, t, rate)
+    return effort - pushed, by_c, by_rate - slope, energy, lost, put_in + pushed * rate
+
+
+@kernel
+def resting(own: np.ndarray, i: int, c: float) -> tuple[float, float]:
+    """Effort (N or N m) and energy (J) of bristles and slider."""
+    law, effort, energy = floats_2d(own, LAWS)[i], 0.0, 0.0
+    if law[PRESLIDING] > 0.0:
+        most, s = _largest_friction(own, i), _bent(own, i, c)[0]
+        effort, energy = most * s, 0.5 * most * law[PRESLIDING] * s * s
+    if law[SLIDER] > 0.0:
+        mean, _, stored = table_at(own, i, OF_HARNESS, c)
+        whole = harness(own, i, c, 0.0)
+        effort += whole[0] - mean
+        energy += whole[3] - stored
+    return effort, energy
+
+
+@kernel
+def remember(own: np.ndarray, i: int, c: float, rate: float) -> None:
+    """Write coordinate, bristles, slider and the energy that they lost in the step to the memory."""
+    memory, m, law = floats_1d(own, KEPT), integers_1d(own, KINDS).shape[0], floats_2d(own, LAWS)[i]
+    if law[PRESLIDING] > 0.0 or law[SLIDER] > 0.0:
+        before, way = memory[EFFORT * m + i], c - memory[COORDINATE * m + i]
+        effort, energy = resting(own, i, c)
+        if law[PRESLIDING] > 0.0:
+            effort = friction(own, i, c, rate)[0] + (effort - _largest_friction(own, i) * _bent(own, i, c)[0])
+        memory[LOST * m + i] = 0.5 * (before + effort) * way - (energy - memory[BENT * m + i])
+        memory[EFFORT * m + i], memory[BENT * m + i] = effort, energy
+        bristle = _bent(own, i, c)[0] if law[PRESLIDING] > 0.0 else 0.0
+        slider = _slid(own, i, c)[0] if law[SLIDER] > 0.0 else 0.0
+        memory[BRISTLE * m + i], memory[HARNESS * m + i] = bristle, slider
+    if law[LOWER] <= c <= law[UPPER]:
+        memory[IMPACT * m + i] = abs(rate)
+    memory[COORDINATE * m + i] = c
