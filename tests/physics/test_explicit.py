@@ -64,7 +64,7 @@ def test_a_panel_on_a_spring_with_a_damper(rtol: float, error: float, tmp_path: 
 
 def test_the_work_of_a_motor_is_energy(tmp_path: Path) -> None:
     """A motor lifts the panel with a ramp that has kinks in its rate; its work is the gain of energy."""
-    case = panel(motor={"turn": -1.2, "time": {"kind": "ramp", "end": 2.0}})
+    case = panel(motor={"angle": -1.2, "time": {"kind": "ramp", "end": 2.0}})
     summary = fsm.load(case).run(tmp_path).summary
     assert summary["method"] == "explicit"
     assert summary["energy_error"] < 1e-9

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.case.models.joint_action import TurnDamper, TurnFriction, TurnLatch, TurnSpring, TurnStop
-from fsm.case.models.joint_motor import TurnMotor
+from fsm.case.models.coupling import Elasticity
+from fsm.case.models.joint_action import TurnDamper, TurnLatch, TurnMotor, TurnSpring, TurnStop
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number
 
 _SQUARE = 1e-6
 """Cosine of the angle of two axes below which the angle is a right one."""
-_FAILED = re.compile(r"(spring|damper|latch|motor) (root|\d+)")
+_FAILED = re.compile(r"(spring|damper|latch|motor|cable) (root|\d+)")
 
 
 class WingHinge(Model):
@@ -23,7 +23,6 @@ class WingHinge(Model):
 
     spring: TurnSpring | None = Field(default=None, description="spring")
     damper: TurnDamper | None = Field(default=None, description="damper")
-    friction: TurnFriction | None = Field(default=None, description="friction")
     stop: TurnStop | None = Field(default=None, description="stop")
     latch: TurnLatch | None = Field(default=None, description="latch")
     motor: TurnMotor | None = Field(default=None, description="motor")
@@ -86,10 +85,21 @@ class Wing(Model):
         description="what acts in the hinge on the base",
         json_schema_extra={"default": "as `hinge`"},
     )
+    synchronisation: Literal["cable"] | None = Field(
+        default=None,
+        description='"cable": cables with pulleys join each hinge to the next, so that all reach zero together; their '
+        "ratios are those of the stowed angles, 2 : 1 at the root",
+        json_schema_extra={"default": "none"},
+    )
+    cable: Elasticity | None = Field(
+        default=None,
+        description="elasticity of the cables, on the angle of the hinge nearer to the base",
+        json_schema_extra={"default": "none, the cables are ideal"},
+    )
     failed: tuple[str, ...] = Field(
         default=(),
         description='parts that do not act: `"spring 3"` is the spring of hinge 3; also `damper`, `latch` and `motor`; '
-        '`"spring root"` with a yoke',
+        '`"spring root"` with a yoke; `"cable 3"` ends at hinge 3',
     )
 
     @property
@@ -110,6 +120,14 @@ class Wing(Model):
         return (0.5 * math.pi, *(math.pi for _ in self.hinges[1:]))
 
     @model_validator(mode="after")
+    def _synchronised(self) -> Self:
+        if self.cable is not None and self.synchronisation is None:
+            raise ValueError('`cable` needs `synchronisation = "cable"`')
+        if self.synchronisation is not None and not all(self.stowed_angles):
+            raise ValueError("cables need stowed angles that are not zero; their ratios are those of these angles")
+        return self
+
+    @model_validator(mode="after")
     def _complete(self) -> Self:
         if (self.mass is None) == (self.density is None):
             raise ValueError("give `mass` or `density` of a panel, one of them")
@@ -124,9 +142,12 @@ class Wing(Model):
             match = _FAILED.fullmatch(name)
             if match is None or match[2] not in self.hinges:
                 named = ", ".join(self.hinges)
-                text = f"failed part {name!r} is unknown: give spring, damper, latch or motor, and one of the hinges {named}"
-                raise ValueError(text)
-            if getattr(self.hinge_of(match[2]), match[1]) is None:
+                text = "give spring, damper, latch, motor or cable, and one of the hinges"
+                raise ValueError(f"failed part {name!r} is unknown: {text} {named}")
+            if match[1] == "cable":
+                if self.synchronisation is None or match[2] == self.hinges[0]:
+                    raise ValueError(f"failed part {name!r}: no cable ends at this hinge")
+            elif getattr(self.hinge_of(match[2]), match[1]) is None:
                 raise ValueError(f"failed part {name!r}: this hinge has no {match[1]}")
         return self
 
