@@ -114,6 +114,7 @@ def opening(
     constants : (14,) array, see the module docstring
     beyond : value that is subtracted; angles are from -pi to pi afterwards
     gradient, hessian : (12,) and (12, 12) arrays, results
+        No second derivatives are computed for an array (0, 12).
     """
     if kind == TURN:
         return _angle(first, second, constants, beyond, gradient, hessian)
@@ -130,11 +131,11 @@ def _angle(
     along, across = np.zeros(7), np.zeros(7)
     along[:6] = constants[:6]
     across[:3], across[3:6] = constants[7:10], constants[3:6]
-    slope, bend = np.empty(12), np.empty((12, 12))
+    slope, bend = np.empty(12), np.empty(hessian.shape)
     z = _difference(ACROSS, first, second, along, 0.0, slope, bend)
     y = _difference(ACROSS, first, second, across, 0.0, gradient, hessian)
     size = y * y + z * z
-    for m in range(12):
+    for m in range(hessian.shape[0]):
         for n in range(12):
             turned = (z * gradient[m] - y * slope[m]) * (z * slope[n] + y * gradient[n])
             hessian[m, n] = (z * hessian[m, n] - y * bend[m, n] + gradient[m] * slope[n] - slope[m] * gradient[n]) / size
@@ -151,7 +152,7 @@ def _screw(
     first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray, hessian: np.ndarray
 ) -> float:
     """Opening of the kind `SCREW`; see `opening`."""
-    turn, along, slope, bend = constants.copy(), np.zeros(CONSTANTS), np.empty(12), np.empty((12, 12))
+    turn, along, slope, bend = constants.copy(), np.zeros(CONSTANTS), np.empty(12), np.empty(hessian.shape)
     turn[6] = 0.0
     across = (constants[7], constants[8], constants[9])
     point = (constants[10], constants[11], constants[12])
@@ -162,6 +163,7 @@ def _screw(
     x -= lead * _angle(first, second, turn, 0.0, slope, bend)
     for m in range(12):
         gradient[m] -= lead * slope[m]
+    for m in range(hessian.shape[0]):
         for n in range(12):
             hessian[m, n] -= lead * bend[m, n]
     pitch = 2.0 * np.pi * lead
@@ -174,6 +176,7 @@ def _difference(
     hessian: np.ndarray,
 ) -> float:  # fmt: skip
     """Openings of the other kinds; see `opening`."""
+    bends = hessian.shape[0] > 0
     hessian[:] = 0.0
     own = (constants[0], constants[1], constants[2])
     other = (constants[3], constants[4], constants[5])
@@ -187,9 +190,10 @@ def _difference(
             gradient[k] = gradient[6 + k] = 0.0
         _put(crossed(own, seen), gradient, 3)
         _put(crossed(other, back), gradient, 9)
-        _turn_twice(seen, own, 1.0, hessian, 3)
-        _turn_twice(back, other, 1.0, hessian, 9)
-        _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
+        if bends:
+            _turn_twice(seen, own, 1.0, hessian, 3)
+            _turn_twice(back, other, 1.0, hessian, 9)
+            _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
         return _resolved(_dot(axis, arm) - constants[6] - beyond, 1.0 + abs(beyond))
     reach = (between[0] + arm[0], between[1] + arm[1], between[2] + arm[2])
     if kind == ALONG:
@@ -198,11 +202,12 @@ def _difference(
         _put(crossed(own, seen), gradient, 3)
         _put(axis, gradient, 6)
         _put(crossed(other, back), gradient, 9)
-        _turn_twice(seen, own, 1.0, hessian, 3)
-        _turn_twice(back, other, 1.0, hessian, 9)
-        _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
-        _shift_and_turn(a, own, 1.0, hessian, 0, 3)
-        _shift_and_turn(a, own, -1.0, hessian, 6, 3)
+        if bends:
+            _turn_twice(seen, own, 1.0, hessian, 3)
+            _turn_twice(back, other, 1.0, hessian, 9)
+            _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
+            _shift_and_turn(a, own, 1.0, hessian, 0, 3)
+            _shift_and_turn(a, own, -1.0, hessian, 6, 3)
         return _resolved(_dot(axis, reach) - constants[6] - beyond, _size(first, second, reach) + abs(beyond))
     way = (reach[0] - axis[0], reach[1] - axis[1], reach[2] - axis[2])
     length = constants[6] if kind == DISTANCE else np.sqrt(_dot(way, way))
@@ -212,6 +217,22 @@ def _difference(
     for k in range(3):
         gradient[k], gradient[3 + k] = -way[k] * each, -of_first[k] * each
         gradient[6 + k], gradient[9 + k] = way[k] * each, of_second[k] * each
+    if bends:
+        _bend_distance(a, b, (own, other, seen, back), each, hessian)
+    if kind == LENGTH:
+        for m in range(hessian.shape[0]):
+            for n in range(12):
+                hessian[m, n] -= each * gradient[m] * gradient[n]
+        return length - constants[6] - beyond
+    return _resolved(0.5 * (_dot(way, way) / length - length) - beyond, _size(first, second, reach) + abs(beyond))
+
+
+@kernel
+def _bend_distance(
+    a: Matrix, b: Matrix, arms: tuple[Vector, Vector, Vector, Vector], each: float, hessian: np.ndarray
+) -> None:
+    """Add the second derivatives of d . d/2 times a factor."""
+    own, other, seen, back = arms
     for k in range(3):
         hessian[k, k] = hessian[6 + k, 6 + k] = each
         hessian[k, 6 + k] = hessian[6 + k, k] = -each
@@ -224,12 +245,6 @@ def _difference(
     _turn_twice(back, other, each, hessian, 9)
     _squares(own, each, hessian, 3)
     _squares(other, each, hessian, 9)
-    if kind == LENGTH:
-        for m in range(12):
-            for n in range(12):
-                hessian[m, n] -= each * gradient[m] * gradient[n]
-        return length - constants[6] - beyond
-    return _resolved(0.5 * (_dot(way, way) / length - length) - beyond, _size(first, second, reach) + abs(beyond))
 
 
 @kernel

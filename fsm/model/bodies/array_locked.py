@@ -20,6 +20,7 @@ from fsm.model.bodies.arrays import (
     ADVANCE_BY,
     AT_ACCELERATIONS,
     AT_RATES,
+    BEND,
     CLOSE,
     FACTORS,
     FORCE,
@@ -121,7 +122,7 @@ def _measure_and_factorise(model: Segments, t: float) -> None:
 
 
 @kernel
-def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray, close: bool) -> bool:
+def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> bool:
     """Correct q and u as `fsm.solve.stepping.model.consistent` does, and measure openings there; multipliers are zero."""
     lock(model, 0.0)
     table, other, free = model.table, model.at_rest, integers_1d(model.table, FREE)
@@ -129,8 +130,6 @@ def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray, clos
     place(table, t, q, u)
     copy_into(floats_2d(table, RATES), rates)
     _measure_and_factorise(model, t)
-    if not close:
-        return True
     force[:] = 0.0
     if _project(model, t, CLOSE) > 0.0:
         copy_into(retract(model, q, _correction(model, gather_free(free, force))), q)
@@ -144,7 +143,7 @@ def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray, clos
             break
         before = error
         _move(model, u, _correction(model, gather_free(free, force)))
-    _project(model, t, MEASURE)
+    _project(model, t, BEND)
     place(table, t, q, u)
     return True
 
@@ -178,10 +177,10 @@ def find_multipliers(model: Segments, t: float, rate: np.ndarray) -> bool:
 
 
 @kernel
-def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool) -> bool:
+def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
     """See `fsm.solve.stepping.model`."""
     if not lock(model, 0.0):
         return False
-    close_openings(model, t, q, u, close)
+    close_openings(model, t, q, u)
     sum_forces(model, t, 0.0)
     return find_multipliers(model, t, rate)

@@ -23,6 +23,7 @@ from fsm.kernels.scatter import add_block
 from fsm.model.bodies.arrays import (
     AT_ACCELERATIONS,
     AT_RATES,
+    BEND,
     CLOSE,
     DOF,
     FORCE,
@@ -146,7 +147,8 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Task `per_second` of a projection, and its error.
 
-    `MEASURE`: openings at the present poses and rates, penalties in the stiffness, multipliers of zero. `CLOSE`: forces
+    `MEASURE`: openings at the present poses, penalties in the stiffness, multipliers of zero. `BEND`: their second derivatives
+    in time at the present rates. `CLOSE`: forces
     against openings. `AT_RATES`: forces against opening rates. `AT_ACCELERATIONS`: the rates of the model are accelerations;
     the multipliers advance by the penalties times the opening accelerations, and add to these forces. `KEEP`: keep the
     multipliers. The error is the sum of m y^2 over all openings.
@@ -160,8 +162,8 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         for i in range(effort.shape[0]):
             kept[i], penalty[i], felt[i] = effort[i], 0.0, effort[i]
         return 0.0
-    if task == MEASURE:
-        _measure_all(table, own, t)
+    if task in (MEASURE, BEND):
+        _measure_all(table, own, t, task == BEND)
         return 0.0
     error = 0.0
     for i in range(bodies.shape[0]):
@@ -181,19 +183,25 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 
 
 @kernel
-def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
+def _measure_all(table: np.ndarray, own: np.ndarray, t: float, twice: bool) -> None:
+    """Openings and their penalties; with `twice` their second derivatives in time."""
     rates, bodies, stiffness = floats_2d(table, RATES), bodies_of(own), floats_3d(table, STIFFNESS)
     gradient, bend, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _BEND), floats_1d(own, _MASSES), _efforts(own)
     dof, p, block, speed = integers_1d(table, DOF), pattern_of(table), np.empty((12, 12)), np.empty(12)
     for i in range(bodies.shape[0]):
-        _measure(table, own, t, i, block)
-        for side in range(2):
-            for k in range(6):
-                speed[6 * side + k] = rates[bodies[i, side], k]
-        bend[i] = effort[i] = 0.0
+        _measure(table, own, t, i, block if twice else block[:0])
+        if twice:
+            for side in range(2):
+                for k in range(6):
+                    speed[6 * side + k] = rates[bodies[i, side], k]
+            bend[i] = 0.0
+            for a in range(12):
+                for b in range(12):
+                    bend[i] += speed[a] * block[a, b] * speed[b]
+            continue
+        effort[i] = 0.0
         for a in range(12):
             for b in range(12):
-                bend[i] += speed[a] * block[a, b] * speed[b]
                 block[a, b] = PROJECTION * masses[i] * gradient[i, a] * gradient[i, b]
         add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
 
@@ -202,7 +210,7 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
 def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
     """Shorten a step in which an angle may turn by more than half a turn."""
     poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
-    gradient, hessian, rates, most = np.empty(12), np.empty((12, 12)), floats_2d(table, RATES), 0.0
+    gradient, hessian, rates, most = np.empty(12), np.empty((0, 12)), floats_2d(table, RATES), 0.0
     for i in range(turns.shape[0]):
         opening(TURN, poses[turns[i, 0]], poses[turns[i, 1]], lines[i], 0.0, gradient, hessian)
         most = max(most, abs(_along(rates, turns[i], gradient)) * step)
@@ -213,7 +221,7 @@ def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Count the turns of all angles."""
     poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
-    kept, count, gradient, hessian = floats_1d(own, _KEPT), _efforts(own).shape[0], np.empty(12), np.empty((12, 12))
+    kept, count, gradient, hessian = floats_1d(own, _KEPT), _efforts(own).shape[0], np.empty(12), np.empty((0, 12))
     for i in range(turns.shape[0]):
         k = count + i  # the angle since the last state is less than half a turn
         kept[k] += opening(TURN, poses[turns[i, 0]], poses[turns[i, 1]], lines[i], kept[k], gradient, hessian)

@@ -11,7 +11,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
-from fsm.model.bodies.arrays import AT_ACCELERATIONS, CLOSE, KEEP, MEASURE, RATES
+from fsm.model.bodies.arrays import AT_ACCELERATIONS, BEND, CLOSE, KEEP, MEASURE, RATES
 from fsm.model.elements.couplings import (
     ANGLES,
     EFFORTS,
@@ -110,7 +110,7 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         _kept(own)[:] = effort
         floats_1d(own, _PENALTY)[:] = 0.0
         return 0.0
-    if task == MEASURE:
+    if task in (MEASURE, BEND):
         _measure_all(table, own, t)
         return 0.0
     for i in range(effort.shape[0]):

@@ -182,14 +182,14 @@ class SegmentSystem(SegmentForces):
 
     # protocol: locked directions --------------------------------------------------------------------------------------
 
-    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool = True) -> bool:
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
         """See `System`."""
         if not self.locking:
             return False
         from fsm.model.bodies.array_locked import close_openings, find_multipliers
 
         model, (arrays, _), _ = self._locked
-        close_openings(model, t, q, u, close)
+        close_openings(model, t, q, u)
         arrays.force[:] = self._all_forces(t, *self.place(t, q, u))
         return bool(find_multipliers(model, t, rate))
 

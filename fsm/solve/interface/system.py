@@ -230,7 +230,7 @@ class System(Protocol):
         """Advance the multipliers of locked directions; see `fsm.solve.stepping.model`."""
         return False
 
-    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool = True) -> bool:
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
         """Make a state consistent with locked directions; see `fsm.solve.stepping.model`."""
         return False
 

@@ -138,7 +138,7 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         if error <= 1.0:
             q, u = _sum(motion.q, motion.of_q, rules.weights, h), _sum(motion.u, motion.of_u, rules.weights, h)
             with_unit_quaternions(q, u.shape[0])
-            if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, True):  # motors jump at breaks
+            if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate):  # motors jump at breaks
                 return UNABLE if unable(model) else NO_SOLUTION
             part = part_of_step(model, end, q, u, h)
             if part == 1.0:
@@ -180,9 +180,9 @@ def _first_size(motion: ExplicitMotion, rules: ExplicitRules, left: float) -> fl
 
 
 @shared
-def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool) -> bool:
-    """Write the acceleration; with `close`, project q and u first. False if the mass is singular."""
-    if consistent(model, t, q, u, rate, close):
+def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+    """Project q and u, and write their acceleration; false if the mass is singular."""
+    if consistent(model, t, q, u, rate):
         return True
     if not factorise_mass(model):
         return False
@@ -196,7 +196,7 @@ def _stage(model: Any, motion: ExplicitMotion, t: float, q: np.ndarray, u: np.nd
     raw = q.copy()
     with_unit_quaternions(q, u.shape[0])
     motion.of_u[number, :] = 0.0
-    if not _accelerate(model, t, q, u, motion.of_u[number], True):
+    if not _accelerate(model, t, q, u, motion.of_u[number]):
         return False
     copy_into(pose_rates(raw, u), motion.of_q[number])
     motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)

@@ -60,7 +60,7 @@ class ArrayModel(NamedTuple):
         t, state = 0.0, (0.0, q, u)
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
-            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u, True),
+            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u),
         )  # fmt: skip
         example = Example(arrays)
         pointers = (Pointer(kernel, example, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
@@ -193,14 +193,14 @@ def advance(model: Any, change: np.ndarray) -> bool:
     return bool(model.advance(change))
 
 
-def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool) -> bool:
+def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
     """Make a state consistent with locked directions; false, without changes, if there are none.
 
-    With `close`, q (nq,) is corrected once, to second order in the openings, and u (nu,) becomes the nearest velocity, in
-    the norm of the kinetic energy, at which no locked direction opens. `rate` (nu,) becomes the acceleration with the
-    multipliers that keep it so; the model keeps these multipliers.
+    q (nq,) is corrected once, to second order in the openings. u (nu,) becomes the nearest velocity, in the norm of the
+    kinetic energy, at which no locked direction opens. `rate` (nu,) becomes the acceleration with the multipliers that keep
+    it so; the model keeps these multipliers.
     """
-    return bool(model.consistent(t, q, u, rate, close))
+    return bool(model.consistent(t, q, u, rate))
 
 
 def stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> tuple[float, float]:
@@ -222,7 +222,7 @@ def never_advances(model: Any, change: np.ndarray) -> bool:
 
 
 @kernel
-def always_consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, close: bool) -> bool:
+def always_consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
     """`consistent` of models without locked directions."""
     return False
 
