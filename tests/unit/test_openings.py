@@ -22,7 +22,10 @@ def test_derivatives(kind: int) -> None:
         gradient, hessian, moved = np.zeros(12), np.zeros((12, 12)), retract_poses(poses.ravel(), increment)
         return opening(kind, moved[:7], moved[7:], constants, 0.2, gradient, hessian), gradient, hessian
 
-    _, gradient, hessian = at(np.zeros(12))
+    value, gradient, hessian = at(np.zeros(12))
+    alone = np.zeros(12)
+    assert opening(kind, poses[0], poses[1], constants, 0.2, alone, np.zeros((0, 12))) == pytest.approx(value, rel=1e-14)
+    assert alone == pytest.approx(gradient, rel=1e-14)
     step, units = 1e-5, np.eye(12)
     slopes = [(at(step * e)[0] - at(-step * e)[0]) / (2.0 * step) for e in units]
     bends = [(at(step * e)[1] - at(-step * e)[1]) / (2.0 * step) for e in units]

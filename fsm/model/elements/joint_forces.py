@@ -80,7 +80,7 @@ def _rate_or_mean(table: np.ndarray, own: np.ndarray, i: int, c: float, gradient
 
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    force, bodies, gradient, hessian = floats_2d(table, FORCE), bodies_of(own), np.empty(12), np.empty((12, 12))
+    force, bodies, gradient, hessian = floats_2d(table, FORCE), bodies_of(own), np.empty(12), np.empty((0, 12))
     for i in range(bodies.shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
         effort = law_at(own, i, t, c, _rate_or_mean(table, own, i, c, gradient, per_second), 0.0)[0]
@@ -122,7 +122,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 
 @kernel
 def _keep(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    last, gradient, hessian = floats_1d(own, LAST), np.empty(12), np.empty((12, 12))
+    last, gradient, hessian = floats_1d(own, LAST), np.empty(12), np.empty((0, 12))
     for i in range(last.shape[0]):
         last[i] = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
     return 0.0
@@ -131,7 +131,7 @@ def _keep(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Add the energy, which counts as energy of panels and joints."""
-    gradient, hessian, total, poses = np.empty(12), np.empty((12, 12)), 0.0, floats_2d(table, POSES)
+    gradient, hessian, total, poses = np.empty(12), np.empty((0, 12)), 0.0, floats_2d(table, POSES)
     for i in range(bodies_of(own).shape[0]):
         total += law_at(own, i, t, _coordinate(poses, own, i, gradient, hessian), 0.0, 0.0)[3]
     floats_1d(table, STORED)[0] += total
@@ -141,7 +141,7 @@ def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
 @kernel
 def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Dissipated power; adds the input power of motors and moving free lengths at the present rates."""
-    gradient, hessian, total, poses = np.empty(12), np.empty((12, 12)), 0.0, floats_2d(table, POSES)
+    gradient, hessian, total, poses = np.empty(12), np.empty((0, 12)), 0.0, floats_2d(table, POSES)
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(poses, own, i, gradient, hessian)
         middle = 0.5 * (c + floats_1d(own, LAST)[i]) if per_second > 0.0 else c
@@ -153,7 +153,7 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 @kernel
 def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
     """Shorten a step that passes an event, so that it ends there."""
-    gradient, hessian, part = np.empty(12), np.empty((12, 12)), 1.0
+    gradient, hessian, part = np.empty(12), np.empty((0, 12)), 1.0
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
         part = min(part, part_before_event(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient)))
@@ -163,7 +163,7 @@ def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
 @kernel
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Count the turns, keep the state of all laws, close and open latches, and note events."""
-    gradient, hessian = np.empty(12), np.empty((12, 12))
+    gradient, hessian = np.empty(12), np.empty((0, 12))
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
         rate = _rate(floats_2d(table, RATES), own, i, gradient)
@@ -175,7 +175,7 @@ def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
 @kernel
 def joint_states(own: np.ndarray, poses: np.ndarray, rates: np.ndarray, t: float, found: np.ndarray) -> None:
     """Write coordinate, rate, effort, and efforts of stop and latch, harness, and motor of each row, (m, 6)."""
-    gradient, hessian = np.empty(12), np.empty((12, 12))
+    gradient, hessian = np.empty(12), np.empty((0, 12))
     for i in range(found.shape[0]):
         c = _coordinate(poses, own, i, gradient, hessian)
         rate = _rate(rates, own, i, gradient)

@@ -91,7 +91,7 @@ def _along(rates: np.ndarray, bodies: np.ndarray, gradient: np.ndarray) -> float
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
-    effort, penalty, value, hessian = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((12, 12))
+    effort, penalty, value, hessian = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((0, 12))
     for i in range(bodies.shape[0]):
         _measure(table, own, t, i, hessian)
         _push(force, bodies[i], gradient[i], effort[i] + penalty[i] * value[i])
@@ -147,8 +147,8 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Task `per_second` of a projection, and its error.
 
-    `MEASURE`: openings at the present poses, penalties in the stiffness, multipliers of zero. `BEND`: their second derivatives
-    in time at the present rates. `CLOSE`: forces
+    `MEASURE`: openings at the present poses, penalties in the stiffness, multipliers of zero. `BEND`: their second
+    derivatives in time at the present rates. `CLOSE`: forces
     against openings. `AT_RATES`: forces against opening rates. `AT_ACCELERATIONS`: the rates of the model are accelerations;
     the multipliers advance by the penalties times the opening accelerations, and add to these forces. `KEEP`: keep the
     multipliers. The error is the sum of m y^2 over all openings.
