@@ -23,7 +23,8 @@ from fsm.model.elements.creases import CreaseGroup
 from fsm.model.elements.hysteresis import HysteresisGroup
 from fsm.model.elements.ligaments import LigamentGroup
 from fsm.model.faults.separate import shallowest
-from fsm.model.plan.plan import PlannedStep, plan_of
+from fsm.model.plan.plan import plan_of
+from fsm.model.plan.planned import PlannedStep
 from fsm.model.plan.save_times import save_times
 from fsm.model.system.step_system import system_in_step, whole_system
 from fsm.model.system.system import SegmentSystem

@@ -13,7 +13,7 @@ from fsm.analyses.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.analyses.pulls import pull_warnings
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
-from fsm.model.plan.plan import Plan
+from fsm.model.plan.planned import Plan
 from fsm.model.system.system import SegmentSystem
 from fsm.results.quantities import in_motion
 from fsm.results.solution import Solution

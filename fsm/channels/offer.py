@@ -15,7 +15,7 @@ import numpy as np
 from fsm.analyses.film import FilmMesh
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
-from fsm.model.plan.plan import Plan
+from fsm.model.plan.planned import Plan
 from fsm.results.channel import ChannelInfo, Dim
 from fsm.solve.outcome.run_io import SavedState
 from fsm.text.short_repr import ShortRepr

@@ -42,8 +42,9 @@ from fsm.model.faults.gas_checks import gas_faults
 from fsm.model.faults.joint_state import JointsAtStart
 from fsm.model.faults.overlap import find_overlaps
 from fsm.model.plan.in_python import cost_in_python
-from fsm.model.plan.plan import PlannedStep, plan_of
+from fsm.model.plan.plan import plan_of
 from fsm.model.plan.plan_warnings import plan_warnings
+from fsm.model.plan.planned import PlannedStep
 from fsm.model.plan.save_times import save_times
 from fsm.text.report_text import count, labelled, triple
 from fsm.text.shown_units import shown, shown_points

@@ -13,7 +13,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive
 from fsm.case.models.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.model.bodies.drive import PrescribedMotion, program_of, unit
-from fsm.model.plan.plan import Plan, PlannedStep
+from fsm.model.plan.planned import Plan, PlannedStep
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,9 @@ from fsm.model.faults.gas_checks import gas_faults
 from fsm.model.faults.joint_state import JointsAtStart
 from fsm.model.faults.overlap import find_overlaps, find_pierced
 from fsm.model.faults.separate import overlaps, separate, shallowest
-from fsm.model.plan.plan import Plan, plan_of
+from fsm.model.plan.plan import plan_of
 from fsm.model.plan.plan_warnings import plan_warnings
+from fsm.model.plan.planned import Plan
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.settings import PathSettings
 from fsm.text.shown_units import shown

@@ -6,7 +6,7 @@ gives a step "hold" at rest. The motion is the step "deploy". A run consists of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,23 +15,19 @@ from fsm.case.checks.check_steps import step_names
 from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.scene import Body, Scene
-from fsm.case.models.solve import Save, Solve
+from fsm.case.models.solve import Solve
 from fsm.case.models.steps import Kind, Step
 from fsm.case.models.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
-from fsm.case.plan.method_selection import (
-    WITH_JOINTS,
-    automatic_method,
-    beyond_explicit,
-    dynamic_method,
-    solve_of,
-)
+from fsm.case.plan.method_selection import automatic_method, dynamic_method, solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import DrivePart, drive_parts, loads_of
 from fsm.case.schema.known_names import nearest_name
 from fsm.errors import CaseError, Fault
 from fsm.model.bodies.drive import Travel, parts, program_of
 from fsm.model.bodies.time_function import time_function
-from fsm.model.plan.in_python import COMPILED, InPython, parts_in_python
+from fsm.model.plan.in_python import parts_in_python
+from fsm.model.plan.method_faults import method_faults
+from fsm.model.plan.planned import Plan, PlannedStep
 
 ALL = "all"
 """Name of all bodies, drives and loads in `hold` and `release`."""
@@ -41,79 +37,6 @@ _ROUNDING = 1e-12
 """Relative difference of times below which they are equal."""
 _STATIC_DURATION = 1.0
 """Duration of a static step in which no drive and no load has an end, s."""
-
-
-@dataclass(frozen=True)
-class PlannedStep:
-    """One step of a run.
-
-    Attributes
-    ----------
-    name, kind : see `fsm.case.models.steps.Step`
-    start, end : s
-    method, reason : method of the solver, and the reason
-    solve, save : settings of this step
-    acting : for every target of a drive, whether it is driven in this step
-    loads : loads with functions of the time of the whole run
-    held : names of the bodies that do not move
-    still : whether all bodies are held or driven
-    contact : whether contacts act
-    modes : int
-    described : texts about changes at the start of this step, for the report of `fsm check`
-    in_python : reasons why its steps are computed in Python
-    """
-
-    name: str
-    kind: Kind
-    start: float
-    end: float
-    method: str
-    reason: str
-    solve: Solve
-    save: Save
-    acting: tuple[bool, ...]
-    loads: tuple[Load, ...]
-    held: frozenset[str]
-    still: bool = False
-    contact: bool = True
-    modes: int = 10
-    described: tuple[str, ...] = ()
-    in_python: InPython = COMPILED
-
-    @property
-    def solved(self) -> bool:
-        """Whether the step has a path or a motion."""
-        return self.kind in ("static", "dynamic") and not self.still
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Steps of a run, and the programs of all targets of drives over its time.
-
-    Attributes
-    ----------
-    steps, programs : of the run, and of all targets
-    written : whether the case has `[[step]]`, so that bodies and drives may change between steps
-    """
-
-    steps: tuple[PlannedStep, ...]
-    programs: tuple[Travel, ...]
-    written: bool
-
-    def name_for_joints(self, number: int) -> str:
-        """Name of a step (number from 0) for its joints; joints of the first step also act while the initial equilibrium is
-        computed.
-        """
-        names = [step.name for step in self.steps]
-        return names[1] if number == 0 and names[0] == "start" and len(names) > 1 else names[number]
-
-    def fixed(self, scene: Scene) -> frozenset[str]:
-        """Names of the bodies that are held or driven in any step."""
-        found: set[str] = set()
-        for step in self.steps:
-            found |= step.held
-            found.update(name for drive, acts in zip(scene.drives, step.acting, strict=True) if acts for name in drive.moved)
-        return frozenset(found)
 
 
 def plan_of(case: Case, scene: Scene) -> Plan:
@@ -131,7 +54,7 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         Names that do not exist, and steps without an end.
     """
     plan = _Planner(case, scene).plan() if case.step else _short(case, scene)
-    faults = [*_too_fast(plan, scene), *(_unjointed(plan) if scene.joints else ())]
+    faults = list(method_faults(plan, scene))
     if faults:
         raise CaseError(faults)
     steps = []
@@ -140,25 +63,6 @@ def plan_of(case: Case, scene: Scene) -> Plan:
         in_python = parts_in_python(scene, name, step.contact, step.loads)
         steps.append(replace(step, in_python=in_python))
     return replace(plan, steps=tuple(steps))
-
-
-def _too_fast(plan: Plan, scene: Scene) -> Iterator[Fault]:
-    """Faults of explicit steps of a scene with parts that they do not have."""
-    found = beyond_explicit(scene)
-    for number, step in enumerate(plan.steps):
-        if step.method == "explicit" and found:
-            text = f'"explicit" is for bodies, joints and springs; the scene has {found}; use "auto"'
-            yield Fault(f"step.{number}.solve.method" if plan.written else "solve.method", text)
-
-
-def _unjointed(plan: Plan) -> Iterator[Fault]:
-    """Faults of steps whose method has no ideal joints."""
-    for number, step in enumerate(step for step in plan.steps if step.name != "start" or step.kind != "relax"):
-        if step.method not in WITH_JOINTS and not step.still:
-            text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them, with '
-            yield Fault(f"step.{number}" if plan.written else "solve.method", text + " or ".join(WITH_JOINTS))
-    if any(step.kind == "relax" for step in plan.steps):
-        yield Fault("start", '"equilibrium" is not available with `[[scene.joints]]`; remove this key')
 
 
 def _short(case: Case, scene: Scene) -> Plan:

@@ -9,7 +9,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
 from fsm.case.plan.step_items import loads_of
 from fsm.model.bodies.drive import program_of
-from fsm.model.plan.plan import Plan
+from fsm.model.plan.planned import Plan
 
 _SHORT = 1e-6
 """Fraction of a travel that may be missing when the travel counts as complete."""

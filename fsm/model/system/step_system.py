@@ -14,7 +14,7 @@ from fsm.model.bodies.loads import LoadGroup, applied
 from fsm.model.bodies.turns import turned_pose
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.elements import BushingGroup
-from fsm.model.plan.plan import Plan
+from fsm.model.plan.planned import Plan
 from fsm.model.system.merge import merged
 from fsm.model.system.system import SegmentSystem
 

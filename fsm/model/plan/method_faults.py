@@ -1,0 +1,36 @@
+"""Faults of steps whose method does not have all parts of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fsm.case.models.scene import Scene
+from fsm.case.plan.method_selection import WITH_JOINTS, beyond_explicit
+from fsm.errors import Fault
+from fsm.model.plan.planned import Plan
+
+
+def method_faults(plan: Plan, scene: Scene) -> Iterator[Fault]:
+    """Faults of all steps of a plan."""
+    yield from _beyond_explicit(plan, scene)
+    if scene.joints:
+        yield from _unjointed(plan)
+
+
+def _beyond_explicit(plan: Plan, scene: Scene) -> Iterator[Fault]:
+    """Faults of explicit steps of a scene with parts that they do not have."""
+    found = beyond_explicit(scene)
+    for number, step in enumerate(plan.steps):
+        if step.method == "explicit" and found:
+            text = f'"explicit" is for bodies, joints and springs; the scene has {found}; use "auto"'
+            yield Fault(f"step.{number}.solve.method" if plan.written else "solve.method", text)
+
+
+def _unjointed(plan: Plan) -> Iterator[Fault]:
+    """Faults of steps whose method has no ideal joints."""
+    for number, step in enumerate(step for step in plan.steps if step.name != "start" or step.kind != "relax"):
+        if step.method not in WITH_JOINTS and not step.still:
+            text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them, with '
+            yield Fault(f"step.{number}" if plan.written else "solve.method", text + " or ".join(WITH_JOINTS))
+    if any(step.kind == "relax" for step in plan.steps):
+        yield Fault("start", '"equilibrium" is not available with `[[scene.joints]]`; remove this key')
