@@ -124,7 +124,7 @@ def _version(ctx: click.Context, parameter: click.Parameter, value: bool) -> Non
 )
 @debug_option
 def cli() -> None:
-    """Deployment of folded strips, lattices and scissor arrays; vibration of films; scenes of bodies, films and cables."""
+    """Deployment of folded strips, sheets, wings and scissor arrays; vibration of films; mechanisms and scenes of bodies."""
 
 
 @cli.command()
