@@ -158,11 +158,13 @@ class RecordedSolve:
             statistics, energy_balance = total_of(self.done, self.points), self.energy_balance
             assert energy_balance is not None
             arcs = [number for number, result in enumerate(self.done, 1) if result.method == "arc-length"]
+            events, unlisted = joint_events(self.current)
+            self.warnings += unlisted
             summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off, arcs) | {
                 "loads": final_loads(self.done),
                 "step": step_summaries(self.done, self.points, solution),
             }
-            summary |= joint_events(self.current)
+            summary |= events
             solution.load_path = LoadPath.of([result.path for result in self.done])
             state_errors(summary, self._errors(bar, solution, statistics, summary))
             if self.channels:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.physics.test_ideal_joints import of, run
+from tests.physics.test_ideal_joints import body, joint, mechanism, of, run
 from tests.physics.test_joint_laws import flywheel
 
 _STOP = {"upper": 0.2, "stiffness": 4000.0, "restitution": 0.6}
@@ -53,3 +53,14 @@ def test_the_same_case_has_the_same_bits(tmp_path: Path) -> None:
     assert one.summary["joint_events"] == two.summary["joint_events"]
     assert len(one.summary["joint_events"]) >= 2
     assert one.summary["energy_error"] < 1e-5
+
+
+def test_events_that_are_not_listed_are_counted(tmp_path: Path) -> None:
+    """A slider between two elastic stops, 20 mm apart: 300 hits, of which 256 are listed."""
+    block = body("block", [0, 0, 0], [0.1] * 3, velocity=[2.0, 0.0, 0.0])
+    stop = {"lower": -0.01, "upper": 0.01, "stiffness": 1e5}
+    slide = joint("slide", "prismatic", "ground", "block", [0, 0, 0], axis=[1, 0, 0]) | {"stop": stop}
+    case = mechanism([block], [slide], 6.0, 0.5) | {"gravity": [0.0, 0.0, 0.0]}
+    summary = run(case, tmp_path).summary
+    assert len(summary["joint_events"]) == 256
+    assert any("of which the first 256 are listed" in text for text in summary["warnings"])

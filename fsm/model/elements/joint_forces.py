@@ -289,8 +289,10 @@ class JointForceGroup(ElementGroup):
         return found
 
 
-def joint_events(system: Any) -> dict[str, list[dict[str, Any]]]:
-    """Events of the joints of a system, for its summary; empty without any."""
+def joint_events(system: Any) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
+    """Events of the joints of a system for its summary, empty without any, and a warning of events that are not listed."""
     groups = [group for group in getattr(system, "groups", ()) if isinstance(group, JointForceGroup)]
     found = [event for group in groups for event in group.events()]
-    return {"joint_events": found} if found else {}
+    total = sum(int(group.memory_of[FIELDS * len(group.start)]) for group in groups)
+    text = f"{total:,} events of stops and latches, of which the first {len(found)} are listed; more damping ends them"
+    return {"joint_events": found} if found else {}, [text] if total > len(found) else []
