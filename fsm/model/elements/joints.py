@@ -93,6 +93,8 @@ def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> f
     force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value, hessian = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((0, 12))
     for i in range(bodies.shape[0]):
+        if effort[i] == 0.0 and penalty[i] == 0.0:
+            continue  # projections measure openings, and find multipliers afterwards
         _measure(table, own, t, i, hessian)
         _push(force, bodies[i], gradient[i], effort[i] + penalty[i] * value[i])
     return 0.0
