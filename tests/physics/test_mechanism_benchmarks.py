@@ -1,5 +1,5 @@
 """Benchmarks of multibody dynamics at default settings: Andrews' squeezing mechanism, IFToMM A01, A02,
-A04, A05, heavy top."""
+A04, A05, heavy top, a wing of six panels."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ from validation.peers import rigid
         (rigid.four_bars_model, rigid.four_bars_path, rigid.TIMES),
         (rigid.top_model, rigid.top_path, rigid.TOP_TIMES),
         (rigid.bricard_model, lambda: rigid.bricard_path(0.005), rigid.TIMES),
+        (rigid.wing_model, rigid.wing_path, rigid.TIMES),
     ],
-    ids=["A01", "A02", "heavy top", "A04"],
+    ids=["A01", "A02", "heavy top", "A04", "wing"],
 )  # fmt: skip
 def test_iftomm(model: Callable[[], Any], path: Callable[[], np.ndarray], times: np.ndarray) -> None:
     """A02 passes its branch points four times; A04 has a redundant constraint at each configuration."""
