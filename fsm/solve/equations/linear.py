@@ -160,7 +160,7 @@ class LinearSolver:
             self._other = self._library_factors(matrix)
             return
         pattern, known = matrix.pattern, self._analyse(matrix.pattern)
-        self._symmetric = bool(
+        self._symmetric = matrix.data.dtype == _REAL and bool(
             is_symmetric(matrix.data, pattern.indptr, pattern.indices, pattern.transposed, SYMMETRY_TOLERANCE)
         )
         if self._has_fronts(matrix, known):
@@ -183,7 +183,7 @@ class LinearSolver:
     def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
         """Elimination of a pattern, and the block data (n_filled, size, size) for its factors."""
         known = self._analyse(pattern)
-        shape = (len(known.indices), pattern.size, pattern.size)
+        shape = known.factors(pattern.size)
         if self._factors.shape != shape or self._factors.dtype != dtype:
             self._factors = np.empty(shape, dtype=dtype)
         return known, self._factors
@@ -261,8 +261,11 @@ class LinearSolver:
         if self._other is None and self._elimination is not None:
             if self._supernodes is not None:
                 found = int(count_negative_pivots(self._supernodes, self._front_factors))
-            else:
+            elif self._symmetric:
                 found = int(count_negative(self._elimination.diagonal, self._factors))
+            else:
+                pivots = self._inverse_pivots()
+                found = int(np.sum(np.linalg.eigvalsh(pivots + pivots.transpose(0, 2, 1)) < 0.0))
             if not (recount and self._symmetric) or (found == 0 and self._trusted) or self._signs_hold():
                 return found
         return self.negative_eigenvalues(BlockMatrix(matrix.pattern, matrix.data))
@@ -290,10 +293,15 @@ class LinearSolver:
             from fsm.solve.equations.inertia import negative_pivots_of_unsymmetric
 
             return negative_pivots_of_unsymmetric(matrix)
-        values = np.linalg.eigvals(self._factors[self._elimination.diagonal])
+        values = np.linalg.eigvals(self._inverse_pivots())
         return int(np.sum((values.real < 0.0) & (np.abs(values.imag) <= _REAL_TO * np.abs(values.real))))
 
     # inside ---------------------------------------------------------------------------------------------------------
+
+    def _inverse_pivots(self) -> np.ndarray:
+        assert self._elimination is not None
+        own = self._elimination.diagonal
+        return self._factors[-len(own) :] @ self._factors[own]
 
     def _signs_hold(self) -> bool:
         """Whether round-off of the factors cannot have changed the sign of an eigenvalue.
