@@ -19,6 +19,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.small_blocks import (
     add_product,
     is_zero,
+    negative_eigenvalues,
     sign_of_row,
     split,
     split_symmetric,
@@ -29,6 +30,8 @@ from fsm.kernels.small_blocks import (
 
 REFINE_ABOVE = 1e-10
 """Backward error above which a solution is refined."""
+TRUST_BELOW = 1e-13
+"""Backward error of a solution below which other solutions with the same factors are not checked."""
 SYMMETRY_TOLERANCE = 1e-13
 """Largest asymmetry of a symmetric matrix; see `is_symmetric`."""
 MAX_ERROR = 1e-8
@@ -302,6 +305,20 @@ def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
 
 
 @kernel
+def count_negative_parts(diagonal: np.ndarray, factors: np.ndarray) -> int:
+    """Number of negative eigenvalues of the symmetric parts of all pivot blocks of an unsymmetric A, from their inverses."""
+    size, total, filled = factors.shape[1], 0, factors.shape[0] - diagonal.shape[0]
+    part, inverse, work = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    for i in range(diagonal.shape[0]):
+        _multiply(factors[filled + i], factors[diagonal[i]], work, inverse)
+        for a in range(size):
+            for b in range(size):
+                part[a, b] = 0.5 * (inverse[a, b] + inverse[b, a])
+        total += negative_eigenvalues(part, work)
+    return total
+
+
+@kernel
 def _solve_factorised(
     order: np.ndarray,
     indptr: np.ndarray,
@@ -454,7 +471,8 @@ def solve_refined(
     x : (n d,) array
     error : float
         Backward error of x; 0 if it is skipped.
-    refined : bool
+    doubtful : bool
+        Whether other solutions with the same factors must be checked.
     """
     residual = np.empty(right.shape[0], dtype=factors.dtype)
     if symmetric:
@@ -464,11 +482,11 @@ def solve_refined(
     if trusted:
         return x, 0.0, False
     error = backward_error(rows, columns, data, x, right, residual)
-    refined = error > refine_above
-    if refined:
+    doubtful = not error <= TRUST_BELOW
+    if error > refine_above:
         if symmetric:
             x += _solve_symmetric(order, indptr, indices, diagonal, factors, residual)
         else:
             x += _solve_factorised(order, indptr, indices, diagonal, factors, residual)
         error = backward_error(rows, columns, data, x, right, residual)
-    return x, error, refined
+    return x, error, doubtful

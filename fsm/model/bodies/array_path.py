@@ -8,13 +8,12 @@ from fsm.interactions.applied import applied_power
 from fsm.interactions.driven import driven_power, fill_reactions, place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED, Pattern
-from fsm.kernels.block_lu import count_negative, multiply_blocks
+from fsm.kernels.block_lu import count_negative, count_negative_parts, multiply_blocks
 from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import largest_force, support_reactions
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
-from fsm.kernels.small_blocks import negative_eigenvalues
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean
 from fsm.model.bodies.arrays import (
@@ -258,26 +257,11 @@ def _negative_of_last(model: Segments, trial: np.ndarray, accurate: float) -> fl
     table, p, flags = model.table, pattern_of(model.table), model.flags
     factors = floats_3d(table, FACTORS)
     if flags[SYMMETRIC] == 0:
-        return 0.0 if flags[TRUSTED] == 1 and _definite_pivots(p.filled_diagonal, factors) else UNKNOWN
+        return 0.0 if flags[TRUSTED] == 1 and count_negative_parts(p.filled_diagonal, factors) == 0 else UNKNOWN
     found = count_negative(p.filled_diagonal, factors)
     if found == 0 and flags[TRUSTED] == 1:
         return 0.0
     return float(found) if _signs_hold(model, p, floats_3d(table, MATRIX), factors, trial, accurate) else UNKNOWN
-
-
-@kernel
-def _definite_pivots(diagonal: np.ndarray, factors: np.ndarray) -> bool:
-    """Whether the symmetric parts of all pivot blocks are positive definite, like those of their inverses in `factors`."""
-    size = factors.shape[1]
-    work, part = np.empty((size, size)), np.empty((size, size))
-    for i in range(diagonal.shape[0]):
-        block = factors[diagonal[i]]
-        for a in range(size):
-            for b in range(size):
-                part[a, b] = 0.5 * (block[a, b] + block[b, a])
-        if negative_eigenvalues(part, work) > 0:
-            return False
-    return True
 
 
 @kernel

@@ -21,6 +21,7 @@ from fsm.kernels.block_lu import (
     REFINE_ABOVE,
     SYMMETRY_TOLERANCE,
     count_negative,
+    count_negative_parts,
     factorise,
     fill_in,
     is_symmetric,
@@ -216,11 +217,11 @@ class LinearSolver:
         known, nodes = self._elimination, self._supernodes
         assert known is not None
         if nodes is not None:
-            x, error, refined = solve_by_fronts(
+            x, error, doubtful = solve_by_fronts(
                 nodes, self._front_factors, pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._trusted
             )
         else:
-            x, error, refined = solve_refined(
+            x, error, doubtful = solve_refined(
                 known.order, known.indptr, known.indices, known.diagonal, self._factors,
                 pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._symmetric, self._trusted,
             )  # fmt: skip
@@ -228,7 +229,7 @@ class LinearSolver:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
             return np.asarray(self._other(right))
-        self._trusted = not refined
+        self._trusted = not doubtful
         return np.asarray(x)
 
     def _solve_all(self, rights: np.ndarray) -> np.ndarray:
@@ -247,9 +248,8 @@ class LinearSolver:
     def negative_pivots(self, recount: bool = True) -> int:
         """Number of negative eigenvalues of a symmetric matrix.
 
-        Block pivots are eliminated by their inverses. The round-off of an inverse is proportional to the square of the
-        condition number of its block, and can change the sign of a small pivot. Unless a solution needed no refinement or
-        a test vector shows that the factors are accurate, the eigenvalues are therefore counted by other factorisations
+        Round-off of the factors can change the sign of a small pivot. Unless the first solution was accurate or a test
+        vector shows that the factors are, the eigenvalues are therefore counted by other factorisations
         (`fsm.solve.equations.inertia`). With `recount` false, the signs of the block pivots are used without this check.
         """
         found = self._negative_pivots(recount)
@@ -264,8 +264,7 @@ class LinearSolver:
             elif self._symmetric:
                 found = int(count_negative(self._elimination.diagonal, self._factors))
             else:
-                pivots = self._inverse_pivots()
-                found = int(np.sum(np.linalg.eigvalsh(pivots + pivots.transpose(0, 2, 1)) < 0.0))
+                found = int(count_negative_parts(self._elimination.diagonal, self._factors))
             if not (recount and self._symmetric) or (found == 0 and self._trusted) or self._signs_hold():
                 return found
         return self.negative_eigenvalues(BlockMatrix(matrix.pattern, matrix.data))
@@ -293,15 +292,11 @@ class LinearSolver:
             from fsm.solve.equations.inertia import negative_pivots_of_unsymmetric
 
             return negative_pivots_of_unsymmetric(matrix)
-        values = np.linalg.eigvals(self._inverse_pivots())
+        own = self._elimination.diagonal
+        values = np.linalg.eigvals(self._factors[-len(own) :] @ self._factors[own])
         return int(np.sum((values.real < 0.0) & (np.abs(values.imag) <= _REAL_TO * np.abs(values.real))))
 
     # inside ---------------------------------------------------------------------------------------------------------
-
-    def _inverse_pivots(self) -> np.ndarray:
-        assert self._elimination is not None
-        own = self._elimination.diagonal
-        return self._factors[-len(own) :] @ self._factors[own]
 
     def _signs_hold(self) -> bool:
         """Whether round-off of the factors cannot have changed the sign of an eigenvalue.
