@@ -80,6 +80,8 @@ def many_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
 
 _SHIFT = 1e-9
 """Stiffness over the largest one that makes a singular matrix regular."""
+_SAME = 1e-6
+"""Relative difference of entries below which they count as equal."""
 _REAL_TO = 1e-9
 """Ratio of imaginary to real part, below which an eigenvalue is real."""
 
@@ -372,3 +374,11 @@ def _pardiso_solver() -> Any:
     except ImportError:
         raise FsmError("PARDISO is not installed: pip install 'fsm[mkl]', or set linear = \"block\"") from None
     return PyPardisoSolver()
+
+
+def first_of_largest(size: np.ndarray) -> np.ndarray:
+    """Number of the first of the largest entries of each row (..., n), for signs of modes that no round-off changes.
+
+    Entries that differ by less than 1e-6 count as equal, like those of a symmetric mode.
+    """
+    return np.argmax(size > (1.0 - _SAME) * size.max(axis=-1, keepdims=True), axis=-1)
