@@ -20,15 +20,11 @@ from fsm.model.bodies.contact_arrays import (
     EVALUATIONS,
     FOUND,
     FRICTION,
-    KIND,
     MARGIN,
     MEASURED,
     MOST,
-    SHAPES,
-    SHEETS,
     STARTED,
     ContactArrays,
-    ContactParts,
     GeometryKernels,
     LawKernels,
     exponent_of,
@@ -42,14 +38,6 @@ class Weighed(NamedTuple):
     rows: np.ndarray
     gradient: np.ndarray
     hessian: np.ndarray
-
-
-@kernel
-def geometry_of(g: ContactArrays, parts: ContactParts) -> GeometryKernels:
-    """Kernels of the geometry of a group."""
-    if g.state[KIND] == SHEETS:
-        return parts.sheets
-    return parts.shapes if g.state[KIND] == SHAPES else parts.surfaces
 
 
 @kernel
@@ -97,7 +85,7 @@ def renew_search(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray)
     state = g.state
     changed = state[CHANGES] == 1 and state[STARTED] == 1 and not equal_poses(poses, g.committed)
     renewed = geometry.renew(g, poses)
-    if (renewed == 1 or changed) and state[KIND] == SHAPES:
+    if renewed == 1 or changed:
         geometry.settle(g, poses, state[:0], True)
     return int(renewed)
 

@@ -20,18 +20,16 @@ from fsm.model.bodies.contact_arrays import (
     ACROSS,
     ACTIVE,
     COMMITTED_AT,
+    FADES,
     FRICTION,
-    KIND,
     LOSSY,
     MARGIN,
     MOST,
     REFERRED,
-    SHEETS,
+    RENUMBERS,
     STARTED,
-    SURFACES,
     ContactArrays,
     ContactKernels,
-    ContactParts,
     GeometryKernels,
     LawKernels,
     contacts_at,
@@ -48,13 +46,13 @@ from fsm.model.contact.array_contact_state import (
     evaluate,
     find_pressed,
     find_slots,
-    geometry_of,
     increments,
     measure_slots,
     renew_search,
     taper_arguments,
     values_at,
 )
+from fsm.model.contact.geometry_calls import geometry_of
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -79,43 +77,43 @@ def _taper_energy(g: ContactArrays, laws: LawKernels, rows: np.ndarray) -> np.nd
 
 
 @kernel
-def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
+def _force(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool) -> None:
     """Add the forces of all contacts; `mean_rates` as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g, parts)
+        geometry = geometry_of(g)
         count = find_slots(g, geometry, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            add_forces(g, weighed, _taper_energy(g, parts.laws, weighed.rows), count, total)
+            weighed, _ = evaluate(g, geometry, laws, t, poses, rates, mean_rates, count, False)
+            add_forces(g, weighed, _taper_energy(g, laws, weighed.rows), count, total)
         _mark(g, count)
 
 
 @kernel
 def _tangent(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, at_depths: bool
+    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool, at_depths: bool
 ) -> None:
     """Add the forces of all contacts, and their stiffness K and damping D; arguments as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g, parts)
+        geometry = geometry_of(g)
         count = find_pressed(g, geometry, poses) if at_depths else find_slots(g, geometry, poses, 0.0)
         g.state[ACTIVE] = count
         if count == 0:
             _mark(g, count)
             continue
-        weighed, bristles = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, at_depths)
+        weighed, bristles = evaluate(g, geometry, laws, t, poses, rates, mean_rates, count, at_depths)
         _mark(g, count)
-        add_forces(g, weighed, _taper_energy(g, parts.laws, weighed.rows), count, total)
+        add_forces(g, weighed, _taper_energy(g, laws, weighed.rows), count, total)
         geometry.tangent(g, poses, rates, count, stiffness, damping)
         if weighed.rows.shape[0] > 0:
-            _add_taper_tangent(g, parts.laws, weighed, count, stiffness)
+            _add_taper_tangent(g, laws, weighed, count, stiffness)
         dof, indptr, indices = index_of(g)
         if g.numbers[ACROSS] != 1.0:
-            parts.laws.add_turn_stiffness(
+            laws.add_turn_stiffness(
                 g.bodies[:count], g.gradient[:count], g.by_turn[:count], dof, indptr, indices, stiffness
             )
         if bristles:
@@ -140,13 +138,13 @@ def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, cou
 
 
 @kernel
-def _press(groups: np.ndarray, parts: ContactParts, most: float) -> None:
+def _press(groups: np.ndarray, most: float) -> None:
     """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        if g.state[KIND] == SHEETS:  # the slots are those of the last accepted state
+        if g.state[RENUMBERS] == 1:  # the slots are those of the last accepted state
             g.state[REFERRED] = 0
-            parts.sheets.renew(g, g.committed)
+            geometry_of(g).renew(g, g.committed)
         copy_into(g.depth, g.pressed)
         copy_into(g.depth, g.pressed_before)
         g.numbers[MOST] = most
@@ -190,12 +188,12 @@ def _unit_energy(g: ContactArrays, laws: LawKernels, share: np.ndarray) -> np.nd
 
 
 @kernel
-def _passed(table: np.ndarray, groups: np.ndarray, parts: ContactParts) -> bool:
+def _passed(table: np.ndarray, groups: np.ndarray) -> bool:
     """Whether sides have passed through each other since the last accepted state."""
     poses = floats_2d(table, POSES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g, parts)
+        geometry = geometry_of(g)
         renew_search(g, geometry, poses)
         if geometry.passed(g, poses) >= 0:
             return True
@@ -224,54 +222,54 @@ def longest_of_impacts(g: ContactArrays, unit_energy: np.ndarray, t: float, rate
 
 
 @kernel
-def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float) -> float:
+def _part_of_step(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, step: float) -> float:
     """Return 1 to accept a step, or the factor by which a rejected step is shortened; see `ContactSet.rejection`."""
     poses, rates, part = floats_2d(table, POSES), floats_2d(table, RATES), 1.0
-    if _passed(table, groups, parts):
+    if _passed(table, groups):
         return 0.5
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         if g.state[STARTED] == 0 or not resolves(g):
             continue
-        geometry = geometry_of(g, parts)
+        geometry = geometry_of(g)
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
-        unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
+        evaluate(g, geometry, laws, t, poses, rates, False, count, False)
+        unit_energy = _unit_energy(g, laws, values_at(g.share, g.slot[:count]))
         part = min(part, part_before_impacts(g, unit_energy, step))
     return part
 
 
 @kernel
-def _longest_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> float:
+def _longest_step(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float) -> float:
     """Longest step that resolves impacts, s."""
     poses, rates, longest = floats_2d(table, POSES), floats_2d(table, RATES), np.inf
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         if not resolves(g):
             continue
-        geometry = geometry_of(g, parts)
+        geometry = geometry_of(g)
         count = find_slots(g, geometry, poses, g.numbers[MARGIN])
         if count == 0:
             continue
         measure_slots(g, geometry, poses, rates, count)
-        unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
+        unit_energy = _unit_energy(g, laws, values_at(g.share, g.slot[:count]))
         longest = min(longest, longest_of_impacts(g, unit_energy, t, rates))
     return longest
 
 
 @kernel
-def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
+def _accept(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool) -> None:
     """Update the memory of all contacts; see `ContactGroup.commit`; `mean_rates` as for `evaluate`."""
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry, unit_energy = geometry_of(g, parts), g.gap[:0]
+        geometry, unit_energy = geometry_of(g), g.gap[:0]
         count = find_slots(g, geometry, poses, 0.0)
         if count > 0:
-            evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            unit_energy = _unit_energy(g, parts.laws, np.full(count, CORNER_WEIGHT))
+            evaluate(g, geometry, laws, t, poses, rates, mean_rates, count, False)
+            unit_energy = _unit_energy(g, laws, np.full(count, CORNER_WEIGHT))
         accept_group(g, geometry, unit_energy, t, poses, rates)
 
 
@@ -360,7 +358,7 @@ def sums_of_contacts(g: ContactArrays, elastic: np.ndarray, pairs: int) -> np.nd
 
 @kernel
 def _stored(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float, pair_force: np.ndarray
+    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, step: float, pair_force: np.ndarray
 ) -> tuple[float, float]:
     """Energy (J) and mean dissipated power (W) of all contacts; writes the normal forces of all pairs."""
     poses, rates, before = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, BEFORE)
@@ -369,15 +367,15 @@ def _stored(
     pair_force[:] = 0.0
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g, parts)
+        geometry = geometry_of(g)
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
-        energy = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
+        evaluate(g, geometry, laws, t, poses, rates, False, count, False)
+        energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
         for i in range(energy.shape[0]):
             stored += energy[i]
-        sums = _sums(g, parts.laws, count, pairs)
+        sums = _sums(g, laws, count, pairs)
         for p in range(pairs):
             pair_force[p] += sums[FORCES, p]
     if step > 0.0:
@@ -390,13 +388,13 @@ def _stored(
                 g = contacts_at(groups, k)
                 if g.state[LOSSY] == 0:
                     continue
-                geometry, at = geometry_of(g, parts), poses if end == 1 else before
+                geometry, at = geometry_of(g), poses if end == 1 else before
                 count = find_slots(g, geometry, at, 0.0)
                 if count == 0:
                     continue
                 when = t if end == 1 else t - step
-                evaluate(g, geometry, parts.laws, when, at, mean, True, count, False)
-                sums = _sums(g, parts.laws, count, pairs)
+                evaluate(g, geometry, laws, when, at, mean, True, count, False)
+                sums = _sums(g, laws, count, pairs)
                 for p in range(pairs):
                     for row in range(2):
                         power += 0.5 * sums[SLIDING + row, p]
@@ -409,7 +407,7 @@ def _stored(
 def deepest_of_pairs(g: ContactArrays, tapered: np.ndarray, count: int, gap: np.ndarray) -> None:
     """Reduce the gaps (n_pairs,) of pairs to those of the evaluated contacts, m."""
     depth = -g.gap[:count]
-    if g.state[KIND] == SURFACES and tapered.shape[0] > 0:  # the depth of points at ends fades out
+    if g.state[FADES] == 1 and tapered.shape[0] > 0:
         for i in range(count):
             depth[i] *= min(g.share_of[i] / g.share[g.slot[i]], 1.0)
     smallest_gaps(g.pair, g.slot[:count], -depth, gap)
@@ -417,7 +415,7 @@ def deepest_of_pairs(g: ContactArrays, tapered: np.ndarray, count: int, gap: np.
 
 @kernel
 def _state_of_pairs(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, out: np.ndarray
+    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool, out: np.ndarray
 ) -> tuple[float, float]:
     """Energy (J) and dissipated power (W) of all contacts; see `ContactGroup.observe`.
 
@@ -429,14 +427,14 @@ def _state_of_pairs(
     out[last] = np.inf
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry, gap = geometry_of(g, parts), np.full(pairs, g.numbers[MARGIN])
+        geometry, gap = geometry_of(g), np.full(pairs, g.numbers[MARGIN])
         count = find_slots(g, geometry, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            energy = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
+            weighed, _ = evaluate(g, geometry, laws, t, poses, rates, mean_rates, count, False)
+            energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
             for i in range(count):
                 stored += energy[i]
-            sums = _sums(g, parts.laws, count, pairs)
+            sums = _sums(g, laws, count, pairs)
             for p in range(pairs):
                 for row in range(last):
                     out[row, p] += sums[row, p]
@@ -452,7 +450,7 @@ def _state_of_pairs(
 
 @kernel
 def _losses(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, of_pairs: np.ndarray
+    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, of_pairs: np.ndarray
 ) -> float:
     """Dissipated power (W) of all contacts at the present rates; the power of each pair is added to `of_pairs` (2,
     n_pairs).
@@ -462,12 +460,12 @@ def _losses(
         g = contacts_at(groups, k)
         if g.state[LOSSY] == 0:
             continue
-        geometry = geometry_of(g, parts)
+        geometry = geometry_of(g)
         count = find_slots(g, geometry, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
-        sums = _sums(g, parts.laws, count, of_pairs.shape[1])
+        evaluate(g, geometry, laws, t, poses, rates, False, count, False)
+        sums = _sums(g, laws, count, of_pairs.shape[1])
         for p in range(of_pairs.shape[1]):
             for row in range(2):
                 power += sums[SLIDING + row, p]

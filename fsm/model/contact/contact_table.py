@@ -10,26 +10,26 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from functools import cache
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
 from fsm.kernels.keys import find_keys
-from fsm.kernels.pointers import enter, pointers
-from fsm.kernels.tables import Table, TableExample, as_declared, empty_arrays, with_rows
+from fsm.kernels.pointers import enter
+from fsm.kernels.tables import Table, as_declared, empty_arrays, with_rows
 from fsm.model.bodies.contact_arrays import (
     BELOW,
     CHANGES,
     COMMITTED_AT,
     EVALUATIONS,
+    FADES,
     FOUND,
-    KIND,
     LACKS,
     MEASURED,
     MOST,
     OF_SLOTS,
     REFERRED,
+    RENUMBERS,
     STARTED,
     STATES,
     ContactArrays,
@@ -38,6 +38,7 @@ from fsm.model.bodies.contact_arrays import (
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.array_contact_state import find_slots, renew_search
 from fsm.model.contact.contact_memory import ContactDepths, ContactMemory
+from fsm.model.contact.geometry_calls import calls_of, pointers_of
 
 Own = TypeVar("Own", bound="ContactTable")
 _NONE = np.zeros(0, dtype=np.int64)
@@ -121,9 +122,12 @@ class ContactTable(ABC):
         Number of calls of `find`, `measure` and `commit`, which overwrite the contacts of the last evaluated state.
     """
 
-    kind: ClassVar[int]
     coupled_bodies: ClassVar[int]
     """Number of bodies of a contact."""
+    renumbers: ClassVar[bool] = False
+    """Whether a renewal of the broad phase in compiled steps gives slots other numbers."""
+    fades: ClassVar[bool] = False
+    """Whether the depth of a contact, as a result, fades out with its tapered weight."""
     found: ClassVar[tuple[str, ...]] = ()
     """Arrays that `find` writes for this geometry alone."""
     table: Any
@@ -134,7 +138,7 @@ class ContactTable(ABC):
         self.kernels, self.slips, self.margin = kernels, slips, margin
         size, bodies, state = 3 if slips == 1 else 6, self.coupled_bodies, np.zeros(STATES, dtype=np.int64)
         poses, ways, square = np.zeros((0, 3 if slips == 1 else 7)), np.zeros((0, slips)), np.zeros((0, slips, slips))
-        state[FOUND], state[KIND] = -1, self.kind
+        state[FOUND], state[RENUMBERS], state[FADES] = -1, self.renumbers, self.fades
         common = empty_arrays(ContactArrays)._replace(
             state=state, numbers=np.array([margin, 0.0, 0.0, 0.0, 1.0]), resolving=np.zeros(6), committed=poses,
             reference=poses, found_poses=poses, moving=moving, radii=radii, deflection=ways,
@@ -177,6 +181,10 @@ class ContactTable(ABC):
         other.clear_caches()
         other.common.state[EVALUATIONS] = 0
         return other
+
+    def point(self) -> None:
+        """Write the addresses of the kernels of the geometry, for compiled steps."""
+        self.table.put(calls=calls_of(self.kernels))
 
     def index(self, pattern: BodyPattern) -> None:
         """Replace the pattern of compiled steps."""
@@ -379,17 +387,3 @@ class ContactTable(ABC):
         self.common.state[LACKS] = self.common.state[MEASURED] = 0
 
 
-@cache
-def pointers_of(kernels: GeometryKernels) -> GeometryKernels:
-    """Pointers to the kernels of a geometry."""
-    return pointers(kernels, geometry_arguments())
-
-
-def geometry_arguments() -> GeometryKernels:
-    """Examples of the arguments of each kernel of a geometry."""
-    g, whole = TableExample(ContactArrays), np.zeros(0, dtype=np.int64)
-    two, three = np.zeros((0, 0)), np.zeros((0, 0, 0))
-    return GeometryKernels(
-        (g, two), (g, two, 0.0), (g, two, two, 0), (g, whole), (g, two, 0), (g, two, two, 0, three, three), (g, two),
-        (g, two, whole, True),
-    )  # fmt: skip

@@ -1,0 +1,60 @@
+"""Kernels that a table names by their addresses, as a tuple of functions in another kernel.
+
+A group brings its kernels in its own table, so that the types of a model do not depend on the kinds of its groups.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+import numba.extending
+from numba.core import cgutils, types
+from numba.np.arrayobj import make_array
+
+from fsm.kernels.pointers import AbsentPointer
+
+T = TypeVar("T")
+
+
+def kernels_in(kind: Callable[..., T], examples: Callable[[], tuple[Any, Any]]) -> Callable[[Any], T]:
+    """Function of kernels that returns the kernels of a table: ``f(table)`` with their addresses in ``table.calls``.
+
+    Parameters
+    ----------
+    kind : NamedTuple class
+        Its fields are the kernels.
+    examples : function
+        Returns examples of the result and of the arguments of each kernel.
+    """
+
+    def of(table: Any) -> T:
+        raise NotImplementedError  # without the compiler there are no addresses
+
+    if numba.config.DISABLE_JIT:
+        return of
+
+    @numba.extending.intrinsic
+    def found(context: Any, addresses: Any) -> Any:
+        functions = [AbsentPointer(result, *rest)._numba_type_ for result, rest in zip(*examples(), strict=True)]
+        tuple_type = types.NamedTuple(functions, kind)
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data, null = make_array(addresses)(context, builder, arguments[0]).data, context.get_constant_null(types.voidptr)
+            values = []
+            for row, function in enumerate(functions):
+                value = cgutils.create_struct_proxy(function)(context, builder)
+                place = builder.gep(data, [context.get_constant(types.intp, row)])
+                value.c_addr = builder.inttoptr(builder.load(place), cgutils.voidptr_t)
+                value.py_addr = value.jit_addr = null
+                values.append(value._getvalue())
+            return context.make_tuple(builder, tuple_type, values)
+
+        return tuple_type(addresses), generate
+
+    @numba.extending.overload(of, strict=False)
+    def choose(table: Any) -> Any:
+        return lambda table: found(table.calls)
+
+    return of
