@@ -69,7 +69,17 @@ from fsm.model.elements.couplings import (
 )
 from fsm.model.elements.law_elements import ElementLaw
 from fsm.model.elements.point_elements import PointKind
-from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, GEOMETRIES, POINT_KINDS, AddedBuilder, AddedLaw
+from fsm.registry import (
+    BUILDERS,
+    CONTACT_LAWS,
+    COUPLINGS,
+    ELEMENT_LAWS,
+    FRICTION_LAWS,
+    GEOMETRIES,
+    POINT_KINDS,
+    AddedBuilder,
+    AddedLaw,
+)
 from fsm.results.channel import AXES, Dim
 
 __all__ = [
@@ -136,7 +146,10 @@ def add_coupling(name: str, kind: Coupling, parameters: type[BaseModel] | None =
 
 
 def add_geometry(
-    name: str, build: Callable[[Touching], tuple[ContactTable, ...]], parameters: type[BaseModel] | None = None, text: str = ""
+    name: str,
+    build: Callable[[Touching], tuple[ContactTable, ...]],
+    parameters: type[BaseModel] | None = None,
+    text: str = "",
 ) -> None:
     """Add a contact geometry of pairs of bodies, ``[[scene.pairs]] geometry = name``.
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import numba
 import numba.extending
-from numba.core import cgutils, types
+from numba.core import cgutils
 from numba.np.arrayobj import make_array
 
 from fsm.kernels.pointers import AbsentPointer
@@ -38,14 +38,14 @@ def kernels_in(kind: Callable[..., T], examples: Callable[[], tuple[Any, Any]]) 
     @numba.extending.intrinsic
     def found(context: Any, addresses: Any) -> Any:
         functions = [AbsentPointer(result, *rest)._numba_type_ for result, rest in zip(*examples(), strict=True)]
-        tuple_type = types.NamedTuple(functions, kind)
+        tuple_type = numba.types.NamedTuple(functions, kind)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data, null = make_array(addresses)(context, builder, arguments[0]).data, context.get_constant_null(types.voidptr)
+            data, null = make_array(addresses)(context, builder, arguments[0]).data, context.get_constant_null(numba.types.voidptr)
             values = []
             for row, function in enumerate(functions):
                 value = cgutils.create_struct_proxy(function)(context, builder)
-                place = builder.gep(data, [context.get_constant(types.intp, row)])
+                place = builder.gep(data, [context.get_constant(numba.types.intp, row)])
                 value.c_addr = builder.inttoptr(builder.load(place), cgutils.voidptr_t)
                 value.py_addr = value.jit_addr = null
                 values.append(value._getvalue())

@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 from fsm.extend import (
-    ContactArrays, Floats1, Integers2, Length, PairContacts, Section, add_contact_tangent, add_geometry, fill_rotation, follows,
-    forces_of, index_of, kernel,
+    ContactArrays, Floats1, Integers2, Length, PairContacts, Section, add_contact_tangent, add_geometry, fill_rotation,
+    follows, forces_of, index_of, kernel,
 )
 
 class Ball(Section):

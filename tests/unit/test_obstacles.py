@@ -18,6 +18,7 @@ from fsm.case.models.obstacle import Obstacle
 from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
 from fsm.model.compile.compile_shapes import compile_shapes
+from fsm.model.contact.touching import Touching
 from fsm.model.faults.check_scene import check_scene
 
 CONTACT = Contact(stiffness=1e6)
@@ -158,7 +159,8 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     )
     assert not check_scene(scene)
     bodies, poses = placed(scene, spatial)
-    plates, obstacles = compile_shapes(scene, bodies, poses, spatial)
+    touching = Touching(scene, bodies, poses, spatial, tuple(enumerate(scene.pairs)))
+    plates, obstacles = compile_shapes(touching)
     touching = plates.find(poses, 0.0)
     # a and c overlap at their hinge, but have no contact there
     points = touching.slot < len(plates.tables.points.body)
@@ -174,4 +176,4 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     np.testing.assert_array_equal(kinds, [HALF_SPACE, BOX, CYLINDER, SPHERE])
     across = [0.2, 0.4] if spatial else [np.inf, np.inf]
     np.testing.assert_allclose(sizes[1:], [[0.1, across[0], 0.3], [0.3, across[1], 0.3], [0.2, 0.2, 0.2]])
-    assert compile_shapes(scene.model_copy(update={"contact": None}), bodies, poses, spatial) == ()
+    assert compile_shapes(touching._replace(scene=scene.model_copy(update={"contact": None}))) == ()

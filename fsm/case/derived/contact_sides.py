@@ -1,7 +1,7 @@
 """Sides of a contact pair, and the geometry of the pair that follows from them.
 
-A side is a surface, the plate of a body, a group of plates, an obstacle, a film, a cable or a sheet. In a pair that names its
-geometry, a side is a body or the ground.
+A side is a surface, the plate of a body, a group of plates, an obstacle, a film, a cable or a sheet. In a pair that names
+its geometry, a side is a body or the ground.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ class ContactSide(NamedTuple):
 
     Attributes
     ----------
-    kind : "surface", "plate", "group", "obstacle" or "film", also for a cable and for flexible facets; "body" without a plate
+    kind : "surface", "plate", "group", "obstacle" or "film", also for a cable and for flexible facets; "body": without
+        a plate
     bodies : names of the bodies of the side, in order along a surface; for a film, names of its points
     face : area to which the whole contact stiffness belongs, m^2; None: the area of each plate
     """

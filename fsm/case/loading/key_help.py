@@ -73,8 +73,8 @@ def _added() -> Iterator[tuple[str, Place]]:
     for name, builder in BUILDERS.items():
         yield name, Place(builder.section, None, {})
     laws = (("contact", CONTACT_LAWS), ("friction", FRICTION_LAWS), ("scene.elements", ELEMENT_LAWS))
-    kinds = ("scene.point_elements", POINT_KINDS), ("scene.pairs", GEOMETRIES), ("scene.couplings", OWN_COUPLINGS | COUPLINGS)
-    for path, known in (*laws, *kinds):
+    kinds = (("scene.point_elements", POINT_KINDS), ("scene.couplings", OWN_COUPLINGS | COUPLINGS))
+    for path, known in (*laws, *kinds, ("scene.pairs", GEOMETRIES)):
         models = [law.parameters for law in known.values() if law.parameters is not None]
         if models:
             yield f"{path}.parameters", Place(reduce(or_, models), None, {})

@@ -185,12 +185,13 @@ STATES = 20
 state (STARTED), and a renewal (REFERRED); the pattern lacks a pair of bodies, or the table a row (LACKS); there is
 friction, with bristles; forces depend on rates (LOSSY). EVALUATIONS counts states. FOUND is the number of contacts of the
 last search, -1 if they do not hold any longer; MEASURED: they have been measured. ACTIVE is the number of contacts of the
-last tangent at depths of statics. RENUMBERS and FADES: see `ContactTable`. A geometry has its own numbers from OWN_STATE on."""
+last tangent at depths of statics. RENUMBERS and FADES: see `ContactTable`. A geometry has its own numbers from OWN_STATE
+on."""
 OF_SLOTS = tuple(
     name for name in ContactArrays._fields
     if name not in (
-        "state", "calls", "numbers", "normal", "friction", "resolving", "mobility", "loose", "committed", "rates_before", "reference",
-        "moving", "radii", "dof", "indptr", "indices", "found_poses", "found_rates",
+        "state", "calls", "numbers", "normal", "friction", "resolving", "mobility", "loose", "committed", "rates_before",
+        "reference", "moving", "radii", "dof", "indptr", "indices", "found_poses", "found_rates",
     )
 )  # fmt: skip
 """Arrays with a row for each slot."""
