@@ -5,17 +5,29 @@ A group brings its kernels in its own table, so that the types of a model do not
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import numba
 import numba.extending
+import numpy as np
 from numba.core import cgutils
 from numba.np.arrayobj import make_array
 
-from fsm.kernels.pointers import AbsentPointer
+from fsm.kernels.pointers import AbsentPointer, pointers
 
 T = TypeVar("T")
+
+
+_kept: dict[int, Any] = {}
+
+
+def addresses_of(kernels: Sequence[Any], arguments: Sequence[Any]) -> np.ndarray:
+    """Addresses (n,) of kernels, with examples of their arguments; without the compiler numbers that stand for kernels."""
+    found = pointers(kernels, arguments)
+    if numba.config.DISABLE_JIT:
+        _kept.update((id(one), one) for one in found)
+    return np.array([getattr(one, "address", id(one)) for one in found])
 
 
 def kernels_in(kind: Callable[..., T], examples: Callable[[], tuple[Any, Any]]) -> Callable[[Any], T]:
@@ -30,7 +42,7 @@ def kernels_in(kind: Callable[..., T], examples: Callable[[], tuple[Any, Any]]) 
     """
 
     def of(table: Any) -> T:
-        raise NotImplementedError  # without the compiler there are no addresses
+        return kind(*(_kept[number] for number in table.calls.tolist()))  # without the compiler
 
     if numba.config.DISABLE_JIT:
         return of
@@ -41,7 +53,8 @@ def kernels_in(kind: Callable[..., T], examples: Callable[[], tuple[Any, Any]]) 
         tuple_type = numba.types.NamedTuple(functions, kind)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data, null = make_array(addresses)(context, builder, arguments[0]).data, context.get_constant_null(numba.types.voidptr)
+            data = make_array(addresses)(context, builder, arguments[0]).data
+            null = context.get_constant_null(numba.types.voidptr)
             values = []
             for row, function in enumerate(functions):
                 value = cgutils.create_struct_proxy(function)(context, builder)

@@ -9,12 +9,12 @@ import numpy as np
 
 from fsm.interactions.contact.bristle import add_way_stiffness, carried
 from fsm.interactions.contact.contact_depths import advance_depths
-from fsm.interactions.contact.impacts import CORNER_WEIGHT, fraction_before, longest_step, shared_weight, young_impacts
+from fsm.interactions.contact.impacts import CORNER_WEIGHT, fraction_before, longest_step, young_impacts
 from fsm.interactions.contact.pair_sums import FORCE as FORCES
 from fsm.interactions.contact.pair_sums import SLIDING, smallest_gaps, sums_of_pairs
 from fsm.interactions.surfaces.end_taper import add_taper_tangent
 from fsm.kernels.addresses import floats_2d, floats_3d
-from fsm.kernels.jit import kernel
+from fsm.kernels.jit import kernel, shared
 from fsm.model.bodies.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
 from fsm.model.bodies.contact_arrays import (
     ACROSS,
@@ -30,11 +30,9 @@ from fsm.model.bodies.contact_arrays import (
     STARTED,
     ContactArrays,
     ContactKernels,
-    GeometryKernels,
     LawKernels,
     contacts_at,
     floor_of,
-    index_of,
     resolves,
     rules_of,
 )
@@ -50,6 +48,8 @@ from fsm.model.contact.array_contact_state import (
     measure_slots,
     renew_search,
     taper_arguments,
+    taper_energy,
+    unit_energies,
     values_at,
 )
 from fsm.model.contact.geometry_calls import geometry_of
@@ -67,26 +67,15 @@ def _mark(g: ContactArrays, count: int) -> None:
 
 
 @kernel
-def _taper_energy(g: ContactArrays, laws: LawKernels, rows: np.ndarray) -> np.ndarray:
-    """Energies (J) of contacts whose weights change with the poses."""
-    if rows.shape[0] == 0:
-        return g.gap[:0]
-    depth, whole = taper_arguments(g, rows)
-    energy: np.ndarray = laws.energy(depth, whole, g.normal)
-    return energy
-
-
-@kernel
 def _force(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool) -> None:
     """Add the forces of all contacts; `mean_rates` as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_slots(g, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, geometry, laws, t, poses, rates, mean_rates, count, False)
-            add_forces(g, weighed, _taper_energy(g, laws, weighed.rows), count, total)
+            weighed, _ = evaluate(g, laws, t, poses, rates, mean_rates, count, False)
+            add_forces(g, weighed, taper_energy(g, laws, weighed.rows), count, total)
         _mark(g, count)
 
 
@@ -99,41 +88,50 @@ def _tangent(
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g)
-        count = find_pressed(g, geometry, poses) if at_depths else find_slots(g, geometry, poses, 0.0)
+        count = find_pressed(g, poses) if at_depths else find_slots(g, poses, 0.0)
         g.state[ACTIVE] = count
         if count == 0:
             _mark(g, count)
             continue
-        weighed, bristles = evaluate(g, geometry, laws, t, poses, rates, mean_rates, count, at_depths)
+        weighed, bristles = evaluate(g, laws, t, poses, rates, mean_rates, count, at_depths)
         _mark(g, count)
-        add_forces(g, weighed, _taper_energy(g, laws, weighed.rows), count, total)
-        geometry.tangent(g, poses, rates, count, stiffness, damping)
-        if weighed.rows.shape[0] > 0:
-            _add_taper_tangent(g, laws, weighed, count, stiffness)
-        dof, indptr, indices = index_of(g)
-        if g.numbers[ACROSS] != 1.0:
-            laws.add_turn_stiffness(
-                g.bodies[:count], g.gradient[:count], g.by_turn[:count], dof, indptr, indices, stiffness
-            )
-        if bristles:
-            add_way_stiffness(
-                g.bodies[:count], g.gradient[:count], g.by_distance[:count], dof,
-                indptr, indices, stiffness,
-            )  # fmt: skip
+        add_forces(g, weighed, taper_energy(g, laws, weighed.rows), count, total)
+        add_tangent(g, laws, weighed, bristles, poses, rates, count, stiffness, damping)
 
 
 @kernel
+def _add_geometric_tangent(
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+) -> None:
+    geometry_of(g).tangent(g, poses, rates, count, stiffness, damping)
+
+
+@shared
+def add_tangent(
+    g: ContactArrays, laws: LawKernels, weighed: Weighed, bristles: bool, poses: np.ndarray, rates: np.ndarray, count: int,
+    stiffness: np.ndarray, damping: np.ndarray,
+) -> None:  # fmt: skip
+    """Add stiffness K and damping D of the evaluated contacts; arguments as `evaluate` returns them."""
+    _add_geometric_tangent(g, poses, rates, count, stiffness, damping)
+    if weighed.rows.shape[0] > 0:
+        _add_taper_tangent(g, laws, weighed, count, stiffness)
+    bodies, gradient = g.bodies[:count], g.gradient[:count]
+    if g.numbers[ACROSS] != 1.0:
+        laws.add_turn_stiffness(bodies, gradient, g.by_turn[:count], g.dof, g.indptr, g.indices, stiffness)
+    if bristles:
+        add_way_stiffness(bodies, gradient, g.by_distance[:count], g.dof, g.indptr, g.indices, stiffness)
+
+
+@shared
 def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, stiffness: np.ndarray) -> None:
     rows, params = weighed.rows, g.normal
     depth, whole = taper_arguments(g, rows)
     closing, onset = -values_at(column_of(g.rate[:count], 0, 1.0), rows), values_at(g.onset_of, rows)
     normal, _ = laws.normal(depth, closing, onset, whole, params)
-    dof, indptr, indices = index_of(g)
     add_taper_tangent(
         g.bodies[:count], g.gradient[:count], rows, weighed.gradient, weighed.hessian,
         laws.energy(depth, whole, params), elastic_force(g, laws, depth, whole), normal, g.by_normal[:count],
-        dof, indptr, indices, stiffness,
+        g.dof, g.indptr, g.indices, stiffness,
     )  # fmt: skip
 
 
@@ -182,20 +180,13 @@ def _advance(groups: np.ndarray, change: np.ndarray, per_second: float) -> None:
 
 
 @kernel
-def _unit_energy(g: ContactArrays, laws: LawKernels, share: np.ndarray) -> np.ndarray:
-    energy: np.ndarray = laws.energy(np.ones(share.shape[0]), shared_weight(share), g.normal)
-    return energy
-
-
-@kernel
 def _passed(table: np.ndarray, groups: np.ndarray) -> bool:
     """Whether sides have passed through each other since the last accepted state."""
     poses = floats_2d(table, POSES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g)
-        renew_search(g, geometry, poses)
-        if geometry.passed(g, poses) >= 0:
+        renew_search(g, poses)
+        if geometry_of(g).passed(g, poses) >= 0:
             return True
     return False
 
@@ -231,13 +222,12 @@ def _part_of_step(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: fl
         g = contacts_at(groups, k)
         if g.state[STARTED] == 0 or not resolves(g):
             continue
-        geometry = geometry_of(g)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, laws, t, poses, rates, False, count, False)
-        unit_energy = _unit_energy(g, laws, values_at(g.share, g.slot[:count]))
-        part = min(part, part_before_impacts(g, unit_energy, step))
+        evaluate(g, laws, t, poses, rates, False, count, False)
+        of_unit = unit_energies(g, laws, values_at(g.share, g.slot[:count]))
+        part = min(part, part_before_impacts(g, of_unit, step))
     return part
 
 
@@ -249,13 +239,12 @@ def _longest_step(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: fl
         g = contacts_at(groups, k)
         if not resolves(g):
             continue
-        geometry = geometry_of(g)
-        count = find_slots(g, geometry, poses, g.numbers[MARGIN])
+        count = find_slots(g, poses, g.numbers[MARGIN])
         if count == 0:
             continue
-        measure_slots(g, geometry, poses, rates, count)
-        unit_energy = _unit_energy(g, laws, values_at(g.share, g.slot[:count]))
-        longest = min(longest, longest_of_impacts(g, unit_energy, t, rates))
+        measure_slots(g, poses, rates, count)
+        of_unit = unit_energies(g, laws, values_at(g.share, g.slot[:count]))
+        longest = min(longest, longest_of_impacts(g, of_unit, t, rates))
     return longest
 
 
@@ -265,17 +254,17 @@ def _accept(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, m
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry, unit_energy = geometry_of(g), g.gap[:0]
-        count = find_slots(g, geometry, poses, 0.0)
+        of_unit = g.gap[:0]
+        count = find_slots(g, poses, 0.0)
         if count > 0:
-            evaluate(g, geometry, laws, t, poses, rates, mean_rates, count, False)
-            unit_energy = _unit_energy(g, laws, np.full(count, CORNER_WEIGHT))
-        accept_group(g, geometry, unit_energy, t, poses, rates)
+            evaluate(g, laws, t, poses, rates, mean_rates, count, False)
+            of_unit = unit_energies(g, laws, np.full(count, CORNER_WEIGHT))
+        accept_group(g, of_unit, t, poses, rates)
 
 
 @kernel
 def accept_group(
-    g: ContactArrays, geometry: GeometryKernels, unit_energy: np.ndarray, t: float, poses: np.ndarray, rates: np.ndarray
+    g: ContactArrays, unit_energy: np.ndarray, t: float, poses: np.ndarray, rates: np.ndarray
 ) -> None:
     """Update the memory of a group after an accepted step: onset of the evaluated contacts and deflection of bristles.
 
@@ -290,7 +279,7 @@ def accept_group(
     copy_into(rates, g.rates_before)
     copy_into(poses, g.committed)
     g.state[STARTED] = 1
-    geometry.settle(g, poses, young, False)
+    geometry_of(g).settle(g, poses, young, False)
 
 
 @kernel
@@ -338,22 +327,23 @@ def _remember(g: ContactArrays, unit_energy: np.ndarray, t: float, poses: np.nda
 # energies ---------------------------------------------------------------------------------------------------------------
 
 
-@kernel
-def _sums(g: ContactArrays, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
-    return sums_of_contacts(g, elastic_force(g, laws, -g.gap[:count], g.share_of[:count]), pairs)
+@shared
+def sums(g: ContactArrays, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
+    """Sums (6, pairs) over the evaluated contacts of every pair, see `sums_of_pairs`."""
+    return _sums(g, elastic_force(g, laws, -g.gap[:count], g.share_of[:count]), pairs)
 
 
 @kernel
-def sums_of_contacts(g: ContactArrays, elastic: np.ndarray, pairs: int) -> np.ndarray:
-    """Sums over the evaluated contacts of every pair, see `sums_of_pairs`; `elastic` (N) are their forces at rest."""
+def _sums(g: ContactArrays, elastic: np.ndarray, pairs: int) -> np.ndarray:
+    """Sums with the forces (N) of the contacts at rest."""
     count = elastic.shape[0]
     slot, share, own, part = g.slot[:count], g.share_of, g.share, np.empty(count)
     for i in range(count):
         part[i] = share[i] / own[slot[i]]
-    sums: np.ndarray = sums_of_pairs(
+    found: np.ndarray = sums_of_pairs(
         g.pair, slot, g.area, part, g.normal_force[:count], elastic, g.rate[:count], g.effort[:count], pairs
     )
-    return sums
+    return found
 
 
 @kernel
@@ -367,17 +357,16 @@ def _stored(
     pair_force[:] = 0.0
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, laws, t, poses, rates, False, count, False)
+        evaluate(g, laws, t, poses, rates, False, count, False)
         energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
         for i in range(energy.shape[0]):
             stored += energy[i]
-        sums = _sums(g, laws, count, pairs)
+        of_pair = sums(g, laws, count, pairs)
         for p in range(pairs):
-            pair_force[p] += sums[FORCES, p]
+            pair_force[p] += of_pair[FORCES, p]
     if step > 0.0:
         mean = increments(before, poses)
         for i in range(mean.shape[0]):
@@ -388,17 +377,17 @@ def _stored(
                 g = contacts_at(groups, k)
                 if g.state[LOSSY] == 0:
                     continue
-                geometry, at = geometry_of(g), poses if end == 1 else before
-                count = find_slots(g, geometry, at, 0.0)
+                at = poses if end == 1 else before
+                count = find_slots(g, at, 0.0)
                 if count == 0:
                     continue
                 when = t if end == 1 else t - step
-                evaluate(g, geometry, laws, when, at, mean, True, count, False)
-                sums = _sums(g, laws, count, pairs)
+                evaluate(g, laws, when, at, mean, True, count, False)
+                of_pair = sums(g, laws, count, pairs)
                 for p in range(pairs):
                     for row in range(2):
-                        power += 0.5 * sums[SLIDING + row, p]
-                        pair_energy[row, p] += 0.5 * step * sums[SLIDING + row, p]
+                        power += 0.5 * of_pair[SLIDING + row, p]
+                        pair_energy[row, p] += 0.5 * step * of_pair[SLIDING + row, p]
     copy_into(poses, before)
     return stored, power
 
@@ -427,21 +416,21 @@ def _state_of_pairs(
     out[last] = np.inf
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry, gap = geometry_of(g), np.full(pairs, g.numbers[MARGIN])
-        count = find_slots(g, geometry, poses, 0.0)
+        gap = np.full(pairs, g.numbers[MARGIN])
+        count = find_slots(g, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, geometry, laws, t, poses, rates, mean_rates, count, False)
+            weighed, _ = evaluate(g, laws, t, poses, rates, mean_rates, count, False)
             energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
             for i in range(count):
                 stored += energy[i]
-            sums = _sums(g, laws, count, pairs)
+            of_pair = sums(g, laws, count, pairs)
             for p in range(pairs):
                 for row in range(last):
-                    out[row, p] += sums[row, p]
+                    out[row, p] += of_pair[row, p]
                 for row in range(2):
-                    power += sums[SLIDING + row, p]
+                    power += of_pair[SLIDING + row, p]
             deepest_of_pairs(g, weighed.rows, count, gap)
-        near = find_slots(g, geometry, poses, g.numbers[MARGIN])
+        near = find_slots(g, poses, g.numbers[MARGIN])
         smallest_gaps(g.pair, g.slot[:near], np.maximum(g.gap[:near], 0.0), gap)
         for p in range(pairs):
             out[last, p] = min(out[last, p], gap[p])
@@ -460,16 +449,15 @@ def _losses(
         g = contacts_at(groups, k)
         if g.state[LOSSY] == 0:
             continue
-        geometry = geometry_of(g)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, laws, t, poses, rates, False, count, False)
-        sums = _sums(g, laws, count, of_pairs.shape[1])
+        evaluate(g, laws, t, poses, rates, False, count, False)
+        of_pair = sums(g, laws, count, of_pairs.shape[1])
         for p in range(of_pairs.shape[1]):
             for row in range(2):
-                power += sums[SLIDING + row, p]
-                of_pairs[row, p] += sums[SLIDING + row, p]
+                power += of_pair[SLIDING + row, p]
+                of_pairs[row, p] += of_pair[SLIDING + row, p]
     return power
 
 

@@ -15,7 +15,6 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 import numpy as np
 
 from fsm.kernels.keys import find_keys
-from fsm.kernels.pointers import enter
 from fsm.kernels.tables import Table, as_declared, empty_arrays, with_rows
 from fsm.model.bodies.contact_arrays import (
     BELOW,
@@ -38,7 +37,7 @@ from fsm.model.bodies.contact_arrays import (
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.array_contact_state import find_slots, renew_search
 from fsm.model.contact.contact_memory import ContactDepths, ContactMemory
-from fsm.model.contact.geometry_calls import calls_of, pointers_of
+from fsm.model.contact.geometry_calls import calls_of
 
 Own = TypeVar("Own", bound="ContactTable")
 _NONE = np.zeros(0, dtype=np.int64)
@@ -140,7 +139,8 @@ class ContactTable(ABC):
         poses, ways, square = np.zeros((0, 3 if slips == 1 else 7)), np.zeros((0, slips)), np.zeros((0, slips, slips))
         state[FOUND], state[RENUMBERS], state[FADES] = -1, self.renumbers, self.fades
         common = empty_arrays(ContactArrays)._replace(
-            state=state, numbers=np.array([margin, 0.0, 0.0, 0.0, 1.0]), resolving=np.zeros(6), committed=poses,
+            state=state, calls=calls_of(kernels), numbers=np.array([margin, 0.0, 0.0, 0.0, 1.0]), resolving=np.zeros(6),
+            committed=poses,
             reference=poses, found_poses=poses, moving=moving, radii=radii, deflection=ways,
             bodies=np.zeros((0, bodies), dtype=np.int64), rate=np.zeros((0, 1 + slips)),
             gradient=np.zeros((0, 1 + slips, bodies * size)), slip=ways, effort=ways, by_slip=square, by_normal=ways,
@@ -162,11 +162,6 @@ class ContactTable(ABC):
         """Arrays of the geometry."""
         return self.table.parts[1]
 
-    def call(self, function: Any, *arguments: Any) -> Any:
-        """Call a kernel whose first arguments are the table and the kernels of the geometry."""
-        kernels = pointers_of(self.kernels)
-        return enter(kernels.find, function, self.table, kernels, *arguments)
-
     def with_slots(self, own: Any, count: int, share: np.ndarray, area: np.ndarray, pair: np.ndarray) -> None:
         """Replace all slots; their memory is zero."""
         common = self.common._replace(**{name: getattr(self.common, name)[:0] for name in OF_SLOTS})
@@ -181,10 +176,6 @@ class ContactTable(ABC):
         other.clear_caches()
         other.common.state[EVALUATIONS] = 0
         return other
-
-    def point(self) -> None:
-        """Write the addresses of the kernels of the geometry, for compiled steps."""
-        self.table.put(calls=calls_of(self.kernels))
 
     def index(self, pattern: BodyPattern) -> None:
         """Replace the pattern of compiled steps."""
@@ -263,7 +254,7 @@ class ContactTable(ABC):
     def refresh(self, poses: np.ndarray) -> None:
         """Renew the broad phase if bodies have moved too far."""
         self.size_for(len(poses))
-        if self.call(renew_search, poses):
+        if renew_search(self.table, poses):
             self._renewed()
 
     def _renewed(self) -> None:
@@ -272,7 +263,7 @@ class ContactTable(ABC):
     def search(self, poses: np.ndarray, below: float) -> int:
         """Write the slots whose gap is below a bound, m, at most the margin, and return their number."""
         self.refresh(poses)
-        return int(self.call(find_slots, poses, float(below)))
+        return int(find_slots(self.table, poses, float(below)))
 
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """Find the slots whose gap is below a bound, m; the bound is at most the margin."""
@@ -293,15 +284,12 @@ class ContactTable(ABC):
         bodies, rate, gradient = (values[:count].copy() for values in (common.bodies, common.rate, common.gradient))
         return ContactKinematics(bodies, rate, gradient, tapered if len(tapered.rows) else None)
 
-    def add_tangent(
-        self, poses: np.ndarray, rates: np.ndarray, count: int, pattern: BodyPattern, stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:  # fmt: skip
-        """Add -dh/dx and -dh/du of the evaluated contacts to the block data."""
+    def call_with(self, pattern: BodyPattern, function: Any, *arguments: Any) -> None:
+        """Call a function whose first argument is the table, with another pattern."""
         dof, indptr, indices = pattern.index
         without = self.common.dof
         self.table.put(dof=dof, indptr=indptr, indices=indices)
-        self.kernels.tangent(self.table, poses, rates, count, stiffness, damping)
+        function(self.table, *arguments)
         self.table.put(dof=without, indptr=_NONE, indices=_NONE)  # so that the broad phase does not check this pattern
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
-from fsm.kernels.kernels_in import kernels_in
-from fsm.kernels.pointers import pointers
+from fsm.kernels.kernels_in import addresses_of, kernels_in
 from fsm.kernels.tables import TableExample
 from fsm.model.bodies.contact_arrays import ContactArrays, GeometryKernels
 
@@ -27,15 +24,9 @@ def _examples() -> tuple[GeometryKernels, GeometryKernels]:
     return GeometryKernels(0, 0, None, None, weights, None, 0, None), _arguments()
 
 
-@cache
-def pointers_of(kernels: GeometryKernels) -> GeometryKernels:
-    """Pointers to the kernels of a geometry."""
-    return pointers(kernels, _arguments())
-
-
 def calls_of(kernels: GeometryKernels) -> np.ndarray:
     """Addresses (8,) of the kernels of a geometry."""
-    return np.array([pointer.address for pointer in pointers_of(kernels)], dtype=np.int64)
+    return addresses_of(kernels, _arguments())
 
 
 geometry_of = kernels_in(GeometryKernels, _examples)

@@ -50,8 +50,6 @@ class ContactModel:
         self, groups: Sequence[ContactGroup], pattern: BodyPattern, spatial: bool, pairs: int, statics: bool = False
     ) -> None:
         self.arrays = [_Twin(group, group.twin()) for group in groups]
-        for twin in self.arrays:
-            twin.own.geometry.point()
         self.index(pattern)
         self.groups = tables_of([twin.own.geometry.table.rows for twin in self.arrays])
         self.pair_energy, self.grown = np.zeros((2, pairs)), False
