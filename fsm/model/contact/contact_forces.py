@@ -41,16 +41,16 @@ class FrictionForce(NamedTuple):
 
 def laws_in_python(normal: NormalForce, friction: FrictionForce | None) -> LawKernels:
     """Laws for contacts in Python, which may be functions of a user; each uses its own parameters."""
-    effort = None if friction is None else friction.law.effort
+    of_normal: Any = normal.law
+    effort: Any = None if friction is None else friction.law.effort
 
     def force(*arguments: Any) -> tuple[np.ndarray, ...]:
-        return _floats(normal.law.force(*arguments[:-1], normal.params))
+        return _floats(of_normal.force(*arguments[:-1], normal.params))
 
     def energy(*arguments: Any) -> np.ndarray:
-        return _floats([normal.law.energy(*arguments[:-1], normal.params)])[0]
+        return _floats([of_normal.energy(*arguments[:-1], normal.params)])[0]
 
     def of_slip(*arguments: Any) -> tuple[np.ndarray, ...]:
-        assert effort is not None
         assert friction is not None
         return _floats(effort(*arguments[:-1], friction.params))
 

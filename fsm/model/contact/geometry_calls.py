@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from fsm.kernels.kernels_in import addresses_of, kernels_in
@@ -24,6 +26,7 @@ def _examples() -> tuple[GeometryKernels, GeometryKernels]:
     return GeometryKernels(0, 0, None, None, weights, None, 0, None), _arguments()
 
 
+@cache
 def calls_of(kernels: GeometryKernels) -> np.ndarray:
     """Addresses (8,) of the kernels of a geometry."""
     return addresses_of(kernels, _arguments())
