@@ -86,7 +86,7 @@ def _begin(
         rates[:] = 0.0
     copy_into(efforts, springs_of(table).efforts)
     if model.groups.shape[0] > 0:
-        model.by_contacts.press(model.groups, model.contact_parts, most)
+        model.by_contacts.press(model.groups, most)
 
 
 # ends of steps ----------------------------------------------------------------------------------------------------------
@@ -119,7 +119,7 @@ def _end_of_step(
     t, per_second = floats_1d(table, INTERVAL)[0], per_second_of(table)
     first = DRIVES + 2 * driven.directions.shape[0]
     sums = record[first:].reshape(7, (record.shape[0] - first) // 7)
-    if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups, model.contact_parts):
+    if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups):
         record[path.PASSED] = 1.0
         return
     s = springs_of(table)
@@ -129,7 +129,7 @@ def _end_of_step(
     _add_motion(table, t, record)
     if model.groups.shape[0] > 0:
         record[path.CONTACT], lost = model.by_contacts.sums(
-            table, model.groups, model.contact_parts, t, per_second > 0.0, sums
+            table, model.groups, model.contact_laws, t, per_second > 0.0, sums
         )
         record[path.LOST] += lost
         if _bristles(model.groups):  # these also resist at zero speed
@@ -240,7 +240,7 @@ def _resting(model: Segments) -> Segments:
     """The model with its table of rates at rest."""
     return Segments(
         model.at_rest, model.at_rest, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
-        model.by_contacts, model.contact_parts, model.equations,
+        model.by_contacts, model.contact_laws, model.equations,
     )  # fmt: skip
 
 
@@ -310,7 +310,7 @@ def _accept(model: Segments, q: np.ndarray) -> None:
     t, per_second, s = floats_1d(table, INTERVAL)[0], per_second_of(table), springs_of(table)
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     if model.groups.shape[0] > 0:
-        model.by_contacts.accept(table, model.groups, model.contact_parts, t, per_second > 0.0)
+        model.by_contacts.accept(table, model.groups, model.contact_laws, t, per_second > 0.0)
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
     for k in range(model.elements.shape[0]):
         call_at(model.elements[k, KEEP_BY], table, model.element_tables[k], t, per_second)
@@ -325,7 +325,7 @@ def _contact_force(model: Segments, t: float, q: np.ndarray) -> float:
     _rest(table, t, q)
     force = floats_2d(table, FORCE)
     force[:] = 0.0
-    model.by_contacts.force(table, model.groups, model.contact_parts, t, False)
+    model.by_contacts.force(table, model.groups, model.contact_laws, t, False)
     largest: float = largest_force(force)
     return largest
 

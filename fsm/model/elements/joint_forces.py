@@ -224,11 +224,7 @@ class JointForceGroup(ElementGroup):
     felt_of: np.ndarray
     categories = ("panels",)
     has_events = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:

@@ -281,11 +281,7 @@ class JointGroup(ElementGroup):
     categories = ()
     rate_dependent = False
     locks = has_events = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:

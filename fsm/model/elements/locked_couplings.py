@@ -28,7 +28,7 @@ from fsm.model.elements.couplings import (
     ends_of,
     measure_coordinates,
 )
-from fsm.model.elements.element_group import OWN, ElementKernels
+from fsm.model.elements.element_group import OWN
 from fsm.model.elements.joints import PROJECTION, STIFF
 
 _RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE = range(FIRST_PARAMETER, FIRST_PARAMETER + 6)
@@ -159,11 +159,7 @@ class LockedCouplings(CouplingGroup):
     categories = ()
     rate_dependent = False
     locks = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @property
     def memories(self) -> int:

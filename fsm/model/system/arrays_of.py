@@ -97,7 +97,7 @@ def segments_of(
                 )
             ),
         ),
-        contacts.kernels, contacts.parts,
+        contacts.kernels, contacts.laws,
         equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
     )  # fmt: skip
     return model, (arrays, rest), elements
