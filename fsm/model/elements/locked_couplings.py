@@ -5,6 +5,7 @@ The multipliers are those of ideal joints (`fsm.model.elements.joints`), with th
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -170,6 +171,16 @@ class LockedCouplings(CouplingGroup):
     def masses(self) -> np.ndarray:
         """Inertia (m,) of each opening at the start, in place."""
         return self.arrays[_MASSES - OWN]
+
+    @cached_property
+    def active(self) -> np.ndarray:
+        """1 for the couplings (m,) that act, 0 for those that an event has released, in place."""
+        return np.ones(len(self.bodies))
+
+    def let_go(self) -> None:
+        """Set the multipliers of released couplings to zero."""
+        for efforts in (self.memory_of[self.coordinates :], self.arrays[_EFFORT - OWN]):
+            efforts[self.active == 0.0] = 0.0
 
     def gradients(self, poses: np.ndarray) -> np.ndarray:
         """Gradients (m, n_bodies, 6) of the openings."""
