@@ -149,8 +149,8 @@ def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 
 @kernel(inline=True)
 def penalty_of(mass: float, size: float, by_acceleration: float, energy: float) -> float:
-    """Penalty of an opening of this inertia and size: at rest with an energy scale, J, else in motions; 0 without inertia, of
-    an opening that does not act.
+    """Penalty of an opening of this inertia and size: at rest with an energy scale, J, else in motions; 0 without inertia,
+    as openings have that do not act.
     """
     if mass == 0.0:
         return 0.0
