@@ -124,6 +124,99 @@ def opening(
 
 
 @kernel
+def bend(kind: int, first: np.ndarray, second: np.ndarray, constants: np.ndarray, rates: np.ndarray) -> float:
+    """Second derivative in time of an opening at constant rates, m/s^2 or rad/s^2: rates . second derivatives . rates.
+
+    `rates` (12,) are those of the coordinates of both bodies, m/s and rad/s in body axes; other arguments as of `opening`.
+    """
+    if kind in (ALONG, ACROSS):
+        return _two_rates(kind, first, second, constants, rates)[2]
+    if kind == TURN:
+        return _bend_of_angle(first, second, constants, rates)
+    if kind == SCREW:
+        along = np.zeros(CONSTANTS)
+        across = (constants[7], constants[8], constants[9])
+        _put(crossed((constants[0], constants[1], constants[2]), across), along, 0)
+        along[3:6], along[6] = constants[10:13], constants[6]
+        moved = _two_rates(ALONG, first, second, along, rates)[2]
+        return moved - constants[13] * _bend_of_angle(first, second, constants, rates)
+    a, b = _turns_of(first, second)
+    way, speed, bent = _moves(first, second, constants, rates, a, b)
+    arm = times_vector(a, (constants[0], constants[1], constants[2]))
+    spin = times_vector(a, (rates[3], rates[4], rates[5]))
+    swung = crossed(spin, arm)
+    way, speed, bent = _less(way, arm), _less(speed, swung), _less(bent, crossed(spin, swung))
+    length = constants[6] if kind == DISTANCE else np.sqrt(_dot(way, way))
+    if not length > 0.0:
+        return 0.0
+    found = (_dot(speed, speed) + _dot(way, bent)) / length
+    return found - (_dot(way, speed) / length) ** 2 / length if kind == LENGTH else found
+
+
+@kernel(inline=True)
+def _less(u: Vector, v: Vector) -> Vector:
+    return u[0] - v[0], u[1] - v[1], u[2] - v[2]
+
+
+@kernel(inline=True)
+def _turns_of(first: np.ndarray, second: np.ndarray) -> tuple[Matrix, Matrix]:
+    """Rotations of both bodies."""
+    return (
+        quaternion_matrix((first[3], first[4], first[5], first[6])),
+        quaternion_matrix((second[3], second[4], second[5], second[6])),
+    )
+
+
+@kernel
+def _moves(
+    first: np.ndarray, second: np.ndarray, constants: np.ndarray, rates: np.ndarray, a: Matrix, b: Matrix
+) -> tuple[Vector, Vector, Vector]:
+    """Vector from the place of the first body to the point of the second, with its two derivatives in time."""
+    arm = times_vector(b, (constants[3], constants[4], constants[5]))
+    spin = times_vector(b, (rates[9], rates[10], rates[11]))
+    swung = crossed(spin, arm)
+    return (
+        (second[0] - first[0] + arm[0], second[1] - first[1] + arm[1], second[2] - first[2] + arm[2]),
+        (rates[6] - rates[0] + swung[0], rates[7] - rates[1] + swung[1], rates[8] - rates[2] + swung[2]),
+        crossed(spin, swung),
+    )
+
+
+@kernel
+def _two_rates(
+    kind: int, first: np.ndarray, second: np.ndarray, constants: np.ndarray, rates: np.ndarray
+) -> tuple[float, float, float]:
+    """`ALONG` or `ACROSS` without the constant c, and its two derivatives in time at constant rates."""
+    a, b = _turns_of(first, second)
+    axis = times_vector(a, (constants[0], constants[1], constants[2]))
+    spin = times_vector(a, (rates[3], rates[4], rates[5]))
+    turned = crossed(spin, axis)
+    if kind == ALONG:
+        way, speed, bent = _moves(first, second, constants, rates, a, b)
+    else:
+        way = times_vector(b, (constants[3], constants[4], constants[5]))
+        other = times_vector(b, (rates[9], rates[10], rates[11]))
+        speed = crossed(other, way)
+        bent = crossed(other, speed)
+    return (
+        _dot(axis, way), _dot(turned, way) + _dot(axis, speed),
+        _dot(crossed(spin, turned), way) + 2.0 * _dot(turned, speed) + _dot(axis, bent),
+    )  # fmt: skip
+
+
+@kernel
+def _bend_of_angle(first: np.ndarray, second: np.ndarray, constants: np.ndarray, rates: np.ndarray) -> float:
+    """`bend` of the kind `TURN`."""
+    across = np.zeros(7)
+    across[:3], across[3:6] = constants[7:10], constants[3:6]
+    z, z_rate, z_bend = _two_rates(ACROSS, first, second, constants, rates)
+    y, y_rate, y_bend = _two_rates(ACROSS, first, second, across, rates)
+    size = y * y + z * z
+    turning = 2.0 * (z * z_rate + y * y_rate) * (z * y_rate - y * z_rate)
+    return (z * y_bend - y * z_bend) / size - turning / (size * size)
+
+
+@kernel
 def _angle(
     first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray, hessian: np.ndarray
 ) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.openings import ACROSS, ALONG, CONSTANTS, DISTANCE, LENGTH, SCREW, TURN, opening
+from fsm.interactions.openings import ACROSS, ALONG, CONSTANTS, DISTANCE, LENGTH, SCREW, TURN, bend, opening
 from fsm.kernels.body_poses import retract_poses
 
 Evaluated = tuple[float, np.ndarray, np.ndarray]
@@ -31,6 +31,8 @@ def test_derivatives(kind: int) -> None:
     bends = [(at(step * e)[1] - at(-step * e)[1]) / (2.0 * step) for e in units]
     assert gradient == pytest.approx(np.array(slopes), abs=1e-8)
     assert hessian == pytest.approx(np.array(bends).T, abs=1e-8)
+    rates = random.normal(size=12)
+    assert bend(kind, poses[0], poses[1], constants, rates) == pytest.approx(rates @ hessian @ rates, rel=1e-12)
 
 
 def test_round_off_is_no_opening() -> None:

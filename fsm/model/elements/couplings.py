@@ -22,7 +22,7 @@ import numpy as np
 
 from fsm.interactions.hinge_planar import measure_hinge_planar
 from fsm.interactions.hinge_spatial import derivatives_hinge_spatial, measure_hinge_spatial
-from fsm.interactions.openings import TURN, opening
+from fsm.interactions.openings import TURN, bend, opening
 from fsm.kernels.addresses import ROW, address_table, floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
@@ -102,9 +102,10 @@ def _of_joints(table: np.ndarray, own: np.ndarray, t: float, twice: float) -> fl
     poses, rates, ends, kinds = floats_2d(table, POSES), floats_2d(table, RATES), ends_of(own), integers_1d(own, _KINDS)
     constants, gradient, hessian = floats_2d(own, _INNER), floats_2d(own, GRADIENTS), floats_3d(own, _HESSIANS)
     angles, speeds = floats_2d(own, ANGLES).reshape(-1), floats_2d(own, SPEEDS).reshape(-1)
+    rows = 12 if twice > 0.0 else 0
     for k in range(ends.shape[0]):
         a, b = ends[k, 0], ends[k, 1]
-        angles[k] = opening(kinds[k], poses[a], poses[b], constants[k], 0.0, gradient[k], hessian[k])
+        angles[k] = opening(kinds[k], poses[a], poses[b], constants[k], 0.0, gradient[k], hessian[k, :rows])
         speeds[k] = 0.0
         for c in range(12):
             speeds[k] += gradient[k, c] * rates[ends[k, c // 6], c % 6]
@@ -141,13 +142,13 @@ def _measure(table: np.ndarray, own: np.ndarray, t: float, per_second: float, tw
 
 @kernel
 def bends_of(table: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """Second derivatives (m n,) of all coordinates in time at constant rates of the bodies, from the last measurement."""
-    rates, ends, hessian = floats_2d(table, RATES), ends_of(own), floats_3d(own, _HESSIANS)
-    found = np.zeros(ends.shape[0])
-    for k in range(hessian.shape[0]):
-        for a in range(12):
-            for b in range(12):
-                found[k] += rates[ends[k, a // 6], a % 6] * hessian[k, a, b] * rates[ends[k, b // 6], b % 6]
+    """Second derivatives (m n,) of coordinates of ideal joints in time, at constant rates of the bodies."""
+    poses, rates, ends, kinds = floats_2d(table, POSES), floats_2d(table, RATES), ends_of(own), integers_1d(own, _KINDS)
+    found, constants, speed = np.empty(ends.shape[0]), floats_2d(own, _INNER), np.empty(12)
+    for k in range(ends.shape[0]):
+        first, second = ends[k, 0], ends[k, 1]
+        speed[:6], speed[6:] = rates[first, :6], rates[second, :6]
+        found[k] = bend(kinds[k], poses[first], poses[second], constants[k], speed)
     return found
 
 

@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fsm.interactions.openings import ACROSS, TURN, opening
+from fsm.interactions.openings import ACROSS, TURN, bend, opening
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
@@ -208,7 +208,7 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     task = int(per_second)
     force, rates, bodies = floats_2d(table, FORCE), floats_2d(table, RATES), bodies_of(own)
     gradient, value = floats_2d(own, _GRADIENT), floats_1d(own, _VALUE)
-    effort, masses, bend = _efforts(own), floats_1d(own, _MASSES), floats_1d(own, _BEND)
+    effort, masses, bends = _efforts(own), floats_1d(own, _MASSES), floats_1d(own, _BEND)
     if task == SWAP:
         swap(effort, floats_1d(own, _KEPT))
         return 0.0
@@ -217,8 +217,11 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         for i in range(effort.shape[0]):
             kept[i], penalty[i], felt[i] = effort[i], 0.0, effort[i]
         return 0.0
-    if task in (MEASURE, BEND):
-        _measure_all(table, own, t, task == BEND)
+    if task == MEASURE:
+        _measure_all(table, own, t)
+        return 0.0
+    if task == BEND:
+        _bend_all(table, own)
         return 0.0
     error = 0.0
     for i in range(bodies.shape[0]):
@@ -227,7 +230,7 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         if task == AT_RATES:
             rate -= speed
         if task == AT_ACCELERATIONS:
-            rate += bend[i] - pick_up
+            rate += bends[i] - pick_up
         total = PROJECTION * masses[i] * rate
         if task == AT_ACCELERATIONS:
             effort[i] += total
@@ -245,27 +248,29 @@ def swap(efforts: np.ndarray, kept: np.ndarray) -> None:
 
 
 @kernel
-def _measure_all(table: np.ndarray, own: np.ndarray, t: float, twice: bool) -> None:
-    """Openings and their penalties; with `twice` their second derivatives in time."""
-    rates, bodies, stiffness = floats_2d(table, RATES), bodies_of(own), floats_3d(table, STIFFNESS)
-    gradient, bend, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _BEND), floats_1d(own, _MASSES), _efforts(own)
-    dof, p, block, speed = integers_1d(table, DOF), pattern_of(table), np.empty((12, 12)), np.empty(12)
+def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
+    """Openings and their penalties, with multipliers of zero."""
+    bodies, stiffness, hessian = bodies_of(own), floats_3d(table, STIFFNESS), np.empty((0, 12))
+    gradient, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _MASSES), _efforts(own)
+    dof, p, block = integers_1d(table, DOF), pattern_of(table), np.empty((12, 12))
     for i in range(bodies.shape[0]):
-        _measure(table, own, t, i, block if twice else block[:0])
-        if twice:
-            for side in range(2):
-                for k in range(6):
-                    speed[6 * side + k] = rates[bodies[i, side], k]
-            bend[i] = 0.0
-            for a in range(12):
-                for b in range(12):
-                    bend[i] += speed[a] * block[a, b] * speed[b]
-            continue
+        _measure(table, own, t, i, hessian)
         effort[i] = 0.0
         for a in range(12):
             for b in range(12):
                 block[a, b] = PROJECTION * masses[i] * gradient[i, a] * gradient[i, b]
         add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
+
+
+@kernel
+def _bend_all(table: np.ndarray, own: np.ndarray) -> None:
+    """Second derivatives in time of the openings at constant rates."""
+    poses, rates, bodies, bends = floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, _BEND)
+    kinds, constants, speed = integers_1d(own, _KINDS), floats_2d(own, _CONSTANTS), np.empty(12)
+    for i in range(bodies.shape[0]):
+        first, second = bodies[i, 0], bodies[i, 1]
+        speed[:6], speed[6:] = rates[first, :6], rates[second, :6]
+        bends[i] = bend(kinds[i], poses[first], poses[second], constants[i], speed)
 
 
 @kernel

@@ -137,8 +137,11 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         _kept(own)[:] = effort
         floats_1d(own, _PENALTY)[:] = 0.0
         return 0.0
-    if task in (MEASURE, BEND):
+    if task == MEASURE:
         _measure_all(table, own, t)
+        return 0.0
+    if task == BEND:
+        _bend_all(table, own)
         return 0.0
     for i in range(effort.shape[0]):
         rate = floats_1d(own, _VALUE)[i] if task == CLOSE else _along(table, own, i)
@@ -156,16 +159,23 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 
 @kernel
 def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
-    """Openings, their second derivatives along the rates, and the penalties in the stiffness."""
-    measure_coordinates(table, own, t, True)
-    effort, masses, bend = floats_1d(own, _EFFORT), floats_1d(own, _MASSES), floats_1d(own, _BEND)
-    value, ratios, curved = floats_1d(own, _VALUE), floats_2d(own, _RATIOS), bends_of(table, own)
+    """Openings, and the penalties in the stiffness."""
+    measure_coordinates(table, own, t, False)
+    effort, masses, value = floats_1d(own, _EFFORT), floats_1d(own, _MASSES), floats_1d(own, _VALUE)
     for i in range(effort.shape[0]):
-        value[i], effort[i], bend[i] = _opening(own, i), 0.0, 0.0
-        for j in range(ratios.shape[1]):
-            bend[i] += ratios[i, j] * curved[i * ratios.shape[1] + j]
+        value[i], effort[i] = _opening(own, i), 0.0
         _put(own, i, 0.0, PROJECTION * masses[i])
     add_tangents(table, own, False)
+
+
+@kernel
+def _bend_all(table: np.ndarray, own: np.ndarray) -> None:
+    """Second derivatives in time of the openings at constant rates."""
+    bends, ratios, curved = floats_1d(own, _BEND), floats_2d(own, _RATIOS), bends_of(table, own)
+    for i in range(bends.shape[0]):
+        bends[i] = 0.0
+        for j in range(ratios.shape[1]):
+            bends[i] += ratios[i, j] * curved[i * ratios.shape[1] + j]
 
 
 _KERNELS = KERNELS._replace(accept=_accept, lock=_lock, advance=_advance, project=_project)
