@@ -19,14 +19,14 @@ _KINDS = ("revolute", "revolute", "revolute", "spherical", "universal", "cylindr
 
 
 def draw_mechanism(dice: Dice) -> Drawn:
-    """One to six bodies on joints: a tree, a plane linkage in any plane (its joints repeat each other), or a spatial
-    slider-crank or four-bar linkage, under gravity, for one or two times the period of its size.
+    """Bodies on joints: a tree of one to six or of up to 25 bodies, a plane linkage in any plane (its joints repeat each
+    other), or a spatial slider-crank or four-bar linkage, under gravity, for one or two times the period of its size.
 
     Masses and sizes are those of laboratory mechanisms to solar panels. Half of the hinges have springs or dampers. Loops
     are closed at the start; some plane linkages start near a branch point. All numbers are in SI, so that the equations of
     `joint_equations` read the same file.
     """
-    draw = dice.one_of((_tree, _tree, _plane, _plane, _spatial))
+    draw = dice.one_of((_tree, _tree, _long, _plane, _plane, _spatial))
     size = nice(dice.decades(0.05, 3.0))
     bodies, joints = draw(dice, size)
     for joint in joints:
@@ -64,10 +64,17 @@ def _joint(kind: str, number: int, first: str, second: str, at: np.ndarray, **ax
     return {"name": f"joint {number}", "kind": kind, "first": first, "second": second, "at": at.tolist(), **given}
 
 
-def _tree(dice: Dice, size: float) -> tuple[list[Tables], list[Tables]]:
+def _long(dice: Dice, size: float) -> tuple[list[Tables], list[Tables]]:
+    """A chain, or a tree with few branches, of many bodies."""
+    return _tree(dice, size, dice.count(7, 25), dice.one_of((0.0, 0.0, 0.2)))
+
+
+def _tree(
+    dice: Dice, size: float, count: int | None = None, branching: float = 1.0
+) -> tuple[list[Tables], list[Tables]]:  # fmt: skip
     bodies, joints, places = [], [], [np.zeros(3)]
-    for i in range(dice.count(1, 6)):
-        parent = int(dice.between(0.0, i + 1.0 - 1e-9))
+    for i in range(count or dice.count(1, 6)):
+        parent = int(dice.between(0.0, i + 1.0 - 1e-9)) if dice.chance(branching) else i
         at = places[parent] + _vector(dice, 0.5 * size if parent else 0.1 * size)
         places.append(at + _vector(dice, 0.5 * size))
         mass = nice(dice.decades(0.2, 5.0))
