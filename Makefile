@@ -34,7 +34,7 @@ help:
 	@sed -n '1,/^$$/s/^# \{0,1\}//p' Makefile
 
 demo: $(RUN)
-	$(BIN)/fsm table folding_cases/strip_pull/table.csv --out out/strip_pull
+	$(BIN)/fsm table folding_cases/strip_pull/table.csv --out out/strip_pull --figures all
 
 # kernels are compiled before the tests, in processes of their own: a worker that compiles grows to gigabytes
 test: $(DEV)

@@ -190,9 +190,9 @@ def run(
 @click.option(
     "--figures",
     type=click.Choice(["none", "first", "all"]),
-    default="all",
+    default="none",
     show_default=True,
-    help="Rows whose figures are drawn; the overlay of all rows is always drawn.",
+    help="Rows whose figures are drawn; the overlay of all rows is always drawn. `fsm plot` draws figures of a row later.",
 )
 @method_option
 @resume_option

@@ -63,7 +63,7 @@ def run_table(
     resume: bool = False,
     method: str | None = None,
     progress: bool = True,
-    figures: Figures = "all",
+    figures: Figures = "none",
 ) -> list[dict[str, Any]]:
     """Run every row of a table.
 
