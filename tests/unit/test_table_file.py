@@ -79,6 +79,17 @@ def test_rows(tmp_path):
     assert all(case.loaded.path == tmp_path / "case.toml" for case in cases)
 
 
+def test_units_in_the_second_row_and_decimal_commas(tmp_path: Path) -> None:
+    table = "case;strip.fold_angle;strip.thickness;contact\nunits;[deg];mm;\na;82,5;0,3;none\nb;1,4 rad;;\n"
+    cases = load_table(write(tmp_path, table))
+    assert [case.name for case in cases] == ["a", "b"]
+    assert [case.loaded.case.strip.fold_angle for case in cases] == pytest.approx([math.radians(82.5), 1.4])
+    assert [case.loaded.case.strip.thickness for case in cases] == pytest.approx([3e-4, 3e-4])
+    assert cases[0].overrides["strip.thickness"] == "0.3 mm"
+    with pytest.raises(CaseError, match='"1,200" has a comma'):  # a decimal comma, or thousands
+        load_table(write(tmp_path, "case;material.young\nc;1,200\n"))
+
+
 def test_another_base_and_overrides_for_all(tmp_path):
     table = "# base = other.toml\nstrip.fold_angle;drive.0.direction\n80 deg;[0, 0, 1]\n83 deg;\n"
     cases = load_table(write(tmp_path, table, base="other.toml"), ["strip.panels=4", "drive.0.crease=2"])

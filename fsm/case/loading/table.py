@@ -7,6 +7,8 @@ The base case is ``case.toml`` in the folder of the CSV file, or the file named 
     80-low, 80 deg, 0.002
     83-low, 83 deg,
 
+The row after the header may give units: ``units, deg, N mm/rad``. Tables with semicolons or tabs may have decimal commas.
+
 A line ``# reference = paper.csv`` names a file of percentages for comparison, see `load_reference`.
 
 A cell contains a value as for `--set`: a TOML value, plain text, or ``none`` to remove the key or section. An empty cell
@@ -27,6 +29,7 @@ from fsm.case.loading.load_case import LoadedCase, first_faults, read_case
 from fsm.case.loading.overrides import apply_overrides, check_path, split_override
 from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.loading.toml_text import case_text
+from fsm.case.schema.units import parse_unit
 from fsm.errors import CaseError, Fault
 from fsm.text.short_repr import ShortRepr
 
@@ -36,6 +39,9 @@ BASE = "case.toml"
 COLLECTED, EXTREMES, OVERLAY, STUDY = "summary.csv", "extremes.csv", "overlay.png", "study.png"
 """Files that a table writes next to the folders of its rows."""
 
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_COMMA = re.compile(r"([-+]?\d*),(\d+)((?![\d.,]).*)")
+"""Number with one comma, and what follows it."""
 _LONGEST = 200
 """Largest length of a row's name, bytes; file systems allow 255, and temporary files have longer names."""
 
@@ -125,7 +131,15 @@ def _cells(lines: Sequence[str]) -> list[tuple[int, list[str]]]:
     for number, line in kept:
         cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
         rows.append((number, [cell.strip() for cell in cells]))
-    return rows
+    return rows if separator == "," else _with_points(rows)
+
+
+def _with_points(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
+    """Rows with points in place of decimal commas, if a comma of the table cannot separate thousands."""
+    commas = [match for _, cells in rows for cell in cells if (match := _COMMA.fullmatch(cell))]
+    if all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", f"{match[1]},{match[2]}") for match in commas):
+        return rows
+    return [(number, [_COMMA.sub(r"\1.\2\3", cell) for cell in cells]) for number, cells in rows]
 
 
 def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
@@ -164,14 +178,36 @@ def _rows(lines: list[tuple[int, list[str]]]) -> tuple[list[_Row], list[Fault]]:
         return [], [Fault("", "has no rows; give a header of dotted paths and one row for each case")]
     header = lines[0][1]
     faults = _header_faults(header)
-    rows = []
-    for number, cells in lines[1:]:
+    rows, units = [], _units(header, lines[1][1])
+    for number, cells in lines[2 if units else 1 :]:
         if len(cells) != len(header):
             faults.append(Fault(f"row {number}", f"has {len(cells)} cells; the header has {len(header)}"))
             continue
-        values = dict(zip(header, cells, strict=True))
+        values = {
+            key: f"{cell} {units[key]}" if key in units and _NUMBER.fullmatch(cell) else cell
+            for key, cell in zip(header, cells, strict=True)
+        }
         rows.append(_Row(number, _name(values), {k: v for k, v in values.items() if v and k != NAME}))
     return rows, faults + _name_faults(rows, NAME in header)
+
+
+def _units(header: Sequence[str], cells: Sequence[str]) -> dict[str, str]:
+    """Units of columns, if a row gives units and nothing else; else empty."""
+    found = {}
+    for key, cell in zip(header, cells, strict=False):
+        unit = re.sub(r"^[\[(](.*)[\])]$", r"\1", cell).strip()
+        if key == NAME and unit.lower() not in ("", "unit", "units"):
+            return {}
+        if key == NAME or unit in ("", "-"):
+            continue
+        try:
+            parse_unit(unit)
+        except ValueError:
+            return {}
+        if unit[0].isdigit():
+            return {}
+        found[key] = unit
+    return found
 
 
 def _header_faults(header: Sequence[str]) -> list[Fault]:
