@@ -314,6 +314,7 @@ class Scene(Model):
     _chambers: tuple[Chamber, ...] = PrivateAttr(default=())
     _orifices: tuple[Orifice, ...] = PrivateAttr(default=())
     _panels_of_gas: PanelSurface | None = PrivateAttr(default=None)
+    _actions: tuple[tuple[Any, ...], ...] = PrivateAttr(default=())
 
     @property
     def lines(self) -> dict[str, SceneCable | SceneBeam]:
@@ -367,6 +368,17 @@ class Scene(Model):
         """Copy of the scene with the pairs of facets across the cuts of its sheet."""
         scene = self.model_copy()
         scene._across_cuts = pairs
+        return scene
+
+    @property
+    def actions(self) -> tuple[tuple[Any, ...], ...]:
+        """Actions of all events (`fsm.case.derived.event_words.Action`)."""
+        return self._actions
+
+    def with_actions(self, actions: tuple[tuple[Any, ...], ...]) -> Scene:
+        """Copy of the scene with the actions of all events."""
+        scene = self.model_copy()
+        scene._actions = actions
         return scene
 
     @property

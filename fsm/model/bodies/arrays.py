@@ -170,8 +170,9 @@ FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL
 """Rows of `Segments.table`."""
 FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY, PART_BY = range(10)
 """Columns of `Segments.elements`."""
-MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP = range(6)
-"""Tasks of the kernels `project` of elements with locked directions (`fsm.model.elements.joints`)."""
+MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP, SWAP = range(7)
+STEP, AGAIN, WORK, LARGEST = 0.0, 1.0, 2.0, 3.0
+"""Tasks of the kernels `project` and `advance` of elements with locked directions (`fsm.model.elements.joints`)."""
 _SPRINGS = PATTERN + len(Pattern._fields)
 _LOADS = _SPRINGS + len(Springs._fields)
 _PROGRAMS = len(Pieces._fields)
