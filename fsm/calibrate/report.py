@@ -16,9 +16,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fsm.io.atomic_write import file_to_replace
+from fsm.io.json_values import finite_values
 from fsm.io.provenance import provenance
 
 REPORT = "calibration.json"
@@ -157,7 +156,7 @@ def write_calibration(found: Calibration, folder: Path, options: Options) -> lis
     try:
         for name, write in [*found.files, *found.plots]:
             write(temporary / name)
-        text = json.dumps(_json_value(_contents(found, options)), indent=2, ensure_ascii=False, allow_nan=False)
+        text = json.dumps(finite_values(_contents(found, options)), indent=2, ensure_ascii=False, allow_nan=False)
         (temporary / REPORT).write_text(text + "\n", encoding="utf-8")
         folder.mkdir(exist_ok=True)
         names = [*(name for name, _ in [*found.files, *found.plots]), REPORT]
@@ -189,20 +188,3 @@ def _with_toml_files(sources: Sequence[Path]) -> list[Path]:
 
 def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
-
-
-def _json_value(value: Any) -> Any:
-    """Value in types of JSON; numbers that are not finite become null."""
-    if isinstance(value, dict):
-        return {str(key): _json_value(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_json_value(item) for item in value]
-    if isinstance(value, np.ndarray):
-        return _json_value(value.tolist())
-    if isinstance(value, np.bool_):
-        return bool(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.integer):
-        return int(value)
-    return value

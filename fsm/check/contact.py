@@ -87,7 +87,6 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
         if math.isfinite(wanted):
             apart = shown(view.scene.touching.longest_edge / sheet_parts(view.scene), "m")
             yield f"bodies and obstacles touch the sheet at points up to {apart} apart; {shown(wanted, 'm')} is wanted"
-        yield "with contact, steps of flexible facets and bars are computed in Python and take several times as long"
     if view.scene.obstacles:
         yield "overlap with obstacles at the start is checked by the run, not here"
     if contact.thickness_in_gap:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.errors import Fault
-from fsm.io.atomic_write import atomic_write
+from fsm.io.csv_file import write_csv
 from fsm.text.short_repr import ShortRepr
 
 MOST_CHANNELS = 10_000
@@ -125,10 +124,7 @@ def write_channels_csv(channels: Mapping[str, Channel], first: Mapping[str, np.n
     columns = dict(first)
     for channel in channels.values():
         columns |= {f"{label} ({channel.info.unit})": values for label, values in channel.columns.items()}
-    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([f"{value:.12g}" for value in row] for row in np.column_stack(list(columns.values())))
+    write_csv(path, columns, np.column_stack(list(columns.values())))
 
 
 def _label(label: str | float) -> str:

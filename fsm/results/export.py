@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from fsm.io.atomic_write import atomic_write
+from fsm.io.csv_file import write_csv
 from fsm.results.film import Floats
 from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Solution
@@ -56,11 +55,7 @@ def when_columns(solution: Solution) -> dict[str, Floats]:
 def write_force_csv(solution: Solution, path: str | Path, energies: bool = False, dynamic: bool = False) -> None:
     """Write the force curve with one point per row and 12 significant digits; see `force_columns` for the columns."""
     columns = force_columns(solution, energies, dynamic)
-    rows = np.column_stack(list(columns.values()))
-    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([f"{value:.12g}" for value in row] for row in rows.tolist())
+    write_csv(path, columns, np.column_stack(list(columns.values())).tolist())
 
 
 def write_contact_csv(solution: Solution, path: str | Path) -> None:
@@ -81,12 +76,13 @@ def write_contact_csv(solution: Solution, path: str | Path) -> None:
     when, touching = when_columns(solution), touching_pairs(solution.pair_force)
     names = [solution.layout.pair_names[k] for k in touching]
     records = np.stack([of[:, touching] for of in columns.values()], axis=-1).tolist()
-    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*when, "pair", *columns])
-        for instant, pairs in zip(np.column_stack(list(when.values())).tolist(), records, strict=True):
-            begin = [f"{value:.12g}" for value in instant]
-            writer.writerows([*begin, name, *(f"{v:.12g}" for v in row)] for name, row in zip(names, pairs, strict=True))
+    instants = np.column_stack(list(when.values())).tolist()
+    rows = (
+        [*instant, name, *row]
+        for instant, pairs in zip(instants, records, strict=True)
+        for name, row in zip(names, pairs, strict=True)
+    )
+    write_csv(path, [*when, "pair", *columns], rows)
 
 
 def write_points_csv(solution: Solution, path: str | Path) -> None:
@@ -112,10 +108,7 @@ def write_points_csv(solution: Solution, path: str | Path) -> None:
             ("a", "m/s^2", motion.points.acceleration),
         ):
             columns |= {f"{name} {letter}{axis} ({unit})": values[:, k, i] for i, axis in enumerate("xy")}
-    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([f"{value:.12g}" for value in row] for row in np.column_stack(list(columns.values())))
+    write_csv(path, columns, np.column_stack(list(columns.values())))
 
 
 def write_history_csv(solution: Solution, path: str | Path) -> None:
@@ -133,7 +126,4 @@ def write_history_csv(solution: Solution, path: str | Path) -> None:
         raise ValueError("the result has no probes: it is not of a film")
     heading = ["time (s)", *(f"{name} {axis} (m)" for name in film.probe_names for axis in "xyz")]
     rows = np.column_stack([solution.samples.time, solution.samples.displacement.reshape(len(solution.samples.time), -1)])
-    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(heading)
-        writer.writerows([f"{value:.12g}" for value in row] for row in rows)
+    write_csv(path, heading, rows)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fsm.io.atomic_write import atomic_write
+from fsm.io.csv_file import write_csv
 from fsm.text.shown_units import shown
 
 _COLUMNS = ("time", "what", "joint", "coordinate", "rate_before", "impulse", "largest", "unit")
@@ -20,11 +19,7 @@ def write_events_csv(events: Sequence[Mapping[str, Any]], target: Path) -> None:
     unit of the coordinate; with "rad" the impulse is in N m s and the effort in N m, with "m" in N s and N. `[[event]]` has
     its name in place of a joint, and no numbers.
     """
-    with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["time (s)", *_COLUMNS[1:]])
-        for event in events:
-            writer.writerow([f"{event[key]:.12g}" if isinstance(event[key], float) else event[key] for key in _COLUMNS])
+    write_csv(target, ["time (s)", *_COLUMNS[1:]], ([event[key] for key in _COLUMNS] for event in events))
 
 
 def event_lines(events: Sequence[Mapping[str, Any]]) -> Iterator[str]:

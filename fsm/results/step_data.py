@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.io.atomic_write import atomic_write
+from fsm.io.csv_file import write_csv
 from fsm.io.hdf5_checked import names_in, numbers_in
 from fsm.results.datasets import add_data, add_scale
 from fsm.text.load_names import load_units
@@ -176,7 +175,4 @@ def write_load_path_csv(path: LoadPath, target: Path) -> None:
         units = load_units(name)
         columns[f"{name} ({units.size})"] = path.size[:, k]
         columns[f"{units.way} of {name} ({units.displacement})"] = path.way[:, k]
-    with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([f"{value:.12g}" for value in row] for row in np.column_stack(list(columns.values())))
+    write_csv(target, columns, np.column_stack(list(columns.values())))

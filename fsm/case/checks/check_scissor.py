@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from fsm.case.checks.sections import Sections, method_faults, static_keys
+from fsm.case.checks.sections import Sections, method_faults, missing_sections, static_keys
 from fsm.case.derived.scissor import build_array
 from fsm.case.models.scissor import PointForce, PointSupport, Scissor
 from fsm.case.schema.units import did_you_mean
@@ -14,7 +14,7 @@ from fsm.errors import Fault
 
 def check_scissor(sections: Sections) -> list[Fault]:
     """Faults of a scissor array that involve several sections."""
-    faults = [*_missing(sections), *_solve(sections)]
+    faults = [*missing_sections(sections, _NEEDED), *_solve(sections)]
     scissor = sections.scissor
     if scissor is None:
         return faults
@@ -31,14 +31,11 @@ def default_holds(scissor: Scissor) -> tuple[PointSupport, ...]:
     return first, guide
 
 
-def _missing(sections: Sections) -> Iterable[Fault]:
-    for name, why in (
-        ("scissor", "it defines the array"),
-        ("bar", "it gives width and height of the bars"),
-        ("material", "it gives the material of the bars"),
-    ):
-        if name not in sections.written:
-            yield Fault(name, f"section [{name}] is missing; {why}")
+_NEEDED = {
+    "scissor": "it defines the array",
+    "bar": "it gives width and height of the bars",
+    "material": "it gives the material of the bars",
+}
 
 
 def _points(

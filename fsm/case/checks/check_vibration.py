@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from fsm.case.checks.sections import Sections, method_faults, static_keys
+from fsm.case.checks.sections import Sections, method_faults, missing_sections, static_keys
 from fsm.case.derived.membrane import check_film
 from fsm.case.models.materials import Material
 from fsm.case.models.membrane import CornerCable, Membrane
@@ -19,21 +19,19 @@ def check_vibration(sections: Sections) -> list[Fault]:
     """Faults of a film and its vibration that involve several sections."""
     faults = [*_vibration_solve(sections)]
     if sections.stages == ("vibrate",):
-        faults += [*_missing_film(sections), *_slack(sections), *_held_points(sections), *_film_damping(sections)]
+        faults += [*missing_sections(sections, _NEEDED), *_slack(sections), *_held_points(sections)]
+        faults += _film_damping(sections)
         if sections.membrane is not None:
             faults += check_film(sections.membrane, sections.patches)
     faults += _points(sections)
     return faults
 
 
-def _missing_film(sections: Sections) -> Iterable[Fault]:
-    for name, why in (
-        ("membrane", "it defines the film"),
-        ("material", "it gives the material of the film"),
-        ("tension", "without it the film is slack and cannot vibrate; give `pull` at the corners or `strain` of the edges"),
-    ):
-        if name not in sections.written:
-            yield Fault(name, f"section [{name}] is missing; {why}")
+_NEEDED = {
+    "membrane": "it defines the film",
+    "material": "it gives the material of the film",
+    "tension": "without it the film is slack and cannot vibrate; give `pull` at the corners or `strain` of the edges",
+}
 
 
 def _slack(sections: Sections) -> Iterable[Fault]:

@@ -77,6 +77,13 @@ class Sections:
         return found
 
 
+def missing_sections(sections: Sections, needed: Mapping[str, str]) -> Iterable[Fault]:
+    """Faults of missing sections; `needed` gives the reason for each."""
+    for name, why in needed.items():
+        if name not in sections.written:
+            yield Fault(name, f"section [{name}] is missing; {why}")
+
+
 def method_faults(solve: Solve | None) -> Iterable[Fault]:
     """Faults of keys that the chosen method does not use."""
     if solve is None or (solve.method == "generalized-alpha" and solve.branch is None):

@@ -10,6 +10,7 @@ import numpy as np
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED
 from fsm.kernels.blocks import BlockMatrix
+from fsm.kernels.pointers import enter
 from fsm.model.bodies.array_path import PATH
 from fsm.model.bodies.arrays import FACTORS, Arrays
 from fsm.model.bodies.group import PreviousPoses
@@ -153,7 +154,7 @@ class StaticSegments:
         self.prepare(before)
         last = np.ascontiguousarray(before[1], dtype=float)
         values = self.model, float(t), float(before[0]), last, efforts, bool(self._system.rate_dependent), float(most)
-        self.model.calls.begin.entry(begin_step, *values)(*values)
+        enter(self.model.calls.begin, begin_step, *values)
 
     def end(self) -> tuple[np.ndarray, BlockMatrix, bool, bool]:
         """See `fsm.solve.interface.system.StaticArrays`."""

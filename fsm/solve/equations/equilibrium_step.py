@@ -21,6 +21,7 @@ import numpy as np
 from fsm.errors import NotConverged
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.blocks import BlockMatrix
+from fsm.kernels.pointers import enter
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Depths, Linearised, PreviousState
 from fsm.solve.interface.system import ArrayStaticSystem, MixedSystem, StaticArrays, System
@@ -184,7 +185,7 @@ class EquilibriumStep:
         for _ in range(_PATTERNS):
             arrays.begin(t, before, efforts, rules.largest_reaction)
             model = arrays.model
-            settled = Settled._make(model.calls.force.entry(settle_arrays, model, q, rules)(model, q, rules))
+            settled = Settled._make(enter(model.calls.force, settle_arrays, model, q, rules))
             if not arrays.lacks:
                 break
         else:

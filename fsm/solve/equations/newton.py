@@ -11,6 +11,7 @@ import numpy as np
 
 from fsm.errors import NotConverged
 from fsm.kernels.blocks import BlockMatrix
+from fsm.kernels.pointers import enter
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.equations.linear import LinearSolver
@@ -68,7 +69,7 @@ def _through(
     if arrays is not None:
         states = np.empty((len(times), len(q)))
         numbers = np.array(times, dtype=float), np.array(q, dtype=float), size, float(tolerance), int(most)
-        begun = arrays.calls.force.entry(follow_arrays, arrays, *numbers, states)(arrays, *numbers, states)
+        begun = enter(arrays.calls.force, follow_arrays, arrays, *numbers, states)
         for t, state in zip(times[:begun], states, strict=False):
             q = state
             if on_state is not None:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
+from fsm.kernels.pointers import enter
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.equations.newton import held_still, negative_pivots
@@ -182,7 +183,7 @@ class PathSteps:
             if self.system.remembers:  # channels of a saved state read the memory
                 stops = stops[stops > recorder.time * (1.0 + SAME)][:1]
             arguments = arrays.model, path, self.rules, stops, rows
-            outcome = arrays.model.calls.force.entry(follow_arrays, *arguments)(*arguments)
+            outcome = enter(arrays.model.calls.force, follow_arrays, *arguments)
             self._doubtful = outcome == stepping.DOUBTFUL
             if outcome not in (stepping.LACKS, stepping.DOUBTFUL) or path.counts[stepping.STEPS]:
                 break

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, cast
 
 import numpy as np
 
+from fsm.kernels.pointers import enter
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import ArraySystem, System
 from fsm.solve.outcome.restart_points import State
@@ -192,7 +193,7 @@ class StepMethod(ABC):
     def _march(self, balance: np.ndarray, until: float, most: int, records: np.ndarray) -> int:
         assert self._arrays is not None
         arguments = self._arrays, self.motion, self.rules, balance, float(until), int(most), records
-        outcome: int = self._arrays.calls.force.entry(self.in_kernel, *arguments)(*arguments)
+        outcome: int = enter(self._arrays.calls.force, self.in_kernel, *arguments)
         return outcome
 
     @cached_property

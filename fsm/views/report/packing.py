@@ -5,10 +5,11 @@ from __future__ import annotations
 import base64
 import gzip
 import json
-import math
 from typing import Any
 
 import numpy as np
+
+from fsm.io.json_values import finite_values
 
 LEVELS = 65_534
 """Number of steps between the smallest and the largest value of `pack_levels`; the level after the last one means NaN."""
@@ -75,17 +76,5 @@ def pack_levels(values: Any, per_column: bool = False) -> dict[str, Any]:
 
 def safe_json(data: Any) -> str:
     """JSON for a script element: no character can end the element, and numbers that are not finite are null."""
-    text = json.dumps(_finite(data), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(finite_values(data), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _finite(data: Any) -> Any:
-    if isinstance(data, dict):
-        return {str(key): _finite(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [_finite(value) for value in data]
-    if isinstance(data, np.ndarray):
-        return _finite(data.tolist())
-    if isinstance(data, np.generic):
-        return _finite(data.item())
-    return None if isinstance(data, float) and not math.isfinite(data) else data
