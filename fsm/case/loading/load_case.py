@@ -340,7 +340,13 @@ def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[d
                 crease, found = _read_curve(element.crease, folder, system, f"scene.elements.{index}.crease")
                 elements[index] = element.model_copy(update={"crease": crease})
                 faults += found
-        result["scene"] = scene.model_copy(update={"elements": tuple(elements)})
+        joints = list(scene.joints)
+        for index, joint in enumerate(joints):
+            if isinstance(joint.spring, _MEASURED):
+                crease, found = _read_curve(joint.spring, folder, system, f"scene.joints.{index}.spring")
+                joints[index] = joint.model_copy(update={"spring": crease})
+                faults += found
+        result["scene"] = scene.model_copy(update={"elements": tuple(elements), "joints": tuple(joints)})
     return result, faults
 
 

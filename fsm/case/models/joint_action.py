@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import Field, TypeAdapter, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from fsm.case.models.joint_motor import SlideMotor, TurnMotor
+from fsm.case.models.materials import Crease, FamilyCrease, LinearCrease, SplineCrease
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import (
     Angle,
@@ -26,8 +27,10 @@ from fsm.case.schema.units import (
     Stiffness,
 )
 
+LEAST_REBOUND = 1e-4
+"""Restitution that a smaller one counts as: an impact that keeps 1e-8 of its energy."""
 Sections = Mapping[str, type[Model]]
-_LEAST_REBOUND = 0.01
+_CREASE: TypeAdapter[Any] = TypeAdapter(Crease)
 
 
 def check_table(table: tuple[tuple[float, ...], ...] | None, of: str) -> None:
@@ -136,7 +139,7 @@ class TurnStop(_Stop):
     stiffness: AngularStiffness = Field(gt=0, description="stiffness beyond them")
     damping: AngularDamping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
     restitution: Number | None = Field(
-        default=None, ge=_LEAST_REBOUND, le=1, description="rate after an impact over that before it, in place of damping"
+        default=None, ge=0, le=1, description="rate after an impact over that before it, in place of damping; 0: it does not bounce"
     )
 
 
@@ -148,7 +151,7 @@ class SlideStop(_Stop):
     stiffness: Stiffness = Field(gt=0, description="stiffness beyond them")
     damping: Damping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
     restitution: Number | None = Field(
-        default=None, ge=_LEAST_REBOUND, le=1, description="rate after an impact over that before it, in place of damping"
+        default=None, ge=0, le=1, description="rate after an impact over that before it, in place of damping; 0: it does not bounce"
     )
 
 
@@ -298,7 +301,9 @@ OF_SLIDES: Sections = {
     "spring": SlideSpring, "damper": SlideDamper, "friction": SlideFriction, "stop": SlideStop, "latch": SlideLatch,
     "harness": SlideHarness, "motor": SlideMotor,
 }  # fmt: skip
-Spring = Annotated[TurnSpring | SlideSpring, Field()]
+HingeSpring = TurnSpring | LinearCrease | SplineCrease | FamilyCrease
+"""Springs of joints that turn: their own keys, or the law of a crease."""
+Spring = Annotated[HingeSpring | SlideSpring, Field()]
 Damper = Annotated[TurnDamper | SlideDamper, Field()]
 Friction = Annotated[TurnFriction | SlideFriction, Field()]
 Stop = Annotated[TurnStop | SlideStop, Field()]
@@ -317,12 +322,36 @@ def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) ->
     if value is None or isinstance(value, Model):
         return value
     key = str(info.field_name)
+    if turning and key == "spring" and is_crease(value):
+        return hinge_crease(value, info.context)
     if turning == sliding:
         _refuse(f"acts on the one coordinate of a revolute, prismatic or screw joint, not on kind {info.data.get('kind')!r}")
     try:
         return (OF_TURNS if turning else OF_SLIDES)[key].model_validate(value, context=info.context)
     except ValidationError as error:
         _refuse("; ".join(_fault(detail) for detail in error.errors(include_url=False)))
+
+
+def is_crease(written: Any) -> bool:
+    """Whether a spring has the law of a crease."""
+    return isinstance(written, Mapping) and ("law" in written or "file" in written)
+
+
+def hinge_crease(written: Any, context: Any) -> Any:
+    """Law of a crease as a spring.
+
+    Raises
+    ------
+    PydanticCustomError
+        The section has faults, or is the law of a crease line.
+    """
+    try:
+        found = _CREASE.validate_python(written, context=context)
+    except ValidationError as error:
+        _refuse("; ".join(_fault(detail) for detail in error.errors(include_url=False)))
+    if getattr(found, "stiffness_per_length", None) is not None:
+        _refuse("stiffness_per_length: is for the creases of a sheet; give `stiffness`")
+    return found
 
 
 def _fault(detail: Any) -> str:
