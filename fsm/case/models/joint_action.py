@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, TypeAdapter, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from fsm.case.models.joint_motor import SlideMotor, TurnMotor
-from fsm.case.models.materials import Crease, FamilyCrease, LinearCrease, SplineCrease
+from fsm.case.models.materials import FamilyCrease, LinearCrease, SplineCrease
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import (
     Angle,
@@ -30,13 +30,21 @@ from fsm.case.schema.units import (
 LEAST_REBOUND = 1e-4
 """Restitution that a smaller one counts as: an impact that keeps 1e-8 of its energy."""
 Sections = Mapping[str, type[Model]]
-_CREASE: TypeAdapter[Any] = TypeAdapter(Crease)
 
 
 def check_table(table: tuple[tuple[float, ...], ...] | None, of: str) -> None:
     """Raise `ValueError` if the rows of a table are not sorted by their first number, or fewer than two."""
     if table is not None and (len(table) < 2 or any(b[0] <= a[0] for a, b in pairwise(table))):
         raise ValueError(f"a `table` has two rows or more, sorted by the {of}")
+
+
+def _named(written: Any) -> Any:
+    """Section with a law: that of a spring, unless it names another or has the file of a crease."""
+    if isinstance(written, Mapping) and "stiffness_per_length" in written:
+        raise ValueError("`stiffness_per_length` is for the creases of a sheet; give `stiffness`")
+    if not isinstance(written, Mapping) or "law" in written:
+        return written
+    return {"law": "family" if "file" in written else "spring", **written}
 
 
 class _Spring(Model):
@@ -58,7 +66,12 @@ class _Spring(Model):
 class TurnSpring(_Spring):
     """Torsional spring; its moment on the second body is against the angle."""
 
-    stiffness: AngularStiffness = Field(default=0.0, ge=0, description="stiffness of a torsional spring")
+    law: Literal["spring"] = Field(
+        default="spring", description="a spring with the keys of this section", json_schema_extra={"default": '"spring"'}
+    )
+    stiffness: AngularStiffness = Field(
+        default=0.0, ge=0, description="stiffness of a torsional spring", json_schema_extra={"default": "0"}
+    )
     rest: Angle | None = Field(
         default=None, description="angle at which the moment is zero", json_schema_extra={"default": "that at the start"}
     )
@@ -118,6 +131,9 @@ class SlideDamper(_Damper):
     )
 
 
+_REBOUND = "rate after an impact over that before it, in place of damping; 0: it does not bounce"
+
+
 class _Stop(Model):
     @model_validator(mode="after")
     def _one_side(self) -> Self:
@@ -139,7 +155,7 @@ class TurnStop(_Stop):
     stiffness: AngularStiffness = Field(gt=0, description="stiffness beyond them")
     damping: AngularDamping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
     restitution: Number | None = Field(
-        default=None, ge=0, le=1, description="rate after an impact over that before it, in place of damping; 0: it does not bounce"
+        default=None, ge=0, le=1, description=_REBOUND
     )
 
 
@@ -151,7 +167,7 @@ class SlideStop(_Stop):
     stiffness: Stiffness = Field(gt=0, description="stiffness beyond them")
     damping: Damping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
     restitution: Number | None = Field(
-        default=None, ge=0, le=1, description="rate after an impact over that before it, in place of damping; 0: it does not bounce"
+        default=None, ge=0, le=1, description=_REBOUND
     )
 
 
@@ -301,14 +317,20 @@ OF_SLIDES: Sections = {
     "spring": SlideSpring, "damper": SlideDamper, "friction": SlideFriction, "stop": SlideStop, "latch": SlideLatch,
     "harness": SlideHarness, "motor": SlideMotor,
 }  # fmt: skip
-HingeSpring = TurnSpring | LinearCrease | SplineCrease | FamilyCrease
+HingeSpring = Annotated[
+    TurnSpring | LinearCrease | SplineCrease | FamilyCrease, Field(discriminator="law"), BeforeValidator(_named)
+]
 """Springs of joints that turn: their own keys, or the law of a crease."""
-Spring = Annotated[HingeSpring | SlideSpring, Field()]
+Spring = Annotated[TurnSpring | SlideSpring | LinearCrease | SplineCrease | FamilyCrease, Field()]
 Damper = Annotated[TurnDamper | SlideDamper, Field()]
 Friction = Annotated[TurnFriction | SlideFriction, Field()]
 Stop = Annotated[TurnStop | SlideStop, Field()]
 Latch = Annotated[TurnLatch | SlideLatch, Field()]
 Harness = Annotated[TurnHarness | SlideHarness, Field()]
+
+
+_HINGE_SPRING: TypeAdapter[Any] = TypeAdapter(HingeSpring)
+_LAWS = "spring", "linear", "spline", "family"
 
 
 def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) -> Any:
@@ -322,40 +344,18 @@ def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) ->
     if value is None or isinstance(value, Model):
         return value
     key = str(info.field_name)
-    if turning and key == "spring" and is_crease(value):
-        return hinge_crease(value, info.context)
     if turning == sliding:
         _refuse(f"acts on the one coordinate of a revolute, prismatic or screw joint, not on kind {info.data.get('kind')!r}")
     try:
+        if turning and key == "spring":
+            return _HINGE_SPRING.validate_python(value, context=info.context)
         return (OF_TURNS if turning else OF_SLIDES)[key].model_validate(value, context=info.context)
     except ValidationError as error:
         _refuse("; ".join(_fault(detail) for detail in error.errors(include_url=False)))
 
 
-def is_crease(written: Any) -> bool:
-    """Whether a spring has the law of a crease."""
-    return isinstance(written, Mapping) and ("law" in written or "file" in written)
-
-
-def hinge_crease(written: Any, context: Any) -> Any:
-    """Law of a crease as a spring.
-
-    Raises
-    ------
-    PydanticCustomError
-        The section has faults, or is the law of a crease line.
-    """
-    try:
-        found = _CREASE.validate_python(written, context=context)
-    except ValidationError as error:
-        _refuse("; ".join(_fault(detail) for detail in error.errors(include_url=False)))
-    if getattr(found, "stiffness_per_length", None) is not None:
-        _refuse("stiffness_per_length: is for the creases of a sheet; give `stiffness`")
-    return found
-
-
 def _fault(detail: Any) -> str:
-    place = ".".join(str(key) for key in detail["loc"])
+    place = ".".join(str(key) for key in detail["loc"] if key not in _LAWS)
     if detail["type"] == "extra_forbidden":
         return f"{place}: unknown key"
     if detail["type"] == "missing":

@@ -4,21 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator, model_validator
+from pydantic import Field, model_validator
 
 from fsm.case.models.coupling import Elasticity
-from fsm.case.models.joint_action import (
-    TurnDamper,
-    TurnFriction,
-    TurnHarness,
-    TurnLatch,
-    TurnSpring,
-    TurnStop,
-    hinge_crease,
-    is_crease,
-)
+from fsm.case.models.joint_action import HingeSpring, TurnDamper, TurnFriction, TurnHarness, TurnLatch, TurnStop
 from fsm.case.models.joint_motor import TurnMotor
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number
@@ -28,16 +19,11 @@ _SQUARE = 1e-6
 _FAILED = re.compile(r"(spring|damper|latch|motor|cable) (root|\d+)")
 
 
-def _or_crease(value: Any, spring: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-    """Spring with its own keys, or with the law of a crease."""
-    return hinge_crease(value, info.context) if is_crease(value) else spring(value)
-
-
 class WingHinge(Model):
     """What acts in a hinge; angles are zero in the deployed wing and positive in the stowed wing."""
 
-    spring: Annotated[TurnSpring | None, WrapValidator(_or_crease)] = Field(
-        default=None, description="spring, or the law of a crease, with the keys of [`[crease]`](#crease)"
+    spring: HingeSpring | None = Field(
+        default=None, description="spring, or the law of a crease"
     )
     damper: TurnDamper | None = Field(default=None, description="damper")
     friction: TurnFriction | None = Field(default=None, description="friction")

@@ -100,8 +100,8 @@ def _angle(poses: np.ndarray, own: np.ndarray, i: int, j: int, way: Way, slope: 
 
 
 class Tensions(NamedTuple):
-    """Tensions (n,) of the parts and their derivatives (n, 6 p) by increments and rates; energy (J), dissipated power (W), and
-    input power of the spool (W).
+    """Tensions (n,) of the parts and their derivatives (n, 6 p) by increments and rates; energy (J), dissipated power (W),
+    and input power of the spool (W).
     """
 
     tension: np.ndarray

@@ -39,12 +39,13 @@ FREE, PUSH = range(2)
 """Programs of a coordinate: change of the free length, and of the motor."""
 NO_MOTOR, TORQUE, CURVE, GOVERNED = range(4)
 """Kinds of motors."""
-COORDINATE, LATCHED, BRISTLE, HARNESS, IMPACT, EFFORT, BENT, LOST, TIME, BEFORE, IN_STOP, IN_LATCH, RATE, SPRING_SLID = range(14)
+COORDINATE, LATCHED, BRISTLE, HARNESS, IMPACT, EFFORT, BENT, LOST, TIME, BEFORE, IN_STOP, IN_LATCH, RATE = range(13)
+SPRING_SLID = 13
 FIELDS = 14
 """Memory of a coordinate: coordinate, state of the latch (0 open, 1 closed, -1 opened by force), deflection of the bristles,
 slider of the harness, rate before a stop, effort and energy of bristles and sliders, energy lost by them in the last step,
-time, effort of stop and latch, the numbers of their present events, from 1 on (-1: at rest on a stop), the rate, and the slider
-of the spring."""
+time, effort of stop and latch, the numbers of their present events, from 1 on (-1: at rest on a stop), the rate, and the
+slider of the spring."""
 
 EVENT = 8
 """Numbers of an event: what, row, time (s), rate before, impulse, largest effort, coordinate, whether it lasts."""
