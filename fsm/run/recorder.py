@@ -262,6 +262,8 @@ class RecordedSolve:
             q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
             for saved in path.saved:
                 if saved.time > self.until:
+                    assert saved.memory is not None
+                    system.restore(saved.memory)
                     self._record(writer, saved)
             self.warnings += path.warnings
             u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads

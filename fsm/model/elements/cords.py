@@ -287,11 +287,7 @@ class CordGroup(ElementGroup):
     free: tuple[Program, ...]
     names: tuple[str, ...]
     categories = ("panels",)
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @property
     def last_shape(self) -> tuple[int, ...]:

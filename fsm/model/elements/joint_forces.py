@@ -233,11 +233,7 @@ class JointForceGroup(ElementGroup):
     varies: bool = False
     categories = ("panels",)
     has_events = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:

@@ -36,8 +36,6 @@ def _beyond_explicit(plan: Plan, scene: Scene) -> Iterator[Fault]:
 def _unjointed(plan: Plan) -> Iterator[Fault]:
     """Faults of steps whose method has no ideal joints."""
     for number, step in enumerate(step for step in plan.steps if step.name != "start" or step.kind != "relax"):
-        if step.method not in WITH_JOINTS and not step.still:
-            text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; only motions have them, with '
-            yield Fault(f"step.{number}" if plan.written else "solve.method", text + " or ".join(WITH_JOINTS))
-    if any(step.kind == "relax" for step in plan.steps):
-        yield Fault("start", '"equilibrium" is not available with `[[scene.joints]]`; remove this key')
+        if step.kind in ("static", "dynamic") and step.method not in WITH_JOINTS and not step.still:
+            text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; other methods have them: '
+            yield Fault(f"step.{number}" if plan.written else "solve.method", text + ", ".join(WITH_JOINTS))

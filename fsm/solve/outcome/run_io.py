@@ -26,7 +26,8 @@ class SavedState(ShortRepr):
     `before` is the state at the start of a quasi-static step; rates are differences from it. In dynamics `before` is None.
     `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length. `at_rest`: all
     velocities are zero, also those of drives. `negative_pivots` is the number of negative pivots of the stiffness, if the
-    solver has counted them. `final`: the solve ends at this state, before the requested end.
+    solver has counted them. `final`: the solve ends at this state, before the requested end. `memory`: internal variables of
+    a state that is recorded after the solve.
     """
 
     time: float
@@ -42,6 +43,7 @@ class SavedState(ShortRepr):
     at_rest: bool = False
     negative_pivots: int | None = None
     final: bool = False
+    memory: np.ndarray | None = None
 
     @property
     def acting(self) -> float:

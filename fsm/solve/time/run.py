@@ -63,6 +63,7 @@ class Run(ABC):
             assert energy_balance is not None
             self.energy_balance = energy_balance
             self.pending = [t for t in times if t > after.time]
+            system.hold_still(False)
             self._renew(after)
             return
         self.renewed = 0
@@ -72,6 +73,7 @@ class Run(ABC):
         if start is None:
             system.restore(np.zeros(0))
         self.q, self.u = self.q.copy(), self.u.copy()
+        system.hold_still(False)
         system.consistent(just_after(system, self.time), self.q, self.u, np.zeros(len(self.u)))
         system.commit(self.time, self.q, self.u)
         self.pending = [t for t in times if t >= self.time]
