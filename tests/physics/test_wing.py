@@ -198,7 +198,8 @@ def test_a_second_row_lies_on_its_panels_and_beside_them() -> None:
 
 def test_hold_downs_release_a_wing_in_two_stages(tmp_path: Path) -> None:
     """All parts rest until .1 s; then the stack turns about its root, and from .3 s on all hinges open."""
-    clamps = [{"parts": ["base", "panel 1"], "release": 0.1}, {"parts": ["panel 1", "panel 2", "side 2"], "release": "300 ms"}]
+    stack = ["panel 1", "panel 2", "side 2"]
+    clamps = [{"parts": ["base", "panel 1"], "release": "100 ms"}, {"parts": stack, "release": 0.3}]
     side = {"hinge": {"spring": _SPRING}}
     result = fsm.load(wing(2, {"spring": _SPRING}, 0.4, hold_downs=clamps, side=side)).run(tmp_path)
     time = result.solution.time

@@ -29,6 +29,8 @@ from fsm.case.schema.units import (
 
 LEAST_REBOUND = 1e-4
 """Restitution that a smaller one counts as: an impact that keeps 1e-8 of its energy."""
+LEAST_RATE = {True: 1e-3, False: 1e-4}
+"""Rate (rad/s of joints that turn, m/s) below which friction decreases, and the restitution of a stop increases to 1."""
 Sections = Mapping[str, type[Model]]
 
 
@@ -232,6 +234,11 @@ _LAW = '"coulomb": regularised, creeps below `slip_rate`; "lugre": elastic brist
 class TurnFriction(_Friction):
     """Moment of friction against the rate of the angle."""
 
+    @property
+    def steepest(self) -> float:
+        """Largest slope of the constant part of law "coulomb" by the rate, N m s/rad."""
+        return (self.moment or 0.0) / (self.slip_rate or LEAST_RATE[True])
+
     moment: Moment | None = Field(default=None, ge=0, description="moment during sliding")
     coefficient: Number | None = Field(
         default=None, ge=0, description="moment over radius and reaction force of the joint, added to `moment`"
@@ -250,6 +257,11 @@ class TurnFriction(_Friction):
 
 class SlideFriction(_Friction):
     """Force of friction against the rate of the displacement."""
+
+    @property
+    def steepest(self) -> float:
+        """Largest slope of the constant part of law "coulomb" by the rate, N s/m."""
+        return (self.force or 0.0) / (self.slip_rate or LEAST_RATE[False])
 
     force: Force | None = Field(default=None, ge=0, description="force during sliding")
     coefficient: Number | None = Field(

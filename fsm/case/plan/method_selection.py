@@ -93,7 +93,10 @@ def beyond_explicit(scene: Scene) -> str:
         "films, cables, beams, bars or flexible facets": scene.flexible,
         "contact": scene.contact is not None,
         "gas": scene.chambers,
-        "friction or a harness of a joint": any(joint.friction or joint.harness for joint in scene.joints),
+        "a harness of a joint": any(joint.harness for joint in scene.joints),
+        "friction of a joint with bristles, or that follows a reaction": any(
+            joint.friction and (joint.friction.law == "lugre" or joint.friction.coefficient) for joint in scene.joints
+        ),
         "a spring of a joint with hysteresis": any(getattr(joint.spring, "unloading", None) for joint in scene.joints),
         "friction of a cord": any(pulley.friction for cord in scene.cords for pulley in cord.over),
         "creases with hysteresis": any(getattr(e.crease, "hysteresis", False) for e in elements),
@@ -124,6 +127,8 @@ def fastest_rate(scene: Scene) -> float:
         compliances[joint.name] = compliance
         for action in (joint.spring, joint.stop, joint.latch):
             fastest = max(fastest, _rate(_slope(action, "stiffness"), getattr(action, "damping", 0.0), compliance))
+        if joint.friction is not None:
+            fastest = max(fastest, _rate(0.0, joint.friction.steepest, compliance))
         if joint.stop is not None and joint.stop.restitution is not None:  # see `compile_joint_forces.rebound`
             stiffer = 2.0 / max(joint.stop.restitution, LEAST_REBOUND)
             fastest = max(fastest, _rate(stiffer * joint.stop.stiffness, 0.0, compliance))

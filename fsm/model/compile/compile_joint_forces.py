@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from fsm.case.models.cord import SceneCord
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.joint_action import (
+    LEAST_RATE,
     LEAST_REBOUND,
     Friction,
     Latch,
@@ -88,8 +89,6 @@ _PRESLIDING = {True: 1e-3, False: 1e-5}
 """Deflection of sliding bristles, rad or m."""
 _BRISTLE_TIME = 0.01
 """Time of this deflection at the rate below which bristles damp, s."""
-_SLOWEST = {True: 1e-3, False: 1e-4}
-"""Rate of impact (rad/s or m/s) below which the restitution of a stop increases to 1."""
 _GOVERNS = 0.01
 """Part of the largest commanded rate of a limited motor over which its governor lets through less than the whole torque."""
 
@@ -103,7 +102,7 @@ class _Row:
         self.programs: dict[int, Program] = {}
         self.felt = (0, 0)
         self.law[[LOWER, UPPER, SLOWER, OPENS_AT, RATIO]] = -math.inf, math.inf, math.inf, math.inf, 1.0
-        self.law[REST], self.law[SLOWEST] = start, _SLOWEST[turning]
+        self.law[REST], self.law[SLOWEST] = start, LEAST_RATE[turning]
 
     def table(self, which: int, rows: Sequence[Sequence[float]] | np.ndarray | None) -> None:
         """Set a table, straight between rows (coordinate, effort), or cubic between rows (coordinate, effort, slope)."""
@@ -154,7 +153,7 @@ class _Row:
             size, arm = friction.moment, friction.radius or 0.0
         else:
             size, arm = friction.force, 1.0
-        self.law[FRICTION], self.law[SLIP_RATE] = size or 0.0, friction.slip_rate or _SLOWEST[self.turning]
+        self.law[FRICTION], self.law[SLIP_RATE] = size or 0.0, friction.slip_rate or LEAST_RATE[self.turning]
         if friction.coefficient is not None:
             self.law[FOLLOWS], self.felt = friction.coefficient * arm, felt
         if friction.law == "lugre":
