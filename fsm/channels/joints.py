@@ -179,12 +179,13 @@ def springs(model: Model) -> Iterator[Offer]:
 
 @offers
 def cords(model: Model) -> Iterator[Offer]:
-    """cord.<name>.length, .rate, .force."""
+    """cord.<name>.length, .rate, .force, .force_at_end."""
     for cord in () if model.scene is None else model.scene.cords:
         name = f"cord.{cord.name}"
         yield Offer(f"{name}.length", "m", "length of the way over all pulleys", _of_cord(cord.name, 0))
         yield Offer(f"{name}.rate", "m/s", "rate of this length", _of_cord(cord.name, 1))
-        yield Offer(f"{name}.force", "N", "tension", _of_cord(cord.name, 2))
+        yield Offer(f"{name}.force", "N", "tension at the first end", _of_cord(cord.name, 2))
+        yield Offer(f"{name}.force_at_end", "N", "tension at the second end", _of_cord(cord.name, 3))
 
 
 def _cord_states(state: State) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import fsm
 from fsm.kernels.body_poses import retract_poses
@@ -67,10 +68,13 @@ def test_a_spool_lifts_a_weight(tmp_path: Path) -> None:
     assert result.summary["energy_error"] < 1e-4
 
 
-def test_forces_and_tangents() -> None:
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_forces_and_tangents(friction: float) -> None:
     random = np.random.default_rng(5)
     balls = [body(name, random.normal(size=3), [0.1] * 3) for name in ("ball", "other")]
-    line = cord(over=[{"body": "other", "at": [0.3, 0.2, 0.1]}], free_length=0.5, damping=3.0, at=[0, 0, 2])
+    over = [{"body": "other", "at": [0.3, 0.2, 0.1]}, {"body": "ground", "at": [0.4, -0.5, 0.1]}]
+    over = [pulley | {"friction": friction} for pulley in over]
+    line = cord(over=over, free_length=0.5, damping=3.0, at=[0, 0, 2], slip_speed=0.05)
     _, system = compile_case(fsm.load(mechanism(balls, [], 1.0, 0.1, cords=[line])).model)
     group = next(one for one in system.groups if isinstance(one, CordGroup))
     poses, rates = system.bodies.pose.copy(), np.zeros((3, 6))
@@ -96,6 +100,40 @@ def test_forces_and_tangents() -> None:
     rates[:] = 0.0
     slopes = np.array([(at(step * e, none)[1] - at(-step * e, none)[1]) / (2.0 * step) for e in units])
     assert at(none, none)[0] == pytest.approx(-slopes, abs=1e-6 * np.abs(slopes).max())
+
+
+def test_a_spool_pulls_over_a_pulley_with_friction(tmp_path: Path) -> None:
+    """A weight of 1 kg is lifted and then lowered by a spool; T_1 = T_2 exp(mu pi/2) or less while the cord slides."""
+    mu, slip, stiffness, damping, over = 0.3, 2e-3, 4e3, 60.0, [{"body": "ground", "at": [0, 0, 1], "friction": 0.3}]
+    reel = {"reel": -0.1, "time": {"kind": "table", "time": [0.0, 0.5, 1.0], "value": [0.0, 1.0, 0.5]}}
+    line = cord(over=over, at=[0.5, 0, 1], stiffness=stiffness, damping=damping, slip_speed=slip, **reel)
+    result = run(mechanism([body("ball", [0, 0, 0], [0.1] * 3)], [], 1.0, 0.02, cords=[line]), tmp_path)
+
+    def tensions(t: float, y: np.ndarray) -> tuple[float, float]:
+        pace = -0.2 if t < 0.5 else 0.1
+        free, length, speed = 1.5 + (pace * t if t < 0.5 else -0.1 + 0.1 * (t - 0.5)), 1.5 - y[0], -y[1]
+        mean = stiffness * (length - free) + damping * (speed - pace)
+        first = 0.5 / length
+        part = math.exp(-mu * 0.5 * math.pi * math.tanh((-first * speed - (1.0 - first) * pace) / slip))
+        scale = (mean if length > free and mean > 0.0 else 0.0) * length / (0.5 + part * (length - 0.5))
+        return scale, scale * part
+
+    def integrated(start: list[float], times: np.ndarray) -> np.ndarray:
+        def slope(t: float, y: np.ndarray) -> list[float]:
+            return [y[1], tensions(t, y)[1] - _G]
+
+        return np.asarray(solve_ivp(slope, times[[0, -1]], start, "Radau", times, rtol=1e-10, atol=1e-12).y)
+
+    up = integrated([0.0, 0.0], np.linspace(0.0, 0.5 * (1.0 - 1e-15), 26))
+    down = integrated(up[:, -1].tolist(), np.linspace(0.5, 1.0, 26))
+    place = np.concatenate([up[0], down[0, 1:]])
+    assert of(result, "body.ball.position")[:, 2] == pytest.approx(place, abs=1e-7)
+    first, last = of(result, "cord.c.force"), of(result, "cord.c.force_at_end")
+    lifted, lowered = 24, -1
+    assert first[lifted] / last[lifted] == pytest.approx(math.exp(mu * 0.5 * math.pi), rel=1e-9)
+    assert first[lowered] / last[lowered] == pytest.approx(math.exp(-mu * 0.5 * math.pi), rel=1e-9)
+    assert last[lifted] == pytest.approx(_G, rel=1e-2)
+    assert result.summary["energy_error"] < 2e-4
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,28 @@ def test_a_latch_closes_after_its_closed_form(tmp_path: Path) -> None:
     assert result.summary["energy_error"] < 1e-6
 
 
+def test_a_plastic_stop(tmp_path: Path) -> None:
+    """The wheel stays where it hits the stop; its kinetic energy is lost."""
+    stop = _STOP | {"restitution": 0}
+    result = run(flywheel(rate=1.5, end=1.0, stop=stop), tmp_path / "free")
+    (event,) = result.summary["joint_events"]
+    assert event["impulse"] == pytest.approx(2.0 * 1.5, rel=1e-4)
+    rate, angle, after = of(result, "joint.pin.rate"), of(result, "joint.pin.angle"), result.time > 0.15
+    assert np.abs(rate[after]).max() < 2e-4
+    assert angle[after] == pytest.approx(np.full(after.sum(), 0.2), abs=6e-4)
+    assert result.summary["energy_error"] < 1e-6
+    pressed = run(flywheel(end=1.0, stop=stop, motor={"torque": 3.0}), tmp_path / "pressed")
+    (event,) = pressed.summary["joint_events"]
+    assert of(pressed, "joint.pin.angle")[-1] == pytest.approx(0.2, abs=1e-3)
+    assert pressed.summary["energy_error"] < 1e-6
+
+
+def test_a_joint_that_starts_on_its_stop_does_not_hit_it(tmp_path: Path) -> None:
+    for load in (3.0, 0.0):
+        result = run(flywheel(end=0.2, stop={"upper": 0.0, "stiffness": 4e3}, motor={"torque": load}), tmp_path / str(load))
+        assert "joint_events" not in result.summary
+
+
 def test_the_same_case_has_the_same_bits(tmp_path: Path) -> None:
     friction = {"moment": 0.3, "law": "lugre"}
     case = flywheel(rate=1.5, end=0.6, stop=_STOP | {"lower": 0.0}, friction=friction)

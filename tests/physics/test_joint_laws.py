@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import PchipInterpolator
 
 import fsm
 from tests.physics.test_ideal_joints import body, joint, mechanism, of, run
@@ -34,6 +35,39 @@ def ball(spring: dict[str, Any], mass_at: float, end: float, gravity: bool = Fal
 def integrated(slope: Any, start: list[float], times: np.ndarray) -> np.ndarray:
     found = solve_ivp(slope, (0.0, times[-1]), start, "DOP853", times, rtol=1e-11, atol=1e-12, max_step=0.01)
     return np.asarray(found.y)
+
+
+def test_friction_of_a_swing_takes_few_steps(tmp_path: Path) -> None:
+    """A pendulum with M tanh(rate/v) comes to rest after some swings; explicit steps keep to its smooth parts."""
+    bar = body("bar", [0.5, 0, 0], [0.1, 0.2, 0.2])
+    pin = joint("pin", "revolute", "ground", "bar", [0, 0, 0], axis=[0, 1, 0]) | {"friction": {"moment": 0.4}}
+    result = run(mechanism([bar], [pin], 6.0, 0.1), tmp_path)
+
+    def slope(_: float, y: np.ndarray) -> list[float]:
+        return [y[1], (0.5 * _G * math.cos(y[0]) - 0.4 * math.tanh(y[1] / 1e-3)) / (0.2 + 0.25)]
+
+    found = solve_ivp(slope, (0.0, 6.0), [0.0, 0.0], "Radau", result.time, rtol=1e-10, atol=1e-12)
+    assert of(result, "joint.pin.angle") == pytest.approx(found.y[0], abs=1e-7)
+    assert result.summary["energy_error"] < 1e-8
+    assert result.solution.stats["method"] == "explicit" and result.solution.stats["steps"] < 600
+
+
+def test_the_law_of_a_crease_is_a_spring(tmp_path: Path) -> None:
+    """A motor opens a hinge from 90 degrees by 60 degrees and closes it again: it feels both curves of the crease."""
+    angle, moment, unloading = [-0.2, 0.3, 0.8, 1.4], [-0.1, 0.3, 0.5, 0.6], [-0.1, 0.2, 0.3, 0.45]
+    spring = {"law": "spline", "angle": angle, "moment": moment, "unloading": unloading, "interpolation": "pchip"}
+    turn = {"kind": "cycle", "period": 2.0, "cycles": 1}
+    case = flywheel(inertia=1e-9, end=2.0, angle=math.pi / 2, spring=spring, motor={"angle": -math.pi / 3, "time": turn})
+    case["solve"]["max_step"] = 2e-3
+    result = run(case, tmp_path)
+    opened, pull = math.pi / 2 - of(result, "joint.pin.angle"), -of(result, "joint.pin.motor")
+    there, back = (result.time > 0.1) & (result.time < 0.99), (result.time > 1.2) & (result.time < 1.99)
+    loading, returning = (PchipInterpolator(angle, of_way) for of_way in (moment, unloading))
+    assert pull[there] == pytest.approx(loading(opened[there]), abs=2e-3)  # the mean curve is a spline of 400 points
+    assert pull[back] == pytest.approx(returning(opened[back]), abs=2e-3)
+    area = loading.integrate(0.0, math.pi / 3) - returning.integrate(0.0, math.pi / 3)
+    assert of(result, "energy.dissipated")[-1] == pytest.approx(area, rel=0.03)  # less the way from one curve to the other
+    assert result.summary["energy_error"] < 1e-5
 
 
 # springs ----------------------------------------------------------------------------------------------------------------

@@ -173,9 +173,50 @@ def test_parts_meet_at_their_hinges_in_any_direction() -> None:
     assert scene.bodies[1].mass == _MASS and scene.bodies[1].inertia[1] == pytest.approx(_INERTIA)
 
 
+def test_a_second_row_lies_on_its_panels_and_beside_them() -> None:
+    turned = Rotation.from_rotvec([0.3, -0.8, 0.5])
+    along, axis, _ = turned.as_matrix().T
+    for edge, way in (("left", 1.0), ("right", -1.0)):
+        side = {"panels": [2, 3], "width": 0.7, "edge": edge}
+        case = wing(3, {}, 1.0, along=list(along), hinge_axis=list(axis), side=side)
+        scene = build_scene(fsm.load(case).model)
+        bodies, joints = ({one.name: one for one in of} for of in (scene.bodies, scene.joints))
+        width = case["wing"]["width"]
+        for number in (2, 3):
+            panel, other, hinge = bodies[f"panel {number}"], bodies[f"side {number}"], joints[f"hinge side {number}"]
+            pose = Rotation.from_quat(panel.orientation, scalar_first=True)
+            on = pose.inv().apply(np.subtract(other.position, panel.position))
+            assert on == pytest.approx([0.0, way * 0.5 * (width - 0.7), _GAP * np.sign(on[2])], abs=1e-12)
+            nearer = np.subtract(bodies["panel 2"].position, bodies["panel 3"].position) @ pose.as_matrix()[:, 2]
+            assert number == 2 or on[2] * nearer < 0.0  # the last one is on the outside
+            back = Rotation.from_rotvec(-hinge.angle * np.array(hinge.axis))
+            place = np.array(hinge.at) + back.apply(np.subtract(other.position, hinge.at))
+            beside = pose.inv().apply(place - panel.position)
+            assert beside == pytest.approx([0.0, way * 0.5 * (width + 0.7), 0.0], abs=1e-12)
+            assert other.mass == pytest.approx(_MASS * 0.7 / width)
+
+
+def test_hold_downs_release_a_wing_in_two_stages(tmp_path: Path) -> None:
+    """All parts rest until .1 s; then the stack turns about its root, and from .3 s on all hinges open."""
+    stack = ["panel 1", "panel 2", "side 2"]
+    clamps = [{"parts": ["base", "panel 1"], "release": "100 ms"}, {"parts": stack, "release": 0.3}]
+    side = {"hinge": {"spring": _SPRING}}
+    result = fsm.load(wing(2, {"spring": _SPRING}, 0.4, hold_downs=clamps, side=side)).run(tmp_path)
+    time = result.solution.time
+    one, two, three = (np.asarray(result[f"joint.hinge {name}.angle"].values) for name in ("1", "2", "side 2"))
+    assert np.ptp(one[time <= 0.1]) < 1e-12 and one[0] - one[-1] > 1e-3
+    for folded in (two, three):
+        assert np.ptp(folded[time <= 0.3]) < 1e-10 and folded[0] - folded[-1] > 1e-4
+    assert [event["time"] for event in result.summary["joint_events"]] == [0.1, 0.3]
+    assert result.summary["energy_error"] < 1e-8
+
+
 @pytest.mark.parametrize(
     ("keys", "text"),
     [
+        ({"hold_downs": [{"release": 1.0, "parts": ["base", "panel 9"]}]}, "no part of the wing is called 'panel 9'"),
+        ({"side": {"panels": [3]}}, "`side.panels` has numbers from 1 to 2"),
+        ({"side": {}, "failed": ["spring side 1"]}, "'spring side 1' is unknown"),
         ({"failed": ["spring 4"]}, "wing: failed part 'spring 4' is unknown"),
         ({"failed": ["latch 1"]}, "this hinge has no latch"),
         ({"stowed": [1.0]}, "`stowed` has 1 angles, and the wing has 2 hinges"),

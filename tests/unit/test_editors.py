@@ -242,3 +242,11 @@ def test_sections_of_extensions_are_in_the_schema(tmp_path: Path, validator: Any
     missing = fsm("schema", "--extension", "none.py")
     assert missing.exit_code == 2
     assert "none.py" in missing.output
+
+
+def test_pages_of_joints_and_couplings_list_their_parts() -> None:
+    gear = help_lines("scene.couplings")
+    assert any(line.startswith("backlash") for line in gear)
+    assert {'parameters of kind "gear":', 'parameters of kind "rack":'} <= set(gear)
+    assert any(line.startswith("opens_at") for line in help_lines("scene.joints"))
+    assert any(line.startswith("column") for line in help_lines("scene.springs"))

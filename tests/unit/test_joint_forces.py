@@ -30,7 +30,7 @@ def group(kind: int, c: float, random: np.random.Generator) -> JointForceGroup:
     law[2, [laws.LOWER, laws.STOP, laws.REBOUND]] = c + 0.3, 4.0, 0.7
     law[3, [laws.GAS, laws.GAS_AT, laws.COLUMN, laws.EXPONENT]] = 2.0, c + 0.1, 0.5, 1.3
     law[4, [laws.GAS, laws.GAS_AT, laws.COLUMN, laws.EXPONENT]] = 2.0, c + 0.1, 0.5, 1.0
-    law[5, laws.SLIDER] = 0.2
+    law[5, [laws.SLIDER, laws.SPRING_SLIDER]] = 0.2, 0.3
     law[6, [laws.LATCH_AT, laws.LATCH_SENSE, laws.LATCH, laws.LATCH_DAMPER]] = c + 0.2, 1.0, 9.0, 0.5
     law[7, [laws.SIDE, laws.DAMPER]] = 1.0, 0.6
     law[8, [laws.DAMPER]] = 0.7
@@ -46,7 +46,12 @@ def group(kind: int, c: float, random: np.random.Generator) -> JointForceGroup:
         (8, laws.OF_DAMPER): [[-9.0, -1.0], [0.0, 0.0], [9.0, 3.0]],
         (11, laws.OF_MOTOR): [[-9.0, 5.0], [9.0, 1.0]], (12, laws.OF_MOTOR): [[-9.0, 5.0], [9.0, 1.0]],
     }  # fmt: skip
-    each = [np.array(tables.get((i, k), np.zeros((0, 2)))) for i in range(len(law)) for k in range(laws.TABLES)]
+    rows = {key: [[*row, math.nan] for row in table] for key, table in tables.items()}
+    rows |= {
+        (5, laws.OF_SPRING): [[c - 1.0, 0.3, 1.0], [c + 0.4, 2.0, -0.5], [c + 1.0, 1.0, 0.7]],  # cubic
+        (5, laws.OF_SPRING_WIDTH): [[c - 1.0, 0.2, 0.1], [c + 2.0, 0.8, 0.0]],
+    }
+    each = [np.array(rows.get((i, k), np.zeros((0, 3)))) for i in range(len(law)) for k in range(laws.TABLES)]
     first = np.cumsum([0, *(len(table) for table in each)])
     n = len(law)
     programs = np.full((n, 2), -1, dtype=np.int64)
@@ -60,7 +65,7 @@ def group(kind: int, c: float, random: np.random.Generator) -> JointForceGroup:
     memory = found.memory_of
     memory[laws.LATCHED * n + 6] = 1.0
     memory[laws.BRISTLE * n + 10], memory[laws.COORDINATE * n + 10] = 0.7, c - 0.04  # partly sliding
-    memory[laws.HARNESS * n + 5] = 0.3
+    memory[laws.HARNESS * n + 5], memory[laws.SPRING_SLID * n + 5] = 0.3, -0.2
     memory[laws.IMPACT * n + 2] = 1.4
     return found
 

@@ -390,7 +390,7 @@ JOINTS = (
     Mutant(
         "motors without power",
         "fsm/model/elements/joints.py",
-        "stored[2] -= effort[i] * _prescribed(own, t, i)[1]",
+        "stored[2] -= effort[i] * speed",
         "stored[2] -= 0.0",
         physics_test("ideal_joints", "test_a_motor_turns_by_its_program_and_counts_turns"),
     ),
@@ -421,6 +421,34 @@ JOINTS = (
         "x -= lead * _angle(",
         "x -= 0.0 * _angle(",
         physics_test("joint_laws", "test_a_nut_runs_down_a_screw"),
+    ),
+    Mutant(
+        "pulleys whose friction pushes",
+        "fsm/model/elements/cords.py",
+        "math.exp(-pulleys[j] * theta * tanh)",
+        "math.exp(pulleys[j] * theta * tanh)",
+        physics_test("cords", "test_a_spool_pulls_over_a_pulley_with_friction"),
+    ),
+    Mutant(
+        "springs with the law of a crease on the wrong side",
+        "fsm/model/compile/compile_joint_forces.py",
+        "_over_angle(curve, rest, side, -side)",
+        "_over_angle(curve, rest, side, side)",
+        physics_test("joint_laws", "test_the_law_of_a_crease_is_a_spring"),
+    ),
+    Mutant(
+        "joints that an event locks without a loss of energy",
+        "fsm/solve/time/stepwise_run.py",
+        "balance.dissipated += max(-change, 0.0)",
+        "balance.dissipated += 0.0",
+        physics_test("events", "test_a_joint_of_several_directions_is_locked_and_unlocked"),
+    ),
+    Mutant(
+        "events at the ends of steps",
+        "fsm/solve/time/event_steps.py",
+        "if np.any(crossed):",
+        "if not crossed.size:",
+        physics_test("events", "test_a_run_ends"),
     ),
 )
 

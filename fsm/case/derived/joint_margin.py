@@ -9,6 +9,7 @@ not prevent it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, NamedTuple
@@ -18,6 +19,7 @@ import numpy as np
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.joint_action import TurnFriction, TurnHarness, TurnSpring
 from fsm.case.models.margin import Margin
+from fsm.case.models.materials import LinearCrease, SplineCrease
 from fsm.errors import Fault
 
 _POINTS = 91
@@ -49,7 +51,7 @@ class JointMargin(NamedTuple):
     def moments(self, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Available and required moment at angles, N m."""
         asked, f, sense = self.asked, self.asked.factors, float(np.sign(self.end - self.joint.angle))
-        driving = sense * spring_moment(self.joint, angle)
+        driving = sense * spring_moment(self.joint, angle, sense)
         harness = asked.harness + (_interpolated(asked.harness_table, angle) if asked.harness_table else 0.0)
         harness = harness + np.maximum(sense * harness_moment(self.joint, angle, sense), 0.0)
         own = self.joint.friction
@@ -77,14 +79,31 @@ class JointMargin(NamedTuple):
             return np.asarray(np.where(required > 0.0, available / required, np.inf) - 1.0)
 
 
-def spring_moment(joint: SceneJoint, angle: np.ndarray) -> np.ndarray:
-    """Moment of the spring of a joint on its second body, positive in the sense of the angle, N m."""
+def spring_moment(joint: SceneJoint, angle: np.ndarray, sense: float) -> np.ndarray:
+    """Moment of the spring of a joint on its second body, positive in the sense of the angle, N m, while the angle moves in
+    a sense; the curve of a crease is straight between its points.
+    """
     spring = joint.spring
+    if isinstance(spring, LinearCrease | SplineCrease):
+        return _crease_moment(spring, joint.angle, angle, sense)
     if not isinstance(spring, TurnSpring):
         return np.zeros_like(angle)
     rest = joint.angle if spring.rest is None else spring.rest
     moment = -(spring.moment or 0.0) - spring.stiffness * (angle - rest)
     return np.asarray(moment - (_interpolated(spring.table, angle) if spring.table else 0.0))
+
+
+def _crease_moment(crease: LinearCrease | SplineCrease, start: float, angle: np.ndarray, sense: float) -> np.ndarray:
+    """Moment of the law of a crease, positive in the sense of the angle, N m."""
+    side = math.copysign(1.0, start or crease.rest_angle or 0.0)
+    rest = side * start if crease.rest_angle is None else crease.rest_angle
+    opening = rest - side * angle
+    if isinstance(crease, LinearCrease):
+        return np.asarray(side * crease.stiffness * opening)
+    closing = crease.unloading is not None and sense * side > 0.0
+    moments = crease.unloading if closing else crease.moment
+    assert crease.angle is not None and moments is not None
+    return side * crease.scale * _interpolated(list(zip(crease.angle, moments, strict=True)), opening)
 
 
 def harness_moment(joint: SceneJoint, angle: np.ndarray, sense: float) -> np.ndarray:

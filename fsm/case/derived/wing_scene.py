@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.case.derived.frame_bodies import matrix_quaternion
+from fsm.case.derived.frame_bodies import matrix_quaternion, quaternion_matrix
 from fsm.case.models.coupling import SceneCoupling
+from fsm.case.models.event import Event
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Body, Plate, Scene
 from fsm.case.models.wing import Wing
@@ -30,7 +31,7 @@ def wing_faults(wing: Wing, scene: Scene | None) -> Iterator[Fault]:
     bodies = {GROUND} | {body.name for body in (() if scene is None else scene.bodies)}
     if wing.base not in bodies:
         yield Fault("wing.base", f'must be "ground" or a body of [scene]; it is {wing.base!r}')
-    for name in sorted(bodies & {part.name for part in _parts(wing)}):
+    for name in sorted(bodies & set(wing.parts[1:])):
         yield Fault("wing", f"a body of [scene] has the name {name!r} of a part of the wing; rename it")
 
 
@@ -41,11 +42,12 @@ def with_wing(wing: Wing, scene: Scene | None) -> Scene:
     fold it as an accordion. Hinge lines between parts lie half a gap off this plane, on the side on which they fold.
     """
     scene = Scene() if scene is None else scene
-    bodies, joints = [], []
+    bodies, joints, sides = list[Body](), list[SceneJoint](), list[SceneJoint]()
     along, axis = (np.array(v) / np.linalg.norm(v) for v in (wing.along, wing.hinge_axis))
     axes = np.array([along, axis, np.cross(along, axis)])
     gap = wing.thickness if wing.gap is None else wing.gap
     point, turned, before, sense, side = np.array(wing.at), 0.0, wing.base, -1.0, 0.0
+    beside = {f"panel {number}": number for number in wing.side_panels}
     for part, name, angle in zip(_parts(wing), wing.hinges, wing.stowed_angles, strict=True):
         turned += sense * angle
         forward, up = _in_plane(turned)
@@ -59,8 +61,64 @@ def with_wing(wing: Wing, scene: Scene | None) -> Scene:
         sense, before = -sense, part.name
         side = -0.5 * sense * gap
         point = centre + (0.5 * part.size[0] * forward + side * up) @ axes
-    parts: dict[str, Any] = {"bodies": bodies, "joints": joints, "couplings": _cables(wing, joints)}
+        if part.name in beside:
+            face = -sense * up @ axes  # on which the next panel would be
+            body, joint = _side_panel(wing, beside[part.name], bodies[-1], forward @ axes, axis, face)
+            bodies.append(body)
+            sides.append(joint)
+    all_joints = [*joints, *sides, *_clamps(wing, bodies)]
+    parts: dict[str, Any] = {"bodies": bodies, "joints": all_joints, "couplings": _cables(wing, joints)}
     return scene.model_copy(update={name: (*getattr(scene, name), *more) for name, more in parts.items()})
+
+
+def wing_events(wing: Wing) -> list[Event]:
+    """Releases of all hold-downs."""
+    return [
+        Event(
+            name=f"hold-down {number}", when=f"time > {clamp.release!r} s",
+            do=tuple(f"release {_clamp_name(number, part)}" for part in (clamp.parts or wing.parts)[1:]),
+        )
+        for number, clamp in enumerate(wing.hold_downs, 1)
+    ]  # fmt: skip
+
+
+def _clamp_name(number: int, part: str) -> str:
+    return f"hold-down {number} of {part}"
+
+
+def _clamps(wing: Wing, bodies: Sequence[Body]) -> Iterator[SceneJoint]:
+    """Fixed joints of all hold-downs, from each of their parts to the next one."""
+    centres = {body.name: body.position for body in bodies}
+    for number, clamp in enumerate(wing.hold_downs, 1):
+        for first, second in pairwise(clamp.parts or wing.parts):
+            ends = [wing.base if name == "base" else name for name in (first, second)]
+            at = centres[second if second in centres else first]
+            yield SceneJoint(name=_clamp_name(number, second), kind="fixed", first=ends[0], second=ends[1], at=at)
+
+
+def _side_panel(
+    wing: Wing, number: int, panel: Body, forward: np.ndarray, axis: np.ndarray, face: np.ndarray
+) -> tuple[Body, SceneJoint]:
+    """Panel of the second row and its hinge: it turns about an edge of a panel, and lies on a face of it at 180 degrees.
+
+    Directions of the panel are inertial: its length, the hinge axis of the wing, and the outward normal of the face.
+    """
+    row = wing.side
+    assert row is not None
+    width, gap = row.width or wing.width, wing.thickness if wing.gap is None else wing.gap
+    out = axis if row.edge == "left" else -axis
+    about = np.cross(out, face)
+    turn = quaternion_matrix((math.cos(0.5 * row.stowed), *(math.sin(0.5 * row.stowed) * about)))
+    at = np.array(panel.position) + 0.5 * wing.width * out + 0.5 * gap * face
+    centre = at + turn @ (0.5 * width * out - 0.5 * gap * face)
+    part = _Part(f"side {number}", (wing.length, width, wing.thickness), row.mass or wing.panel_mass * width / wing.width)
+    turned = turn @ quaternion_matrix(panel.orientation)
+    acting: dict[str, Any] = dict(wing.acting(f"side {number}"))
+    joint = SceneJoint(
+        name=f"hinge side {number}", kind="revolute", first=panel.name, second=part.name, at=tuple(at.tolist()),
+        axis=tuple(about.tolist()), angle=row.stowed, **acting,
+    )  # fmt: skip
+    return _plate(part, centre, turned), joint
 
 
 def _cables(wing: Wing, joints: Sequence[SceneJoint]) -> Iterator[SceneCoupling]:
@@ -90,9 +148,13 @@ def _in_plane(angle: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _body(part: _Part, centre: np.ndarray, axes: np.ndarray, turned: float) -> Body:
     """Homogeneous plate whose length lies along the wing."""
-    length, width, thickness = part.size
     forward, up = _in_plane(turned)
-    rotation = np.array([forward @ axes, axes[1], up @ axes]).T
+    return _plate(part, centre, np.array([forward @ axes, axes[1], up @ axes]).T)
+
+
+def _plate(part: _Part, centre: np.ndarray, rotation: np.ndarray) -> Body:
+    """Homogeneous plate with its axes as columns (3, 3)."""
+    length, width, thickness = part.size
     squares = length**2, width**2, thickness**2
     inertia = tuple(part.mass * (sum(squares) - own) / 12.0 for own in squares)
     return Body(

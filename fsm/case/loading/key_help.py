@@ -16,6 +16,8 @@ from fsm.case.schema.units import did_you_mean
 from fsm.errors import CaseError
 from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, GEOMETRIES, POINT_KINDS
 
+_WITH_PARTS = "scene.joints", "scene.springs", "scene.cords", "wing.hinge", "wing.root"
+"""Sections whose pages list the keys of their parts."""
 _NAMES = {str: "text", bool: "true or false", int: "whole number", float: "number", dict: "section"}
 
 
@@ -101,7 +103,23 @@ def _page(path: str, section: Place, key: str) -> list[str]:
         ("only with", facts.used), ("meaning", facts.meaning),
     )  # fmt: skip
     lines = [head, *(f"  {name:9} {plain(text)}" for name, text in rows if text)]
-    return lines if below is None else [*lines, "", *_section_lines(path, below)]
+    if below is None:
+        return lines
+    *own, hint = _section_lines(path, below)
+    return [*lines, "", *own, *_part_lines(path, below), hint]
+
+
+def _part_lines(path: str, section: Place) -> list[str]:
+    """Keys of the parts of joints, springs, cords and hinges of wings, and the parameters of each kind of coupling."""
+    if path == "scene.couplings":
+        kinds = (OWN_COUPLINGS | COUPLINGS).items()
+        parts = [(f'parameters of kind "{name}"', Place(law.parameters, None, {})) for name, law in kinds if law.parameters]
+    elif path in _WITH_PARTS:
+        inner = ((key, section_of(section.step(key))) for key in section.keys())  # noqa: SIM118
+        parts = [(key, below) for key, below in inner if below is not None]
+    else:
+        return []
+    return [line for title, place in parts for line in (f"{title}:", *_section_lines("", place)[:-2], "")]
 
 
 def _section_lines(path: str, section: Place) -> list[str]:

@@ -218,7 +218,7 @@ def _build_wing(data: dict[str, Any], valid: dict[str, Any]) -> tuple[dict[str, 
     """Tables of a case in which the bodies and joints of a [wing] are parts of its [scene]."""
     if "wing" not in data:
         return data, []
-    from fsm.case.derived.wing_scene import wing_faults, with_wing  # this module imports numpy
+    from fsm.case.derived.wing_scene import wing_events, wing_faults, with_wing  # this module imports numpy
 
     wing, others = valid.pop("wing"), [name for name in ("strip", "lattice", "sheet") if name in data]
     faults = [Fault("wing", f"cannot be combined with [{name}]; remove one of them") for name in others]
@@ -226,6 +226,8 @@ def _build_wing(data: dict[str, Any], valid: dict[str, Any]) -> tuple[dict[str, 
     if wing is not None and (scene is not None or "scene" not in data):
         faults += wing_faults(wing, scene)
         valid["scene"] = None if faults else with_wing(wing, scene)
+        own = dict(enumerate(wing_events(wing), len(data.get("event", ()))))
+        valid |= {"event": (valid.get("event") or {}) | own} if own else {}
     return {name: value for name, value in data.items() if name != "wing"} | {"scene": data.get("scene", {})}, faults
 
 
@@ -340,7 +342,13 @@ def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[d
                 crease, found = _read_curve(element.crease, folder, system, f"scene.elements.{index}.crease")
                 elements[index] = element.model_copy(update={"crease": crease})
                 faults += found
-        result["scene"] = scene.model_copy(update={"elements": tuple(elements)})
+        joints = list(scene.joints)
+        for index, joint in enumerate(joints):
+            if isinstance(joint.spring, _MEASURED):
+                crease, found = _read_curve(joint.spring, folder, system, f"scene.joints.{index}.spring")
+                joints[index] = joint.model_copy(update={"spring": crease})
+                faults += found
+        result["scene"] = scene.model_copy(update={"elements": tuple(elements), "joints": tuple(joints)})
     return result, faults
 
 

@@ -10,16 +10,21 @@ from pydantic import Field, model_validator
 
 from fsm.case.models.time_program import Table, TimeFunction
 from fsm.case.schema.model import Model, Name
-from fsm.case.schema.units import Damping, Length, Stiffness
+from fsm.case.schema.units import Damping, Length, Number, Speed, Stiffness
 
 Place = tuple[Length, Length, Length]
 
 
 class CordPoint(Model):
-    """Pulley without size and friction, on a body or the ground."""
+    """Pulley without size, on a body or the ground."""
 
     body: str = Field(description="body that carries the pulley", json_schema_extra={"range": 'a body or "ground"'})
     at: Place = Field(description="place of the pulley at the start, inertial axes")
+    friction: Number = Field(
+        default=0.0, ge=0,
+        description="coefficient of friction between cord and pulley (capstan): the tensions of a sliding cord are in the "
+        "ratio exp(friction times angle)",
+    )  # fmt: skip
 
 
 class SceneCord(Model):
@@ -39,6 +44,10 @@ class SceneCord(Model):
     reel: Length = Field(default=0.0, description="change of the free length by a spool, times `time`; negative winds up")
     time: TimeFunction | None = Field(
         default=None, description="[function of time](#functions-of-time) of `reel`", json_schema_extra={"default": "absent"}
+    )
+
+    slip_speed: Speed = Field(
+        default=1e-3, gt=0, description="speed of the cord over a pulley, v, in the friction times tanh(speed/v)"
     )
 
     @model_validator(mode="after")

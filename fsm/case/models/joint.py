@@ -70,7 +70,9 @@ class SceneJoint(Model):
         json_schema_extra={"default": "required with screw only"},
     )
 
-    spring: Spring | None = Field(default=None, description="spring on the coordinate")
+    spring: Spring | None = Field(
+        default=None, description="spring on the coordinate, or the law of a crease with the keys of `[crease]`"
+    )
     damper: Damper | None = Field(default=None, description="damper on the coordinate")
     friction: Friction | None = Field(default=None, description="friction on the coordinate")
     stop: Stop | None = Field(default=None, description="spring and damper beyond a limit")

@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from fsm.case.models.joint_motor import SlideMotor, TurnMotor
+from fsm.case.models.materials import FamilyCrease, LinearCrease, SplineCrease
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import (
     Angle,
@@ -26,14 +27,26 @@ from fsm.case.schema.units import (
     Stiffness,
 )
 
+LEAST_REBOUND = 1e-4
+"""Restitution that a smaller one counts as: an impact that keeps 1e-8 of its energy."""
+LEAST_RATE = {True: 1e-3, False: 1e-4}
+"""Rate (rad/s of joints that turn, m/s) below which friction decreases, and the restitution of a stop increases to 1."""
 Sections = Mapping[str, type[Model]]
-_LEAST_REBOUND = 0.01
 
 
 def check_table(table: tuple[tuple[float, ...], ...] | None, of: str) -> None:
     """Raise `ValueError` if the rows of a table are not sorted by their first number, or fewer than two."""
     if table is not None and (len(table) < 2 or any(b[0] <= a[0] for a, b in pairwise(table))):
         raise ValueError(f"a `table` has two rows or more, sorted by the {of}")
+
+
+def _named(written: Any) -> Any:
+    """Section with a law: that of a spring, unless it names another or has the file of a crease."""
+    if isinstance(written, Mapping) and "stiffness_per_length" in written:
+        raise ValueError("`stiffness_per_length` is for the creases of a sheet; give `stiffness`")
+    if not isinstance(written, Mapping) or "law" in written:
+        return written
+    return {"law": "family" if "file" in written else "spring", **written}
 
 
 class _Spring(Model):
@@ -55,7 +68,12 @@ class _Spring(Model):
 class TurnSpring(_Spring):
     """Torsional spring; its moment on the second body is against the angle."""
 
-    stiffness: AngularStiffness = Field(default=0.0, ge=0, description="stiffness of a torsional spring")
+    law: Literal["spring"] = Field(
+        default="spring", description="a spring with the keys of this section", json_schema_extra={"default": '"spring"'}
+    )
+    stiffness: AngularStiffness = Field(
+        default=0.0, ge=0, description="stiffness of a torsional spring", json_schema_extra={"default": "0"}
+    )
     rest: Angle | None = Field(
         default=None, description="angle at which the moment is zero", json_schema_extra={"default": "that at the start"}
     )
@@ -115,6 +133,9 @@ class SlideDamper(_Damper):
     )
 
 
+_REBOUND = "rate after an impact over that before it, in place of damping; 0: it does not bounce"
+
+
 class _Stop(Model):
     @model_validator(mode="after")
     def _one_side(self) -> Self:
@@ -136,7 +157,7 @@ class TurnStop(_Stop):
     stiffness: AngularStiffness = Field(gt=0, description="stiffness beyond them")
     damping: AngularDamping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
     restitution: Number | None = Field(
-        default=None, ge=_LEAST_REBOUND, le=1, description="rate after an impact over that before it, in place of damping"
+        default=None, ge=0, le=1, description=_REBOUND
     )
 
 
@@ -148,7 +169,7 @@ class SlideStop(_Stop):
     stiffness: Stiffness = Field(gt=0, description="stiffness beyond them")
     damping: Damping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
     restitution: Number | None = Field(
-        default=None, ge=_LEAST_REBOUND, le=1, description="rate after an impact over that before it, in place of damping"
+        default=None, ge=0, le=1, description=_REBOUND
     )
 
 
@@ -213,6 +234,11 @@ _LAW = '"coulomb": regularised, creeps below `slip_rate`; "lugre": elastic brist
 class TurnFriction(_Friction):
     """Moment of friction against the rate of the angle."""
 
+    @property
+    def steepest(self) -> float:
+        """Largest slope of the constant part of law "coulomb" by the rate, N m s/rad."""
+        return (self.moment or 0.0) / (self.slip_rate or LEAST_RATE[True])
+
     moment: Moment | None = Field(default=None, ge=0, description="moment during sliding")
     coefficient: Number | None = Field(
         default=None, ge=0, description="moment over radius and reaction force of the joint, added to `moment`"
@@ -231,6 +257,11 @@ class TurnFriction(_Friction):
 
 class SlideFriction(_Friction):
     """Force of friction against the rate of the displacement."""
+
+    @property
+    def steepest(self) -> float:
+        """Largest slope of the constant part of law "coulomb" by the rate, N s/m."""
+        return (self.force or 0.0) / (self.slip_rate or LEAST_RATE[False])
 
     force: Force | None = Field(default=None, ge=0, description="force during sliding")
     coefficient: Number | None = Field(
@@ -298,12 +329,20 @@ OF_SLIDES: Sections = {
     "spring": SlideSpring, "damper": SlideDamper, "friction": SlideFriction, "stop": SlideStop, "latch": SlideLatch,
     "harness": SlideHarness, "motor": SlideMotor,
 }  # fmt: skip
-Spring = Annotated[TurnSpring | SlideSpring, Field()]
+HingeSpring = Annotated[
+    TurnSpring | LinearCrease | SplineCrease | FamilyCrease, Field(discriminator="law"), BeforeValidator(_named)
+]
+"""Springs of joints that turn: their own keys, or the law of a crease."""
+Spring = Annotated[TurnSpring | SlideSpring | LinearCrease | SplineCrease | FamilyCrease, Field()]
 Damper = Annotated[TurnDamper | SlideDamper, Field()]
 Friction = Annotated[TurnFriction | SlideFriction, Field()]
 Stop = Annotated[TurnStop | SlideStop, Field()]
 Latch = Annotated[TurnLatch | SlideLatch, Field()]
 Harness = Annotated[TurnHarness | SlideHarness, Field()]
+
+
+_HINGE_SPRING: TypeAdapter[Any] = TypeAdapter(HingeSpring)
+_LAWS = "spring", "linear", "spline", "family"
 
 
 def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) -> Any:
@@ -320,13 +359,15 @@ def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) ->
     if turning == sliding:
         _refuse(f"acts on the one coordinate of a revolute, prismatic or screw joint, not on kind {info.data.get('kind')!r}")
     try:
+        if turning and key == "spring":
+            return _HINGE_SPRING.validate_python(value, context=info.context)
         return (OF_TURNS if turning else OF_SLIDES)[key].model_validate(value, context=info.context)
     except ValidationError as error:
         _refuse("; ".join(_fault(detail) for detail in error.errors(include_url=False)))
 
 
 def _fault(detail: Any) -> str:
-    place = ".".join(str(key) for key in detail["loc"])
+    place = ".".join(str(key) for key in detail["loc"] if key not in _LAWS)
     if detail["type"] == "extra_forbidden":
         return f"{place}: unknown key"
     if detail["type"] == "missing":

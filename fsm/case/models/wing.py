@@ -9,20 +9,22 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.models.coupling import Elasticity
-from fsm.case.models.joint_action import TurnDamper, TurnFriction, TurnHarness, TurnLatch, TurnSpring, TurnStop
+from fsm.case.models.joint_action import HingeSpring, TurnDamper, TurnFriction, TurnHarness, TurnLatch, TurnStop
 from fsm.case.models.joint_motor import TurnMotor
 from fsm.case.schema.model import Model
-from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number
+from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number, Time
 
 _SQUARE = 1e-6
 """Cosine of the angle of two axes below which the angle is a right one."""
-_FAILED = re.compile(r"(spring|damper|latch|motor|cable) (root|\d+)")
+_FAILED = re.compile(r"(spring|damper|latch|motor|cable) (root|\d+|side \d+)")
 
 
 class WingHinge(Model):
     """What acts in a hinge; angles are zero in the deployed wing and positive in the stowed wing."""
 
-    spring: TurnSpring | None = Field(default=None, description="spring")
+    spring: HingeSpring | None = Field(
+        default=None, description="spring, or the law of a crease"
+    )
     damper: TurnDamper | None = Field(default=None, description="damper")
     friction: TurnFriction | None = Field(default=None, description="friction")
     harness: TurnHarness | None = Field(default=None, description="moment of a cable harness")
@@ -42,6 +44,40 @@ class WingYoke(Model):
         default=None, gt=0, description="thickness", json_schema_extra={"default": "that of the panels"}
     )
     mass: Mass = Field(gt=0, description="mass, spread evenly over its area")
+
+
+class HoldDown(Model):
+    """Clamp that keeps parts of the stowed wing and the base together until its release."""
+
+    release: Time = Field(gt=0, description="time of the release")
+    parts: tuple[str, ...] | None = Field(
+        default=None,
+        min_length=2,
+        description='parts that it clamps to each other: "base", "yoke", "panel 2", "side 3"',
+        json_schema_extra={"default": "the base and all parts"},
+    )
+
+
+class SideRow(Model):
+    """Second row of panels, folded sideways: each lies on its panel at the start and turns about one of its long edges."""
+
+    panels: tuple[Count, ...] | None = Field(
+        default=None, min_length=1, description="numbers of the panels that have one",
+        json_schema_extra={"default": "the last", "range": "all different, at most `panels`"},
+    )  # fmt: skip
+    width: Length | None = Field(
+        default=None, gt=0, description="size across the long edge", json_schema_extra={"default": "that of the panels"}
+    )
+    mass: Annotated[Mass, Field(gt=0)] | None = Field(
+        default=None, description="mass, spread evenly", json_schema_extra={"default": "as the panels, by area"}
+    )
+    edge: Literal["left", "right"] = Field(
+        default="left", description='edge of the panel: "left" is towards `hinge_axis`, "right" away from it'
+    )
+    stowed: Angle = Field(
+        default=math.pi, description="angle at the start; zero is deployed", json_schema_extra={"default": "180 deg"}
+    )
+    hinge: WingHinge = Field(default=WingHinge(), description="what acts in its hinges, as in `hinge`")
 
 
 class Wing(Model):
@@ -99,10 +135,14 @@ class Wing(Model):
         description="elasticity of the cables, on the angle of the hinge nearer to the base",
         json_schema_extra={"default": "none, the cables are ideal"},
     )
+    hold_downs: tuple[HoldDown, ...] = Field(
+        default=(), description="clamps of the stowed wing, each with the time of its release"
+    )
+    side: SideRow | None = Field(default=None, description="second row of panels, folded sideways")
     failed: tuple[str, ...] = Field(
         default=(),
         description='parts that do not act: `"spring 3"` is the spring of hinge 3; also `damper`, `latch` and `motor`; '
-        '`"spring root"` with a yoke; `"cable 3"` ends at hinge 3',
+        '`"spring root"` with a yoke; `"cable 3"` ends at hinge 3; `"spring side 2"` is that of side 2',
     )
 
     @property
@@ -114,6 +154,20 @@ class Wing(Model):
     def hinges(self) -> tuple[str, ...]:
         """Names of the hinges from the base on, as in `failed`."""
         return (*(("root",) if self.yoke else ()), *(str(number) for number in range(1, self.panels + 1)))
+
+    @property
+    def side_panels(self) -> tuple[int, ...]:
+        """Numbers of the panels with a panel of the second row."""
+        if self.side is None:
+            return ()
+        return (self.panels,) if self.side.panels is None else self.side.panels
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of the base and of all bodies of the wing."""
+        yoke = ("yoke",) if self.yoke else ()
+        panels = (f"panel {number}" for number in range(1, self.panels + 1))
+        return ("base", *yoke, *panels, *(f"side {number}" for number in self.side_panels))
 
     @property
     def stowed_angles(self) -> tuple[float, ...]:
@@ -141,26 +195,41 @@ class Wing(Model):
         both = abs(sum(a * b for a, b in zip(self.along, self.hinge_axis, strict=True)))
         if not min(sizes) > 0.0 or both > _SQUARE * sizes[0] * sizes[1]:
             raise ValueError("`along` and `hinge_axis` must be two directions at a right angle")
+        known = [*self.hinges, *(f"side {number}" for number in self.side_panels)]
         for name in self.failed:
             match = _FAILED.fullmatch(name)
-            if match is None or match[2] not in self.hinges:
-                named = ", ".join(self.hinges)
+            if match is None or match[2] not in known:
+                named = ", ".join(known)
                 text = "give spring, damper, latch, motor or cable, and one of the hinges"
                 raise ValueError(f"failed part {name!r} is unknown: {text} {named}")
             if match[1] == "cable":
-                if self.synchronisation is None or match[2] == self.hinges[0]:
+                if self.synchronisation is None or match[2] not in self.hinges[1:]:
                     raise ValueError(f"failed part {name!r}: no cable ends at this hinge")
             elif getattr(self.hinge_of(match[2]), match[1]) is None:
                 raise ValueError(f"failed part {name!r}: this hinge has no {match[1]}")
         return self
 
+    @model_validator(mode="after")
+    def _clamped(self) -> Self:
+        numbers = self.side_panels
+        if len(set(numbers)) < len(numbers) or any(number > self.panels for number in numbers):
+            raise ValueError(f"`side.panels` has numbers from 1 to {self.panels}, each once; it is {list(numbers)}")
+        for clamp in self.hold_downs:
+            wrong = [name for name in clamp.parts or () if name not in self.parts]
+            if wrong or len(set(clamp.parts or ())) < len(clamp.parts or ()):
+                text = f"no part of the wing is called {wrong[0]!r}" if wrong else "a part is named twice"
+                raise ValueError(f"`hold_downs`: {text}; the parts are {', '.join(self.parts)}")
+        return self
+
     def hinge_of(self, name: str) -> WingHinge:
         """What acts in a hinge if nothing has failed."""
+        if self.side is not None and name.startswith("side "):
+            return self.side.hinge
         return self.root if self.root is not None and name == self.hinges[0] else self.hinge
 
     def acting(self, name: str) -> dict[str, Model]:
         """What acts in a hinge, by keys of a joint."""
-        failed = {part.split(" ")[0] for part in self.failed if part.split(" ")[1] == name}
+        failed = {part.split(" ")[0] for part in self.failed if part.split(" ", 1)[1] == name}
         hinge = self.hinge_of(name)
         parts = {key: getattr(hinge, key) for key in WingHinge.model_fields if key not in failed}
         return {key: part for key, part in parts.items() if part is not None}

@@ -18,7 +18,9 @@ from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.models.case import Case
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
+from fsm.case.models.joint_action import LEAST_REBOUND
 from fsm.case.models.joint_motor import Motor
+from fsm.case.models.materials import SplineCrease
 from fsm.case.models.scene import Body, ForceElement, Scene
 from fsm.case.models.solve import Solve
 from fsm.case.models.time_program import Constant
@@ -91,7 +93,12 @@ def beyond_explicit(scene: Scene) -> str:
         "films, cables, beams, bars or flexible facets": scene.flexible,
         "contact": scene.contact is not None,
         "gas": scene.chambers,
-        "friction or a harness of a joint": any(joint.friction or joint.harness for joint in scene.joints),
+        "a harness of a joint": any(joint.harness for joint in scene.joints),
+        "friction of a joint with bristles, or that follows a reaction": any(
+            joint.friction and (joint.friction.law == "lugre" or joint.friction.coefficient) for joint in scene.joints
+        ),
+        "a spring of a joint with hysteresis": any(getattr(joint.spring, "unloading", None) for joint in scene.joints),
+        "friction of a cord": any(pulley.friction for cord in scene.cords for pulley in cord.over),
         "creases with hysteresis": any(getattr(e.crease, "hysteresis", False) for e in elements),
         "laws of extensions": scene.point_elements or any(e.law is not None for e in elements)
         or any(coupling.kind not in OWN_COUPLINGS for coupling in scene.couplings),
@@ -120,6 +127,11 @@ def fastest_rate(scene: Scene) -> float:
         compliances[joint.name] = compliance
         for action in (joint.spring, joint.stop, joint.latch):
             fastest = max(fastest, _rate(_slope(action, "stiffness"), getattr(action, "damping", 0.0), compliance))
+        if joint.friction is not None:
+            fastest = max(fastest, _rate(0.0, joint.friction.steepest, compliance))
+        if joint.stop is not None and joint.stop.restitution is not None:  # see `compile_joint_forces.rebound`
+            stiffer = 2.0 / max(joint.stop.restitution, LEAST_REBOUND)
+            fastest = max(fastest, _rate(stiffer * joint.stop.stiffness, 0.0, compliance))
         fastest = max(fastest, _rate(0.0, max(_slope(joint.damper, "coefficient"), _governed(joint.motor)), compliance))
     for spring in scene.springs:
         compliance = sum(
@@ -157,6 +169,8 @@ def _inertia(body: Body, joint: SceneJoint) -> float:
 def _slope(law: Any, key: str) -> float:
     """Coefficient of a law, or largest slope of its table."""
     rows = getattr(law, "table", None) or ()
+    if isinstance(law, SplineCrease) and law.angle is not None and law.moment is not None:
+        rows = tuple(zip(law.angle, (law.scale * moment for moment in law.moment), strict=True))
     return max([float(getattr(law, key, None) or 0.0), *(abs((b[1] - a[1]) / (b[0] - a[0])) for a, b in pairwise(rows))])
 
 

@@ -11,15 +11,29 @@ from scipy.optimize import brentq
 
 from fsm.case.models.cord import SceneCord
 from fsm.case.models.joint import SceneJoint
-from fsm.case.models.joint_action import Friction, Latch, Spring, Stop, TurnFriction, TurnSpring
+from fsm.case.models.joint_action import (
+    LEAST_RATE,
+    LEAST_REBOUND,
+    Friction,
+    Latch,
+    SlideSpring,
+    Spring,
+    Stop,
+    TurnFriction,
+    TurnSpring,
+)
 from fsm.case.models.joint_motor import Motor
+from fsm.case.models.materials import Crease, LinearCrease
 from fsm.case.models.spring import ONLY, SceneSpring
-from fsm.interactions.openings import ALONG, LENGTH
+from fsm.interactions.openings import ALONG, CONSTANTS, LENGTH
 from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
+from fsm.laws.crease import MomentCurve
 from fsm.model.bodies.time_function import time_function
 from fsm.model.compile.compile_joints import coordinate_of, in_bodies, padded
 from fsm.model.elements.cords import CordGroup
+from fsm.model.elements.crease_curves import curve_of, hysteresis_of, reversal_of
+from fsm.model.elements.element_angles import side_of
 from fsm.model.elements.joint_forces import JointForceGroup
 from fsm.model.elements.joint_laws import (
     BAND,
@@ -44,6 +58,7 @@ from fsm.model.elements.joint_laws import (
     OF_HARNESS,
     OF_MOTOR,
     OF_SPRING,
+    OF_SPRING_WIDTH,
     OF_WIDTH,
     OPENS_AT,
     PLAY,
@@ -58,6 +73,8 @@ from fsm.model.elements.joint_laws import (
     SLOWER,
     SLOWEST,
     SPRING,
+    SPRING_BEGINS,
+    SPRING_SLIDER,
     STOP,
     STOP_DAMPER,
     TABLE_AT,
@@ -72,8 +89,6 @@ _PRESLIDING = {True: 1e-3, False: 1e-5}
 """Deflection of sliding bristles, rad or m."""
 _BRISTLE_TIME = 0.01
 """Time of this deflection at the rate below which bristles damp, s."""
-_SLOWEST = {True: 1e-3, False: 1e-4}
-"""Rate of impact (rad/s or m/s) below which the restitution of a stop increases to 1."""
 _GOVERNS = 0.01
 """Part of the largest commanded rate of a limited motor over which its governor lets through less than the whole torque."""
 
@@ -83,22 +98,39 @@ class _Row:
 
     def __init__(self, name: str, ends: np.ndarray, kind: int, line: np.ndarray, start: float, turning: bool) -> None:
         self.name, self.ends, self.kind, self.line, self.start, self.turning = name, ends, kind, line, start, turning
-        self.law, self.tables = np.zeros(COLUMNS), [np.zeros((0, 2)) for _ in range(TABLES)]
+        self.law, self.tables = np.zeros(COLUMNS), [np.zeros((0, 3)) for _ in range(TABLES)]
         self.programs: dict[int, Program] = {}
         self.felt = (0, 0)
         self.law[[LOWER, UPPER, SLOWER, OPENS_AT, RATIO]] = -math.inf, math.inf, math.inf, math.inf, 1.0
-        self.law[REST], self.law[SLOWEST] = start, _SLOWEST[turning]
+        self.law[REST], self.law[SLOWEST] = start, LEAST_RATE[turning]
 
     def table(self, which: int, rows: Sequence[Sequence[float]] | np.ndarray | None) -> None:
-        """Set a table."""
-        self.tables[which] = np.array(rows if rows is not None else (), dtype=float).reshape(-1, 2)
+        """Set a table, straight between rows (coordinate, effort), or cubic between rows (coordinate, effort, slope)."""
+        given = [(*row, math.nan)[:3] for row in (() if rows is None else rows)]
+        self.tables[which] = np.array(given, dtype=float).reshape(-1, 3)
 
     def spring(self, spring: Spring) -> None:
         """Set the spring of a joint."""
+        if not isinstance(spring, TurnSpring | SlideSpring):
+            self.crease(spring)
+            return
         load = spring.moment if isinstance(spring, TurnSpring) else spring.force
         self.law[SPRING], self.law[LOAD] = spring.stiffness, load or 0.0
         self.law[REST] = self.start if spring.rest is None else spring.rest
         self.table(OF_SPRING, spring.table)
+
+    def crease(self, crease: Crease) -> None:
+        """Set the law of a crease: its opening is that from its rest angle towards zero."""
+        side = side_of(self.start, crease.rest_angle or 0.0)
+        rest = side * self.start if crease.rest_angle is None else crease.rest_angle
+        if isinstance(crease, LinearCrease):
+            self.law[SPRING], self.law[REST] = crease.stiffness, side * rest
+            return
+        curve, hysteresis = curve_of(crease), hysteresis_of(crease)
+        self.table(OF_SPRING, _over_angle(curve, rest, side, -side))
+        if hysteresis is not None:
+            self.law[SPRING_SLIDER], self.law[SPRING_BEGINS] = 0.5 * reversal_of(crease), -side  # on the loading curve
+            self.table(OF_SPRING_WIDTH, _over_angle(hysteresis.strength, rest, side, 1.0))
 
     def stop(self, stop: Stop) -> None:
         """Set both stops."""
@@ -121,7 +153,7 @@ class _Row:
             size, arm = friction.moment, friction.radius or 0.0
         else:
             size, arm = friction.force, 1.0
-        self.law[FRICTION], self.law[SLIP_RATE] = size or 0.0, friction.slip_rate or _SLOWEST[self.turning]
+        self.law[FRICTION], self.law[SLIP_RATE] = size or 0.0, friction.slip_rate or LEAST_RATE[self.turning]
         if friction.coefficient is not None:
             self.law[FOLLOWS], self.felt = friction.coefficient * arm, felt
         if friction.law == "lugre":
@@ -193,13 +225,27 @@ def cord_groups(cords: Sequence[SceneCord], index: Mapping[str, int], poses: np.
     for count in sorted({len(cord.way) for cord in cords}):
         own = [cord for cord in cords if len(cord.way) == count]
         bodies = np.array([[index[name] for name, _ in cord.way] for cord in own], dtype=np.int64)
-        lines = []
+        lines, across = [], []
         for cord, row in zip(own, bodies, strict=True):
             points = [_on(poses[body], place) for body, (_, place) in zip(row, cord.way, strict=True)]
             lines += [padded(*a, *b) for a, b in pairwise(points)]
-        laws = np.array([(cord.stiffness, cord.damping) for cord in own])
-        found.append(CordGroup(bodies, np.array(lines), laws, tuple(map(_free_length, own)), tuple(c.name for c in own)))
+            across += [padded(*a, *b) for a, b in zip(points, points[2:], strict=False)]
+        laws = np.array([(cord.stiffness, cord.damping, cord.slip_speed) for cord in own])
+        pulleys = np.array([[pulley.friction for pulley in cord.over] for cord in own]).reshape(len(own), -1)
+        found.append(CordGroup(
+            bodies, np.array(lines), np.array(across).reshape(-1, CONSTANTS), pulleys, laws, tuple(map(_free_length, own)),
+            tuple(cord.name for cord in own),
+        ))  # fmt: skip
     return found
+
+
+def _over_angle(curve: MomentCurve, rest: float, side: float, sign: float) -> list[tuple[float, float, float]]:
+    """Rows (angle, effort, slope) of a curve over openings, rest - side angle; `sign` is a factor on the moment."""
+    found = []
+    for opening in curve.knots.tolist():
+        _, moment, slope = curve(opening)
+        found.append((side * (rest - opening), sign * moment, -side * sign * slope))
+    return sorted(found)
 
 
 def _free_length(cord: SceneCord) -> Program:
@@ -261,8 +307,8 @@ def _of_spring(spring: SceneSpring, ends: np.ndarray, poses: np.ndarray) -> _Row
 
 
 def rebound(restitution: float) -> float:
-    """Solution b of (1 + e) b = log((1 + b)/(1 - e b)); 0 for e = 1."""
-    e = restitution
+    """Solution b of (1 + e) b = log((1 + b)/(1 - e b)), at most about 1/`LEAST_REBOUND`; 0 for e = 1."""
+    e = max(restitution, LEAST_REBOUND)
     if e == 1.0:
         return 0.0
     most = (1.0 - 1e-15) / e

@@ -59,9 +59,15 @@ def hysteresis_of(crease: Crease, flexibility: float = 0.0) -> Hysteresis | None
         what = f"the unloading branch lies above the loading branch at {worst:.4g} deg; a crease cannot give energy"
         raise CaseError(Fault("crease.unloading", what))
     strength = strength_curve(opening, np.maximum(half, 0.0))
-    reversal = crease.reversal or _REVERSAL * (crease.angle[-1] - crease.angle[0])
+    reversal = reversal_of(crease)
     rise = 2.0 * largest + reversal * max(0.0, float(np.polyfit(opening, 0.5 * (loading + unloading), 1)[0]))
     return Hysteresis(strength, hysteresis_stiffness(strength, reversal + flexibility * rise))
+
+
+def reversal_of(crease: Crease) -> float:
+    """Opening over which a crease with two branches passes from one to the other after a reversal, rad."""
+    assert isinstance(crease, SplineCrease) and crease.angle is not None
+    return crease.reversal or _REVERSAL * (crease.angle[-1] - crease.angle[0])
 
 
 @lru_cache(maxsize=64)

@@ -178,4 +178,4 @@ def _change_law(group: JointForceGroup, action: Any) -> None:
     group.laws[i, _COLUMNS[action.what]] = action.value
     if action.what in _TABLES:
         begin, end = group.first[TABLES * i + _TABLES[action.what] :][:2]
-        group.rows[begin:end, 1] = 0.0
+        group.rows[begin:end, 1:] = 0.0

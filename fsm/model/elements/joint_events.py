@@ -31,6 +31,7 @@ from fsm.model.elements.joint_laws import (
     OPENS_AT,
     RATE,
     SLOWER,
+    SLOWEST,
     STOP,
     TIME,
     UPPER,
@@ -89,7 +90,7 @@ def _add(own: np.ndarray, what: int, i: int, t: float, rate: float, c: float) ->
 @kernel
 def _follow(own: np.ndarray, number: int, effort: float, impulse: float, touching: bool) -> None:
     """Add to the impulse of an event while it lasts, and keep the largest effort."""
-    if number == 0:
+    if number <= 0:
         return
     memory = floats_1d(own, KEPT)
     first = FIELDS * integers_1d(own, KINDS).shape[0] + 1 + EVENT * (number - 1)
@@ -125,7 +126,9 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> Non
         way = abs(c - c_before)
         back = abs(c - limit) / way if way > abs(c - limit) else 0.0
         sign = -1.0 if c < law[LOWER] else 1.0
-        memory[IN_STOP * m + i] = _add(own, HITS, i, t - back * step, sign * impact, limit)
+        # a coordinate that rests on a stop, as at the start, does not hit it
+        rests = abs(impact) < law[SLOWEST] and sign * (c_before - limit) >= -_NEAR * max(1.0, abs(limit))
+        memory[IN_STOP * m + i] = -1.0 if rests else _add(own, HITS, i, t - back * step, sign * impact, limit)
     touching, impulse = effort != 0.0, 0.0
     if step > 0.0:  # Simpson's rule, with the middle of the cubic between both states
         faster = memory[RATE * m + i]

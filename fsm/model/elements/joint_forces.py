@@ -44,6 +44,8 @@ from fsm.model.elements.joint_laws import (
     RATIO,
     REBOUND,
     SLOWER,
+    SPRING_BEGINS,
+    SPRING_SLID,
     STOP_DAMPER,
     TABLES,
     UPPER,
@@ -201,8 +203,8 @@ class JointForceGroup(ElementGroup):
     bodies : (m, 2) int array
     kinds, lines : (m,) int and (m, 14) arrays, see `fsm.interactions.openings`
     laws : (m, `COLUMNS`) array, see `fsm.model.elements.joint_laws`
-    first, rows : (`TABLES` m + 1,) int and (n, 2) arrays
-        Rows (coordinate or rate, effort) of all tables; those of table k of element i begin at `first[TABLES i + k]`.
+    first, rows : (`TABLES` m + 1,) int and (n, 3) arrays
+        Rows (coordinate or rate, effort, slope) of all tables; those of table k of element i begin at `first[TABLES i + k]`.
     start : (m,) array
         Coordinates at the start.
     names : channels of the coordinates, for example "joint.hinge"
@@ -262,13 +264,14 @@ class JointForceGroup(ElementGroup):
         """See `ElementGroup`."""
         memory = np.zeros(FIELDS * len(self.start) + 1 + EVENTS)
         memory[COORDINATE * len(self.start) :][: len(self.start)] = self.start
+        memory[SPRING_SLID * len(self.start) :][: len(self.start)] = self.laws[:, SPRING_BEGINS]
         return memory
 
     def make_idle(self, i: int) -> None:
         """Set all laws of a row to zero."""
         self.laws[i] = 0.0
         self.laws[i, [LOWER, UPPER, SLOWER, OPENS_AT, RATIO]] = -np.inf, np.inf, np.inf, np.inf, 1.0
-        self.rows[self.first[TABLES * i] : self.first[TABLES * (i + 1)], 1] = 0.0
+        self.rows[self.first[TABLES * i] : self.first[TABLES * (i + 1)], 1:] = 0.0
 
     def row_of(self, name: str) -> int:
         """Row of a channel."""

@@ -8,7 +8,7 @@ A stop or latch beyond a limit by p has k p + d p', or k p (1 + b p'/v) with the
 J. Appl. Mech. 42 (1975) 440), which returns with e v for (1 + e) b = log((1 + b)/(1 - e b)), whatever the inertia; neither
 pulls. Friction is M tanh(c'/v), or the bristles of `fsm.laws.friction.lugre` with a constant coefficient: s is their
 deflection over the largest one, M s their moment. A harness has (o + u)/2 + s (o - u)/2 between its curves of opening and
-closing, with a slider s.
+closing, with a slider s, and so has a spring with hysteresis.
 """
 
 from __future__ import annotations
@@ -28,20 +28,24 @@ LOAD, SPRING, REST, DAMPER, LOWER, UPPER, STOP, STOP_DAMPER = range(8)
 LATCH_AT, LATCH_SENSE, PLAY, LATCH, LATCH_DAMPER, SLOWER, OPENS_AT, REBOUND, SLOWEST = range(8, 17)
 SIDE, TABLE_AT, GAS, GAS_AT, COLUMN, EXPONENT = range(17, 23)
 FRICTION, FOLLOWS, SLIP_RATE, PRESLIDING, SLIDER, MOTOR, RATIO, WHEEL, BAND = range(23, 32)
-COLUMNS = 32
+SPRING_SLIDER, SPRING_BEGINS = 32, 33
+COLUMNS = 34
 """Columns of the laws."""
-OF_SPRING, OF_DAMPER, OF_HARNESS, OF_WIDTH, OF_MOTOR = range(5)
-TABLES = 5
-"""Tables of a coordinate, of effort over coordinate or over rate."""
+OF_SPRING, OF_DAMPER, OF_HARNESS, OF_WIDTH, OF_MOTOR, OF_SPRING_WIDTH = range(6)
+TABLES = 6
+"""Tables of a coordinate, of effort over coordinate or over rate, with rows (coordinate or rate, effort, slope); without
+slopes (NaN) the effort is straight between the rows, else cubic."""
 FREE, PUSH = range(2)
 """Programs of a coordinate: change of the free length, and of the motor."""
 NO_MOTOR, TORQUE, CURVE, GOVERNED = range(4)
 """Kinds of motors."""
 COORDINATE, LATCHED, BRISTLE, HARNESS, IMPACT, EFFORT, BENT, LOST, TIME, BEFORE, IN_STOP, IN_LATCH, RATE = range(13)
-FIELDS = 13
+SPRING_SLID = 13
+FIELDS = 14
 """Memory of a coordinate: coordinate, state of the latch (0 open, 1 closed, -1 opened by force), deflection of the bristles,
-slider, rate before a stop, effort and energy of bristles and slider, energy lost by them in the last step, time, effort of
-stop and latch, the numbers of their present events, from 1 on, and the rate."""
+slider of the harness, rate before a stop, effort and energy of bristles and sliders, energy lost by them in the last step,
+time, effort of stop and latch, the numbers of their present events, from 1 on (-1: at rest on a stop), the rate, and the
+slider of the spring."""
 
 EVENT = 8
 """Numbers of an event: what, row, time (s), rate before, impulse, largest effort, coordinate, whether it lasts."""
@@ -64,18 +68,50 @@ def kept(own: np.ndarray, field: int, i: int) -> float:
 
 @kernel
 def table_at(own: np.ndarray, i: int, which: int, c: float) -> tuple[float, float, float]:
-    """Value of a table, its slope, and its integral from the first row on; straight between and beyond the rows."""
+    """Value of a table, its slope, and its integral from the first row on; straight beyond the rows."""
     first, rows = integers_1d(own, FIRST), floats_2d(own, ROWS)
     begin, end = first[TABLES * i + which], first[TABLES * i + which + 1]
     if end - begin < 2:
         return 0.0, 0.0, 0.0
+    straight = np.isnan(rows[begin, 2])
     energy, k = 0.0, begin
     while k < end - 2 and c > rows[k + 1, 0]:
-        energy += 0.5 * (rows[k + 1, 0] - rows[k, 0]) * (rows[k, 1] + rows[k + 1, 1])
+        wide = rows[k + 1, 0] - rows[k, 0]
+        energy += 0.5 * wide * (rows[k, 1] + rows[k + 1, 1])
+        if not straight:
+            energy += wide * wide * (rows[k, 2] - rows[k + 1, 2]) / 12.0
         k += 1
-    slope = (rows[k + 1, 1] - rows[k, 1]) / (rows[k + 1, 0] - rows[k, 0])
-    past = c - rows[k, 0]
-    return rows[k, 1] + slope * past, slope, energy + past * (rows[k, 1] + 0.5 * slope * past)
+    wide, past = rows[k + 1, 0] - rows[k, 0], c - rows[k, 0]
+    slope = (rows[k + 1, 1] - rows[k, 1]) / wide
+    if straight:
+        return rows[k, 1] + slope * past, slope, energy + past * (rows[k, 1] + 0.5 * slope * past)
+    if past < 0.0:
+        slope = rows[k, 2]
+        return rows[k, 1] + slope * past, slope, energy + past * (rows[k, 1] + 0.5 * slope * past)
+    two = (3.0 * slope - 2.0 * rows[k, 2] - rows[k + 1, 2]) / wide
+    three = (rows[k, 2] + rows[k + 1, 2] - 2.0 * slope) / (wide * wide)
+    beyond, past = max(past - wide, 0.0), min(past, wide)
+    value = rows[k, 1] + past * (rows[k, 2] + past * (two + past * three))
+    slope = rows[k, 2] + past * (2.0 * two + past * 3.0 * three)
+    energy += past * (rows[k, 1] + past * (0.5 * rows[k, 2] + past * (two / 3.0 + 0.25 * past * three)))
+    return value + slope * beyond, slope, energy + beyond * (value + 0.5 * slope * beyond)
+
+
+@kernel
+def _bend_of_table(own: np.ndarray, i: int, which: int, c: float) -> float:
+    """Second derivative of a table."""
+    first, rows = integers_1d(own, FIRST), floats_2d(own, ROWS)
+    begin, end = first[TABLES * i + which], first[TABLES * i + which + 1]
+    if end - begin < 2 or np.isnan(rows[begin, 2]) or c < rows[begin, 0] or c > rows[end - 1, 0]:
+        return 0.0
+    k = begin
+    while k < end - 2 and c > rows[k + 1, 0]:
+        k += 1
+    wide = rows[k + 1, 0] - rows[k, 0]
+    slope = (rows[k + 1, 1] - rows[k, 1]) / wide
+    two = (3.0 * slope - 2.0 * rows[k, 2] - rows[k + 1, 2]) / wide
+    three = (rows[k, 2] + rows[k + 1, 2] - 2.0 * slope) / (wide * wide)
+    return float(2.0 * two + 6.0 * three * (c - rows[k, 0]))
 
 
 @kernel
@@ -196,28 +232,36 @@ def friction(own: np.ndarray, i: int, c: float, rate: float) -> Law:
 
 
 @kernel
-def _slid(own: np.ndarray, i: int, c: float) -> tuple[float, float]:
-    """Slider of the harness at a coordinate, and its slope."""
-    width = floats_2d(own, LAWS)[i, SLIDER]
-    s = kept(own, HARNESS, i) + (c - kept(own, COORDINATE, i)) / width
+def _slid(own: np.ndarray, i: int, c: float, width: float, field: int) -> tuple[float, float]:
+    """Slider at a coordinate, and its slope, from its memory; `width` is its way from the mean to either curve."""
+    s = kept(own, field, i) + (c - kept(own, COORDINATE, i)) / width
     if abs(s) < 1.0:
         return s, 1.0 / width
     return float(np.sign(s)), 0.0
 
 
 @kernel
-def harness(own: np.ndarray, i: int, c: float, rate: float) -> Law:
-    """Law of a harness; its energy is that of the mean curve and of the slider."""
-    width = floats_2d(own, LAWS)[i, SLIDER]
+def slider(own: np.ndarray, i: int, c: float, rate: float, column: int, field: int, table: int) -> Law:
+    """Law of a slider between two curves, from their mean; its way, its memory, and half of the distance of the curves."""
+    width = floats_2d(own, LAWS)[i, column]
     if width == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0
-    mean, slope, energy = table_at(own, i, OF_HARNESS, c)
-    half, turn, _ = table_at(own, i, OF_WIDTH, c)
-    s, by_c = _slid(own, i, c)
+    half, turn, _ = table_at(own, i, table, c)
+    s, by_c = _slid(own, i, c, width, field)
     effort = half * s + 0.5 * turn * width * s * s
-    bend = slope + turn * s + (half + turn * width * s) * by_c
+    bend = (turn + 0.5 * _bend_of_table(own, i, table, c) * width * s) * s + (half + turn * width * s) * by_c
     lost = half * s * rate if abs(s) == 1.0 and s * rate > 0.0 else 0.0
-    return mean + effort, bend, 0.0, energy + 0.5 * half * width * s * s, lost
+    return effort, bend, 0.0, 0.5 * half * width * s * s, lost
+
+
+@kernel
+def harness(own: np.ndarray, i: int, c: float, rate: float) -> Law:
+    """Law of a harness; its energy is that of the mean curve and of the slider."""
+    effort, bend, _, stored, lost = slider(own, i, c, rate, SLIDER, HARNESS, OF_WIDTH)
+    if floats_2d(own, LAWS)[i, SLIDER] == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    mean, slope, energy = table_at(own, i, OF_HARNESS, c)
+    return mean + effort, slope + bend, 0.0, energy + stored, lost
 
 
 @kernel
@@ -256,7 +300,8 @@ def law_at(
     accepted step.
     """
     effort, by_c, by_rate, energy, lost, put_in = _elastic(own, i, t, c, rate)
-    for part in (stops(own, i, c, rate), harness(own, i, c, rate), friction(own, i, c, rate)):
+    of_spring = slider(own, i, c, rate, SPRING_SLIDER, SPRING_SLID, OF_SPRING_WIDTH)
+    for part in (stops(own, i, c, rate), harness(own, i, c, rate), of_spring, friction(own, i, c, rate)):
         effort += part[0]
         by_c += part[1]
         by_rate += part[2]
@@ -264,7 +309,7 @@ def law_at(
         lost += part[4]
     if per_second > 0.0:
         law = floats_2d(own, LAWS)[i]
-        lost -= harness(own, i, c, rate)[4]
+        lost -= harness(own, i, c, rate)[4] + of_spring[4]
         if law[PRESLIDING] > 0.0:
             lost -= friction(own, i, c, rate)[4]
         lost += kept(own, LOST, i) * per_second
@@ -274,24 +319,21 @@ def law_at(
 
 @kernel
 def resting(own: np.ndarray, i: int, c: float) -> tuple[float, float]:
-    """Effort (N or N m) and energy (J) of bristles and slider."""
+    """Effort (N or N m) and energy (J) of bristles and sliders."""
     law, effort, energy = floats_2d(own, LAWS)[i], 0.0, 0.0
     if law[PRESLIDING] > 0.0:
         most, s = _largest_friction(own, i), _bent(own, i, c)[0]
         effort, energy = most * s, 0.5 * most * law[PRESLIDING] * s * s
-    if law[SLIDER] > 0.0:
-        mean, _, stored = table_at(own, i, OF_HARNESS, c)
-        whole = harness(own, i, c, 0.0)
-        effort += whole[0] - mean
-        energy += whole[3] - stored
-    return effort, energy
+    of_harness = slider(own, i, c, 0.0, SLIDER, HARNESS, OF_WIDTH)
+    of_spring = slider(own, i, c, 0.0, SPRING_SLIDER, SPRING_SLID, OF_SPRING_WIDTH)
+    return effort + of_harness[0] + of_spring[0], energy + of_harness[3] + of_spring[3]
 
 
 @kernel
 def remember(own: np.ndarray, i: int, c: float, rate: float) -> None:
-    """Write coordinate, bristles, slider and the energy that they lost in the step to the memory."""
+    """Write coordinate, bristles, sliders and the energy that they lost in the step to the memory."""
     memory, m, law = floats_1d(own, KEPT), integers_1d(own, KINDS).shape[0], floats_2d(own, LAWS)[i]
-    if law[PRESLIDING] > 0.0 or law[SLIDER] > 0.0:
+    if law[PRESLIDING] > 0.0 or law[SLIDER] > 0.0 or law[SPRING_SLIDER] > 0.0:
         before, way = memory[EFFORT * m + i], c - memory[COORDINATE * m + i]
         effort, energy = resting(own, i, c)
         if law[PRESLIDING] > 0.0:
@@ -299,8 +341,11 @@ def remember(own: np.ndarray, i: int, c: float, rate: float) -> None:
         memory[LOST * m + i] = 0.5 * (before + effort) * way - (energy - memory[BENT * m + i])
         memory[EFFORT * m + i], memory[BENT * m + i] = effort, energy
         bristle = _bent(own, i, c)[0] if law[PRESLIDING] > 0.0 else 0.0
-        slider = _slid(own, i, c)[0] if law[SLIDER] > 0.0 else 0.0
-        memory[BRISTLE * m + i], memory[HARNESS * m + i] = bristle, slider
+        memory[BRISTLE * m + i] = bristle
+        if law[SLIDER] > 0.0:
+            memory[HARNESS * m + i] = _slid(own, i, c, law[SLIDER], HARNESS)[0]
+        if law[SPRING_SLIDER] > 0.0:
+            memory[SPRING_SLID * m + i] = _slid(own, i, c, law[SPRING_SLIDER], SPRING_SLID)[0]
     if law[LOWER] <= c <= law[UPPER]:
         memory[IMPACT * m + i] = abs(rate)
     memory[COORDINATE * m + i], memory[RATE * m + i] = c, rate

@@ -14,6 +14,8 @@ _ROUND_OFF = 1e-12
 JUDGED_FROM = 0.1
 """Part of the run in which no energy error stops the run: relative errors are large while the reference energy is
 small."""
+_LEAST = 1e-60
+"""Least floor, J: products of round-off in a system that does not move."""
 
 _NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover", "kinetic_worst", "round_off_floor"
 """Names of the numbers in the order of `fsm.solve.stepping.march`."""
@@ -44,7 +46,7 @@ class EnergyBalance:
     @classmethod
     def opened(cls, energy: Energy) -> EnergyBalance:
         """Open the balance of a solve at the energy of its initial state."""
-        round_off_floor = _ROUND_OFF * sum(map(abs, energy.potential.values()))
+        round_off_floor = max(_ROUND_OFF * sum(map(abs, energy.potential.values())), _LEAST)
         return cls(start=energy.stored, round_off_floor=round_off_floor, pair_energy=np.zeros_like(energy.pair_power))
 
     def add(self, work: float, dissipated: float, of_pairs: np.ndarray) -> None:

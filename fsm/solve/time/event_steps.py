@@ -56,9 +56,11 @@ class Events:
             """Repeat the step up to another end, in several steps if its error demands them."""
             self.system.restore(memory)
             solver.back_to(*begin)
-            own, found = first.copy(), []
+            own, found, of_pairs = first.copy(), [], 0.0 * solver.pair_energy
             while solver.t < t:
                 found.append(solver.march(own, t, 1, every))
+                of_pairs = of_pairs + solver.pair_energy
+            solver.pair_energy = of_pairs
             return own, np.concatenate(found) if every else found[-1]
 
         if np.any(crossed):
