@@ -20,7 +20,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from fsm.errors import NotConverged
 from fsm.kernels.blocks import BlockMatrix
-from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.linear import LinearSolver, first_of_largest
 from fsm.solve.interface.system import System
 
 _DENSE_SIZE = 60
@@ -206,8 +206,8 @@ def _diagonal(matrix: BlockMatrix) -> np.ndarray:
 
 
 def _signed(problem: _Problem, shapes: np.ndarray) -> np.ndarray:
-    """Shapes with their largest entry positive."""
-    largest = np.argmax(np.abs(shapes) * np.sqrt(problem.mass_diagonal), axis=1)
+    """Shapes with the first of their largest entries positive."""
+    largest = first_of_largest(np.abs(shapes) * np.sqrt(problem.mass_diagonal))
     return shapes * np.sign(shapes[np.arange(len(shapes)), largest])[:, None]
 
 

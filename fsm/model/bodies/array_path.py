@@ -8,13 +8,12 @@ from fsm.interactions.applied import applied_power
 from fsm.interactions.driven import driven_power, fill_reactions, place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED, Pattern
-from fsm.kernels.block_lu import count_negative, multiply_blocks
+from fsm.kernels.block_lu import count_negative, count_negative_parts, multiply_blocks
 from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import largest_force, support_reactions
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
-from fsm.kernels.small_blocks import negative_eigenvalues
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
 from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean
@@ -89,7 +88,7 @@ def _begin(
     copy_into(efforts, springs_of(table).efforts)
     lock(model, 0.0)
     if model.groups.shape[0] > 0:
-        model.by_contacts.press(model.groups, model.contact_parts, most)
+        model.by_contacts.press(model.groups, most)
 
 
 # ends of steps ----------------------------------------------------------------------------------------------------------
@@ -122,7 +121,7 @@ def _end_of_step(
     t, per_second = floats_1d(table, INTERVAL)[0], per_second_of(table)
     first = DRIVES + 2 * driven.directions.shape[0]
     sums = record[first:].reshape(7, (record.shape[0] - first) // 7)
-    if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups, model.contact_parts):
+    if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups):
         record[path.PASSED] = 1.0
         return
     s = springs_of(table)
@@ -133,7 +132,7 @@ def _end_of_step(
     record[path.LARGEST] = max(record[path.LARGEST], largest_multiplier(model))
     if model.groups.shape[0] > 0:
         record[path.CONTACT], lost = model.by_contacts.sums(
-            table, model.groups, model.contact_parts, t, per_second > 0.0, sums
+            table, model.groups, model.contact_laws, t, per_second > 0.0, sums
         )
         record[path.LOST] += lost
         if _bristles(model.groups):  # these also resist at zero speed
@@ -252,7 +251,7 @@ def _resting(model: Segments) -> Segments:
     """The model with its table of rates at rest."""
     return Segments(
         model.at_rest, model.at_rest, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
-        model.by_contacts, model.contact_parts, model.equations,
+        model.by_contacts, model.contact_laws, model.equations,
     )  # fmt: skip
 
 
@@ -269,26 +268,11 @@ def _negative_of_last(model: Segments, trial: np.ndarray, accurate: float) -> fl
     table, p, flags = model.table, pattern_of(model.table), model.flags
     factors = floats_3d(table, FACTORS)
     if flags[SYMMETRIC] == 0:
-        return 0.0 if flags[TRUSTED] == 1 and _definite_pivots(p.filled_diagonal, factors) else UNKNOWN
+        return 0.0 if flags[TRUSTED] == 1 and count_negative_parts(p.filled_diagonal, factors) == 0 else UNKNOWN
     found = count_negative(p.filled_diagonal, factors)
     if found == 0 and flags[TRUSTED] == 1:
         return 0.0
     return float(found) if _signs_hold(model, p, floats_3d(table, MATRIX), factors, trial, accurate) else UNKNOWN
-
-
-@kernel
-def _definite_pivots(diagonal: np.ndarray, factors: np.ndarray) -> bool:
-    """Whether the symmetric parts of all pivot blocks are positive definite, like those of their inverses in `factors`."""
-    size = factors.shape[1]
-    work, part = np.empty((size, size)), np.empty((size, size))
-    for i in range(diagonal.shape[0]):
-        block = factors[diagonal[i]]
-        for a in range(size):
-            for b in range(size):
-                part[a, b] = 0.5 * (block[a, b] + block[b, a])
-        if negative_eigenvalues(part, work) > 0:
-            return False
-    return True
 
 
 @kernel
@@ -337,7 +321,7 @@ def _accept(model: Segments, q: np.ndarray) -> None:
     t, per_second, s = floats_1d(table, INTERVAL)[0], per_second_of(table), springs_of(table)
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     if model.groups.shape[0] > 0:
-        model.by_contacts.accept(table, model.groups, model.contact_parts, t, per_second > 0.0)
+        model.by_contacts.accept(table, model.groups, model.contact_laws, t, per_second > 0.0)
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
     for k in range(model.elements.shape[0]):
         call_at(model.elements[k, KEEP_BY], table, model.element_tables[k], t, per_second)
@@ -352,7 +336,7 @@ def _contact_force(model: Segments, t: float, q: np.ndarray) -> float:
     _rest(table, t, q)
     force = floats_2d(table, FORCE)
     force[:] = 0.0
-    model.by_contacts.force(table, model.groups, model.contact_parts, t, False)
+    model.by_contacts.force(table, model.groups, model.contact_laws, t, False)
     largest: float = largest_force(force)
     return largest
 

@@ -19,11 +19,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fsm.interactions.openings import TURN, opening
+from fsm.interactions.openings import ACROSS, TURN, opening
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Pieces, Program, table_of
+from fsm.kernels.rotation import rotation_matrix
 from fsm.kernels.scatter import add_block
 from fsm.model.bodies.arrays import (
     AT_ACCELERATIONS,
@@ -105,6 +106,8 @@ def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> f
     force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value, hessian = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((0, 12))
     for i in range(bodies.shape[0]):
+        if effort[i] == 0.0 and penalty[i] == 0.0:
+            continue  # projections measure openings, and find multipliers afterwards
         _measure(table, own, t, i, hessian)
         _push(force, bodies[i], gradient[i], effort[i] + penalty[i] * value[i])
     return 0.0
@@ -146,7 +149,11 @@ def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 
 @kernel(inline=True)
 def penalty_of(mass: float, size: float, by_acceleration: float, energy: float) -> float:
-    """Penalty of an opening of this inertia and size: at rest with an energy scale, J, else in motions."""
+    """Penalty of an opening of this inertia and size: at rest with an energy scale, J, else in motions; 0 without inertia,
+    as openings have that do not act.
+    """
+    if mass == 0.0:
+        return 0.0
     return RIGID * energy * size if energy > 0.0 else STIFF * by_acceleration * mass
 
 
@@ -328,6 +335,7 @@ class JointGroup(ElementGroup):
     program : (n,) int array
         Number of the motor of each opening in `motors`, -1 without a motor.
     motors : functions of time of the coordinates
+    spare : number of the last openings, which act only while an event locks their joint
     """
 
     bodies: np.ndarray
@@ -340,14 +348,11 @@ class JointGroup(ElementGroup):
     of: np.ndarray
     program: np.ndarray
     motors: tuple[Program, ...]
+    spare: int = 0
     categories = ()
     rate_dependent = False
     locks = has_events = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:
@@ -358,6 +363,27 @@ class JointGroup(ElementGroup):
         moved = self.program, *table_of(self.motors)
         still = np.zeros(2), np.zeros(n), np.zeros(n)
         return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *still, *moved, self.felt]
+
+    @cached_property
+    def active(self) -> np.ndarray:
+        """1 for the openings (n,) that act, 0 for those that do not, in place; the latter have no inertia."""
+        return np.asarray(np.arange(len(self.kinds)) < len(self.kinds) - self.spare, dtype=float)
+
+    def lock_at(self, rows: np.ndarray, poses: np.ndarray) -> None:
+        """Close openings (rows) of one joint at the present poses."""
+        turning = [i for i in rows.tolist() if self.kinds[i] == ACROSS]
+        if turning:  # axes of a fixed joint, each at right angles to the next
+            first, second = (rotation_matrix(poses[body, 3:]) for body in self.bodies[turning[0]])
+            axes = self.constants[turning, :3] @ first.T @ second
+            self.constants[turning, 3:6] = np.roll(axes, -1, axis=0)
+        values = self.openings(poses)[0]
+        for i in (i for i in rows.tolist() if self.kinds[i] != ACROSS):
+            self.constants[i, 6] += values[i]
+
+    def let_go(self) -> None:
+        """Set the multipliers of openings that do not act to zero."""
+        for efforts in (self.efforts, self.arrays[_EFFORT - OWN], self.felt):
+            efforts[self.active == 0.0] = 0.0
 
     @cached_property
     def felt(self) -> np.ndarray:

@@ -5,6 +5,7 @@ The multipliers are those of ideal joints (`fsm.model.elements.joints`), with th
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from fsm.model.elements.couplings import (
     ends_of,
     measure_coordinates,
 )
-from fsm.model.elements.element_group import OWN, ElementKernels
+from fsm.model.elements.element_group import OWN
 from fsm.model.elements.joints import PROJECTION, again, penalty_of, swap
 
 _RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE, _STILL, _SIZES, _CHANGE = range(FIRST_PARAMETER, FIRST_PARAMETER + 9)
@@ -186,11 +187,7 @@ class LockedCouplings(CouplingGroup):
     categories = ()
     rate_dependent = False
     locks = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @property
     def memories(self) -> int:
@@ -201,6 +198,16 @@ class LockedCouplings(CouplingGroup):
     def masses(self) -> np.ndarray:
         """Inertia (m,) of each opening at the start, in place."""
         return self.arrays[_MASSES - OWN]
+
+    @cached_property
+    def active(self) -> np.ndarray:
+        """1 for the couplings (m,) that act, 0 for those that an event has released, in place."""
+        return np.ones(len(self.bodies))
+
+    def let_go(self) -> None:
+        """Set the multipliers of released couplings to zero."""
+        for efforts in (self.memory_of[self.coordinates :], self.arrays[_EFFORT - OWN]):
+            efforts[self.active == 0.0] = 0.0
 
     def gradients(self, poses: np.ndarray) -> np.ndarray:
         """See `ElementGroup`; all bodies."""

@@ -55,6 +55,7 @@ class Run(ABC):
         self.begun = time.perf_counter()
         self.statistics = Statistics(settings.method, points=initial_state.points)
         self.every = steps_between(system.nu)
+        self.saved = -math.inf
         self._pivots = LinearSolver()
         breaks = [settings.end_time, *system.break_times()]
         times = _at_breaks([t for t in request.save_times if t <= settings.end_time], breaks)
@@ -168,6 +169,7 @@ class Run(ABC):
         q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods change the norm of quaternions
         balances = balance.dissipated, balance.work, error, balance.pair_energy
         self.request.on_save(SavedState(at, q, u.copy(), observed, *balances))
+        self.saved = at
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome
