@@ -425,6 +425,11 @@ class JointGroup(ElementGroup):
         """See `ElementGroup`."""
         return self.arrays[_SIZES - OWN]
 
+    @property
+    def acting(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return self.masses > 0.0
+
     def gradients(self, poses: np.ndarray) -> np.ndarray:
         """See `ElementGroup`."""
         return self.openings(poses)[1].reshape(-1, 2, 6)

@@ -322,7 +322,7 @@ class SegmentForces(Configuration):
         rows = np.zeros((sum(len(group.sizes) for group in self.locking), *self.at_rest.shape))
         first = 0
         for group in self.locking:
-            found = group.gradients(poses)
+            found = group.gradients(poses) * group.acting[:, None, None]
             for row, gradient, ends in zip(rows[first:], found, group.bodies.tolist(), strict=False):
                 row[ends if found.shape[1] == 2 else slice(None)] += gradient
             first += len(found)
