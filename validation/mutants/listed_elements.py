@@ -390,9 +390,16 @@ JOINTS = (
     Mutant(
         "motors without power",
         "fsm/model/elements/joints.py",
-        "stored[2] -= effort[i] * _prescribed(own, t, i)[1]",
+        "stored[2] -= effort[i] * speed",
         "stored[2] -= 0.0",
         physics_test("ideal_joints", "test_a_motor_turns_by_its_program_and_counts_turns"),
+    ),
+    Mutant(
+        "equilibria without reactions of joints",
+        "fsm/model/elements/joints.py",
+        "kept[i] = _efforts(own)[i]",
+        "kept[i] = 0.0",
+        physics_test("joints_at_rest", "test_hinge_with_a_spring_follows_a_growing_dead_load"),
     ),
     Mutant(
         "latches that never close",
