@@ -104,6 +104,19 @@ def test_driven_four_bar_with_a_spring_at_its_rocker(tmp_path: Path, copies: int
     assert result.summary["energy_error"] < 3e-4
 
 
+def test_an_ideal_gear_turns_a_spring_through_a_full_turn(tmp_path: Path) -> None:
+    """x1 = 2 x2 and moment M on the first: 2 M = k x2."""
+    bodies = [rod("one", A, [1.0, 0.0, 0.0]), rod("two", [0.0, 1.0, 0.0], [1.0, 1.0, 0.0])]
+    joints = [pin("j1", "ground", "one", A)]
+    joints += [pin("j2", "ground", "two", [0.0, 1.0, 0.0], spring={"stiffness": 2.0, "rest": 0.0})]
+    gear = {"name": "gear", "kind": "gear", "joints": ["j1", "j2"], "parameters": {"ratio": 2.0}}
+    load = {"name": "M", "body": "one", "moment": [0.0, 4.0, 0.0], "time": _LINEAR}
+    result = fsm.load(statics(bodies, joints, couplings=[gear], loads=[load])).run(tmp_path, figures=False)
+    moments = np.linspace(0.0, 4.0, 11)
+    assert of(result, "joint.j1.angle") == pytest.approx(2.0 * moments, abs=1e-9)
+    assert of(result, "joint.j2.angle") == pytest.approx(moments, abs=1e-9)
+
+
 def test_bristle_friction_of_a_hinge_on_a_slow_path(tmp_path: Path) -> None:
     """Sliding bristles hold their whole moment at any speed; the energy that they lose is that of the path."""
     end = 1e3
