@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.results.solution import Solution
+from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.interface.system import System
 
 _REFUSED, _WARNED = 5e-2, 1e-3
@@ -85,7 +86,8 @@ def round_off_of(system: System, solution: Solution) -> RoundOff:
         return RoundOff(0.0, 0.0, np.inf)
     scales = system.scales()
     ends = sorted({0, len(solution) - 1})
-    matrices = [system.linearise(float(solution.time[k]), solution.q[k], None).stiffness for k in ends]
+    with at_rest(system, still=False):  # penalties of locked directions have no round-off: openings below it are zero
+        matrices = [system.linearise(float(solution.time[k]), solution.q[k], None).stiffness for k in ends]
     forces = _EPS * np.max([scales.span_forces(matrix) for matrix in matrices], axis=0)
     stored = np.zeros(len(solution))
     for name, energies in solution.energy.items():
@@ -110,7 +112,8 @@ def position_round_off_energy(system: System, start: tuple[float, np.ndarray, np
         return 0.0
     t, q, _ = start
     scales = system.scales()
-    forces = scales.span_forces(system.linearise(t, q, None).stiffness)
+    with at_rest(system, still=False):
+        forces = scales.span_forces(system.linearise(t, q, None).stiffness)
     return 0.5 * _DIGITS**2 * float((forces * scales.span).max())
 
 

@@ -104,6 +104,34 @@ def test_driven_four_bar_with_a_spring_at_its_rocker(tmp_path: Path, copies: int
     assert result.summary["energy_error"] < 3e-4
 
 
+def test_an_ideal_gear_turns_a_spring_through_a_full_turn(tmp_path: Path) -> None:
+    """x1 = 2 x2 and moment M on the first: 2 M = k x2."""
+    bodies = [rod("one", A, [1.0, 0.0, 0.0]), rod("two", [0.0, 1.0, 0.0], [1.0, 1.0, 0.0])]
+    joints = [pin("j1", "ground", "one", A)]
+    joints += [pin("j2", "ground", "two", [0.0, 1.0, 0.0], spring={"stiffness": 2.0, "rest": 0.0})]
+    gear = {"name": "gear", "kind": "gear", "joints": ["j1", "j2"], "parameters": {"ratio": 2.0}}
+    load = {"name": "M", "body": "one", "moment": [0.0, 4.0, 0.0], "time": _LINEAR}
+    result = fsm.load(statics(bodies, joints, couplings=[gear], loads=[load])).run(tmp_path, figures=False)
+    moments = np.linspace(0.0, 4.0, 11)
+    assert of(result, "joint.j1.angle") == pytest.approx(2.0 * moments, abs=1e-9)
+    assert of(result, "joint.j2.angle") == pytest.approx(moments, abs=1e-9)
+
+
+def test_bristle_friction_of_a_hinge_on_a_slow_path(tmp_path: Path) -> None:
+    """Sliding bristles hold their whole moment at any speed; the energy that they lose is that of the path."""
+    end = 1e3
+    bodies, joints = four_bar(
+        a={"motor": {"angle": {"value": 1.0, "time": _LINEAR | {"end": end}}}},
+        d={"spring": {"stiffness": 2.0, "rest": 0.0}, "friction": {"moment": 0.1, "law": "lugre"}},
+    )
+    case = statics(bodies, joints)
+    case["solve"]["end_time"], case["save"]["interval"] = end, 0.2 * end
+    result = fsm.load(case).run(tmp_path, figures=False)
+    moments = [(2.0 * rocker(x) + 0.1) * slope(rocker, x) for x in of(result, "joint.a.angle")[1:]]
+    assert of(result, "joint.a.motor")[1:] == pytest.approx(np.array(moments), abs=1e-8)
+    assert result.summary["energy_error"] < 1e-3
+
+
 def truss() -> tuple[dict[str, Any], float, float, float]:
     """Two rigid rods between a pin and a foot that slides against a spring, with a load at the apex; also length of a rod,
     half the width and stiffness.

@@ -395,6 +395,13 @@ JOINTS = (
         physics_test("ideal_joints", "test_a_motor_turns_by_its_program_and_counts_turns"),
     ),
     Mutant(
+        "equilibria without reactions of joints",
+        "fsm/model/elements/joints.py",
+        "kept[i] = _efforts(own)[i]",
+        "kept[i] = 0.0",
+        physics_test("joints_at_rest", "test_hinge_with_a_spring_follows_a_growing_dead_load"),
+    ),
+    Mutant(
         "latches that never close",
         "fsm/model/elements/joint_events.py",
         "memory[LATCHED * m + i] = 1.0",

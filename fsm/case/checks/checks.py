@@ -131,10 +131,6 @@ def _beside_scene(sections: Sections) -> Iterable[Fault]:
             yield Fault(name, f"is given here and as scene.{key}; remove one of them")
     if any(sections.gravity) and any(scene.gravity):
         yield Fault("gravity", "is given here and as scene.gravity; remove one of them")
-    beside = next((name for name in ("strip", "sheet") if name in sections.written), None)
-    if scene.joints and beside is not None:
-        text = f"ideal joints act in a [scene] alone, not beside a [{beside}]; use [[scene.elements]]"
-        yield Fault("scene.joints", text)
     if scene.contact is not None and scene.contact.pairs is not None:
         yield Fault("scene.contact.pairs", "only a [strip] has panel numbers; give the pairs as `scene.pairs`")
 

@@ -270,6 +270,11 @@ class ElementGroup(Group):
         """Sizes (n,) of the openings: inverse squares of the motions over their scales that open by one."""
         return np.zeros(0)
 
+    @property
+    def acting(self) -> np.ndarray:
+        """Whether each opening (n,) is locked; all are by default."""
+        return np.ones(len(self.sizes), dtype=bool)
+
     def gradients(self, poses: np.ndarray) -> np.ndarray:
         """Gradients (n, k, 6) of the openings for each of several bodies."""
         return np.zeros((0, 0, 6))

@@ -52,6 +52,7 @@ from fsm.model.elements.joint_laws import (
     harness,
     kept,
     law_at,
+    lost_in_step,
     motor,
     remember,
     stops,
@@ -152,7 +153,12 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(poses, own, i, gradient, hessian)
         middle = 0.5 * (c + floats_1d(own, LAST)[i]) if per_second > 0.0 else c
-        total += law_at(own, i, t, middle, _rate_or_mean(table, own, i, c, gradient, per_second), per_second)[4]
+        rate = _rate_or_mean(table, own, i, c, gradient, per_second)
+        total += law_at(own, i, t, middle, rate, per_second)[4]
+        if per_second > 0.0:
+            kept_loss = lost_in_step(own, i, floats_1d(own, LAST)[i], c, rate) * per_second
+            floats_1d(table, STORED)[3] += kept_loss
+            total += kept_loss
         floats_1d(table, STORED)[2] += law_at(own, i, t, c, _rate(floats_2d(table, RATES), own, i, gradient), 0.0)[5]
     return total
 

@@ -296,8 +296,8 @@ def law_at(
 ) -> tuple[float, float, float, float, float, float]:
     """All laws of a coordinate, and the power that motors and moving free lengths put in, W.
 
-    The power that bristles and slider dissipate is, if the inverse of a step's duration (1/s) is given, that of the last
-    accepted step.
+    If the inverse of a step's duration (1/s) is given, the dissipated power is that without bristles and slider; see
+    `lost_in_step`.
     """
     effort, by_c, by_rate, energy, lost, put_in = _elastic(own, i, t, c, rate)
     of_spring = slider(own, i, c, rate, SPRING_SLIDER, SPRING_SLID, OF_SPRING_WIDTH)
@@ -312,7 +312,6 @@ def law_at(
         lost -= harness(own, i, c, rate)[4] + of_spring[4]
         if law[PRESLIDING] > 0.0:
             lost -= friction(own, i, c, rate)[4]
-        lost += kept(own, LOST, i) * per_second
     pushed, slope = motor(own, i, t, rate)
     return effort - pushed, by_c, by_rate - slope, energy, lost, put_in + pushed * rate
 
@@ -329,17 +328,40 @@ def resting(own: np.ndarray, i: int, c: float) -> tuple[float, float]:
     return effort + of_harness[0] + of_spring[0], energy + of_harness[3] + of_spring[3]
 
 
+@kernel(inline=True)
+def _remembers(law: np.ndarray) -> bool:
+    """Whether a coordinate has bristles or sliders."""
+    return bool(law[PRESLIDING] > 0.0 or law[SLIDER] > 0.0 or law[SPRING_SLIDER] > 0.0)
+
+
+@kernel
+def _loss(own: np.ndarray, i: int, c: float, rate: float) -> tuple[float, float, float]:
+    """Energy that bristles and slider lose from the last accepted state to another one, J; then their effort (N or N m) and
+    energy (J).
+    """
+    effort, energy = resting(own, i, c)
+    if floats_2d(own, LAWS)[i, PRESLIDING] > 0.0:
+        effort = friction(own, i, c, rate)[0] + (effort - _largest_friction(own, i) * _bent(own, i, c)[0])
+    way = c - kept(own, COORDINATE, i)
+    return 0.5 * (kept(own, EFFORT, i) + effort) * way - (energy - kept(own, BENT, i)), effort, energy
+
+
+@kernel
+def lost_in_step(own: np.ndarray, i: int, before: float, c: float, rate: float) -> float:
+    """Energy that bristles and slider lose in a step between two coordinates, J. In motions its end is already accepted."""
+    law = floats_2d(own, LAWS)[i]
+    if not _remembers(law):
+        return 0.0
+    accepted = c == kept(own, COORDINATE, i) and before != c
+    return kept(own, LOST, i) if accepted else _loss(own, i, c, rate)[0]
+
+
 @kernel
 def remember(own: np.ndarray, i: int, c: float, rate: float) -> None:
     """Write coordinate, bristles, sliders and the energy that they lost in the step to the memory."""
     memory, m, law = floats_1d(own, KEPT), integers_1d(own, KINDS).shape[0], floats_2d(own, LAWS)[i]
-    if law[PRESLIDING] > 0.0 or law[SLIDER] > 0.0 or law[SPRING_SLIDER] > 0.0:
-        before, way = memory[EFFORT * m + i], c - memory[COORDINATE * m + i]
-        effort, energy = resting(own, i, c)
-        if law[PRESLIDING] > 0.0:
-            effort = friction(own, i, c, rate)[0] + (effort - _largest_friction(own, i) * _bent(own, i, c)[0])
-        memory[LOST * m + i] = 0.5 * (before + effort) * way - (energy - memory[BENT * m + i])
-        memory[EFFORT * m + i], memory[BENT * m + i] = effort, energy
+    if _remembers(law):
+        memory[LOST * m + i], memory[EFFORT * m + i], memory[BENT * m + i] = _loss(own, i, c, rate)
         bristle = _bent(own, i, c)[0] if law[PRESLIDING] > 0.0 else 0.0
         memory[BRISTLE * m + i] = bristle
         if law[SLIDER] > 0.0:

@@ -6,7 +6,7 @@ increment d (augmented Lagrangian; Bayo and Ledesma 1996). The penalty is r = 1e
 start and c = d(acceleration)/d(increment); it has no effect on the converged step. After an accepted step the multipliers
 are those of the accelerations, and r = 0. Openings that follow from others have multipliers too, those of least work.
 
-At rest (statics, natural modes) the penalty is r = 1e6 E s, with an energy E of stiffness and loads and the size s of
+At rest (statics, natural modes) the penalty is r = 1e6 E s, with the energy scale E of `SegmentForces` and the size s of
 the opening, and stays at accepted states too: the stiffness then has the stable and unstable modes of the motions that the
 joints allow, and the opening of a state is the change of lambda in the last iteration over r. The second derivatives have
 the effort lambda alone, because r x is large until the opening has closed.
@@ -429,6 +429,11 @@ class JointGroup(ElementGroup):
     def sizes(self) -> np.ndarray:
         """See `ElementGroup`."""
         return self.arrays[_SIZES - OWN]
+
+    @property
+    def acting(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return self.masses > 0.0
 
     def gradients(self, poses: np.ndarray) -> np.ndarray:
         """See `ElementGroup`."""

@@ -299,15 +299,18 @@ class SegmentForces(Configuration):
 
     @cached_property
     def _energy_at_rest(self) -> float:
-        """Energy scale of the penalties at rest, J: of stiffness, dampers and loads at the start, without locked
-        directions.
+        """Energy scale of the penalties at rest, J: of the softest component and of loads at the start, without locked
+        directions. With stiff springs it is at least 1e-5 of that of the stiffest one: no opening is stiffer than the
+        springs next to it, and larger penalties would leave the softest components to round-off.
         """
         free, q, scales = self.without_locks(), self.initial()[0], self.scales()
         linear, per_second = free.linearise(0.0, q, np.zeros(self.nu)), 1.0 / (self.end_time() or 1.0)
         data = np.abs(linear.stiffness.data) + per_second * np.abs(linear.damping.data)
-        forces = [scales.span_forces(linear.stiffness.with_data(data))]
-        forces += [np.abs(free.force(t, q, None)) for t in sorted({0.0, *free.peak_times()})]
-        return scales.extent * max(float((each / scales.force_scale).max(initial=0.0)) for each in forces) or 1.0
+        stiff = scales.span_forces(linear.stiffness.with_data(data)) * scales.span
+        loads = [np.abs(free.force(t, q, None)) * scales.span for t in sorted({0.0, *free.peak_times()})]
+        most, of_loads = float(stiff.max(initial=0.0)), max(float(each.max(initial=0.0)) for each in loads)
+        softest = float(stiff[stiff > 1e-12 * most].min(initial=most))
+        return max(1e-5 * most, softest, of_loads) or 1.0
 
     @abstractmethod
     def without_locks(self) -> SegmentForces:
@@ -319,7 +322,7 @@ class SegmentForces(Configuration):
         rows = np.zeros((sum(len(group.sizes) for group in self.locking), *self.at_rest.shape))
         first = 0
         for group in self.locking:
-            found = group.gradients(poses)
+            found = group.gradients(poses) * group.acting[:, None, None]
             for row, gradient, ends in zip(rows[first:], found, group.bodies.tolist(), strict=False):
                 row[ends if found.shape[1] == 2 else slice(None)] += gradient
             first += len(found)

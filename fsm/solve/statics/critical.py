@@ -103,4 +103,8 @@ def stable_branch(
                 found.append((step.system.energy(t, trial.q, None).stored, trial))
                 break
     # if both energies are equal (a symmetric pair), the positive side is selected, because it is tried first
-    return min(found, key=lambda pair: pair[0] - 1e-9 * abs(pair[0]) * (pair is found[0]))[1] if found else None
+    if not found:
+        return None
+    best = min(found, key=lambda pair: pair[0] - 1e-9 * abs(pair[0]) * (pair is found[0]))[1]
+    # locked directions have the multipliers of the last solution
+    return step.solve(t, best.q, (t, best.q), best.efforts) if step.system.hold_still(True) else best

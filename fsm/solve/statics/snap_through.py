@@ -100,6 +100,7 @@ def move_until_rest(
     damped: DampedSystem | None = None
     if begins:
         u = _relaxed(system, recorder.time, recorder.q, u, settings.first_step)
+        u = _allowed(system, recorder, u)
     solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries, steps = 0.0, 0, 0, 0
     while recorder.time < until:
@@ -188,6 +189,16 @@ def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray, longest: fl
         lag = multiply_blocks(pattern.indptr, pattern.indices, inertia, velocity - u)
         velocity = velocity + solver.solve(linear.force - lag)
     return velocity
+
+
+def _allowed(system: System, recorder: PathRecorder, u: np.ndarray) -> np.ndarray:
+    """Initial velocities that locked directions and their motors allow; the change of the kinetic energy is work."""
+    t, q, changed = recorder.time, recorder.q.copy(), u.copy()
+    if not system.consistent(math.nextafter(t, math.inf), q, changed, np.zeros(system.nu)):
+        return u
+    kinetic = [system.energy(t, recorder.q, each).kinetic for each in (u, changed)]
+    recorder.energy_balance.work += kinetic[1] - kinetic[0]
+    return changed
 
 
 def slide(system: System, recorder: PathRecorder, t: float) -> bool:
