@@ -85,6 +85,16 @@ def joined_pattern(
 
 
 @kernel
+def _is_empty(data: np.ndarray, k: int) -> bool:
+    """Whether all entries of a block are zero."""
+    for a in range(data.shape[1]):
+        for b in range(data.shape[2]):
+            if data[k, a, b] != 0.0:
+                return False
+    return True
+
+
+@kernel
 def add_condensed(
     indptr: np.ndarray,
     indices: np.ndarray,
@@ -113,7 +123,7 @@ def add_condensed(
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
             at = starts[k]
-            if not np.any(data[k]):
+            if _is_empty(data, k):
                 continue  # this is true for most blocks, because most points of films have no contact
             for p in range(first[i], first[i + 1]):
                 for a in range(3):

@@ -8,7 +8,13 @@ import numpy as np
 
 from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
 from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
-from fsm.interactions.triangles.triangles_pass import edge_passes_edge, point_passes_triangle, work_space
+from fsm.interactions.triangles.triangles_pass import (
+    edge_passes_edge,
+    largest_approach,
+    may_meet,
+    point_passes_triangle,
+    work_space,
+)
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 from fsm.model.bodies.contact_arrays import (
@@ -416,6 +422,7 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
     if beyond:
         listed = near_features(own, start, end, 0.0)
     nodes, w, soft = np.empty(4, dtype=np.int64), work_space(), own.sizes[CLEARANCE] == 0.0
+    reach = largest_approach(start, end)
     for s in range(listed.node.shape[0]):
         node = listed.node[s]
         if soft and (_had_side(own, node, listed.facet[s]) if beyond else own.side[s] != 0.0):
@@ -424,12 +431,12 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
         for k in range(listed.start[s], listed.start[s + 1]):
             for corner in range(3):
                 nodes[1 + corner] = own.triangles[listed.listed[k], corner]
-            if point_passes_triangle(start, end, nodes, w):
+            if may_meet(start, end, nodes, 1, reach) and point_passes_triangle(start, end, nodes, w):
                 return int(own.counts[NUMBER])
     for s in range(listed.one.shape[0]):
         for tip in range(2):
             nodes[tip], nodes[2 + tip] = own.edges[listed.one[s], tip], own.edges[listed.two[s], tip]
-        if edge_passes_edge(start, end, nodes, w):
+        if may_meet(start, end, nodes, 2, reach) and edge_passes_edge(start, end, nodes, w):
             return int(own.counts[NUMBER])
     return -1
 
