@@ -3,9 +3,9 @@
 Four points lie in one plane when a cubic of the time is zero. Between the extrema of the cubic each sign change is one root,
 found by bisection; there the point must lie in the triangle, or both edges must cross (Provot, 1997).
 
-Most pairs are excluded before: at a meeting, motions have overcome the distance of the parts along any vector at the start. For
-the normal of the triangle, or that of both edges, this distance is the same for all points of the parts, and the motions are
-largest at nodes.
+Most pairs are excluded before: at a meeting, motions have overcome the distance of the parts along any vector at the start.
+For the normal of the triangle, or that of both edges, this distance is the same for all points of the parts, and the motions
+are largest at nodes.
 """
 
 from __future__ import annotations

@@ -70,13 +70,12 @@ def joined_pattern(
     keys = [diagonal * count + diagonal]
     for joined in elements:
         keys.append(np.unique(joined[:, :, None] * count + joined[:, None, :]))
-    starts = np.zeros(len(bodies.indices) + 1, dtype=np.int64)
-    pairs = []
-    for k, (i, j) in enumerate(zip(bodies.rows, bodies.indices, strict=True)):
-        row, column = rows[first[i] : first[i + 1]], rows[first[j] : first[j + 1]]
-        pairs.append((row[:, None] * count + column[None, :]).ravel())
-        starts[k + 1] = starts[k] + len(pairs[-1])
-    own = np.concatenate([np.zeros(0, dtype=np.int64), *pairs])
+    i, j, members = bodies.rows, bodies.indices, np.diff(first)
+    sizes = members[i] * members[j]
+    starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    block = np.repeat(np.arange(len(j)), sizes)
+    row, column = np.divmod(np.arange(starts[-1]) - starts[block], members[j][block])
+    own = rows[first[i][block] + row] * count + rows[first[j][block] + column]
     unique = np.unique(np.concatenate([*keys, own]))
     row, column = np.divmod(unique, max(count, 1))
     indptr = np.searchsorted(row, np.arange(count + 1)).astype(np.int64)
