@@ -12,7 +12,6 @@ from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_
 from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
 from fsm.interactions.triangles.triangles_pass import (
     edge_passes_edge,
-    largest_approach,
     may_meet,
     point_passes_triangle,
     work_space,
@@ -197,12 +196,12 @@ def test_weights_of_nearly_parallel_edges() -> None:
 
 
 def _point_passes_triangle(start: np.ndarray, end: np.ndarray) -> bool:
-    near = may_meet(start, end, NODES, 1, largest_approach(start, end))
+    near = may_meet(start, end, NODES, 1)
     return bool(near and point_passes_triangle(start, end, NODES, work_space()))
 
 
 def _edge_passes_edge(start: np.ndarray, end: np.ndarray) -> bool:
-    near = may_meet(start, end, NODES, 2, largest_approach(start, end))
+    near = may_meet(start, end, NODES, 2)
     return bool(near and edge_passes_edge(start, end, NODES, work_space()))
 
 
@@ -238,7 +237,7 @@ def test_edges_that_pass_through_each_other(shift: float, passes: bool) -> None:
 def _meetings(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
     """Places of four nodes at the times at which they are in one plane, by NumPy's roots of a cubic."""
     times = np.linspace(0.0, 1.0, 4)
-    volumes = [np.linalg.det((x[1:] - x[0])) for x in (start + tau * (end - start) for tau in times)]
+    volumes = [np.linalg.det(x[1:] - x[0]) for x in (start + tau * (end - start) for tau in times)]
     roots = np.roots(np.polyfit(times, volumes, 3))
     real = roots[np.abs(roots.imag) < 1e-9].real
     return [start + tau * (end - start) for tau in real if 0.0 < tau < 1.0]

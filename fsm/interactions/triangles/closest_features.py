@@ -186,7 +186,7 @@ def _over(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np
 
 
 @kernel
-def _height(places: np.ndarray, node: int, triangles: np.ndarray, triangle: int) -> tuple[float, float]:
+def height(places: np.ndarray, node: int, triangles: np.ndarray, triangle: int) -> tuple[float, float]:
     """Height of a node over the plane of a triangle times twice its area, and the square of twice its area."""
     a, b, c = triangles[triangle, 0], triangles[triangle, 1], triangles[triangle, 2]
     p, q, r = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1], places[b, 2] - places[a, 2]
@@ -194,6 +194,16 @@ def _height(places: np.ndarray, node: int, triangles: np.ndarray, triangle: int)
     x, y, z = q * w - r * v, r * u - p * w, p * v - q * u
     d, e, f = places[node, 0] - places[a, 0], places[node, 1] - places[a, 1], places[node, 2] - places[a, 2]
     return x * d + y * e + z * f, x * x + y * y + z * z
+
+
+@kernel
+def _normals(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normals (t, 3) of all triangles."""
+    out = np.empty((triangles.shape[0], 3))
+    for k in range(out.shape[0]):
+        corners = triangles[k]
+        _normal_of(places[corners[0]], places[corners[1]], places[corners[2]], out[k])
+    return out
 
 
 @kernel
@@ -227,7 +237,7 @@ def select_faces(
         )  # fmt: skip
         nearest[s] = triangle[s] = of
         part[s] = 0
-        side[s] = 1.0 if _height(places, node[s], faces.triangles, of)[0] >= 0.0 else -1.0
+        side[s] = 1.0 if height(places, node[s], faces.triangles, of)[0] >= 0.0 else -1.0
         for edge in range(3):
             at_edge = code == 1 + edge or code == 4 + edge or code == 4 + (edge + 1) % 3
             if at_edge and faces.beyond[of, edge] > 0.0:
@@ -274,15 +284,16 @@ def find_point_faces(
     slot, gap, found : results, one row for each slot that was found
     """
     weights, normal, along, extension = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
-    number = 0
+    normals, number = _normals(places, faces.triangles), 0
     for s in range(node.shape[0]):
         if triangle[s] < 0 or (part[s] > 0 and clearance[s] == 0.0):
             continue
         sign = 1.0 if side[s] >= 0.0 else -1.0
         if part[s] == 0:  # most points are far from the plane
-            above, area = _height(places, node[s], faces.triangles, triangle[s])
-            reach = _FAR * (clearance[s] + below)
-            if sign * above > 0.0 and above * above > reach * reach * area:
+            above, corner = 0.0, faces.triangles[triangle[s], 0]
+            for e in range(3):
+                above += normals[triangle[s], e] * (places[node[s], e] - places[corner, e])
+            if sign * above > _FAR * (clearance[s] + below):
                 continue
         p, corners = places[node[s]], faces.triangles[triangle[s]]
         _extended(faces, triangle[s], extension)
@@ -358,16 +369,18 @@ def find_edge_edges(
 
     The results follow the first `number` rows; other arguments and the result as in `find_point_faces`.
     """
-    r = np.empty(3)
-    for i in range(begin, first.shape[0]):
-        reach = clearance[i] + below
-        of_p, of_q, of_a, of_b = edges[first[i], 0], edges[first[i], 1], edges[second[i], 0], edges[second[i], 1]
-        far = False
+    r, low, high = np.empty(3), np.empty((edges.shape[0], 3)), np.empty((edges.shape[0], 3))
+    for k in range(edges.shape[0]):
         for e in range(3):
-            one, two, three, four = places[of_p, e], places[of_q, e], places[of_a, e], places[of_b, e]
-            far |= min(one, two) - max(three, four) > reach or min(three, four) - max(one, two) > reach
+            one, two = places[edges[k, 0], e], places[edges[k, 1], e]
+            low[k, e], high[k, e] = min(one, two), max(one, two)
+    for i in range(begin, first.shape[0]):
+        reach, far = clearance[i] + below, False
+        for e in range(3):
+            far |= low[first[i], e] - high[second[i], e] > reach or low[second[i], e] - high[first[i], e] > reach
         if far:
             continue
+        of_p, of_q, of_a, of_b = edges[first[i], 0], edges[first[i], 1], edges[second[i], 0], edges[second[i], 1]
         p, q, a, b = places[of_p], places[of_q], places[of_a], places[of_b]
         s, t = _on_edges(p, q, a, b)
         for e in range(3):

@@ -98,22 +98,8 @@ def _coplanar_times(start: np.ndarray, end: np.ndarray, at: np.ndarray, times: n
 
 
 @kernel
-def _boxes_apart(x: np.ndarray, nodes: np.ndarray, split: int, reach: float) -> bool:
-    """Whether the boxes of the nodes before and after the split are farther apart than the reach."""
-    for e in range(3):
-        one, two, three, four = x[nodes[0], e], x[nodes[1], e], x[nodes[2], e], x[nodes[3], e]
-        low, high = min(three, four), max(three, four)
-        if split == 1:
-            if one - max(high, two) > reach or min(low, two) - one > reach:
-                return True
-        elif min(one, two) - high > reach or low - max(one, two) > reach:
-            return True
-    return False
-
-
-@kernel
-def _out_of_reach(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, split: int) -> bool:
-    """Whether the motion of four nodes is too short for a meeting of those before the split with the others."""
+def may_meet(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, split: int) -> bool:
+    """Whether the motion of four nodes is long enough for a meeting of those before the split with the others."""
     i, j, k, m = nodes[0], nodes[1], nodes[2], nodes[3]
     one, two, of_two = (i, j, k) if split == 2 else (j, k, j)
     p, q, r = start[two, 0] - start[one, 0], start[two, 1] - start[one, 1], start[two, 2] - start[one, 2]
@@ -130,7 +116,7 @@ def _out_of_reach(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, split: 
             low, high = min(low, along), max(high, along)
         else:
             other_low, other_high = min(other_low, along), max(other_high, along)
-    return apart > _SAFETY * max(high - other_low, other_high - low)
+    return apart <= _SAFETY * max(high - other_low, other_high - low)
 
 
 @kernel
@@ -141,12 +127,6 @@ def largest_approach(start: np.ndarray, end: np.ndarray) -> float:
         for e in range(3):
             moved = max(moved, abs(end[i, e] - start[i, e]))
     return 2.0 * _SAFETY * moved
-
-
-@kernel
-def may_meet(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, split: int, reach: float) -> bool:
-    """Whether nodes before the split may meet the others in a step; most pairs cannot. `reach` (m): `largest_approach`."""
-    return not (_boxes_apart(start, nodes, split, reach) or _out_of_reach(start, end, nodes, split))
 
 
 @kernel

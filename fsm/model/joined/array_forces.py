@@ -135,6 +135,11 @@ def set_moments(model: Joined) -> None:
 @kernel
 def add_turning(model: Joined) -> None:
     """Add the change of the rates of frames with the coordinates, times the damping between bodies and frames."""
+    oriented, turns = frames_of(model.table).oriented, False
+    for i in range(oriented.shape[0]):
+        turns = turns or oriented[i] == 1
+    if not turns:
+        return
     bodies, table, p = model.bodies.table, model.table, body_pattern_of(model.bodies.table)
     first, starts, slots = integers_1d(table, OF_MEMBERS), integers_1d(table, STARTS), integers_1d(table, SLOTS)
     add_condensed(
