@@ -58,6 +58,16 @@ method = "static"
 max_step = "10 s"
 """
 """Bars, folds with dampers, and contact of facets with friction."""
+MOVING = TUBE.replace('[crease]\n', '[crease]\nrest_angle = "80 deg"\n')
+"""Rest angles move."""
+CURVE = """law = "spline"
+width = "60 mm"
+angle = ["-90 deg", "-30 deg", "0 deg", "60 deg", "180 deg"]
+moment = ["-4 N mm", "-2 N mm", "0 N mm", "3 N mm", "5 N mm"]
+unloading = ["-5 N mm", "-3 N mm", "-1 N mm", "1 N mm", "3 N mm"]
+"""
+HYSTERESIS = TUBE.replace('stiffness_per_length = "0.05 N m/rad/m"\n', CURVE)
+"""Creases dissipate energy along their path."""
 SEAM = """
 units = "SI"
 [strip]
@@ -128,7 +138,11 @@ def follow_case(path: Path, compiled: bool, end: float) -> tuple[Any, list[Saved
     return system, saved, statistics
 
 
-@pytest.mark.parametrize(("text", "end"), [(TUBE, 260.0), (SEAM, 0.4)], ids=["tube", "seam"])
+@pytest.mark.parametrize(
+    ("text", "end"),
+    [(TUBE, 260.0), (MOVING, 60.0), (HYSTERESIS, 60.0), (SEAM, 0.4)],
+    ids=["tube", "rest angles that move", "hysteresis", "seam"],
+)
 def test_one_kernel_computes_the_steps_of_python(tmp_path: Path, text: str, end: float) -> None:
     """Steps, iterations, observations, coordinates and memory agree."""
     path = tmp_path / "case.toml"
