@@ -1,4 +1,4 @@
-"""Additions of users: contact laws, friction laws, laws and kinds of force elements, builders and output channels.
+"""Additions of users: contact laws and geometries, friction laws, laws and kinds of force elements, builders, channels.
 
 A case names the Python file that registers the extensions, ``extensions = ["my_law.py"]``. See docs/extend. This module has
 all that such a file imports from the package, also the units of its keys, the parts of a scene, and the errors.
@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
+from fsm.case.derived.contact_sides import OF_SIDES
 from fsm.case.models import scene as _scene
 from fsm.case.models.case import Case
 from fsm.case.models.coupling import OWN_COUPLINGS
@@ -43,11 +44,18 @@ from fsm.case.schema.units import (
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import motion_of_bodies
 from fsm.errors import CaseError, Fault
+from fsm.interactions.contact.contact_tangent import add_contact_tangent
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_rotation
+from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers1, Integers2, follows
 from fsm.laws.friction import FRICTION_LAWS as OWN_FRICTION_LAWS
 from fsm.laws.friction import FrictionLaw
 from fsm.laws.normal import NORMAL_LAWS, NormalLaw
+from fsm.model.bodies.contact_arrays import ContactArrays, forces_of, index_of
+from fsm.model.contact.contact_table import ContactTable
+from fsm.model.contact.pair_contacts import PairContacts
+from fsm.model.contact.touching import Touching
 from fsm.model.elements.couplings import (
     ANGLES,
     DISSIPATED,
@@ -61,18 +69,28 @@ from fsm.model.elements.couplings import (
 )
 from fsm.model.elements.law_elements import ElementLaw
 from fsm.model.elements.point_elements import PointKind
-from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS, AddedBuilder, AddedLaw
+from fsm.registry import (
+    BUILDERS,
+    CONTACT_LAWS,
+    COUPLINGS,
+    ELEMENT_LAWS,
+    FRICTION_LAWS,
+    GEOMETRIES,
+    POINT_KINDS,
+    AddedBuilder,
+    AddedLaw,
+)
 from fsm.results.channel import AXES, Dim
 
 __all__ = [
     "ANGLES", "AXES", "DISSIPATED", "EFFORTS", "ENERGIES", "FIRST_PARAMETER", "SPEEDS", "STIFFNESSES", "VISCOSITIES",
     "Acceleration", "Angle", "AngularDamping", "AngularSpeed", "AngularStiffness", "Area", "Body", "CaseError",
-    "Count", "Coupling", "Damping", "Density", "Dim", "ElementLaw", "Fault", "Force", "ForceElement", "FrictionLaw",
-    "Inertia",
-    "Length", "Mass", "Model", "Moment", "NormalLaw", "Number", "Offer", "PointKind", "Scene", "Section", "Speed",
-    "State", "Stiffness", "Stress", "Temperature", "Time", "add_builder", "add_contact_law", "add_coupling",
-    "add_element_law", "add_friction_law", "add_point_element", "floats_1d", "floats_2d", "floats_3d", "kernel",
-    "motion_of_bodies", "offers",
+    "ContactArrays", "Count", "Coupling", "Damping", "Density", "Dim", "ElementLaw", "Fault", "Floats1", "Floats2",
+    "Floats3", "Force", "ForceElement", "FrictionLaw", "Inertia", "Integers1", "Integers2", "Length", "Mass", "Model",
+    "Moment", "NormalLaw", "Number", "Offer", "PairContacts", "PointKind", "Scene", "Section", "Speed", "State", "Stiffness",
+    "Stress", "Temperature", "Time", "Touching", "add_builder", "add_contact_law", "add_contact_tangent", "add_coupling",
+    "add_element_law", "add_friction_law", "add_geometry", "add_point_element", "floats_1d", "floats_2d", "floats_3d",
+    "fill_rotation", "follows", "forces_of", "index_of", "kernel", "motion_of_bodies", "offers",
 ]  # fmt: skip
 
 # modules that extensions of earlier versions import
@@ -125,6 +143,27 @@ def add_coupling(name: str, kind: Coupling, parameters: type[BaseModel] | None =
     Other arguments as in `add_contact_law`. The kernel of the kind is compiled, and so are the steps of its cases.
     """
     _add(COUPLINGS, OWN_COUPLINGS, name, AddedLaw(kind, parameters, text or name))
+
+
+def add_geometry(
+    name: str,
+    build: Callable[[Touching], tuple[ContactTable, ...]],
+    parameters: type[BaseModel] | None = None,
+    text: str = "",
+) -> None:
+    """Add a contact geometry of pairs of bodies, ``[[scene.pairs]] geometry = name``.
+
+    Parameters
+    ----------
+    name : str
+    build : function
+        ``build(touching) -> tables``, for example one `PairContacts`, of the pairs that name this geometry.
+    parameters, text : as in `add_contact_law`
+
+    The kernels of the geometry are compiled, and so are the steps of its cases. Contact laws, friction, impacts, depths in
+    statics, energies and channels of the pairs follow from them.
+    """
+    _add(GEOMETRIES, dict.fromkeys(OF_SIDES), name, AddedLaw(build, parameters, text or name))
 
 
 def add_builder(name: str, section: type[Built], build: Callable[[Built, Mapping[str, Any]], Scene]) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final, NamedTuple
@@ -19,6 +21,8 @@ from fsm.io.input_file import read_failure, read_input_file
 _MOST_CODE = 2**20
 """Largest size of an extension, bytes."""
 _DIGEST = "#sha256:"
+_OF_PACKAGE = "fsm.model.contact.geometries"
+"""Folder of contact geometries of the package, one file each."""
 
 
 class AddedLaw(NamedTuple):
@@ -26,7 +30,8 @@ class AddedLaw(NamedTuple):
 
     Attributes
     ----------
-    law : `NormalLaw`, `FrictionLaw`, `ElementLaw`, `PointKind` or `Coupling`
+    law : `NormalLaw`, `FrictionLaw`, `ElementLaw`, `PointKind`, `Coupling`, or the function that builds the tables of a
+        contact geometry
     parameters : pydantic model of its `parameters` in a case, or None
     text : description for `fsm check`
     """
@@ -48,7 +53,16 @@ FRICTION_LAWS: Final[dict[str, AddedLaw]] = {}
 ELEMENT_LAWS: Final[dict[str, AddedLaw]] = {}
 POINT_KINDS: Final[dict[str, AddedLaw]] = {}
 COUPLINGS: Final[dict[str, AddedLaw]] = {}
+GEOMETRIES: Final[dict[str, AddedLaw]] = {}
 BUILDERS: Final[dict[str, AddedBuilder]] = {}
+
+
+def geometries(name: object) -> dict[str, AddedLaw]:
+    """Contact geometries that a pair may name. A file of the package with this name is loaded, see `_OF_PACKAGE`."""
+    file = str(name).replace("-", "_")
+    if isinstance(name, str) and name not in GEOMETRIES and file.isidentifier() and find_spec(f"{_OF_PACKAGE}.{file}"):
+        import_module(f"{_OF_PACKAGE}.{file}")
+    return GEOMETRIES
 
 
 def load_extensions(files: Sequence[str], folder: Path) -> tuple[tuple[str, ...], list[Fault]]:

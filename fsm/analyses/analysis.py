@@ -68,6 +68,10 @@ class Analysis(Protocol):
         """Steps of the run, in order; each step has its method and its times."""
         ...
 
+    def cut(self, number: int, time: float) -> None:
+        """Let a step (number from 0) end at a time (s), at which an event has ended it; later steps begin earlier."""
+        return
+
     def enter(self, number: int, states: States | None) -> System:
         """System of a step (number from 0); `states` are the states at the end of the previous step, None for the first
         step.

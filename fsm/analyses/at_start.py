@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.equations.newton import equilibrium, negative_pivots
+from fsm.solve.equations.at_rest import at_rest
+from fsm.solve.equations.newton import equilibrium, held_still, negative_pivots
 from fsm.solve.interface.system import System
 
 _RESTING = 1e-12
@@ -35,14 +36,15 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
     NotConverged
         No stable equilibrium is found.
     """
+    q = held_still(system, t, q)
     size, memory = system.scales().increment, system.memory()
     try:
         found = equilibrium(system, q, np.array([t]))
         way = float(np.abs(system.difference(q, found) / size).max(initial=0.0))
         if way <= _RESTING:
-            return q
+            return _closed(system, t, q)
         if way <= _NEAR and not negative_pivots(system, t, found) and _reached(system, q, found, t, memory):
-            return found
+            return _closed(system, t, found)
     except NotConverged:
         pass
     where = "at the start" if t == 0.0 else f"at t = {t:.6g} s"
@@ -55,7 +57,9 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
         _reset(system, q, t, memory)
         from fsm.solve.time.artificial_damping import come_to_rest
 
-        return _downhill(system, come_to_rest(system, t, q), t, memory)
+        with at_rest(system, still=False):
+            rested = come_to_rest(system, t, q)
+        return _downhill(system, rested, t, memory)
     except NotConverged as error:
         raise NotConverged(f"{where}: {error}; {advice}") from None
 
@@ -64,7 +68,15 @@ def _downhill(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> np
     from fsm.solve.equations.relax import relaxed
 
     _reset(system, q, t, memory)
-    return relaxed(system, t, q, max_iterations=_ITERATIONS, watched=True).q
+    return _closed(system, t, relaxed(system, t, q, max_iterations=_ITERATIONS, watched=True).q)
+
+
+def _closed(system: System, t: float, q: np.ndarray) -> np.ndarray:
+    """Equilibrium with closed locked directions, whose multipliers are kept, near one in which penalties hold them."""
+    if system.hold_still(True):
+        q = equilibrium(system, q, np.array([t]))
+        system.commit(t, q, np.zeros(system.nu))
+    return q
 
 
 def _reset(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> None:

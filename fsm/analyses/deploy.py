@@ -191,6 +191,21 @@ class Deployment(Analysis):
         large = self.system.large_contacts() if step.contact and step.method != "static" else ()
         return (*step.in_python.of(step.method), *large)
 
+    def cut(self, number: int, time: float) -> None:
+        """See `Analysis`."""
+        planned = self.plan.steps
+        if self.plan.written:
+            first = len(planned) - len(self.case.step)  # a step "start" before those of the case
+            steps = list(self.case.step)
+            steps[number - first] = steps[number - first].model_copy(update={"duration": time - planned[number].start})
+            self.case = self.case.model_copy(update={"step": tuple(steps)})
+            self.plan = plan_of(self.case, self.scene)
+            self.system = whole_system(self.system, self.scene, self.plan)
+        else:
+            ended = (*planned[:number], replace(planned[number], end=time), *planned[number + 1 :])
+            self.plan = replace(self.plan, steps=ended)
+        self._steps = []
+
     def enter(self, number: int, states: States | None) -> SegmentSystem:
         """See `Analysis`: the system of the whole case, or a system in which the bodies of this step are free."""
         if not self.plan.written:

@@ -124,8 +124,10 @@ def _at_vertex(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def step_modes(analysis: Analysis, system: System, step: RunStep, number: int, q: np.ndarray) -> StepModes:
     """Natural modes about a state."""
+    from fsm.solve.equations.newton import held_still
     from fsm.solve.modal import modes  # this import loads large parts of SciPy
 
+    q = held_still(system, step.start, q)
     found = modes(system, step.start, q, step.modes)
     here = system.shape(step.start, q)
     shapes, increments = [], []

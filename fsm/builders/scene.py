@@ -11,6 +11,16 @@ from fsm.case.plan.step_items import acting_steps, drives_of, loads_of
 
 
 def build_scene(case: Case) -> Scene:
+    """Scene of a case, on whose parts its events act."""
+    scene = _built(case)
+    if not case.event:
+        return scene
+    from fsm.case.derived.event_scene import with_events
+
+    return with_events(scene, case.event, case.units)
+
+
+def _built(case: Case) -> Scene:
     """Scene of a case: from its strip, lattice or sheet, or its [scene] with the contact, loads and drives of the case.
 
     A [scene] beside a [strip] or a [sheet] adds its parts.

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from fsm.case.derived.contact_points import sheet_parts, sheet_spacing
+from fsm.case.derived.contact_sides import pairs_by_geometry
 from fsm.case.models.case import contact_scale
 from fsm.case.models.contact import Contact
 from fsm.case.models.flexible_facets import SHEET
 from fsm.case.models.scene import Body
 from fsm.check.view import CheckContext
-from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
+from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, GEOMETRIES, AddedLaw
 from fsm.text.report_text import count
 from fsm.text.shown_units import shown
 
@@ -65,7 +66,13 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     if contact.restitution is not None:
         slow = shown(contact.speed_floor, "m/s")
         yield f"an impact takes at least about 90 steps; a contact that closes slower than {slow} is not an impact"
-    yield f"{count(_contact_points(view), 'contact point')} on both faces of all pairs"
+    for name, pairs in pairs_by_geometry(view.scene).items():
+        if name in GEOMETRIES:
+            first = pairs[0][1]
+            others = f", {first.first} - {first.second}" + (f" and {len(pairs) - 1} more" if len(pairs) > 1 else "")
+            yield _added(GEOMETRIES[name], first.parameters) + others
+    if any(pair.geometry is None for pair in view.pairs):
+        yield f"{count(_contact_points(view), 'contact point')} on both faces of all pairs"
     if view.scene.touching is not None:
         crossing = "edges that cross touch at half of the thickness" if contact.thickness_in_gap else "edges do not touch"
         yield f"nodes of facets touch the planes of nearby triangles; {crossing}"
@@ -98,6 +105,8 @@ def _contact_points(view: CheckContext) -> int:
     total = rigid = 0
     balls = {obstacle.name for obstacle in view.scene.obstacles if obstacle.shape == "sphere"}
     for pair in view.pairs:
+        if pair.geometry is not None:
+            continue
         if balls & {pair.first, pair.second}:
             rigid += 1  # the sphere has one contact with each plate
             continue
@@ -168,6 +177,8 @@ def approximations_of_contact(view: CheckContext) -> Iterator[str]:
     if view.spatial and any(rigid & {pair.first, pair.second} for pair in view.pairs):
         yield "the rim of a tilted cylinder is a circle that touches a plane or a plate at one point, with K/24"
     on_surfaces = any(view.sides[p.first].kind == view.sides[p.second].kind == "surface" for p in view.pairs)
+    if all(pair.geometry is not None for pair in view.pairs):
+        return
     if not on_surfaces:
         yield "edges of rigid plates are rounded by half the thickness; nearly parallel edges have contact at points only"
         if any(SHEET in (pair.first, pair.second) for pair in view.pairs):

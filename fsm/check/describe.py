@@ -28,4 +28,8 @@ def describe(case: Case) -> list[str]:
         from fsm.channels.sample import channel_lines  # this module imports numba, which other cases do not need
 
         lines += labelled([("channels", channel_lines)], case)
+    if case.event:
+        from fsm.channels.conditions import event_lines
+
+        lines += labelled([("events", event_lines)], case)
     return lines

@@ -15,7 +15,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive
 from fsm.case.models.materials import SplineCrease
 from fsm.case.models.scene import ForceElement, Scene
-from fsm.case.plan.method_selection import solve_of
+from fsm.case.plan.method_selection import begins_in_motion, solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import loads_of, with_paths_of_steps
 from fsm.check.contact import (
@@ -104,7 +104,7 @@ def _overlaps(case: Case, scene: Scene) -> Iterator[Fault]:
 
 
 def _opened(case: Case, scene: Scene) -> Iterator[Fault]:
-    if scene.joints and not case.step:
+    if scene.joints and begins_in_motion(case):
         yield from JointsAtStart(scene).velocity_faults()
 
 
@@ -385,7 +385,7 @@ def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
     yield from margin_warnings(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
-    if view.scene.joints and not view.case.step:
+    if view.scene.joints and begins_in_motion(view.case):
         yield from JointsAtStart(view.scene).velocity_warnings()
     yield from plan_warnings(view.case, view.scene, view.plan if view.plan.written else None)
     yield from pulled_beyond_length(view)

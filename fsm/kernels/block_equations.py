@@ -84,11 +84,11 @@ def solution(
 ) -> np.ndarray:
     """Solution (n,) with the last factors of the matrix; other arguments as in `set_factors`."""
     x: np.ndarray
-    x, error, refined = by.solve(
+    x, error, doubtful = by.solve(
         p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, factors, p.rows, p.columns, matrix, right,
         REFINE_ABOVE, flags[SYMMETRIC] == 1, flags[TRUSTED] == 1,
     )  # fmt: skip
     if not error <= MAX_ERROR:
         flags[FAILED] = 1
-    flags[TRUSTED] = 0 if refined else 1
+    flags[TRUSTED] = 0 if doubtful else 1
     return x

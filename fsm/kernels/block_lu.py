@@ -3,8 +3,10 @@
 The rows of P A P^T are eliminated one after the other (IKJ order). Rows are exchanged only inside a pivot block. Blocks that
 are exactly zero are skipped, so a pattern may contain blocks of possible contacts at little cost.
 
-For a symmetric A only the upper triangle is computed, which halves the work; the lower triangle is its transpose. The
-number of negative eigenvalues of A is the sum over its pivot blocks (Sylvester's law of inertia).
+A pivot block S has factors M and N with M S N = I; its inverse N M would lose the digits of soft directions beside stiff
+ones, the square of the condition number of S (Demmel, Higham and Schreiber, 1995). For a symmetric A only the upper triangle
+is computed, which halves the work, and N = M^T E with E = diag(1, -1, ...). The number of negative eigenvalues of A is that
+of the entries -1 in all E (Sylvester's law of inertia).
 """
 
 from __future__ import annotations
@@ -16,9 +18,11 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.small_blocks import (
     add_product,
-    invert,
     is_zero,
     negative_eigenvalues,
+    sign_of_row,
+    split,
+    split_symmetric,
     subtract_product,
     subtract_terms,
     subtract_transposed,
@@ -26,6 +30,8 @@ from fsm.kernels.small_blocks import (
 
 REFINE_ABOVE = 1e-10
 """Backward error above which a solution is refined."""
+TRUST_BELOW = 1e-13
+"""Backward error of a solution below which other solutions with the same factors are not checked."""
 SYMMETRY_TOLERANCE = 1e-13
 """Largest asymmetry of a symmetric matrix; see `is_symmetric`."""
 MAX_ERROR = 1e-8
@@ -209,7 +215,7 @@ def factorise(
     symmetric: bool,
     factors: np.ndarray,
 ) -> int:
-    """Factorise P A P^T = L U, where L has a unit diagonal and `factors` holds the inverse pivot blocks on its diagonal.
+    """Factorise P A P^T = L U with blocks M^-1 on the diagonal of L, and N^-1 on that of U.
 
     Parameters
     ----------
@@ -217,17 +223,18 @@ def factorise(
         Blocks of A, real or complex.
     place, indptr, indices, diagonal : results of `fill_in`
     symmetric : bool
-        Whether A is symmetric.
-    factors : (n_filled, d, d) array, changed in place
+        Whether A is symmetric; complex matrices must not use this.
+    factors : (n_filled + n, d, d) array, changed in place
+        Blocks of L and U, with M on the diagonal; then N. For a symmetric A, only U is computed.
 
     Returns
     -------
     int
         -1, or the number of a singular pivot block.
     """
-    count, size = diagonal.shape[0], data.shape[1]
+    count, size, filled = diagonal.shape[0], data.shape[1], indices.shape[0]
     factors[:] = 0.0
-    used = np.zeros(factors.shape[0], dtype=np.bool_)
+    used = np.zeros(filled, dtype=np.bool_)
     for k in range(data.shape[0]):
         if not is_zero(data[k]):
             used[place[k]] = True
@@ -236,41 +243,78 @@ def factorise(
                     factors[place[k], a, b] = data[k, a, b]
     where = np.empty(count, dtype=np.int64)
     work = np.empty((size, size), dtype=factors.dtype)
+    signs = np.empty((count, size))
     for i in range(count):
         for k in range(indptr[i], indptr[i + 1]):
             where[indices[k]] = k
         for k in range(indptr[i], diagonal[i]):
             pivot = indices[k]
             first = diagonal[pivot] + 1
-            if symmetric:
-                # the loop starts at the transposed block above the diagonal; blocks to the left of it are not needed
+            if symmetric:  # blocks to the left of the transposed block above the diagonal are not needed
                 first = _find(indices, first, indptr[pivot + 1], i)
-                used[k] = used[first]
-            if not used[k]:
-                continue
-            # L_ik = A_ik U_kk^-1
-            for a in range(size):
-                for b in range(size):
-                    work[a, b] = -factors[first, b, a] if symmetric else -factors[k, a, b]
-            factors[k] = 0.0
-            subtract_product(factors[k], work, factors[diagonal[pivot]])
+                if not used[first]:
+                    continue
+                for a in range(size):
+                    for b in range(size):
+                        work[b, a] = signs[pivot, a] * factors[first, a, b]
+            else:
+                if not used[k]:
+                    continue
+                _multiply(factors[k], factors[filled + pivot], work, factors[k])
+                for a in range(size):
+                    for b in range(size):
+                        work[a, b] = factors[k, a, b]
             for m in range(first, indptr[pivot + 1]):
                 if used[m]:
                     target = where[indices[m]]
                     used[target] = True
-                    subtract_product(factors[target], factors[k], factors[m])
-        if not invert(factors[diagonal[i]], work):
+                    subtract_product(factors[target], work, factors[m])
+        left, right = factors[diagonal[i]], factors[filled + i]
+        if not (split_symmetric(left, right, work) if symmetric else split(left, right, work)):
             return i
+        for a in range(size):
+            signs[i, a] = sign_of_row(left, right, a) if symmetric else 1.0
+        for m in range(diagonal[i] + 1, indptr[i + 1]):
+            if used[m]:
+                _multiply(left, factors[m], work, factors[m])
     return -1
+
+
+@kernel(inline=True)
+def _multiply(a: np.ndarray, b: np.ndarray, work: np.ndarray, out: np.ndarray) -> None:
+    """out = a b; `out` may be a or b."""
+    size = out.shape[0]
+    for i in range(size):
+        for j in range(size):
+            work[i, j] = 0.0
+    subtract_product(work, a, b)
+    for i in range(size):
+        for j in range(size):
+            out[i, j] = -work[i, j]
 
 
 @kernel
 def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
-    """Number of negative eigenvalues of a symmetric A from its pivot blocks, whose inverses have the same signs."""
-    work = np.empty((factors.shape[1], factors.shape[1]))
-    total = 0
+    """Number of negative eigenvalues of a symmetric A from its factors."""
+    total, filled = 0, factors.shape[0] - diagonal.shape[0]
     for i in range(diagonal.shape[0]):
-        total += negative_eigenvalues(factors[diagonal[i]], work)
+        for a in range(factors.shape[1]):
+            if sign_of_row(factors[diagonal[i]], factors[filled + i], a) < 0.0:
+                total += 1
+    return total
+
+
+@kernel
+def count_negative_parts(diagonal: np.ndarray, factors: np.ndarray) -> int:
+    """Number of negative eigenvalues of the symmetric parts of all pivot blocks of an unsymmetric A, from their inverses."""
+    size, total, filled = factors.shape[1], 0, factors.shape[0] - diagonal.shape[0]
+    part, inverse, work = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    for i in range(diagonal.shape[0]):
+        _multiply(factors[filled + i], factors[diagonal[i]], work, inverse)
+        for a in range(size):
+            for b in range(size):
+                part[a, b] = 0.5 * (inverse[a, b] + inverse[b, a])
+        total += negative_eigenvalues(part, work)
     return total
 
 
@@ -284,18 +328,20 @@ def _solve_factorised(
     right: np.ndarray,
 ) -> np.ndarray:
     """Solve A x = b with the factors of `factorise`; b and x are (n d,)."""
-    count, size = diagonal.shape[0], factors.shape[1]
+    count, size, filled = diagonal.shape[0], factors.shape[1], indices.shape[0]
     y = np.empty((count, size), dtype=factors.dtype)
     x = np.empty(count * size, dtype=factors.dtype)
+    total = np.empty(size, dtype=factors.dtype)
     for i in range(count):
         for a in range(size):
-            y[i, a] = right[order[i] * size + a]
+            total[a] = right[order[i] * size + a]
+            y[i, a] = 0.0
         for k in range(indptr[i], diagonal[i]):
             j = indices[k]
             for a in range(size):
                 for b in range(size):
-                    y[i, a] -= factors[k, a, b] * y[j, b]
-    total = np.empty(size, dtype=factors.dtype)
+                    total[a] -= factors[k, a, b] * y[j, b]
+        add_product(y[i], factors[diagonal[i]], total)
     for i in range(count - 1, -1, -1):
         for k in range(diagonal[i] + 1, indptr[i + 1]):
             j = indices[k]
@@ -304,8 +350,7 @@ def _solve_factorised(
                     y[i, a] -= factors[k, a, b] * y[j, b]
         for a in range(size):
             total[a] = 0.0
-            for b in range(size):
-                total[a] += factors[diagonal[i], a, b] * y[i, b]
+        add_product(total, factors[filled + i], y[i])
         for a in range(size):
             y[i, a] = total[a]
             x[order[i] * size + a] = total[a]
@@ -322,7 +367,7 @@ def _solve_symmetric(
     right: np.ndarray,
 ) -> np.ndarray:
     """Solve as `_solve_factorised` for a symmetric A, but read only the upper factors, which are half of all factors."""
-    count, size = diagonal.shape[0], factors.shape[1]
+    count, size, filled = diagonal.shape[0], factors.shape[1], indices.shape[0]
     y = np.empty((count, size), dtype=factors.dtype)
     x = np.empty(count * size, dtype=factors.dtype)
     total = np.empty(size, dtype=factors.dtype)
@@ -330,12 +375,12 @@ def _solve_symmetric(
         for a in range(size):
             y[i, a] = right[order[i] * size + a]
     for i in range(count):
-        # L_ji y_i = U_ij^T U_ii^-1 y_i
         for a in range(size):
             total[a] = 0.0
         add_product(total, factors[diagonal[i]], y[i])
         for a in range(size):
             y[i, a] = total[a]
+            total[a] *= sign_of_row(factors[diagonal[i]], factors[filled + i], a)
         for k in range(diagonal[i] + 1, indptr[i + 1]):
             subtract_transposed(y[indices[k]], factors[k], total)
     for i in range(count - 1, -1, -1):
@@ -344,9 +389,12 @@ def _solve_symmetric(
         for k in range(diagonal[i] + 1, indptr[i + 1]):
             add_product(total, factors[k], y[indices[k]])
         for a in range(size):
-            for b in range(size):
-                y[i, a] -= factors[diagonal[i], a, b] * total[b]
-            x[order[i] * size + a] = y[i, a]
+            y[i, a] -= total[a]
+            total[a] = 0.0
+        add_product(total, factors[filled + i], y[i])
+        for a in range(size):
+            y[i, a] = total[a]
+            x[order[i] * size + a] = total[a]
     return x
 
 
@@ -423,7 +471,8 @@ def solve_refined(
     x : (n d,) array
     error : float
         Backward error of x; 0 if it is skipped.
-    refined : bool
+    doubtful : bool
+        Whether other solutions with the same factors must be checked.
     """
     residual = np.empty(right.shape[0], dtype=factors.dtype)
     if symmetric:
@@ -433,11 +482,11 @@ def solve_refined(
     if trusted:
         return x, 0.0, False
     error = backward_error(rows, columns, data, x, right, residual)
-    refined = error > refine_above
-    if refined:
+    doubtful = not error <= TRUST_BELOW
+    if error > refine_above:
         if symmetric:
             x += _solve_symmetric(order, indptr, indices, diagonal, factors, residual)
         else:
             x += _solve_factorised(order, indptr, indices, diagonal, factors, residual)
         error = backward_error(rows, columns, data, x, right, residual)
-    return x, error, refined
+    return x, error, doubtful

@@ -180,6 +180,10 @@ class Elimination:
     diagonal: np.ndarray
     place: np.ndarray
 
+    def factors(self, size: int) -> tuple[int, int, int]:
+        """Shape of the factors of a matrix with blocks of this size; see `fsm.kernels.block_lu.factorise`."""
+        return len(self.indices) + len(self.diagonal), size, size
+
     @cached_property
     def products(self) -> int:
         """Products of two blocks in the factorisation of a symmetric matrix."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.kernels.block_lu import backward_error
+from fsm.kernels.block_lu import TRUST_BELOW, backward_error
 from fsm.kernels.jit import kernel
 from fsm.kernels.small_blocks import is_zero, negative_eigenvalues
 
@@ -303,11 +303,11 @@ def solve_by_fronts(
         return x, 0.0, False
     residual = np.empty(right.shape[0])
     error = backward_error(rows, columns, data, x, right, residual)
-    refined = error > refine_above
-    if refined:
+    doubtful = not error <= TRUST_BELOW
+    if error > refine_above:
         x += solve_columns(nodes, factors, residual.reshape(-1, 1)).reshape(-1)
         error = backward_error(rows, columns, data, x, right, residual)
-    return x, error, refined
+    return x, error, doubtful
 
 
 @kernel

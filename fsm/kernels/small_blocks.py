@@ -1,4 +1,4 @@
-"""Products, inverses and eigenvalue signs of small dense blocks, for the block LU factorisation."""
+"""Products, factors and eigenvalue signs of small dense blocks, for the block LU factorisation."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from fsm.kernels.jit import kernel
 
 _ONE_BY_ONE = (1.0 + 17.0**0.5) / 8.0
 """Entry of the diagonal over the largest other entry, from which it is a pivot of its own."""
+_DEFINITE = 1e-12
+"""Smallest pivot of Cholesky's factorisation of a block whose diagonal is about 1."""
 
 
 @kernel(inline=True)
@@ -155,16 +157,30 @@ def _row_factor(diagonal: float) -> float:
     return math.ldexp(1.0, -(math.frexp(diagonal)[1] // 2)) if diagonal > 0.0 else 1.0
 
 
+@kernel(inline=True)
+def _exchange(work: np.ndarray, k: int, row: int) -> None:
+    """Exchange two rows and columns of a symmetric matrix."""
+    if row != k:
+        for j in range(work.shape[0]):
+            work[k, j], work[row, j] = work[row, j], work[k, j]
+        for i in range(work.shape[0]):
+            work[i, k], work[i, row] = work[i, row], work[i, k]
+
+
 @kernel
-def invert(block: np.ndarray, work: np.ndarray) -> bool:
-    """Invert a small block in place (Gauss-Jordan with exchanges of scaled rows). Return False if it is singular."""
-    size = block.shape[0]
+def split(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> bool:
+    """Overwrite a block A, given in `left`, by M, and `right` by N, with M A N = I. Return False if A is singular.
+
+    M = L^-1 P and N = U^-1 of an LU factorisation with exchanges of scaled rows. The product of M and of N with other blocks
+    has the round-off of a factorisation without blocks; with an inverse, it would grow with the condition number of A.
+    """
+    size = left.shape[0]
     for i in range(size):
-        factor = _row_factor(abs(block[i, i]))
+        factor = _row_factor(abs(left[i, i]))
         for j in range(size):
-            work[i, j] = factor * block[i, j]
-            block[i, j] = 0.0
-        block[i, i] = factor
+            work[i, j] = factor * left[i, j]
+            left[i, j] = right[i, j] = 0.0
+        left[i, i] = factor
     for k in range(size):
         best, row = 0.0, k
         for i in range(k, size):
@@ -175,29 +191,164 @@ def invert(block: np.ndarray, work: np.ndarray) -> bool:
         if row != k:
             for j in range(size):
                 work[k, j], work[row, j] = work[row, j], work[k, j]
-                block[k, j], block[row, j] = block[row, j], block[k, j]
-        scale = 1.0 / work[k, k]
-        for j in range(size):
-            work[k, j] *= scale
-            block[k, j] *= scale
-        for i in range(size):
-            if i != k:
-                factor = work[i, k]
-                if factor != 0.0:
-                    for j in range(size):
-                        work[i, j] -= factor * work[k, j]
-                        block[i, j] -= factor * block[k, j]
+                left[k, j], left[row, j] = left[row, j], left[k, j]
+        for i in range(k + 1, size):
+            factor = work[i, k] / work[k, k]
+            if factor != 0.0:
+                for j in range(k + 1, size):
+                    work[i, j] -= factor * work[k, j]
+                for j in range(size):
+                    left[i, j] -= factor * left[k, j]
+    for j in range(size):
+        right[j, j] = 1.0 / work[j, j]
+        for i in range(j - 1, -1, -1):
+            total = work[i, j] * right[j, j]
+            for k in range(i + 1, j):
+                total += work[i, k] * right[k, j]
+            right[i, j] = -total / work[i, i]
     return True
 
 
+@kernel
+def split_symmetric(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> bool:
+    """As `split` for a symmetric A, with N = M^T E, where E is diagonal with the entries 1 and -1; see `sign_of_row`.
+
+    M is L^-1 of Cholesky's factorisation, or else of L D L^T with complete pivoting.
+    """
+    size = left.shape[0]
+    for i in range(size):
+        for j in range(i + 1):
+            work[i, j] = work[j, i] = left[i, j]
+    for i in range(size):
+        scale = _row_factor(abs(left[i, i]))
+        for j in range(size):
+            work[i, j] *= scale
+            work[j, i] *= scale
+    definite = True
+    for j in range(size):  # L in the lower triangle of `right`
+        for i in range(j, size):
+            total = work[i, j]
+            for k in range(j):
+                total -= right[i, k] * right[j, k]
+            if i == j:
+                if not total.real > _DEFINITE:
+                    definite = False
+                    break
+                right[j, j] = math.sqrt(total.real)
+            else:
+                right[i, j] = total / right[j, j]
+        if not definite:
+            break
+    if definite:
+        for j in range(size):
+            scale = _row_factor(abs(left[j, j]))
+            for i in range(j):
+                left[i, j] = 0.0
+            left[j, j] = scale / right[j, j]
+            for i in range(j + 1, size):
+                total = right[i, j] * left[j, j]
+                for k in range(j + 1, i):
+                    total += right[i, k] * left[k, j]
+                left[i, j] = -total / right[i, i]
+    elif not _split_indefinite(left, right, work):
+        return False
+    for i in range(size):
+        for j in range(size):
+            if definite:
+                right[j, i] = left[i, j]
+    return True
+
+
+@kernel
+def _split_indefinite(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> bool:
+    """`split_symmetric` of a block that is not positive definite; `work` is the scaled block.
+
+    A pivot is an entry of the diagonal or, where these are small, a block of 2 x 2 with one eigenvalue of each sign (Bunch
+    and Parlett, 1971).
+    """
+    size = left.shape[0]
+    for i in range(size):
+        scale = _row_factor(abs(left[i, i]))
+        for j in range(size):
+            left[i, j] = 0.0
+        left[i, i] = scale
+    k = 0
+    while k < size:
+        best, row = -1.0, k
+        for i in range(k, size):
+            if abs(work[i, i]) > best:
+                best, row = abs(work[i, i]), i
+        beside, first, second = 0.0, k, k
+        for i in range(k, size):
+            for j in range(i + 1, size):
+                if abs(work[i, j]) > beside:
+                    beside, first, second = abs(work[i, j]), i, j
+        if best >= _ONE_BY_ONE * beside:
+            if not best > 0.0:
+                return False
+            _exchange(work, k, row)
+            _exchange_rows(left, k, row)
+            for i in range(k + 1, size):
+                factor = work[i, k] / work[k, k]
+                for j in range(k + 1, size):
+                    work[i, j] -= factor * work[k, j]
+                for j in range(size):
+                    left[i, j] -= factor * left[k, j]
+            _scale_row(left, right, k, work[k, k].real)
+            k += 1
+        else:
+            _exchange(work, k, first)  # first < second
+            _exchange_rows(left, k, first)
+            _exchange(work, k + 1, second)
+            _exchange_rows(left, k + 1, second)
+            a, b, c = work[k, k], work[k, k + 1], work[k + 1, k + 1]
+            per_determinant = 1.0 / (a * c - b * b)
+            for i in range(k + 2, size):
+                one = (c * work[i, k] - b * work[i, k + 1]) * per_determinant
+                two = (a * work[i, k + 1] - b * work[i, k]) * per_determinant
+                for j in range(k + 2, size):
+                    work[i, j] -= one * work[k, j] + two * work[k + 1, j]
+                for j in range(size):
+                    left[i, j] -= one * left[k, j] + two * left[k + 1, j]
+            half = 0.5 * (a.real - c.real)
+            along = math.hypot(half, b.real)
+            middle = 0.5 * (a.real + c.real)
+            turn = 0.5 * math.atan2(b.real, half)
+            cosine, sine = math.cos(turn), math.sin(turn)
+            for j in range(size):
+                one, two = left[k, j], left[k + 1, j]
+                left[k, j], left[k + 1, j] = cosine * one + sine * two, cosine * two - sine * one
+            _scale_row(left, right, k, middle + along)
+            _scale_row(left, right, k + 1, middle - along)
+            k += 2
+    return True
+
+
+@kernel
+def _scale_row(left: np.ndarray, right: np.ndarray, k: int, pivot: float) -> None:
+    """Divide a row of M by the root of its pivot, and write the column of N."""
+    root, sign = math.sqrt(abs(pivot)), 1.0 if pivot > 0.0 else -1.0
+    for j in range(left.shape[0]):
+        left[k, j] /= root
+        right[j, k] = sign * left[k, j]
+
+
 @kernel(inline=True)
-def _exchange(work: np.ndarray, k: int, row: int) -> None:
-    """Exchange two rows and columns of a symmetric matrix."""
+def sign_of_row(left: np.ndarray, right: np.ndarray, row: int) -> float:
+    """Entry 1 or -1 of E in N = M^T E, see `split_symmetric`."""
+    size = left.shape[0]
+    for k in range(row, row + size):
+        column = k % size
+        if left[row, column] != 0.0:
+            return 1.0 if left[row, column] == right[column, row] else -1.0
+    return 1.0
+
+
+@kernel(inline=True)
+def _exchange_rows(block: np.ndarray, k: int, row: int) -> None:
     if row != k:
-        for j in range(work.shape[0]):
-            work[k, j], work[row, j] = work[row, j], work[k, j]
-        for i in range(work.shape[0]):
-            work[i, k], work[i, row] = work[i, row], work[i, k]
+        for j in range(block.shape[0]):
+            block[k, j], block[row, j] = block[row, j], block[k, j]
 
 
 @kernel

@@ -17,7 +17,8 @@ LISTED = 20
 
 def write_events_csv(events: Sequence[Mapping[str, Any]], target: Path) -> None:
     """Write events: time (s), what happens, joint, coordinate and rate before it, impulse and largest effort in SI, and the
-    unit of the coordinate; with "rad" the impulse is in N m s and the effort in N m, with "m" in N s and N.
+    unit of the coordinate; with "rad" the impulse is in N m s and the effort in N m, with "m" in N s and N. `[[event]]` has
+    its name in place of a joint, and no numbers.
     """
     with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -29,6 +30,9 @@ def write_events_csv(events: Sequence[Mapping[str, Any]], target: Path) -> None:
 def event_lines(events: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Table of events, one line each."""
     for event in events[:LISTED]:
+        if not event["unit"]:  # of [[event]]
+            yield f"{event['time']:.6g} s  {event['joint']}: {event['what']}"
+            continue
         rate, impulse, largest = event["rate_before"], event["impulse"], event["largest"]
         if event["unit"] == "rad":
             units = shown(rate, "rad/s"), shown(impulse, "N m s"), shown(largest, "N m"), "moment"

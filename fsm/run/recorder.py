@@ -7,7 +7,7 @@ import math
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -44,6 +44,7 @@ from fsm.results.step_data import LoadPath, StepModes
 from fsm.results.store import part_path
 from fsm.results.writer import ResultWriter
 from fsm.run.checkpoint import RestartPoint, check_point, read_point, write_point
+from fsm.run.due_times import SAME, due, merged
 from fsm.run.progress import Progress, report_restart
 from fsm.run.round_off import position_round_off_energy, round_off_of
 from fsm.run.summary import state_errors, summary_of
@@ -55,12 +56,11 @@ from fsm.solve.statics.arc_length import ArcSettings
 from fsm.solve.time.run import just_after
 
 if TYPE_CHECKING:
+    from fsm.channels.conditions import EventWatch
     from fsm.channels.sample import ChannelSampler
 
 CHECKPOINT_EVERY = 1.0
 """Wall time between checkpoints, s; one checkpoint takes about 10 ms."""
-_SAME = 1e-10
-"""Relative difference below which two times are the same."""
 
 
 class RecordedSolve:
@@ -86,13 +86,18 @@ class RecordedSolve:
             from fsm.channels import sample  # this import loads all kinds of elements
 
             self.channels = sample.ChannelSampler(sample.model_of_analysis(analysis))
+        self.watch: EventWatch | None = None
+        if loaded.case.event:
+            from fsm.channels import conditions, sample
+
+            self.watch = conditions.EventWatch(sample.model_of_analysis(analysis), str(loaded.path))
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
         self.points: list[CurvePoint] = []
-        self.steps = analysis.steps()
         self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
+        self.steps = analysis.steps()
         (out / "summary.json").unlink(missing_ok=True)  # this file marks a complete run
         if self.resumed is None:
             self.checkpoint.unlink(missing_ok=True)  # the file belongs to an earlier run, whose records are replaced
@@ -103,7 +108,7 @@ class RecordedSolve:
         self.energy_balance: EnergyBalance | None = None if resumed is None else resumed.energy_balance
         self.done: list[StepResult] = [] if resumed is None else list(resumed.done)
         self.modes: list[StepModes] = [] if resumed is None else list(resumed.modes)
-        self.until = -1.0 if resumed is None else resumed.end.time * (1.0 + _SAME)
+        self.until = -1.0 if resumed is None else resumed.end.time * (1.0 + SAME)
         self.stored: float | None = None
         self.current = self.system
         self.latest: AcceptedStep | None = None
@@ -160,6 +165,10 @@ class RecordedSolve:
             arcs = [number for number, result in enumerate(self.done, 1) if result.method == "arc-length"]
             events, unlisted = joint_events(self.current)
             self.warnings += unlisted
+            if self.watch is not None:
+                self.warnings += self.watch.missing(self.current)
+                rows = [*events.get("joint_events", ()), *self.watch.rows(self.current)]
+                events = {"joint_events": sorted(rows, key=lambda row: row["time"])} if rows else {}
             summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off, arcs) | {
                 "loads": final_loads(self.done),
                 "step": step_summaries(self.done, self.points, solution),
@@ -253,6 +262,8 @@ class RecordedSolve:
             q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
             for saved in path.saved:
                 if saved.time > self.until:
+                    assert saved.memory is not None
+                    system.restore(saved.memory)
                     self._record(writer, saved)
             self.warnings += path.warnings
             u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads
@@ -265,16 +276,25 @@ class RecordedSolve:
             end: AcceptedStep | None = self.latest
             if end is not None:
                 q, u = end.q, end.u
+            if self.watch is not None and end is not None and end.time < step.end * (1.0 - SAME):
+                step = self._cut(end.time)
+                result.end = end.time
             if isinstance(system, SegmentSystem) and isinstance(self.system, SegmentSystem) and end is not None:
                 self._displace_loads(system, self.system, end, result, writer)
         result.n_points = len(self.points)
         self.done.append(result)
         if step.record_times:
-            self.until = step.end * (1.0 + _SAME)
+            self.until = step.end * (1.0 + SAME)
         if self.number + 1 < len(self.steps):
             self.states = self.analysis.leave(system, step.end, q, u)
             if step.settings is not None and self.energy_balance is not None:
                 self.stored = self.energy_balance.stored  # a static step may end in a snap, with kinetic energy
+
+    def _cut(self, time: float) -> RunStep:
+        """Let the present step end at a time (s), at which an event has ended it; later steps begin earlier."""
+        self.analysis.cut(self.number, time)
+        self.system, self.steps = self.analysis.system, self.analysis.steps()
+        return self.steps[self.number]
 
     def _displace_loads(
         self, system: SegmentSystem, whole: SegmentSystem, end: AcceptedStep, result: StepResult, writer: ResultWriter
@@ -299,7 +319,7 @@ class RecordedSolve:
         after: AcceptedStep | None,
         start: tuple[float, np.ndarray, np.ndarray],
     ) -> Statistics:
-        times = _merged(self.records_due, self.samples_due, _SAME * step.end)
+        times = merged(self.records_due, self.samples_due, SAME * step.end)
 
         def on_save(saved: SavedState) -> None:
             self._save(writer, saved)
@@ -312,7 +332,8 @@ class RecordedSolve:
         if own is not None:
             return own(step.settings.end_time, times, on_save, on_step, energy_balance)
         begins = None if after is not None else start
-        return simulate(self.current, step.settings, times, on_save, on_step, begins, energy_balance, self.points, after)[0]
+        state = begins, energy_balance, self.points, after
+        return simulate(self.current, step.settings, times, on_save, on_step, *state, self.watch)[0]
 
     def _open_energy_balance(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
         """Open the energy balance at the first step after the search for the start, and update it in later steps."""
@@ -351,9 +372,9 @@ class RecordedSolve:
 
     def _save(self, writer: ResultWriter, saved: SavedState) -> None:
         """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
-        if _due(self.records_due, saved.time) or saved.final:
+        if due(self.records_due, saved.time) or saved.final:
             self._record(writer, saved)
-        if _due(self.samples_due, saved.time):
+        if due(self.samples_due, saved.time):
             writer.sample(saved.time, self.analysis.probes(saved.q))
             self.samples += 1
 
@@ -454,33 +475,19 @@ class RecordedSolve:
             self.warnings.append(f"{self.checkpoint} {why}")
             return None
         point, self.points = read_point(arrays, attributes)
+        for number, result in enumerate(point.done):
+            if result.end < self.analysis.steps()[number].end:
+                self.analysis.cut(number, result.end)
+                self.system = self.analysis.system
         check_point(self.analysis.enter(point.step, point.states), arrays, attributes)
         self.warnings = list(attributes["warnings"])
         return point
-
-
-def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[float]:
-    """All times in ascending order, without duplicates."""
-    times: list[float] = []
-    for t in sorted([*one, *two]):
-        if not times or t > times[-1] + same:
-            times.append(t)
-    return times
 
 
 def _further(bar: Progress, name: str, end: float) -> Callable[[AcceptedStep], None]:
     """Function that shows the progress of a further solve after each of its steps."""
     bar.further(name, end)
     return lambda step: bar.step(step.time, step.steps)
-
-
-def _due(times: deque[float], now: float) -> bool:
-    """Whether at least one of the times has passed; passed times are removed."""
-    passed = False
-    while times and times[0] <= now * (1.0 + _SAME):
-        times.popleft()
-        passed = True
-    return passed
 
 
 def _counters(statistics: Statistics) -> dict[str, Any]:

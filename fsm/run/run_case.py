@@ -110,6 +110,10 @@ def run_in_locked_folder(
         from fsm.channels.sample import check_patterns  # this import loads all kinds of elements
 
         check_patterns(loaded.case, str(loaded.path), analysis)
+    if loaded.case.event:
+        from fsm.channels import conditions, sample
+
+        conditions.EventWatch(sample.model_of_analysis(analysis), str(loaded.path))  # faults before any file is written
     if loaded.case.stages:
         summary = _run_stages(loaded, analysis, out, progress, resume, figures, warnings, begun)
     else:

@@ -20,7 +20,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from fsm.errors import NotConverged
 from fsm.kernels.blocks import BlockMatrix
-from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.linear import LinearSolver, first_of_largest
 from fsm.solve.interface.system import System
 
 _DENSE_SIZE = 60
@@ -39,6 +39,9 @@ need three iterations.
 """
 _RESTARTS = 50
 """Largest number of restarts of Lanczos' method: ten are usually sufficient, but 4000 were not for slack films."""
+_REPEATED = 1e-8
+"""Smallest singular value of the openings of locked directions, relative to the largest, that does not follow from
+others."""
 _APART = 1e-6
 """Relative difference below which two frequencies may be equal."""
 _SEED: dict[str, Any] = {"rng": 0} if "rng" in inspect.signature(eigsh).parameters else {}
@@ -111,9 +114,9 @@ def modes(system: System, t: float, q: np.ndarray, count: int = 10, shift: float
         nothing = np.zeros(0)
         return Modes(nothing, np.zeros((0, 0)), nothing, 0.0, 0.0, "dense")
     problem = _Problem(system, t, q)
-    count = min(count, problem.size)
+    count = min(count, problem.size - problem.locked)
     found = None
-    if problem.size > _DENSE_SIZE and count <= _DENSE_PART * problem.size:
+    if not problem.locked and problem.size > _DENSE_SIZE and count <= _DENSE_PART * problem.size:
         with suppress(NotConverged):  # the shift equals an eigenvalue to the last digit
             found = _lanczos(problem, count, shift)
     method = "dense" if found is None else "lanczos"
@@ -131,9 +134,12 @@ class _Problem:
     highest : rad^2/s^2
         Estimate of the largest omega^2.
     resolution, asymmetry : see `Modes`
+    rows : (n, nu) array
+        Gradients of the openings of locked directions, which the modes leave closed; `locked` of them are independent.
     """
 
     def __init__(self, system: System, t: float, q: np.ndarray) -> None:
+        self.rows = system.locked_rows(t, q)
         stiffness = system.linearise(t, q, None).stiffness
         self.pattern = stiffness.pattern
         self.stiffness = stiffness.symmetric()
@@ -143,6 +149,23 @@ class _Problem:
         self.highest = float((np.abs(_diagonal(self.stiffness)) / self.mass_diagonal).max(initial=0.0))
         self.resolution = float(np.finfo(float).eps) * self.highest
         self.asymmetry = self._asymmetry(stiffness)
+        self.free = self._free()
+        self.locked = self.size - self.free.shape[1] if len(self.rows) else 0
+        if self.locked:  # without the penalties
+            alone = np.einsum("ij,ij->j", self.free, self.stiffness.bsr() @ self.free)
+            self.highest = float(np.abs(alone).max(initial=0.0))
+            self.resolution = float(np.finfo(float).eps) * self.highest
+
+    def _free(self) -> np.ndarray:
+        """M-orthonormal basis (nu, n) of the motions that locked directions allow; empty without any."""
+        if not len(self.rows):
+            return np.zeros((self.size, 0))
+        root = np.linalg.cholesky(self.inertia.bsr().toarray())
+        rows = np.linalg.solve(root, self.rows.T).T
+        sizes = np.linalg.norm(rows, axis=1)
+        _, values, turned = np.linalg.svd(rows[sizes > 0.0] / sizes[sizes > 0.0, None])
+        rank = int(np.sum(values > _REPEATED * values[:1].max(initial=0.0)))
+        return np.asarray(np.linalg.solve(root.T, turned[rank:].T))
 
     def _asymmetry(self, stiffness: BlockMatrix) -> float:
         # lower bound for unknowns without diagonal stiffness
@@ -173,6 +196,8 @@ class _Problem:
         solver = LinearSolver()
         solver.factorise(self.inertia)
         rest = self.stiffness.bsr() @ shapes.T - self.inertia.bsr() @ shapes.T * squared
+        if self.locked:
+            return np.asarray(np.linalg.norm(self.free.T @ rest, axis=0))
         return np.sqrt(np.sum(rest * _solve_all(solver, rest), axis=0))
 
 
@@ -181,13 +206,19 @@ def _diagonal(matrix: BlockMatrix) -> np.ndarray:
 
 
 def _signed(problem: _Problem, shapes: np.ndarray) -> np.ndarray:
-    """Shapes with their largest entry positive."""
-    largest = np.argmax(np.abs(shapes) * np.sqrt(problem.mass_diagonal), axis=1)
+    """Shapes with the first of their largest entries positive."""
+    largest = first_of_largest(np.abs(shapes) * np.sqrt(problem.mass_diagonal))
     return shapes * np.sign(shapes[np.arange(len(shapes)), largest])[:, None]
 
 
 def _dense(problem: _Problem, count: int, shift: float | None) -> tuple[np.ndarray, np.ndarray]:
     stiffness, inertia = problem.stiffness.bsr().toarray(), problem.inertia.bsr().toarray()
+    if problem.locked:
+        squared, shapes = eigh(problem.free.T @ stiffness @ problem.free)
+        chosen = np.arange(count)
+        if shift is not None:
+            chosen = np.sort(np.argsort(np.abs(squared - shift), kind="stable")[:count])
+        return squared[chosen], np.ascontiguousarray((problem.free @ shapes[:, chosen]).T)
     if shift is None:
         squared, shapes = eigh(stiffness, inertia, subset_by_index=(0, count - 1))
         return squared, np.ascontiguousarray(shapes.T)

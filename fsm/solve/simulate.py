@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
-from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
+from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics, Watch
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.statics.static import follow
 from fsm.solve.time.run import Run
@@ -25,6 +25,7 @@ def simulate(
     energy_balance: EnergyBalance | None = None,
     points: list[CurvePoint] | None = None,
     after: AcceptedStep | None = None,
+    watch: Watch | None = None,
 ) -> tuple[Statistics, EnergyBalance]:
     """Integrate a system, or follow its equilibria, and report states at the requested times.
 
@@ -32,7 +33,7 @@ def simulate(
     ----------
     system : System
     settings : Settings of time integration, or PathSettings
-    save_times, on_save, on_step : see `OutputRequest`
+    save_times, on_save, on_step, watch : see `OutputRequest`; events happen in motions only
     start, energy_balance, points, after : see `InitialState`; after a restart the times belong to the whole solve
 
     Raises
@@ -49,6 +50,6 @@ def simulate(
 
         kind = DenseRun
     initial_state = InitialState(start, energy_balance, [] if points is None else points, after)
-    run = kind(system, settings, OutputRequest(save_times, on_save, on_step), initial_state)
+    run = kind(system, settings, OutputRequest(save_times, on_save, on_step, watch=watch), initial_state)
     run.go()
     return run.statistics, run.energy_balance

@@ -252,7 +252,7 @@ def test_mistakes(change: dict[str, Any], text: str) -> None:
     assert len(failure.value.faults) == 1
 
 
-@pytest.mark.parametrize("method", ["static", "mean-force", "Radau"])
+@pytest.mark.parametrize("method", ["mean-force", "Radau"])
 def test_methods_without_joints(method: str) -> None:
     case = four_bar()
     case["solve"]["method"] = method

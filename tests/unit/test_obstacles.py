@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from fsm.builders.scene import build_scene
 from fsm.builders.strip import build_strip
+from fsm.case.derived.contact_sides import pairs_by_geometry
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.loading.load_case import read_case
 from fsm.case.models.case import Case
@@ -18,6 +19,7 @@ from fsm.case.models.obstacle import Obstacle
 from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
 from fsm.model.compile.compile_shapes import compile_shapes
+from fsm.model.contact.touching import Touching
 from fsm.model.faults.check_scene import check_scene
 
 CONTACT = Contact(stiffness=1e6)
@@ -158,7 +160,8 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     )
     assert not check_scene(scene)
     bodies, poses = placed(scene, spatial)
-    plates, obstacles = compile_shapes(scene, bodies, poses, spatial)
+    given = Touching(scene, bodies, poses, spatial, tuple(pairs_by_geometry(scene)["shapes"]))
+    plates, obstacles = compile_shapes(given)
     touching = plates.find(poses, 0.0)
     # a and c overlap at their hinge, but have no contact there
     points = touching.slot < len(plates.tables.points.body)
@@ -174,4 +177,4 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     np.testing.assert_array_equal(kinds, [HALF_SPACE, BOX, CYLINDER, SPHERE])
     across = [0.2, 0.4] if spatial else [np.inf, np.inf]
     np.testing.assert_allclose(sizes[1:], [[0.1, across[0], 0.3], [0.3, across[1], 0.3], [0.2, 0.2, 0.2]])
-    assert compile_shapes(scene.model_copy(update={"contact": None}), bodies, poses, spatial) == ()
+    assert compile_shapes(given._replace(scene=scene.model_copy(update={"contact": None}))) == ()

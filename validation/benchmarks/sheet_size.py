@@ -148,7 +148,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             fill = f"{blocks / pattern.order:.1f} blocks a row, {known.products * size**3:.3g} multiplications"
             print(f"{matrix.order:7d}  {name}: {fill}", flush=True)
             if name == "minimum degree":
-                own = np.empty((len(known.indices), size, size))
+                own = np.empty(known.factors(size))
                 note("block by block", seconds(
                     lambda: factorise(matrix.data, known.place, known.indptr, known.indices, known.diagonal, True, own),  # noqa: B023
                     chosen.repeat,

@@ -10,10 +10,10 @@ import exudyn as exu
 import numpy as np
 from exudyn import itemInterface as item
 
-from validation.peers.rigid import BRICARD, GRAVITY, WINDOWS
+from validation.peers.rigid import BRICARD, GRAVITY, WINDOWS, WING
 from validation.peers.sweep import timed
 
-__all__ = ["Stepping", "bricard", "four_bars", "pendulum", "pendulum_tree", "solve", "top", "top_free"]
+__all__ = ["Stepping", "bricard", "four_bars", "pendulum", "pendulum_tree", "solve", "top", "top_free", "wing"]
 
 _POSITION = exu.OutputVariableType.Position
 
@@ -223,3 +223,26 @@ def bricard() -> Made:
     sensor = _see(mbs, bodies[2], tuple(0.5 * bars[2]))
     mbs.Assemble()
     return mbs, sensor, lambda x: x
+
+
+def wing() -> Made:
+    """Wing: planar bodies, revolute joints, and springs between the angles of neighbouring panels."""
+    mbs = _system()
+    ground, half = mbs.AddObject(item.ObjectGround()), 0.5 * WING.length
+    fixed = mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(item.NodePointGround()), coordinate=0))
+    end, angle, at = _at(mbs, ground, (0, 0, 0)), fixed, np.zeros(2)
+    for phi, stowed, rest in zip(np.cumsum(WING.stowed), WING.stowed, WING.rest, strict=True):
+        along = half * np.array([np.cos(phi), np.sin(phi)])
+        node = mbs.AddNode(item.NodeRigidBody2D(referenceCoordinates=[*(at + along), float(phi)]))
+        body = mbs.AddObject(item.ObjectRigidBody2D(mass=WING.mass, inertia=WING.inertia, nodeNumber=node))
+        mbs.AddObject(item.ObjectJointRevolute2D(markerNumbers=[end, _at(mbs, body, (-half, 0, 0))]))
+        turned = mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=2))  # counts from the start
+        mbs.AddObject(
+            item.CoordinateSpringDamper(
+                markerNumbers=[angle, turned], stiffness=WING.stiffness, damping=WING.damping, offset=float(rest - stowed)
+            )
+        )
+        end, angle, at = _at(mbs, body, (half, 0, 0)), turned, at + 2.0 * along
+    sensor = _see(mbs, body)
+    mbs.Assemble()
+    return mbs, sensor, lambda x: x[:, :2]

@@ -12,7 +12,7 @@ from validation.peers import bounce, rigid
 from validation.peers.common import EXUDYN, THERE, rms
 from validation.peers.sweep import FSM, PEER, PeerCase, Run, timed
 
-__all__ = ["bouncing_stack", "bricard", "four_bars", "heavy_top", "pendulum"]
+__all__ = ["bouncing_stack", "bricard", "four_bars", "heavy_top", "pendulum", "wing"]
 
 
 def _fsm_rigid(
@@ -170,6 +170,28 @@ def heavy_top() -> PeerCase:
         {FSM: "a spherical joint",
          PEER: f"{EXUDYN}; dense, modified Newton; Euler parameters and a spherical joint, or a Lie group and the inertia "
          "about the fixed point"},
+        runs,
+    )  # fmt: skip
+
+
+def wing() -> PeerCase:
+    """A wing of six panels."""
+
+    def runs() -> list[Run]:
+        path, size = rigid.wing_path(), rigid.WING.length
+        found = _fsm_rigid(rigid.wing_model, path, rigid.TIMES, (0.025, 0.01, 0.005), _TOLERANCES, size)
+        if THERE:
+            from validation.peers import exudyn_rigid as peer
+
+            for modified in (False, True):
+                name = f"constraints, generalised alpha, {'modified' if modified else 'full'} Newton"
+                found += _exudyn_rigid(name, peer.wing, path, rigid.TIMES, steps=_FINE, modified=modified, size=size)
+        return found
+
+    return PeerCase(
+        "wing", f"wing of {rigid.WING.panels} panels on hinges with springs and dampers, which unfold, 10 s",
+        "centre of the last panel at 20 times, RMS over a panel; equations of the panels' directions by DOP853 at 1e-11.",
+        {FSM: "revolute joints in space", PEER: f"{EXUDYN}; dense, planar bodies, revolute joints"},
         runs,
     )  # fmt: skip
 

@@ -23,8 +23,8 @@ from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
 __all__ = [
-    "BRICARD", "GRAVITY", "TIMES", "TOP_TIMES", "WINDOWS", "bricard_model", "bricard_path", "four_bars_model",
-    "four_bars_path", "pendulum_model", "pendulum_path", "run_model", "top_model", "top_path",
+    "BRICARD", "GRAVITY", "TIMES", "TOP_TIMES", "WINDOWS", "WING", "bricard_model", "bricard_path", "four_bars_model",
+    "four_bars_path", "pendulum_model", "pendulum_path", "run_model", "top_model", "top_path", "wing_model", "wing_path",
 ]  # fmt: skip
 
 GRAVITY = 9.81
@@ -72,8 +72,8 @@ def _hinge(name: str, first: str, second: str, at: Sequence[float], axis: Sequen
     return SceneJoint(name=name, kind="revolute", first=first, second=second, at=tuple(at), axis=tuple(axis))
 
 
-def _compiled(bodies: Sequence[Body], joints: Sequence[SceneJoint]) -> SegmentSystem:
-    scene = Scene(bodies=tuple(bodies), joints=tuple(joints), gravity=(0.0, 0.0, -GRAVITY))
+def _compiled(bodies: Sequence[Body], joints: Sequence[SceneJoint], gravity: float = GRAVITY) -> SegmentSystem:
+    scene = Scene(bodies=tuple(bodies), joints=tuple(joints), gravity=(0.0, 0.0, -gravity))
     return compile_scene(scene, spatial=True)
 
 
@@ -142,6 +142,76 @@ def top_model() -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
     )  # fmt: skip
     fixed = SceneJoint(name="fixed point", kind="spherical", first=GROUND, second="top", at=(0.0, 0.0, 0.0))
     return _compiled([top], [fixed]), lambda q: q[:3]
+
+
+# wing -------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Wing:
+    """Panels in a row on hinges with springs and dampers, folded by half turns, which unfold in the x-y plane without
+    weight."""
+
+    panels: int = 6
+    length: float = 0.8
+    mass: float = 3.0
+    stiffness: float = 0.4
+    damping: float = 0.15
+
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia of a panel about its centre, kg m^2."""
+        return self.mass * self.length**2 / 12.0
+
+    @property
+    def stowed(self) -> np.ndarray:
+        """Angle of each hinge at the start, rad: a right angle, then half turns to both sides."""
+        return np.array([0.5 * math.pi, *((-1.0) ** k * math.pi for k in range(1, self.panels))])
+
+    @property
+    def rest(self) -> np.ndarray:
+        """Angle of each hinge at which its spring is free, rad: a right angle beyond the straight wing."""
+        return -0.5 * math.pi * np.sign(self.stowed)
+
+
+WING = Wing()
+
+
+def wing_path(wing: Wing = WING) -> Path:
+    """Centre of the last panel, by Lagrange's equations of the directions of the panels."""
+    n, m, length = wing.panels, wing.mass, wing.length
+    arms = length * (np.tri(n, k=-1) + 0.5 * np.eye(n))  # row i: parts of each direction in the centre of panel i
+    coupling = m * arms.T @ arms
+
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
+        phi, omega = y[:n], y[n:]
+        apart = phi[:, None] - phi
+        angle, speed = np.diff(phi, prepend=0.0), np.diff(omega, prepend=0.0)
+        moment = -wing.stiffness * (angle - wing.rest) - wing.damping * speed
+        load = moment - np.append(moment[1:], 0.0) - (coupling * np.sin(apart)) @ omega**2
+        return np.concatenate([omega, np.linalg.solve(coupling * np.cos(apart) + wing.inertia * np.eye(n), load)])
+
+    phi = _exact(rate, [*np.cumsum(wing.stowed), *np.zeros(n)], TIMES)[:n]
+    return np.stack([arms[-1] @ np.cos(phi), arms[-1] @ np.sin(phi)], 1)
+
+
+def wing_model(wing: Wing = WING) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+    """The same panels on revolute joints."""
+    bodies, joints, at, last = [], [], np.zeros(3), GROUND
+    for k, phi in enumerate(np.cumsum(wing.stowed)):
+        along, turn = wing.length * np.array([math.cos(phi), math.sin(phi), 0.0]), (math.cos(0.5 * phi), math.sin(0.5 * phi))
+        bodies.append(
+            Body(
+                name=f"panel {k}", mass=wing.mass, inertia=(0.01, wing.inertia, wing.inertia),
+                position=tuple(at + 0.5 * along), orientation=(turn[0], 0.0, 0.0, turn[1]),
+            )
+        )  # fmt: skip
+        spring = {"stiffness": wing.stiffness, "rest": wing.rest[k]}
+        hinge = _hinge(f"hinge {k}", last, f"panel {k}", at, (0.0, 0.0, 1.0)).model_dump(exclude_unset=True)
+        acting = {"angle": wing.stowed[k], "spring": spring, "damper": {"coefficient": wing.damping}}
+        joints.append(SceneJoint(**hinge, **acting))
+        at, last = at + along, f"panel {k}"
+    return _compiled(bodies, joints, 0.0), lambda q: q[-7:-5]
 
 
 # A04 --------------------------------------------------------------------------------------------------------------------

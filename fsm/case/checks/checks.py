@@ -20,7 +20,7 @@ _OF_STRIP = {"crease": "crease numbers", "panel": "panel numbers", "end": "ends"
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "report", "expect")
 _DEPLOY = (
     "start", "release", "strip", "lattice", "sheet", "scene", "crease", "contact", "friction", "drive", "load", "step",
-    "obstacle", "gas", "orifice", "margin",
+    "obstacle", "gas", "orifice", "margin", "event",
 )  # fmt: skip
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")

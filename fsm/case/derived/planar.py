@@ -22,6 +22,8 @@ def out_of_plane(scene: Scene) -> list[str]:
         reasons.append("ideal joints act in space")
     if scene.springs or scene.cords:
         reasons.append("springs and cords between points act in space")
+    if any(pair.geometry is not None for pair in scene.pairs):
+        reasons.append("contact geometries of extensions act in space")
     if scene.pairs and any(body.plate is not None and body.plate.outline for body in scene.bodies):
         reasons.append("facets with outlines have contact in space only")
     for body in scene.bodies:

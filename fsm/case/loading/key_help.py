@@ -14,7 +14,7 @@ from fsm.case.schema.key_facts import facts_of, plain, section_of
 from fsm.case.schema.schema import Place
 from fsm.case.schema.units import did_you_mean
 from fsm.errors import CaseError
-from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, POINT_KINDS
+from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, GEOMETRIES, POINT_KINDS
 
 _NAMES = {str: "text", bool: "true or false", int: "whole number", float: "number", dict: "section"}
 
@@ -73,7 +73,8 @@ def _added() -> Iterator[tuple[str, Place]]:
     for name, builder in BUILDERS.items():
         yield name, Place(builder.section, None, {})
     laws = (("contact", CONTACT_LAWS), ("friction", FRICTION_LAWS), ("scene.elements", ELEMENT_LAWS))
-    for path, known in (*laws, ("scene.point_elements", POINT_KINDS), ("scene.couplings", OWN_COUPLINGS | COUPLINGS)):
+    kinds = (("scene.point_elements", POINT_KINDS), ("scene.couplings", OWN_COUPLINGS | COUPLINGS))
+    for path, known in (*laws, *kinds, ("scene.pairs", GEOMETRIES)):
         models = [law.parameters for law in known.values() if law.parameters is not None]
         if models:
             yield f"{path}.parameters", Place(reduce(or_, models), None, {})

@@ -168,6 +168,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     faults += found
     faults += check_sections(_sections(data, valid))
     faults += _margin_faults(valid)
+    faults += _event_faults(valid, system)
     faults += expectation_faults(valid.get("expect") or ())
     if faults:
         return None, faults
@@ -238,7 +239,19 @@ def _margin_faults(valid: Mapping[str, Any]) -> list[Fault]:
     return list(margin_faults(tuple(asked.values()), scene.joints))
 
 
-_LISTS = ("drive", "load", "margin", "gas", "orifice", "step", "obstacle", "patch", "cable", "support", "hold", "force")
+def _event_faults(valid: Mapping[str, Any], system: str) -> list[Fault]:
+    """Events with unknown words or names; those of a strip or sheet are known after its scene is built."""
+    events, scene = valid.get("event"), valid.get("scene")
+    if not events or not isinstance(scene, Scene) or any(valid.get(name) for name in ("strip", "lattice", "sheet")):
+        return []
+    from fsm.case.derived.event_words import event_faults  # this module imports the models of all parts
+
+    return list(event_faults(tuple(events.values()), scene, system))
+
+
+_LISTS = (
+    "drive", "load", "margin", "gas", "orifice", "step", "event", "obstacle", "patch", "cable", "support", "hold", "force",
+)  # fmt: skip
 """Sections that may appear several times."""
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from fsm.case.models.contact import Contact, Friction, with_stiffness
+from fsm.case.models.event import Event
 from fsm.case.models.gas import Gas, Orifice
 from fsm.case.models.lattice import Lattice
 from fsm.case.models.loads import Drive, Load
@@ -192,6 +193,7 @@ class Case(Model):
     gas: tuple[Gas, ...] = Field(default=(), description="gas in chambers of a sheet, `[[gas]]`")
     orifice: tuple[Orifice, ...] = Field(default=(), description="flow of gas between chambers, `[[orifice]]`")
     step: tuple[Step, ...] = Field(default=(), description="steps of a deployment, `[[step]]`")
+    event: tuple[Event, ...] = Field(default=(), description="what happens when a condition becomes true, `[[event]]`")
     obstacle: tuple[Obstacle, ...] = Field(default=(), description="rigid obstacles for contact, `[[obstacle]]`")
     patch: tuple[Patch, ...] = Field(default=(), description="stiff squares of the film, `[[patch]]`")
     cable: tuple[Cable, ...] = Field(default=(), description="cables of the film, `[[cable]]`")

@@ -42,7 +42,7 @@ from fsm.case.schema.units import (
     Stiffness,
     Unit,
 )
-from fsm.registry import ELEMENT_LAWS
+from fsm.registry import ELEMENT_LAWS, geometries
 
 if TYPE_CHECKING:
     from fsm.case.models.chambers import Chamber, PanelSurface
@@ -234,7 +234,8 @@ class PlateGroup(Model):
 
 
 class ContactPair(Model):
-    """Pair of objects with contact: surfaces, bodies with a plate or groups of these, and an obstacle on at most one side.
+    """Pair of objects with contact: surfaces, bodies with a plate or groups of these, and an obstacle on at most one side;
+    or two bodies with a geometry of an extension.
 
     Contact of a surface with a plate, a group or an obstacle uses the rigid plates of the surface. Every plate of a group
     has contact with the other side. In a pair of a group with itself, every plate has contact with every other plate.
@@ -252,6 +253,27 @@ class ContactPair(Model):
         description='"end-start": the end of the first is the start of the second (a common crease); "chain": panels of '
         "one strip without a common crease",
     )
+    geometry: str | None = Field(
+        default=None,
+        description="geometry of an extension; both sides are bodies, or one is the ground",
+        json_schema_extra={"default": "by the sides"},
+    )
+    parameters: dict[str, Any] | None = Field(default=None, description="parameters of this geometry")
+
+    @classmethod
+    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
+        """Pair with an empty section for the parameters of its geometry, so that missing ones are found; see `Model`."""
+        return with_parameters(written, written.get("geometry"), geometries(written.get("geometry")))
+
+    @field_validator("geometry", mode="before")
+    @classmethod
+    def _known(cls, value: Any) -> Any:
+        return check_element_law(value, geometries(value))
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _of_geometry(cls, value: Any, info: ValidationInfo) -> Any:
+        return check_parameters(value, info.data.get("geometry"), geometries(info.data.get("geometry")), info, "geometry")
 
 
 class Scene(Model):
@@ -292,6 +314,7 @@ class Scene(Model):
     _chambers: tuple[Chamber, ...] = PrivateAttr(default=())
     _orifices: tuple[Orifice, ...] = PrivateAttr(default=())
     _panels_of_gas: PanelSurface | None = PrivateAttr(default=None)
+    _actions: tuple[tuple[Any, ...], ...] = PrivateAttr(default=())
 
     @property
     def lines(self) -> dict[str, SceneCable | SceneBeam]:
@@ -345,6 +368,17 @@ class Scene(Model):
         """Copy of the scene with the pairs of facets across the cuts of its sheet."""
         scene = self.model_copy()
         scene._across_cuts = pairs
+        return scene
+
+    @property
+    def actions(self) -> tuple[tuple[Any, ...], ...]:
+        """Actions of all events (`fsm.case.derived.event_words.Action`)."""
+        return self._actions
+
+    def with_actions(self, actions: tuple[tuple[Any, ...], ...]) -> Scene:
+        """Copy of the scene with the actions of all events."""
+        scene = self.model_copy()
+        scene._actions = actions
         return scene
 
     @property

@@ -62,8 +62,8 @@ class Solve(Model):
     )
     imperfection: Number = Field(
         default=0.0, ge=-1, le=1,
-        description='"static" and "auto" only: branch followed after a bifurcation. > 0: along the critical mode (largest '
-        "component positive); < 0: against it; 0: branch of lower energy",
+        description='"static" and "auto" only: branch followed after a bifurcation. > 0: along the critical mode (the '
+        "first of its largest components is positive); < 0: against it; 0: branch of lower energy",
     )
     force_limit: Annotated[Force, Field(gt=0)] | None = Field(
         default=None,
@@ -75,7 +75,7 @@ class Solve(Model):
     branch: Literal[-1, 1] | None = Field(
         default=None,
         description='"arc-length" only: at its first bifurcation the path takes the branch along the critical mode (1: '
-        "largest component positive) or against it (-1); absent: the path stays on the primary branch",
+        "the first of its largest components is positive) or against it (-1); absent: the path stays on the primary branch",
     )
     rho_inf: Annotated[Number, Field(ge=0, le=1)] | None = Field(
         default=None,

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fsm.case.derived.frame_bodies import quaternion_matrix
+from fsm.case.models.case import Case
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.joint_motor import Motor
@@ -24,7 +25,9 @@ from fsm.case.models.time_program import Constant
 
 MAX_STATIC_PACE = 1e-5
 """Largest pace for which statics is selected; statics neglects inertia."""
-WITH_JOINTS = "generalized-alpha", "newmark", "explicit"
+STATICS = "static", "arc-length"
+"""Methods of equilibria."""
+WITH_JOINTS = "generalized-alpha", "newmark", "explicit", *STATICS
 """Methods that have ideal joints."""
 _FASTEST = 1e4
 """Largest rate of springs and dampers, 1/s, for which explicit steps are selected. Their steps are at most 6 over this
@@ -166,9 +169,19 @@ def _governed(motor: Motor | None) -> float:
     return max(steepest, largest / (0.01 * abs(motor.speed)) if motor.speed else 0.0)
 
 
+def begins_in_motion(case: Case) -> bool:
+    """Whether a case without steps has initial velocities; equilibria have none."""
+    return not case.step and case.solve.method not in STATICS
+
+
 def solve_of(solve: Solve, scene: Scene | None) -> Solve:
-    """Settings of a motion: with ideal joints, springs or cords and without `rtol`, the tolerance of mechanisms."""
+    """Settings of a motion: with ideal joints, springs or cords and without `rtol`, the tolerance of mechanisms.
+
+    Settings with a method of statics remain.
+    """
     if scene is None or not (scene.joints or scene.springs or scene.cords) or "rtol" in solve.model_fields_set:
+        return solve
+    if solve.method in STATICS:
         return solve
     return solve.model_copy(update={"rtol": RTOL_OF_JOINTS})
 

@@ -79,7 +79,7 @@ def present_energies(
     drives, pairs = driven_of(table).directions.shape[0], floats_2d(table, PAIR_ENERGY).shape[1]
     pair_force = record[DRIVES + 2 * drives : DRIVES + 2 * drives + pairs]
     if model.groups.shape[0] > 0:
-        contacts, by_contacts = model.by_contacts.stored(table, model.groups, model.contact_parts, t, step, pair_force)
+        contacts, by_contacts = model.by_contacts.stored(table, model.groups, model.contact_laws, t, step, pair_force)
         lost += by_contacts
     power, kinetic_driven = input_powers(model, t, record)
     power += of_elements[2]
@@ -112,7 +112,7 @@ def present_powers(
     for k in range(model.elements.shape[0]):
         lost += call_at(model.elements[k, LOST_BY], table, model.element_tables[k], t, 0.0)
     if model.groups.shape[0] > 0:
-        lost += model.by_contacts.losses(table, model.groups, model.contact_parts, t, of_pairs)
+        lost += model.by_contacts.losses(table, model.groups, model.contact_laws, t, of_pairs)
     count = drive_force.shape[0]
     record = np.zeros(DRIVES + 2 * count)
     put_in, _ = input_powers(model, t, record)
@@ -182,7 +182,7 @@ def _stable_at_rest(model: Segments, t: float) -> bool:
     table = model.at_rest
     others = Segments(
         table, table, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
-        model.by_contacts, model.contact_parts, model.equations,
+        model.by_contacts, model.contact_laws, model.equations,
     )  # fmt: skip
     sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
     matrix, stiffness, factors = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, FACTORS)

@@ -89,7 +89,7 @@ def sum_forces(model: Segments, t: float, per_second: float) -> None:
     for k in range(model.elements.shape[0]):
         call_at(model.elements[k, FORCE_BY], table, model.element_tables[k], t, per_second)
     if model.groups.shape[0] > 0:
-        model.by_contacts.force(table, model.groups, model.contact_parts, t, per_second > 0.0)
+        model.by_contacts.force(table, model.groups, model.contact_laws, t, per_second > 0.0)
     if poses.shape[1] == 7:
         add_gyroscopic(rates, floats_2d(table, INERTIA), total)
 
@@ -151,7 +151,7 @@ def sum_tangents_by_rates(model: Segments, t: float, per_second: float, since: n
     if poses.shape[1] == 7:
         add_gyroscopic(rates, floats_2d(table, INERTIA), total)
     if model.groups.shape[0] > 0:
-        model.by_contacts.tangent(table, model.groups, model.contact_parts, t, per_second > 0.0, at_depths)
+        model.by_contacts.tangent(table, model.groups, model.contact_laws, t, per_second > 0.0, at_depths)
     if poses.shape[1] == 7 and since.shape[0] > 0:
         multiply_block_diagonal(damping, increment_blocks(since), pattern_of(table).columns)
 

@@ -146,7 +146,7 @@ def _part_of_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray, step:
     place(model.table, t, q, u)
     part = 1.0
     if model.groups.shape[0] > 0:
-        part = model.by_contacts.part_of_step(model.table, model.groups, model.contact_parts, t, step)
+        part = model.by_contacts.part_of_step(model.table, model.groups, model.contact_laws, t, step)
     for k in range(model.elements.shape[0]):
         found = call_at(model.elements[k, PART_BY], model.table, model.element_tables[k], t, step)
         if found > 0.0:
@@ -159,7 +159,7 @@ def _longest_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> fl
     if model.groups.shape[0] == 0:
         return np.inf
     place(model.table, t, q, u)
-    longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
+    longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_laws, t)
     return float(longest)
 
 
@@ -171,8 +171,8 @@ def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
     accept_elements(model, t)
     if model.groups.shape[0] == 0:
         return np.inf
-    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t, False)
-    longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
+    model.by_contacts.accept(model.table, model.groups, model.contact_laws, t, False)
+    longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_laws, t)
     return float(longest)
 
 

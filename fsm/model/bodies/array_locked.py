@@ -26,13 +26,16 @@ from fsm.model.bodies.arrays import (
     FORCE,
     FREE,
     KEEP,
+    LARGEST,
     LOCK_BY,
     MASS,
     MATRIX,
     MEASURE,
     PROJECT_BY,
     RATES,
+    STEP,
     STIFFNESS,
+    SWAP,
     Segments,
     driven_of,
     pattern_of,
@@ -69,13 +72,22 @@ def lock(model: Segments, by_acceleration: float) -> bool:
 @kernel
 def advance(model: Segments, change: np.ndarray) -> bool:
     """See `fsm.solve.stepping.model`."""
-    table = model.table
+    do_locked(model, model.table, change, STEP, 1.0)
+    return True
+
+
+@kernel
+def do_locked(model: Segments, table: np.ndarray, change: np.ndarray, task: float, part: float) -> float:
+    """Do a task of the kernels `advance` of all elements with an increment (nu,) of the last evaluated state, which becomes
+    the rates of the table.
+    """
+    total = 0.0
     rates = floats_2d(table, RATES)
     rates[:] = 0.0
     scatter_free(integers_1d(table, FREE), change, change.shape[0] < 0, rates)
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, ADVANCE_BY], table, model.element_tables[k], 0.0, 0.0)
-    return True
+        total += call_at(model.elements[k, ADVANCE_BY], table, model.element_tables[k], task, part)
+    return total
 
 
 @kernel
@@ -85,6 +97,21 @@ def _project(model: Segments, t: float, task: int) -> float:
     for k in range(model.elements.shape[0]):
         error += call_at(model.elements[k, PROJECT_BY], model.at_rest, model.element_tables[k], t, float(task))
     return error
+
+
+@kernel
+def swap_multipliers(model: Segments) -> None:
+    """Exchange the present multipliers and those of the last accepted state."""
+    _project(model, 0.0, SWAP)
+
+
+@kernel
+def largest_multiplier(model: Segments) -> float:
+    """Largest force of the multipliers at the last evaluated state, N. Forces of mechanisms may balance without supports."""
+    found = 0.0
+    for k in range(model.elements.shape[0]):
+        found = max(found, call_at(model.elements[k, ADVANCE_BY], model.table, model.element_tables[k], LARGEST, 0.0))
+    return found
 
 
 @kernel

@@ -13,6 +13,7 @@ from fsm.kernels.newton_euler import largest_force, support_reactions
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
+from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
 from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
 from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean
 from fsm.model.bodies.arrays import (
@@ -78,8 +79,9 @@ def _begin(
     model: Segments, t: float, before: float, q: np.ndarray, start: np.ndarray, rate_dependent: bool, most: float
 ) -> None:
     begin_bodies(model.table, t, before, q, start, rate_dependent)
+    lock(model, 0.0)
     if model.groups.shape[0] > 0:
-        model.by_contacts.press(model.groups, model.contact_parts, most)
+        model.by_contacts.press(model.groups, most)
 
 
 @kernel
@@ -142,7 +144,7 @@ def _end_of_step(
 def has_passed(model: Segments) -> bool:
     """Whether sides of contacts have passed through each other."""
     return bool(
-        model.groups.shape[0] > 0 and model.by_contacts.passed(model.table, model.groups, model.contact_parts)
+        model.groups.shape[0] > 0 and model.by_contacts.passed(model.table, model.groups)
     )  # fmt: skip
 
 
@@ -157,9 +159,10 @@ def write_record(model: Segments, t: float, per_second: float, moving: np.ndarra
     _, record[path.OPENING] = model.by_springs.widest(floats_2d(table, POSES), s.bodies, s.constants, s.structural)
     _add_joints(model, t, per_second, record)
     _add_motion(table, t, moving, record)
+    record[path.LARGEST] = max(record[path.LARGEST], largest_multiplier(model))
     if model.groups.shape[0] > 0:
         record[path.CONTACT], lost = model.by_contacts.sums(
-            table, model.groups, model.contact_parts, t, per_second > 0.0, sums
+            table, model.groups, model.contact_laws, t, per_second > 0.0, sums
         )
         record[path.LOST] += lost
         if _bristles(model.groups):  # these also resist at zero speed
@@ -245,16 +248,23 @@ def power_of_present(model: Segments, t: float) -> float:
     """Power of loads and actuators at the present poses and rates, W."""
     table, of_elements = model.table, floats_1d(model.table, STORED)
     of_elements[:] = 0.0
+    swap_multipliers(model)
+    to_end = -1.0 / floats_1d(table, INTERVAL)[2]
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, LOST_BY], table, model.element_tables[k], t, 0.0)  # actuators write their power
+        call_at(model.elements[k, LOST_BY], table, model.element_tables[k], t, to_end)  # actuators write their power
+    swap_multipliers(model)
     return _power_of_loads(table, t) + of_elements[2]
 
 
 @kernel
 def _balance_at_rest(model: Segments, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
     rest(model.at_rest, t, q)
-    table = model.at_rest
+    table, before = model.at_rest, t != floats_1d(model.table, INTERVAL)[0]
+    if before:
+        swap_multipliers(model)
     sum_forces(resting(model), t, 0.0)
+    if before:
+        swap_multipliers(model)
     wrenches = floats_2d(table, FORCE)
     copy_into(gather_free(integers_1d(table, FREE), wrenches), force)
     write_drives(table, t, drives)
@@ -282,7 +292,7 @@ def resting(model: Segments) -> Segments:
     """The model with its table of rates at rest."""
     return Segments(
         model.at_rest, model.at_rest, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
-        model.by_contacts, model.contact_parts, model.equations,
+        model.by_contacts, model.contact_laws, model.equations,
     )  # fmt: skip
 
 
@@ -316,7 +326,7 @@ def accept_present(model: Segments) -> None:
     t, per_second, s = floats_1d(table, INTERVAL)[0], per_second_of(table), springs_of(table)
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     if model.groups.shape[0] > 0:
-        model.by_contacts.accept(table, model.groups, model.contact_parts, t, per_second > 0.0)
+        model.by_contacts.accept(table, model.groups, model.contact_laws, t, per_second > 0.0)
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
     for k in range(model.elements.shape[0]):
         call_at(model.elements[k, KEEP_BY], table, model.element_tables[k], t, per_second)
@@ -338,13 +348,13 @@ def largest_contact_force(model: Segments, t: float) -> float:
     table = model.at_rest
     force = floats_2d(table, FORCE)
     force[:] = 0.0
-    model.by_contacts.force(table, model.groups, model.contact_parts, t, False)
+    model.by_contacts.force(table, model.groups, model.contact_laws, t, False)
     largest: float = largest_force(force)
     return largest
 
 
 PATH = StaticCalls(
-    *STATICS[:7],
+    *STATICS[:9],
     _begin,
     _lacks,
     efforts,

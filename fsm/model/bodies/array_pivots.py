@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED, EquationKernels, Pattern
-from fsm.kernels.block_lu import count_negative, multiply_blocks
+from fsm.kernels.block_lu import count_negative, count_negative_parts, multiply_blocks
 from fsm.kernels.jit import kernel
-from fsm.kernels.small_blocks import negative_eigenvalues
 from fsm.solve.stepping.path_state import UNKNOWN
 
 
@@ -22,26 +21,11 @@ def negative_of_last(
     definite if the symmetric part of the matrix is.
     """
     if flags[SYMMETRIC] == 0:
-        return 0.0 if flags[TRUSTED] == 1 and _definite_pivots(p.filled_diagonal, factors) else UNKNOWN
+        return 0.0 if flags[TRUSTED] == 1 and count_negative_parts(p.filled_diagonal, factors) == 0 else UNKNOWN
     found = count_negative(p.filled_diagonal, factors)
     if found == 0 and flags[TRUSTED] == 1:
         return 0.0
     return float(found) if _signs_hold(equations, p, matrix, factors, trial, accurate) else UNKNOWN
-
-
-@kernel
-def _definite_pivots(diagonal: np.ndarray, factors: np.ndarray) -> bool:
-    """Whether the symmetric parts of all pivot blocks are positive definite, like those of their inverses in `factors`."""
-    size = factors.shape[1]
-    work, part = np.empty((size, size)), np.empty((size, size))
-    for i in range(diagonal.shape[0]):
-        block = factors[diagonal[i]]
-        for a in range(size):
-            for b in range(size):
-                part[a, b] = 0.5 * (block[a, b] + block[b, a])
-        if negative_eigenvalues(part, work) > 0:
-            return False
-    return True
 
 
 @kernel

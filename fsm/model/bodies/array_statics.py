@@ -11,7 +11,9 @@ from fsm.kernels.block_equations import FAILED, Pattern, set_factors, solution
 from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_forces import retract, sum_forces, sum_tangents
+from fsm.model.bodies.array_locked import do_locked
 from fsm.model.bodies.arrays import (
+    AGAIN,
     DAMPING,
     FACTORS,
     FORCE,
@@ -21,7 +23,9 @@ from fsm.model.bodies.arrays import (
     MATRIX,
     POSES,
     RATES,
+    STEP,
     STIFFNESS,
+    WORK,
     Segments,
     pattern_of,
     springs_of,
@@ -143,5 +147,26 @@ def advance_by(model: Segments, change: np.ndarray, cut: bool) -> None:
         model.by_contacts.advance(model.groups, change, per_second_of(table))
 
 
-STATICS = StaticCalls(_force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance)
+@kernel
+def _multiply(model: Segments, dx: np.ndarray, part: float, again: bool) -> None:
+    _do_at_rest(model, dx, AGAIN if again else STEP, part)
+
+
+@kernel
+def _work_of_locks(model: Segments, dx: np.ndarray) -> float:
+    return _do_at_rest(model, dx, WORK, 1.0)
+
+
+@kernel
+def _do_at_rest(model: Segments, dx: np.ndarray, task: float, part: float) -> float:
+    if model.elements.shape[0] == 0:
+        return 0.0
+    found = do_locked(model, model.at_rest, dx, task, part)
+    floats_2d(model.at_rest, RATES)[:] = 0.0
+    return found
+
+
+STATICS = StaticCalls(
+    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks
+)
 """Kernels of `Segments` that quasi-static steps call."""

@@ -17,7 +17,7 @@ from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at
 from fsm.kernels.programs import Pieces
-from fsm.model.bodies.contact_arrays import ContactKernels, ContactParts
+from fsm.model.bodies.contact_arrays import ContactKernels, LawKernels
 
 
 class SpringKernels(NamedTuple):
@@ -149,7 +149,7 @@ class Segments(NamedTuple):
         Addresses of the kernels of each group of elements (`fsm.model.elements.element_group.ElementKernels`).
     element_tables : (m, n, 4) int array
         Tables of the groups of elements.
-    by_springs, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
+    by_springs, by_contacts, contact_laws, equations : kernels, by address (`Pointer`)
         These kernels depend on the dimension. A kernel that no element of the model needs is absent (`AbsentPointer`).
     """
 
@@ -161,7 +161,7 @@ class Segments(NamedTuple):
     element_tables: np.ndarray
     by_springs: SpringKernels
     by_contacts: ContactKernels
-    contact_parts: ContactParts
+    contact_laws: LawKernels
     equations: EquationKernels
 
 
@@ -170,8 +170,9 @@ FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL
 """Rows of `Segments.table`."""
 FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY, PART_BY = range(10)
 """Columns of `Segments.elements`."""
-MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP = range(6)
-"""Tasks of the kernels `project` of elements with locked directions (`fsm.model.elements.joints`)."""
+MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP, SWAP = range(7)
+STEP, AGAIN, WORK, LARGEST = 0.0, 1.0, 2.0, 3.0
+"""Tasks of the kernels `project` and `advance` of elements with locked directions (`fsm.model.elements.joints`)."""
 _SPRINGS = PATTERN + len(Pattern._fields)
 _LOADS = _SPRINGS + len(Springs._fields)
 _PROGRAMS = len(Pieces._fields)

@@ -66,15 +66,6 @@ class LawKernels(NamedTuple):
     add_turn_stiffness: Any
 
 
-class ContactParts(NamedTuple):
-    """Kernels that contact kernels call: of shapes, of surfaces, of sheets, and of laws."""
-
-    shapes: GeometryKernels
-    surfaces: GeometryKernels
-    sheets: GeometryKernels
-    laws: LawKernels
-
-
 class ContactKernels(NamedTuple):
     """Kernels of all contacts of a model; see `fsm.model.contact.array_contacts`. Only statics uses those from `advance` on,
     and only steps in time use `part_of_step`, `longest_step`, `stored` and `losses`.
@@ -99,6 +90,8 @@ class ContactArrays(NamedTuple):
     Attributes
     ----------
     state : int array, see `STATES`
+    calls : (8,) int array
+        Addresses of the `GeometryKernels` of the table.
     numbers : (5,) array
         Margin (m), time of the last accepted state (s), bound of the gaps of the last search (m), in statics the largest
         normal force of a contact without a depth of linearisation (N), and the coefficient of friction across the length of
@@ -133,6 +126,7 @@ class ContactArrays(NamedTuple):
     """
 
     state: Integers1
+    calls: Integers1
     numbers: Floats1
     normal: Floats1
     friction: Floats1
@@ -184,21 +178,20 @@ class ContactArrays(NamedTuple):
 
 contacts_at = table_in(ContactArrays)
 """Table of one of several groups, in kernels; see `fsm.kernels.tables.table_in`."""
-CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, KIND, LOSSY = range(9)
-FOUND, MEASURED, ACTIVE, OWN_STATE = range(9, 13)
-STATES = 16
+CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, LOSSY = range(8)
+FOUND, MEASURED, ACTIVE, RENUMBERS, FADES, OWN_STATE = range(8, 14)
+STATES = 20
 """Indices of `ContactArrays.state`, and their number. 1 means: new weights are not yet used (CHANGES); there is an accepted
 state (STARTED), and a renewal (REFERRED); the pattern lacks a pair of bodies, or the table a row (LACKS); there is
 friction, with bristles; forces depend on rates (LOSSY). EVALUATIONS counts states. FOUND is the number of contacts of the
 last search, -1 if they do not hold any longer; MEASURED: they have been measured. ACTIVE is the number of contacts of the
-last tangent at depths of statics. KIND is one of the numbers below. A geometry has its own numbers from OWN_STATE on."""
-SHAPES, SURFACES, SHEETS = range(3)
-"""Kinds of geometries."""
+last tangent at depths of statics. RENUMBERS and FADES: see `ContactTable`. A geometry has its own numbers from OWN_STATE
+on."""
 OF_SLOTS = tuple(
     name for name in ContactArrays._fields
     if name not in (
-        "state", "numbers", "normal", "friction", "resolving", "mobility", "loose", "committed", "rates_before", "reference",
-        "moving", "radii", "dof", "indptr", "indices", "found_poses", "found_rates",
+        "state", "calls", "numbers", "normal", "friction", "resolving", "mobility", "loose", "committed", "rates_before",
+        "reference", "moving", "radii", "dof", "indptr", "indices", "found_poses", "found_rates",
     )
 )  # fmt: skip
 """Arrays with a row for each slot."""

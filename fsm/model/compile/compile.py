@@ -25,18 +25,21 @@ from fsm.model.bodies.time_function import time_function
 from fsm.model.compile.compile_contacts import compile_contacts
 from fsm.model.compile.compile_couplings import coupling_groups
 from fsm.model.compile.compile_joint_forces import cord_groups, joint_forces
-from fsm.model.compile.compile_joints import joint_group, set_inertia
+from fsm.model.compile.compile_joints import joint_group
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.actuators import ActuatorGroup
-from fsm.model.elements.couplings import TWIST, Joints
+from fsm.model.elements.couplings import TWIST, CouplingGroup, Joints
 from fsm.model.elements.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.model.elements.creases import CreaseGroup
 from fsm.model.elements.element_angles import half_way_swings, initial_twists, rest_twists, side_of
+from fsm.model.elements.element_group import ElementGroup
 from fsm.model.elements.elements import BushingGroup
+from fsm.model.elements.events import EventGroup
 from fsm.model.elements.hysteresis import HysteresisGroup
 from fsm.model.elements.law_elements import LawGroup
 from fsm.model.elements.ligaments import LigamentGroup
 from fsm.model.elements.locked_couplings import LockedCouplings
+from fsm.model.elements.locked_inertia import set_inertia
 from fsm.model.elements.point_elements import PointGroup
 from fsm.model.faults.check_scene import check_scene
 from fsm.model.plan.in_python import InPython, parts_in_python
@@ -112,7 +115,7 @@ class SceneCompiler:
         couplings = coupling_groups(self.scene, self.index, self.pose, self._twists)
         groups += couplings
         bodies = self._bodies(motions)
-        groups += self._joints(bodies, [group for group in couplings if isinstance(group, LockedCouplings)])
+        groups += self._joints(bodies, couplings)
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         on_bodies = [load for load in self.scene.loads if load.pressure is None]
@@ -270,22 +273,25 @@ class SceneCompiler:
             given.append((element.name, POINT_KINDS[element.kind].law, element.parameters, bodies, points))
         return PointGroup.of(given)
 
-    def _joints(self, bodies: Bodies, ideal: list[LockedCouplings]) -> list[Group]:
-        """Ideal joints, laws on their coordinates, springs and cords; sets the inertia of locked openings."""
-        joints, springs = self.scene.joints, self.scene.springs
+    def _joints(self, bodies: Bodies, couplings: list[CouplingGroup]) -> list[Group]:
+        """Ideal joints, laws on their coordinates, springs, cords and events; sets the inertia of locked openings."""
+        joints, springs, actions = self.scene.joints, self.scene.springs, self.scene.actions
         ends, of_springs = (
             np.array([[self.index[one.first], self.index[one.second]] for one in each], dtype=np.int64).reshape(-1, 2)
             for each in (joints, springs)
         )
-        locked = None
+        locked, inverse = None, np.zeros(bodies.inertia.shape)
+        inverse[bodies.free] = 1.0 / bodies.inertia[bodies.free]
         if joints:
-            inverse = np.zeros(bodies.inertia.shape)
-            inverse[bodies.free] = 1.0 / bodies.inertia[bodies.free]
-            locked = joint_group(joints, ends, self.pose)
-            set_inertia(locked, ideal, self.pose, inverse)
-        forces = joint_forces(joints, ends, springs, of_springs, self.pose, locked)
+            locked = joint_group(joints, ends, self.pose, {a.name for of in actions for a in of if a.verb == "lock"})
+            set_inertia(locked, [group for group in couplings if isinstance(group, LockedCouplings)], self.pose, inverse)
+        changed = {a.name for of in actions for a in of if a.verb == "change"}
+        forces = joint_forces(joints, ends, springs, of_springs, self.pose, locked, changed)
         cords = cord_groups(self.scene.cords, self.index, self.pose)
-        return [*(group for group in (locked, forces) if group is not None), *cords]
+        found: list[ElementGroup] = [*(group for group in (locked, forces) if group is not None), *cords]
+        if actions:
+            found.append(EventGroup(np.zeros((0, 2), dtype=np.int64), inverse, actions, (*couplings, *found)))
+        return list(found)
 
     def _twists(self, elements: list[ForceElement]) -> Joints:
         """Twists of force elements from the start, for couplings."""

@@ -12,6 +12,7 @@ from fsm.case.derived.frame_bodies import frame_faults
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
+from fsm.case.plan.method_selection import begins_in_motion
 from fsm.case.plan.step_items import with_paths_of_steps
 from fsm.errors import CaseError, Fault
 from fsm.model.compile.compile import compile_scene
@@ -72,7 +73,7 @@ def compile_planned(
         system = compile_whole(case, scene, plan)
     except CaseError as error:
         raise CaseError(with_paths_of_steps(case, error.faults), source) from None
-    if scene.joints and not case.step and system.nu:
+    if scene.joints and begins_in_motion(case) and system.nu:
         joints = JointsAtStart(scene)
         opened = list(joints.velocity_faults())
         if opened:

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, cast
+
 import numpy as np
 
 from fsm.case.derived.contact_points import contact_points
+from fsm.case.derived.contact_sides import pairs_by_geometry
 from fsm.case.models.contact import Contact, Friction
 from fsm.case.models.scene import Body, Scene
 from fsm.laws.friction import FRICTION_LAWS as BUILT_IN
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.model.compile.compile_surfaces import compile_surfaces
 from fsm.model.contact.contact_forces import FrictionForce, NormalForce
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.contacts import ContactGroup
-from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
+from fsm.model.contact.touching import Touching
+from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, GEOMETRIES
 
 
 def compile_contacts(
@@ -32,11 +37,10 @@ def compile_contacts(
     contact = scene.contact
     if contact is None:
         return ()
-    geometries: list[ContactTable] = [*compile_surfaces(scene, contact, bodies, spatial)]
-    if any(body.plate is not None for body in bodies) or scene.obstacles or scene.flexible:
-        from fsm.model.compile.compile_shapes import compile_shapes  # imports the kernels of all shapes
-
-        geometries += compile_shapes(scene, bodies, poses, spatial)
+    geometries: list[ContactTable] = []
+    for name, pairs in pairs_by_geometry(scene).items():
+        build = GEOMETRIES[name].law if name in GEOMETRIES else _of_sides(name)
+        geometries += build(Touching(scene, bodies, poses, spatial, tuple(pairs)))
     normal, friction = _normal(contact), _friction(scene.friction)
     mobility = _mobility(scene, bodies, spatial)
     # points of films, cables, beams and facets yield when they are hit, like bodies with a force element
@@ -45,6 +49,12 @@ def compile_contacts(
     loose = mobility.any(axis=1) & np.array([body.name not in held for body in bodies])
     count = len(scene.pairs)
     return tuple(ContactGroup(geometry, normal, friction, mobility, loose, count) for geometry in geometries)
+
+
+def _of_sides(name: str) -> Callable[[Touching], tuple[ContactTable, ...]]:
+    """Function that builds the tables of a geometry of `OF_SIDES`; its module imports the kernels of the geometry."""
+    found: Any = getattr(import_module(f"fsm.model.compile.compile_{name}"), f"compile_{name}")
+    return cast(Callable[[Touching], tuple[ContactTable, ...]], found)
 
 
 def _normal(contact: Contact) -> NormalForce:

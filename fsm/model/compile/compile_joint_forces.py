@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -151,7 +151,7 @@ class _Row:
 
 def joint_forces(
     joints: Sequence[SceneJoint], ends: np.ndarray, springs: Sequence[SceneSpring], spring_ends: np.ndarray,
-    poses: np.ndarray, locked: JointGroup | None,
+    poses: np.ndarray, locked: JointGroup | None, changed: Collection[str] = (),
 ) -> JointForceGroup | None:  # fmt: skip
     """Laws of all joints and springs; None without any.
 
@@ -163,8 +163,10 @@ def joint_forces(
     poses : (n_bodies, 7) array
         Poses at the start.
     locked : openings of all joints, of which friction depends
+    changed : names of joints whose laws an event changes
     """
-    rows = [_of_joint(joint, number, ends[number], poses, locked) for number, joint in enumerate(joints) if _acts(joint)]
+    acting = [(number, joint) for number, joint in enumerate(joints) if _acts(joint) or joint.name in changed]
+    rows = [_of_joint(joint, number, ends[number], poses, locked) for number, joint in acting]
     rows += [_of_spring(spring, both, poses) for spring, both in zip(springs, spring_ends, strict=True)]
     if not rows:
         return None
@@ -181,6 +183,7 @@ def joint_forces(
         np.array([row.line for row in rows]), np.array([row.law for row in rows]), first, np.concatenate(tables),
         np.array([row.start for row in rows]), tuple(row.name for row in rows), programs, tuple(functions),
         np.zeros(1) if locked is None else locked.felt, np.array([row.felt for row in rows], dtype=np.int64),
+        bool(changed),
     )  # fmt: skip
 
 
@@ -228,7 +231,7 @@ def _of_joint(joint: SceneJoint, number: int, ends: np.ndarray, poses: np.ndarra
         row.latch(joint.latch)
     if joint.friction is not None:
         assert locked is not None
-        own = np.flatnonzero((locked.of == number) & (locked.kinds == ALONG) & (locked.program < 0))
+        own = np.flatnonzero((locked.of == number) & (locked.kinds == ALONG) & (locked.program < 0) & (locked.active > 0.0))
         row.friction(joint.friction, (int(own[0]), int(own[-1]) + 1))
     if joint.harness is not None:
         row.harness(joint.harness.rows, joint.harness.reversal)

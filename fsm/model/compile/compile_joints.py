@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -15,13 +15,11 @@ from fsm.kernels.rotation import rotation_matrix
 from fsm.model.bodies.time_function import motor_program
 from fsm.model.elements.couplings import Joints
 from fsm.model.elements.joints import JointGroup
-from fsm.model.elements.locked_couplings import LockedCouplings
-
-_REPEATED = 1e-10
-"""Smallest ratio of eigenvalues of openings, scaled to unit size, that do not follow from others."""
 
 
-def joint_group(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> JointGroup:
+def joint_group(
+    joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray, locked_later: Collection[str] = ()
+) -> JointGroup:
     """Openings of all joints.
 
     Parameters
@@ -31,6 +29,7 @@ def joint_group(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarra
         First and second body of each joint.
     poses : (n_bodies, 7) array
         Poses at the start.
+    locked_later : names of joints that events lock
     """
     rows: list[tuple[int, int, np.ndarray]] = []
     turns: list[tuple[int, int]] = []
@@ -61,37 +60,19 @@ def joint_group(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarra
         elif joint.kind == "universal":
             turns += [(a, b), (b, a)]
             lines += [_turn(own[2], own[0], other[0]), _turn(other[0], other[2], own[2])]
+    places = zip(joints, ends, strict=True)
+    spare = [
+        (number, kind, constants) for number, (joint, of) in enumerate(places) if joint.name in locked_later
+        for kind, constants in _when_locked(joint, in_bodies(joint, *poses[of]))
+    ]  # fmt: skip
+    rows, moved = [*rows, *spare], [*moved, *[-1] * len(spare)]
     of = np.array([number for number, _, _ in rows], dtype=np.int64)
     return JointGroup(
         np.ascontiguousarray(ends[of]), np.array([kind for _, kind, _ in rows], dtype=np.int64),
         np.array([constants for _, _, constants in rows]), np.ones(len(rows)),
         np.array(turns, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=float).reshape(-1, CONSTANTS),
-        tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors),
+        tuple(joint.name for joint in joints), of, np.array(moved, dtype=np.int64), tuple(motors), len(spare),
     )  # fmt: skip
-
-
-def set_inertia(group: JointGroup, couplings: Sequence[LockedCouplings], poses: np.ndarray, inverse: np.ndarray) -> None:
-    """Set the inertia of all locked openings at the start.
-
-    Parameters
-    ----------
-    group : openings of all joints
-    couplings : ideal couplings
-    poses : (n_bodies, 7) array
-        Poses at the start.
-    inverse : (n_bodies, 6) array
-        Inverse of the inertia; zero for bodies that cannot move.
-    """
-    rows = np.zeros((len(group.kinds), *inverse.shape))
-    for row, gradient, ends in zip(rows, group.openings(poses)[1].reshape(-1, 2, 6), group.bodies.tolist(), strict=True):
-        row[ends] += gradient
-    inertia = _inertia(np.concatenate([rows, *(coupled.gradients(poses) for coupled in couplings)]), inverse)
-    for number, kind in set(zip(group.of.tolist(), group.kinds.tolist(), strict=True)):
-        own = np.flatnonzero((group.of == number) & (group.kinds == kind))  # axes of a joint turn with its first body
-        group.masses[own] = inertia[own].max()
-    end = len(rows)
-    for coupled in couplings:
-        coupled.masses[:], end = inertia[end : end + len(coupled.masses)], end + len(coupled.masses)
 
 
 def coordinates_of(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.ndarray) -> Joints:
@@ -99,6 +80,15 @@ def coordinates_of(joints: Sequence[SceneJoint], ends: np.ndarray, poses: np.nda
     found = [coordinate_of(joint, 0.0, in_bodies(joint, *poses[of])) for joint, of in zip(joints, ends, strict=True)]
     kinds, constants = np.array([kind for kind, _ in found], dtype=np.int64), np.array([row for _, row in found])
     return Joints(ends, kinds, constants, np.zeros((0, 10)), np.zeros(len(joints)))
+
+
+def _when_locked(joint: SceneJoint, parts: tuple[np.ndarray, ...]) -> list[tuple[int, np.ndarray]]:
+    """Openings that a lock adds: that of the only coordinate, or those of a fixed joint; see `JointGroup.lock_at`."""
+    if joint.kind in ("revolute", "screw", "prismatic"):
+        return [coordinate_of(joint, 0.0, parts)]
+    own, other, base, arm = parts
+    found = [(ALONG, padded(*own[k], *arm, own[k] @ base)) for k in range(3)]
+    return found + [(ACROSS, padded(*own[j], *other[k])) for j, k in LOCKED_TURNS["fixed"]]
 
 
 def padded(*numbers: float) -> np.ndarray:
@@ -125,17 +115,3 @@ def coordinate_of(joint: SceneJoint, start: float, parts: tuple[np.ndarray, ...]
 def _turn(axis: np.ndarray, zero: np.ndarray, line: np.ndarray, start: float = 0.0) -> np.ndarray:
     """Constants of the angle about an axis of one body, from a line of it to a line of the other, `start` at zero."""
     return padded(*zero, *line, -start, *np.cross(axis, zero))
-
-
-def _inertia(rows: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """Inertia (n,) of each opening while all others stay closed, kg or kg m^2: the diagonal of (J M^-1 J^T)^-1.
-
-    With penalties in this ratio, the smallest eigenvalue of the penalties times J M^-1 J^T is their factor over n at least,
-    whatever the ratios of masses. Of openings that follow from others the pseudo-inverse has a share. `rows` are the
-    gradients (n, n_bodies, 6).
-    """
-    rows = (rows * np.sqrt(inverse)).reshape(len(rows), -1)
-    sizes = np.linalg.norm(rows, axis=1)
-    sizes[sizes == 0.0] = math.inf
-    scaled = rows / sizes[:, None]
-    return np.asarray(np.diag(np.linalg.pinv(scaled @ scaled.T, _REPEATED, hermitian=True)) / sizes**2)

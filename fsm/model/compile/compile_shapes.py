@@ -21,40 +21,31 @@ from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.shapes.plate_shapes import corner_neighbours, plate_shapes
 from fsm.model.contact.shapes.shape_tables import Shape
 from fsm.model.contact.shapes.side_contacts import Side, SideContacts
-from fsm.model.contact.sheets.sheet_contacts import SheetContacts
-from fsm.model.contact.sheets.sheet_tables import SheetSurface
+from fsm.model.contact.touching import Touching
 
 
-def compile_shapes(
-    scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool
-) -> tuple[ContactTable, ...]:
-    """Compile the geometries of all pairs except pairs of two surfaces and pairs without a movable body.
+def compile_shapes(touching: Touching) -> tuple[ContactTable, ...]:
+    """Compile the geometries of pairs of plates, obstacles and films, without pairs of which no body can move.
 
-    Parameters
-    ----------
-    scene : Scene
-        Without faults.
-    bodies : all bodies in the order of the system, starting with the ground
-    poses : (n_bodies, 3 or 7) array
-        Poses of the given scene; joined bodies that touch in these poses have no contact there.
-    spatial : bool
+    Joined bodies that touch in the poses of the given scene have no contact there.
 
     Notes
     -----
     The gap always includes the thickness of these plates. Without thickness, plates would have no rounding, and points could
     not penetrate.
     """
-    if scene.contact is None:
+    if touching.scene.contact is None:
         return ()
-    compiler = _ShapeCompiler(scene, bodies, poses, spatial)
+    compiler = _ShapeCompiler(touching)
     built: tuple[ContactTable | None, ...] = (
-        compiler.plates(), compiler.obstacles(), compiler.solids(), compiler.films(scene), compiler.sheet(scene),
+        compiler.plates(), compiler.obstacles(), compiler.solids(), compiler.films(touching.scene),
     )  # fmt: skip
     return tuple(geometry for geometry in built if geometry is not None)
 
 
 class _ShapeCompiler:
-    def __init__(self, scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool) -> None:
+    def __init__(self, touching: Touching) -> None:
+        scene, bodies, poses, spatial, pairs = touching
         assert scene.contact is not None
         self.points, self.poses, self.spatial = scene.contact.points_per_segment, poses, spatial
         self.bodies = bodies
@@ -77,18 +68,13 @@ class _ShapeCompiler:
         self.solid_pairs: list[tuple[int, int, int]] = []
         # films, each with the name of the other side
         self.film_pairs: list[tuple[str, str, int]] = []
-        # number of the pair for contact of flexible facets with each other
-        self.of_sheet: int | None = None
         self.known = known = contact_sides(scene)
         self.place = place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
-        for row, pair in enumerate(scene.pairs):
+        for row, pair in pairs:
             first, second = known[pair.first], known[pair.second]
-            films = "film" in (first.kind, second.kind)
-            if first.kind == second.kind == "surface" or (not films and self._fixed(first, second)):
+            if "film" not in (first.kind, second.kind) and self._fixed(first, second):
                 continue
-            if films and pair.first == pair.second == SHEET:
-                self.of_sheet = row
-            elif first.kind == "film":
+            if first.kind == "film":
                 self.film_pairs.append((pair.first, pair.second, row))
             elif second.kind == "film":
                 self.film_pairs.append((pair.second, pair.first, row))
@@ -193,18 +179,6 @@ class _ShapeCompiler:
             shapes + touched, sides, _sizes(touched) or [16.0 * math.sqrt(areas.mean())],
             joined=np.concatenate([self.joined, self._joined_to_films(scene)]), areas=areas,
         )  # fmt: skip
-
-    def sheet(self, scene: Scene) -> SheetContacts | None:
-        """Contacts of flexible facets with each other; None if there are none."""
-        sheet = scene.touching
-        if self.of_sheet is None or sheet is None or scene.contact is None:
-            return None
-        surface = SheetSurface(
-            np.array([self.index[frame.name] for frame in sheet.frames]), sheet.areas, sheet.triangles, sheet.facet,
-            sheet.plane, sheet.mean_facet, sheet.thickness if scene.contact.thickness_in_gap else 0.0, self.of_sheet,
-            scene.across_cuts,
-        )  # fmt: skip
-        return SheetContacts(surface, self.poses)
 
     def _across_cuts(self, scene: Scene) -> np.ndarray:
         """Pairs (m, 2) of bodies that are facets across a cut of a sheet of rigid facets."""

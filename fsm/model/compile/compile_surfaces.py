@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.case.models.contact import Contact
-from fsm.case.models.scene import Body, ContactPair, Plate, Scene
+from fsm.case.models.scene import ContactPair, Plate
 from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.surfaces import end_taper
 from fsm.interactions.surfaces.surface import BARE, CAP, STRAIGHT, TIP, pieces_of
 from fsm.model.contact.surfaces.corner_sides import Corners, find_corners
 from fsm.model.contact.surfaces.panel_points import PanelPoints
 from fsm.model.contact.surfaces.surface_contacts import Probes, SurfaceContacts, Surfaces
+from fsm.model.contact.touching import Touching
 
 _DEEPEST = 0.05
 """Depth above which a point counts as passed through a panel, relative to the panel's length."""
@@ -30,11 +30,10 @@ _TIPS = {"end-start": (0.0, STRAIGHT), "chain": (BARE, BARE), "none": (BARE, CAP
 """Tips of a surface for the points of another surface and for its ends; they depend on the connection of the two surfaces.
 Ends touch a body in frontal contact. Points beyond the end of the surface have a tapered weight there."""
 
-def compile_surfaces(
-    scene: Scene, contact: Contact, bodies: tuple[Body, ...], spatial: bool
-) -> tuple[SurfaceContacts, ...]:
+
+def compile_surfaces(touching: Touching) -> tuple[SurfaceContacts, ...]:
     """Compile the geometry of all pairs of surfaces that can move; empty if there are none."""
-    compiler = _SurfaceCompiler(scene, contact, bodies, spatial)
+    compiler = _SurfaceCompiler(touching)
     return (compiler.geometry(),) if compiler.pairs else ()
 
 
@@ -76,20 +75,18 @@ class _Face(NamedTuple):
 class _SurfaceCompiler:
     """Compiler of pairs of panels: it makes one panel's points into probes on the surface of the other."""
 
-    def __init__(self, scene: Scene, contact: Contact, bodies: tuple[Body, ...], spatial: bool) -> None:
-        self.scene, self.contact, self.all_bodies, self.spatial = scene, contact, bodies, spatial
+    def __init__(self, touching: Touching) -> None:
+        scene, bodies, _, spatial, pairs = touching
+        assert scene.contact is not None
+        self.contact, self.all_bodies, self.spatial = scene.contact, bodies, spatial
         self.index = {body.name: i for i, body in enumerate(bodies)}
         self.members_of = {surface.name: surface.bodies for surface in scene.surfaces}
         # pairs of surfaces with a moving body, and their numbers
-        self.pairs = [
-            (number, pair)
-            for number, pair in enumerate(scene.pairs)
-            if pair.first in self.members_of and pair.second in self.members_of and not self._fixed(pair)
-        ]
+        self.pairs = [(number, pair) for number, pair in pairs if not self._fixed(pair)]
         moving = [plate.length for body in bodies if (plate := body.plate) and not body.held]
         self._longest = max(moving, default=1.0)
         self._shallowest = _SEGMENTS_DEEP * self._longest
-        rule, mean_length = gauss_lobatto(contact.points_per_segment + 1), float(np.mean(moving or [1.0]))
+        rule, mean_length = gauss_lobatto(self.contact.points_per_segment + 1), float(np.mean(moving or [1.0]))
         self.members = {
             name: np.array([self.index[body] for body in names], dtype=np.int64) for name, names in self.members_of.items()
         }

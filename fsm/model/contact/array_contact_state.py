@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.interactions.contact.impacts import shared_weight
 from fsm.kernels.body_poses import pose_difference
-from fsm.kernels.jit import kernel
+from fsm.kernels.jit import kernel, shared
 from fsm.model.bodies.contact_arrays import (
     ACROSS,
     BELOW,
@@ -20,19 +21,15 @@ from fsm.model.bodies.contact_arrays import (
     EVALUATIONS,
     FOUND,
     FRICTION,
-    KIND,
     MARGIN,
     MEASURED,
     MOST,
-    SHAPES,
-    SHEETS,
     STARTED,
     ContactArrays,
-    ContactParts,
-    GeometryKernels,
     LawKernels,
     exponent_of,
 )
+from fsm.model.contact.geometry_calls import geometry_of
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -42,14 +39,6 @@ class Weighed(NamedTuple):
     rows: np.ndarray
     gradient: np.ndarray
     hessian: np.ndarray
-
-
-@kernel
-def geometry_of(g: ContactArrays, parts: ContactParts) -> GeometryKernels:
-    """Kernels of the geometry of a group."""
-    if g.state[KIND] == SHEETS:
-        return parts.sheets
-    return parts.shapes if g.state[KIND] == SHAPES else parts.surfaces
 
 
 @kernel
@@ -92,18 +81,18 @@ def increments(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def renew_search(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray) -> int:
+def renew_search(g: ContactArrays, poses: np.ndarray) -> int:
     """Update the broad phase and the weights of faces, if poses have changed; return 1 if the broad phase was updated."""
     state = g.state
     changed = state[CHANGES] == 1 and state[STARTED] == 1 and not equal_poses(poses, g.committed)
-    renewed = geometry.renew(g, poses)
-    if (renewed == 1 or changed) and state[KIND] == SHAPES:
-        geometry.settle(g, poses, state[:0], True)
+    renewed = geometry_of(g).renew(g, poses)
+    if renewed == 1 or changed:
+        geometry_of(g).settle(g, poses, state[:0], True)
     return int(renewed)
 
 
 @kernel
-def find_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, below: float) -> int:
+def find_slots(g: ContactArrays, poses: np.ndarray, below: float) -> int:
     """Find the slots (possible contacts) with a gap below a bound, and return their number. A repeated call with the same
     poses, and the same bound or the bound 0, uses the stored result.
     """
@@ -111,17 +100,17 @@ def find_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, b
     known = state[FOUND] >= 0 and (numbers[BELOW] == below or below == 0.0 <= numbers[BELOW])
     if known and equal_poses(poses, seen):
         if numbers[BELOW] != below:
-            _keep_touching(g, geometry)
+            _keep_touching(g)
         return int(state[FOUND])
-    renew_search(g, geometry, poses)
-    count = geometry.find(g, poses, below)
+    renew_search(g, poses)
+    count = geometry_of(g).find(g, poses, below)
     state[FOUND], state[MEASURED], numbers[BELOW] = count, 0, below
     copy_into(poses, seen)
     return int(count)
 
 
 @kernel
-def _keep_touching(g: ContactArrays, geometry: GeometryKernels) -> None:
+def _keep_touching(g: ContactArrays) -> None:
     """Reduce the contacts of the last search to those with a gap below 0."""
     slot, gap, state, count = g.slot, g.gap, g.state, 0
     rows = np.empty(state[FOUND], dtype=np.int64)
@@ -129,44 +118,44 @@ def _keep_touching(g: ContactArrays, geometry: GeometryKernels) -> None:
         if gap[i] < 0.0:
             slot[count], gap[count], rows[count] = slot[i], gap[i], i
             count += 1
-    geometry.select(g, rows[:count])
+    geometry_of(g).select(g, rows[:count])
     state[FOUND], state[MEASURED], g.numbers[BELOW] = count, 0, 0.0
 
 
 @kernel
-def find_pressed(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray) -> int:
+def find_pressed(g: ContactArrays, poses: np.ndarray) -> int:
     """Find the touching contacts, and those that an iteration of statics has opened slightly but that still have a depth.
 
     Returns their number.
     """
     pressed, slot, gap = g.pressed, g.slot, g.gap
-    count, kept, among = find_slots(g, geometry, poses, 0.0), 0, 0
+    count, kept, among = find_slots(g, poses, 0.0), 0, 0
     for k in range(pressed.shape[0]):
         kept += 1 if pressed[k] > 0.0 else 0
     for i in range(count):
         among += 1 if pressed[slot[i]] > 0.0 else 0
     if among == kept:
         return count
-    near, active = find_slots(g, geometry, poses, g.numbers[MARGIN]), 0
+    near, active = find_slots(g, poses, g.numbers[MARGIN]), 0
     rows = np.empty(near, dtype=np.int64)
     for i in range(near):
         if gap[i] < 0.0 or pressed[slot[i]] > 0.0:
             slot[active], gap[active], rows[active] = slot[i], gap[i], i
             active += 1
-    geometry.select(g, rows[:active])
+    geometry_of(g).select(g, rows[:active])
     g.state[FOUND] = -1
     return active
 
 
 @kernel
-def measure_slots(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+def measure_slots(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     """Compute rates and gradients of the contacts that were found. A repeated call with the same state uses the stored
     result.
     """
     state, seen = g.state, g.found_rates
     if state[MEASURED] == 1 and equal_poses(rates, seen):
         return
-    geometry.measure(g, poses, rates, count)
+    geometry_of(g).measure(g, poses, rates, count)
     state[MEASURED] = 1
     copy_into(rates, seen)
 
@@ -229,12 +218,23 @@ def write_bristles(g: ContactArrays, by_mean: np.ndarray, deflected: np.ndarray,
 
 
 @kernel
+def _of_friction(
+    g: ContactArrays, count: int
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Coefficient across a plate, slip velocities, normal forces, bodies, rates, derivatives by rotation, and parameters."""
+    return (
+        g.numbers[ACROSS], g.slip[:count], g.normal_force[:count], g.bodies[:count], g.rate[:count], g.by_turn[:count],
+        g.friction,
+    )  # fmt: skip
+
+
+@shared
 def _set_friction(g: ContactArrays, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
     """Write friction and its derivatives; return whether bristles have a stiffness."""
-    state, normal, slip, bodies, params = g.state, g.normal_force[:count], g.slip[:count], g.bodies[:count], g.friction
+    state = g.state
     if state[FRICTION] == 0:
         return False
-    across, rate, by_turn = g.numbers[ACROSS], g.rate[:count], g.by_turn[:count]
+    across, slip, normal, bodies, rate, by_turn, params = _of_friction(g, count)
     if state[BRISTLE] == 0:
         if across != 1.0:
             laws.stretch(slip, poses, bodies, across)
@@ -309,12 +309,12 @@ def write_normal(g: ContactArrays, normal: np.ndarray, slopes: np.ndarray) -> No
 
 
 @kernel
-def prepare(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, rates: np.ndarray, count: int) -> Weighed:
+def prepare(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> Weighed:
     """Write rates, gradients, and the arguments of the laws, of the contacts that have been found."""
     g.state[EVALUATIONS] += 1
-    measure_slots(g, geometry, poses, rates, count)
+    measure_slots(g, poses, rates, count)
     _set_arguments(g, count)
-    rows, part, gradient, hessian = geometry.tapered(g, poses, count)
+    rows, part, gradient, hessian = geometry_of(g).tapered(g, poses, count)
     share = g.share_of
     for k in range(rows.shape[0]):
         share[rows[k]] *= part[k]
@@ -322,8 +322,16 @@ def prepare(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, rate
 
 
 @kernel
+def _of_normal(
+    g: ContactArrays, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Arguments of the normal law: depths, closing speeds, initial closing speeds, shares and parameters."""
+    return g.at[:count], g.closing[:count], g.onset_of[:count], g.share_of[:count], g.normal
+
+
+@shared
 def evaluate(
-    g: ContactArrays, geometry: GeometryKernels, laws: LawKernels, t: float, poses: np.ndarray, rates: np.ndarray,
+    g: ContactArrays, laws: LawKernels, t: float, poses: np.ndarray, rates: np.ndarray,
     mean_rates: bool, count: int, at_depths: bool,
 ) -> tuple[Weighed, bool]:  # fmt: skip
     """Compute the forces of the contacts that have been found; also return whether bristles have a stiffness.
@@ -331,14 +339,14 @@ def evaluate(
     With `mean_rates`, the rates are means over the step, and the deflection of the bristles follows from the same means.
     With `at_depths`, the normal law is linearised at the depths of statics.
     """
-    weighed = prepare(g, geometry, poses, rates, count)
-    at, closing, onset, share = g.at[:count], g.closing[:count], g.onset_of[:count], g.share_of[:count]
+    weighed = prepare(g, poses, rates, count)
+    at, closing, onset, share, params = _of_normal(g, count)
     if at_depths:
         force = closing[:0]
         if any_limited(g, count):
-            force, _ = laws.normal(at, closing, onset, share, g.normal)
+            force, _ = laws.normal(at, closing, onset, share, params)
         set_depths(g, force, weighed.rows, count)
-    normal, slopes = laws.normal(at, closing, onset, share, g.normal)
+    normal, slopes = laws.normal(at, closing, onset, share, params)
     write_normal(g, normal, slopes)
     return weighed, _set_friction(g, laws, t, poses, mean_rates, count)
 
@@ -377,7 +385,24 @@ def add_forces(g: ContactArrays, weighed: Weighed, energy: np.ndarray, count: in
                 total[bodies[rows[k], b], c] -= energy[k] * weighed.gradient[k, b * size + c]
 
 
-@kernel
+@shared
+def taper_energy(g: ContactArrays, laws: LawKernels, rows: np.ndarray) -> np.ndarray:
+    """Energies (J) of contacts whose weights change with the poses."""
+    if rows.shape[0] == 0:
+        return g.gap[:0]
+    depth, whole = taper_arguments(g, rows)
+    energy: np.ndarray = laws.energy(depth, whole, g.normal)
+    return energy
+
+
+@shared
+def unit_energies(g: ContactArrays, laws: LawKernels, share: np.ndarray) -> np.ndarray:
+    """Energies (J) of contacts with these shares at the depth 1 m."""
+    energy: np.ndarray = laws.energy(np.ones(share.shape[0]), shared_weight(share), g.normal)
+    return energy
+
+
+@shared
 def elastic_force(g: ContactArrays, laws: LawKernels, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Normal forces of contacts with zero rates."""
     force: np.ndarray

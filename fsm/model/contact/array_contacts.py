@@ -9,33 +9,29 @@ import numpy as np
 
 from fsm.interactions.contact.bristle import add_way_stiffness, carried
 from fsm.interactions.contact.contact_depths import advance_depths
-from fsm.interactions.contact.impacts import CORNER_WEIGHT, fraction_before, longest_step, shared_weight, young_impacts
+from fsm.interactions.contact.impacts import CORNER_WEIGHT, fraction_before, longest_step, young_impacts
 from fsm.interactions.contact.pair_sums import FORCE as FORCES
 from fsm.interactions.contact.pair_sums import SLIDING, smallest_gaps, sums_of_pairs
 from fsm.interactions.surfaces.end_taper import add_taper_tangent
 from fsm.kernels.addresses import floats_2d, floats_3d
-from fsm.kernels.jit import kernel
+from fsm.kernels.jit import kernel, shared
 from fsm.model.bodies.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
 from fsm.model.bodies.contact_arrays import (
     ACROSS,
     ACTIVE,
     COMMITTED_AT,
+    FADES,
     FRICTION,
-    KIND,
     LOSSY,
     MARGIN,
     MOST,
-    SHEETS,
+    RENUMBERS,
     STARTED,
-    SURFACES,
     ContactArrays,
     ContactKernels,
-    ContactParts,
-    GeometryKernels,
     LawKernels,
     contacts_at,
     floor_of,
-    index_of,
     resolves,
     rules_of,
 )
@@ -47,13 +43,15 @@ from fsm.model.contact.array_contact_state import (
     evaluate,
     find_pressed,
     find_slots,
-    geometry_of,
     increments,
     measure_slots,
     renew_search,
     taper_arguments,
+    taper_energy,
+    unit_energies,
     values_at,
 )
+from fsm.model.contact.geometry_calls import geometry_of
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -68,83 +66,81 @@ def _mark(g: ContactArrays, count: int) -> None:
 
 
 @kernel
-def _taper_energy(g: ContactArrays, laws: LawKernels, rows: np.ndarray) -> np.ndarray:
-    """Energies (J) of contacts whose weights change with the poses."""
-    if rows.shape[0] == 0:
-        return g.gap[:0]
-    depth, whole = taper_arguments(g, rows)
-    energy: np.ndarray = laws.energy(depth, whole, g.normal)
-    return energy
-
-
-@kernel
-def _force(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
+def _force(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool) -> None:
     """Add the forces of all contacts; `mean_rates` as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g, parts)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_slots(g, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            add_forces(g, weighed, _taper_energy(g, parts.laws, weighed.rows), count, total)
+            weighed, _ = evaluate(g, laws, t, poses, rates, mean_rates, count, False)
+            add_forces(g, weighed, taper_energy(g, laws, weighed.rows), count, total)
         _mark(g, count)
 
 
 @kernel
 def _tangent(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, at_depths: bool
+    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool, at_depths: bool
 ) -> None:
     """Add the forces of all contacts, and their stiffness K and damping D; arguments as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g, parts)
-        count = find_pressed(g, geometry, poses) if at_depths else find_slots(g, geometry, poses, 0.0)
+        count = find_pressed(g, poses) if at_depths else find_slots(g, poses, 0.0)
         g.state[ACTIVE] = count
         if count == 0:
             _mark(g, count)
             continue
-        weighed, bristles = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, at_depths)
+        weighed, bristles = evaluate(g, laws, t, poses, rates, mean_rates, count, at_depths)
         _mark(g, count)
-        add_forces(g, weighed, _taper_energy(g, parts.laws, weighed.rows), count, total)
-        geometry.tangent(g, poses, rates, count, stiffness, damping)
-        if weighed.rows.shape[0] > 0:
-            _add_taper_tangent(g, parts.laws, weighed, count, stiffness)
-        dof, indptr, indices = index_of(g)
-        if g.numbers[ACROSS] != 1.0:
-            parts.laws.add_turn_stiffness(
-                g.bodies[:count], g.gradient[:count], g.by_turn[:count], dof, indptr, indices, stiffness
-            )
-        if bristles:
-            add_way_stiffness(
-                g.bodies[:count], g.gradient[:count], g.by_distance[:count], dof,
-                indptr, indices, stiffness,
-            )  # fmt: skip
+        add_forces(g, weighed, taper_energy(g, laws, weighed.rows), count, total)
+        add_tangent(g, laws, weighed, bristles, poses, rates, count, stiffness, damping)
 
 
 @kernel
+def _add_geometric_tangent(
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+) -> None:
+    geometry_of(g).tangent(g, poses, rates, count, stiffness, damping)
+
+
+@shared
+def add_tangent(
+    g: ContactArrays, laws: LawKernels, weighed: Weighed, bristles: bool, poses: np.ndarray, rates: np.ndarray, count: int,
+    stiffness: np.ndarray, damping: np.ndarray,
+) -> None:  # fmt: skip
+    """Add stiffness K and damping D of the evaluated contacts; arguments as `evaluate` returns them."""
+    _add_geometric_tangent(g, poses, rates, count, stiffness, damping)
+    if weighed.rows.shape[0] > 0:
+        _add_taper_tangent(g, laws, weighed, count, stiffness)
+    bodies, gradient = g.bodies[:count], g.gradient[:count]
+    if g.numbers[ACROSS] != 1.0:
+        laws.add_turn_stiffness(bodies, gradient, g.by_turn[:count], g.dof, g.indptr, g.indices, stiffness)
+    if bristles:
+        add_way_stiffness(bodies, gradient, g.by_distance[:count], g.dof, g.indptr, g.indices, stiffness)
+
+
+@shared
 def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, stiffness: np.ndarray) -> None:
     rows, params = weighed.rows, g.normal
     depth, whole = taper_arguments(g, rows)
     closing, onset = -values_at(column_of(g.rate[:count], 0, 1.0), rows), values_at(g.onset_of, rows)
     normal, _ = laws.normal(depth, closing, onset, whole, params)
-    dof, indptr, indices = index_of(g)
     add_taper_tangent(
         g.bodies[:count], g.gradient[:count], rows, weighed.gradient, weighed.hessian,
         laws.energy(depth, whole, params), elastic_force(g, laws, depth, whole), normal, g.by_normal[:count],
-        dof, indptr, indices, stiffness,
+        g.dof, g.indptr, g.indices, stiffness,
     )  # fmt: skip
 
 
 @kernel
-def _press(groups: np.ndarray, parts: ContactParts, most: float) -> None:
+def _press(groups: np.ndarray, most: float) -> None:
     """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        if g.state[KIND] == SHEETS:  # the slots must contain the contacts of the last accepted state
-            parts.sheets.renew(g, g.committed)
+        if g.state[RENUMBERS] == 1:  # the slots must contain the contacts of the last accepted state
+            geometry_of(g).renew(g, g.committed)
         copy_into(g.depth, g.pressed)
         copy_into(g.depth, g.pressed_before)
         g.numbers[MOST] = most
@@ -182,20 +178,13 @@ def _advance(groups: np.ndarray, change: np.ndarray, per_second: float) -> None:
 
 
 @kernel
-def _unit_energy(g: ContactArrays, laws: LawKernels, share: np.ndarray) -> np.ndarray:
-    energy: np.ndarray = laws.energy(np.ones(share.shape[0]), shared_weight(share), g.normal)
-    return energy
-
-
-@kernel
-def _passed(table: np.ndarray, groups: np.ndarray, parts: ContactParts) -> bool:
+def _passed(table: np.ndarray, groups: np.ndarray) -> bool:
     """Whether sides have passed through each other since the last accepted state."""
     poses = floats_2d(table, POSES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g, parts)
-        renew_search(g, geometry, poses)
-        if geometry.passed(g, poses) >= 0:
+        renew_search(g, poses)
+        if geometry_of(g).passed(g, poses) >= 0:
             return True
     return False
 
@@ -222,60 +211,58 @@ def longest_of_impacts(g: ContactArrays, unit_energy: np.ndarray, t: float, rate
 
 
 @kernel
-def _part_of_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float) -> float:
+def _part_of_step(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, step: float) -> float:
     """Return 1 to accept a step, or the factor by which a rejected step is shortened; see `ContactSet.rejection`."""
     poses, rates, part = floats_2d(table, POSES), floats_2d(table, RATES), 1.0
-    if _passed(table, groups, parts):
+    if _passed(table, groups):
         return 0.5
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         if g.state[STARTED] == 0 or not resolves(g):
             continue
-        geometry = geometry_of(g, parts)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
-        unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
-        part = min(part, part_before_impacts(g, unit_energy, step))
+        evaluate(g, laws, t, poses, rates, False, count, False)
+        of_unit = unit_energies(g, laws, values_at(g.share, g.slot[:count]))
+        part = min(part, part_before_impacts(g, of_unit, step))
     return part
 
 
 @kernel
-def _longest_step(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float) -> float:
+def _longest_step(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float) -> float:
     """Longest step that resolves impacts, s."""
     poses, rates, longest = floats_2d(table, POSES), floats_2d(table, RATES), np.inf
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         if not resolves(g):
             continue
-        geometry = geometry_of(g, parts)
-        count = find_slots(g, geometry, poses, g.numbers[MARGIN])
+        count = find_slots(g, poses, g.numbers[MARGIN])
         if count == 0:
             continue
-        measure_slots(g, geometry, poses, rates, count)
-        unit_energy = _unit_energy(g, parts.laws, values_at(g.share, g.slot[:count]))
-        longest = min(longest, longest_of_impacts(g, unit_energy, t, rates))
+        measure_slots(g, poses, rates, count)
+        of_unit = unit_energies(g, laws, values_at(g.share, g.slot[:count]))
+        longest = min(longest, longest_of_impacts(g, of_unit, t, rates))
     return longest
 
 
 @kernel
-def _accept(table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool) -> None:
+def _accept(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool) -> None:
     """Update the memory of all contacts; see `ContactGroup.commit`; `mean_rates` as for `evaluate`."""
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry, unit_energy = geometry_of(g, parts), g.gap[:0]
-        count = find_slots(g, geometry, poses, 0.0)
+        of_unit = g.gap[:0]
+        count = find_slots(g, poses, 0.0)
         if count > 0:
-            evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            unit_energy = _unit_energy(g, parts.laws, np.full(count, CORNER_WEIGHT))
-        accept_group(g, geometry, unit_energy, t, poses, rates)
+            evaluate(g, laws, t, poses, rates, mean_rates, count, False)
+            of_unit = unit_energies(g, laws, np.full(count, CORNER_WEIGHT))
+        accept_group(g, of_unit, t, poses, rates)
 
 
 @kernel
 def accept_group(
-    g: ContactArrays, geometry: GeometryKernels, unit_energy: np.ndarray, t: float, poses: np.ndarray, rates: np.ndarray
+    g: ContactArrays, unit_energy: np.ndarray, t: float, poses: np.ndarray, rates: np.ndarray
 ) -> None:
     """Update the memory of a group after an accepted step: onset of the evaluated contacts and deflection of bristles.
 
@@ -290,7 +277,7 @@ def accept_group(
     copy_into(rates, g.rates_before)
     copy_into(poses, g.committed)
     g.state[STARTED] = 1
-    geometry.settle(g, poses, young, False)
+    geometry_of(g).settle(g, poses, young, False)
 
 
 @kernel
@@ -338,27 +325,28 @@ def _remember(g: ContactArrays, unit_energy: np.ndarray, t: float, poses: np.nda
 # energies ---------------------------------------------------------------------------------------------------------------
 
 
-@kernel
-def _sums(g: ContactArrays, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
-    return sums_of_contacts(g, elastic_force(g, laws, -g.gap[:count], g.share_of[:count]), pairs)
+@shared
+def sums(g: ContactArrays, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
+    """Sums (6, pairs) over the evaluated contacts of every pair, see `sums_of_pairs`."""
+    return _sums(g, elastic_force(g, laws, -g.gap[:count], g.share_of[:count]), pairs)
 
 
 @kernel
-def sums_of_contacts(g: ContactArrays, elastic: np.ndarray, pairs: int) -> np.ndarray:
-    """Sums over the evaluated contacts of every pair, see `sums_of_pairs`; `elastic` (N) are their forces at rest."""
+def _sums(g: ContactArrays, elastic: np.ndarray, pairs: int) -> np.ndarray:
+    """Sums with the forces (N) of the contacts at rest."""
     count = elastic.shape[0]
     slot, share, own, part = g.slot[:count], g.share_of, g.share, np.empty(count)
     for i in range(count):
         part[i] = share[i] / own[slot[i]]
-    sums: np.ndarray = sums_of_pairs(
+    found: np.ndarray = sums_of_pairs(
         g.pair, slot, g.area, part, g.normal_force[:count], elastic, g.rate[:count], g.effort[:count], pairs
     )
-    return sums
+    return found
 
 
 @kernel
 def _stored(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, step: float, pair_force: np.ndarray
+    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, step: float, pair_force: np.ndarray
 ) -> tuple[float, float]:
     """Energy (J) and mean dissipated power (W) of all contacts; writes the normal forces of all pairs."""
     poses, rates, before = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, BEFORE)
@@ -367,17 +355,16 @@ def _stored(
     pair_force[:] = 0.0
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry = geometry_of(g, parts)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
-        energy = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
+        evaluate(g, laws, t, poses, rates, False, count, False)
+        energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
         for i in range(energy.shape[0]):
             stored += energy[i]
-        sums = _sums(g, parts.laws, count, pairs)
+        of_pair = sums(g, laws, count, pairs)
         for p in range(pairs):
-            pair_force[p] += sums[FORCES, p]
+            pair_force[p] += of_pair[FORCES, p]
     if step > 0.0:
         mean = increments(before, poses)
         for i in range(mean.shape[0]):
@@ -388,17 +375,17 @@ def _stored(
                 g = contacts_at(groups, k)
                 if g.state[LOSSY] == 0:
                     continue
-                geometry, at = geometry_of(g, parts), poses if end == 1 else before
-                count = find_slots(g, geometry, at, 0.0)
+                at = poses if end == 1 else before
+                count = find_slots(g, at, 0.0)
                 if count == 0:
                     continue
                 when = t if end == 1 else t - step
-                evaluate(g, geometry, parts.laws, when, at, mean, True, count, False)
-                sums = _sums(g, parts.laws, count, pairs)
+                evaluate(g, laws, when, at, mean, True, count, False)
+                of_pair = sums(g, laws, count, pairs)
                 for p in range(pairs):
                     for row in range(2):
-                        power += 0.5 * sums[SLIDING + row, p]
-                        pair_energy[row, p] += 0.5 * step * sums[SLIDING + row, p]
+                        power += 0.5 * of_pair[SLIDING + row, p]
+                        pair_energy[row, p] += 0.5 * step * of_pair[SLIDING + row, p]
     copy_into(poses, before)
     return stored, power
 
@@ -407,32 +394,32 @@ def _stored(
 def deepest_of_pairs(g: ContactArrays, tapered: np.ndarray, count: int, gap: np.ndarray) -> None:
     """Reduce the gaps (n_pairs,) of pairs to those of the evaluated contacts, m."""
     depth = -g.gap[:count]
-    if g.state[KIND] == SURFACES and tapered.shape[0] > 0:  # the depth of points at ends fades out
+    if g.state[FADES] == 1 and tapered.shape[0] > 0:
         for i in range(count):
             depth[i] *= min(g.share_of[i] / g.share[g.slot[i]], 1.0)
     smallest_gaps(g.pair, g.slot[:count], -depth, gap)
 
 
 @kernel
-def close_gaps(g: ContactArrays, geometry: GeometryKernels, poses: np.ndarray, gap: np.ndarray) -> None:
+def close_gaps(g: ContactArrays, poses: np.ndarray, gap: np.ndarray) -> None:
     """Reduce the gaps (n_pairs,) of pairs, m, to those of contacts within the margin that do not touch.
 
     All slots of sheets belong to one pair, and few of them are near: the bound of the search grows until there is one.
     """
     below = g.numbers[MARGIN]
-    if g.state[KIND] == SHEETS:
+    if g.state[RENUMBERS] == 1:
         if g.pair.shape[0] == 0 or gap[g.pair[0]] <= 0.0:
             return
         below /= 64.0
-        while below < g.numbers[MARGIN] and find_slots(g, geometry, poses, below) == 0:
+        while below < g.numbers[MARGIN] and find_slots(g, poses, below) == 0:
             below = min(8.0 * below, g.numbers[MARGIN])
-    near = find_slots(g, geometry, poses, below)
+    near = find_slots(g, poses, below)
     smallest_gaps(g.pair, g.slot[:near], np.maximum(g.gap[:near], 0.0), gap)
 
 
 @kernel
 def _state_of_pairs(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, mean_rates: bool, out: np.ndarray
+    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool, out: np.ndarray
 ) -> tuple[float, float]:
     """Energy (J) and dissipated power (W) of all contacts; see `ContactGroup.observe`.
 
@@ -444,21 +431,21 @@ def _state_of_pairs(
     out[last] = np.inf
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        geometry, gap = geometry_of(g, parts), np.full(pairs, g.numbers[MARGIN])
-        count = find_slots(g, geometry, poses, 0.0)
+        gap = np.full(pairs, g.numbers[MARGIN])
+        count = find_slots(g, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, geometry, parts.laws, t, poses, rates, mean_rates, count, False)
-            energy = parts.laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
+            weighed, _ = evaluate(g, laws, t, poses, rates, mean_rates, count, False)
+            energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
             for i in range(count):
                 stored += energy[i]
-            sums = _sums(g, parts.laws, count, pairs)
+            of_pair = sums(g, laws, count, pairs)
             for p in range(pairs):
                 for row in range(last):
-                    out[row, p] += sums[row, p]
+                    out[row, p] += of_pair[row, p]
                 for row in range(2):
-                    power += sums[SLIDING + row, p]
+                    power += of_pair[SLIDING + row, p]
             deepest_of_pairs(g, weighed.rows, count, gap)
-        close_gaps(g, geometry, poses, gap)
+        close_gaps(g, poses, gap)
         for p in range(pairs):
             out[last, p] = min(out[last, p], gap[p])
     return stored, power
@@ -466,7 +453,7 @@ def _state_of_pairs(
 
 @kernel
 def _losses(
-    table: np.ndarray, groups: np.ndarray, parts: ContactParts, t: float, of_pairs: np.ndarray
+    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, of_pairs: np.ndarray
 ) -> float:
     """Dissipated power (W) of all contacts at the present rates; the power of each pair is added to `of_pairs` (2,
     n_pairs).
@@ -476,16 +463,15 @@ def _losses(
         g = contacts_at(groups, k)
         if g.state[LOSSY] == 0:
             continue
-        geometry = geometry_of(g, parts)
-        count = find_slots(g, geometry, poses, 0.0)
+        count = find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, geometry, parts.laws, t, poses, rates, False, count, False)
-        sums = _sums(g, parts.laws, count, of_pairs.shape[1])
+        evaluate(g, laws, t, poses, rates, False, count, False)
+        of_pair = sums(g, laws, count, of_pairs.shape[1])
         for p in range(of_pairs.shape[1]):
             for row in range(2):
-                power += sums[SLIDING + row, p]
-                of_pairs[row, p] += sums[SLIDING + row, p]
+                power += of_pair[SLIDING + row, p]
+                of_pairs[row, p] += of_pair[SLIDING + row, p]
     return power
 
 

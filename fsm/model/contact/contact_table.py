@@ -10,26 +10,25 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from functools import cache
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
 from fsm.kernels.keys import find_keys
-from fsm.kernels.pointers import enter, pointers
-from fsm.kernels.tables import Table, TableExample, as_declared, empty_arrays, with_rows
+from fsm.kernels.tables import Table, as_declared, empty_arrays, with_rows
 from fsm.model.bodies.contact_arrays import (
     BELOW,
     CHANGES,
     COMMITTED_AT,
     EVALUATIONS,
+    FADES,
     FOUND,
-    KIND,
     LACKS,
     MEASURED,
     MOST,
     OF_SLOTS,
     REFERRED,
+    RENUMBERS,
     STARTED,
     STATES,
     ContactArrays,
@@ -38,6 +37,7 @@ from fsm.model.bodies.contact_arrays import (
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.array_contact_state import find_slots, renew_search
 from fsm.model.contact.contact_memory import ContactDepths, ContactMemory
+from fsm.model.contact.geometry_calls import calls_of
 
 Own = TypeVar("Own", bound="ContactTable")
 _NONE = np.zeros(0, dtype=np.int64)
@@ -121,9 +121,12 @@ class ContactTable(ABC):
         Number of calls of `find`, `measure` and `commit`, which overwrite the contacts of the last evaluated state.
     """
 
-    kind: ClassVar[int]
     coupled_bodies: ClassVar[int]
     """Number of bodies of a contact."""
+    renumbers: ClassVar[bool] = False
+    """Whether a renewal of the broad phase in compiled steps gives slots other numbers."""
+    fades: ClassVar[bool] = False
+    """Whether the depth of a contact, as a result, fades out with its tapered weight."""
     found: ClassVar[tuple[str, ...]] = ()
     """Arrays that `find` writes for this geometry alone."""
     table: Any
@@ -134,9 +137,10 @@ class ContactTable(ABC):
         self.kernels, self.slips, self.margin = kernels, slips, margin
         size, bodies, state = 3 if slips == 1 else 6, self.coupled_bodies, np.zeros(STATES, dtype=np.int64)
         poses, ways, square = np.zeros((0, 3 if slips == 1 else 7)), np.zeros((0, slips)), np.zeros((0, slips, slips))
-        state[FOUND], state[KIND] = -1, self.kind
+        state[FOUND], state[RENUMBERS], state[FADES] = -1, self.renumbers, self.fades
         common = empty_arrays(ContactArrays)._replace(
-            state=state, numbers=np.array([margin, 0.0, 0.0, 0.0, 1.0]), resolving=np.zeros(6), committed=poses,
+            state=state, calls=calls_of(kernels), numbers=np.array([margin, 0.0, 0.0, 0.0, 1.0]), resolving=np.zeros(6),
+            committed=poses,
             reference=poses, found_poses=poses, moving=moving, radii=radii, deflection=ways,
             bodies=np.zeros((0, bodies), dtype=np.int64), rate=np.zeros((0, 1 + slips)),
             gradient=np.zeros((0, 1 + slips, bodies * size)), slip=ways, effort=ways, by_slip=square, by_normal=ways,
@@ -157,11 +161,6 @@ class ContactTable(ABC):
     def own(self) -> Any:
         """Arrays of the geometry."""
         return self.table.parts[1]
-
-    def call(self, function: Any, *arguments: Any) -> Any:
-        """Call a kernel whose first arguments are the table and the kernels of the geometry."""
-        kernels = pointers_of(self.kernels)
-        return enter(kernels.find, function, self.table, kernels, *arguments)
 
     def with_slots(self, own: Any, count: int, share: np.ndarray, area: np.ndarray, pair: np.ndarray) -> None:
         """Replace all slots; their memory is zero."""
@@ -255,7 +254,7 @@ class ContactTable(ABC):
     def refresh(self, poses: np.ndarray) -> None:
         """Renew the broad phase if bodies have moved too far."""
         self.size_for(len(poses))
-        if self.call(renew_search, poses):
+        if renew_search(self.table, poses):
             self._renewed()
 
     def _renewed(self) -> None:
@@ -264,7 +263,7 @@ class ContactTable(ABC):
     def search(self, poses: np.ndarray, below: float) -> int:
         """Write the slots whose gap is below a bound, m, at most the margin, and return their number."""
         self.refresh(poses)
-        return int(self.call(find_slots, poses, float(below)))
+        return int(find_slots(self.table, poses, float(below)))
 
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """Find the slots whose gap is below a bound, m; the bound is at most the margin."""
@@ -285,15 +284,12 @@ class ContactTable(ABC):
         bodies, rate, gradient = (values[:count].copy() for values in (common.bodies, common.rate, common.gradient))
         return ContactKinematics(bodies, rate, gradient, tapered if len(tapered.rows) else None)
 
-    def add_tangent(
-        self, poses: np.ndarray, rates: np.ndarray, count: int, pattern: BodyPattern, stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:  # fmt: skip
-        """Add -dh/dx and -dh/du of the evaluated contacts to the block data."""
+    def call_with(self, pattern: BodyPattern, function: Any, *arguments: Any) -> None:
+        """Call a function whose first argument is the table, with another pattern."""
         dof, indptr, indices = pattern.index
         without = self.common.dof
         self.table.put(dof=dof, indptr=indptr, indices=indices)
-        self.kernels.tangent(self.table, poses, rates, count, stiffness, damping)
+        function(self.table, *arguments)
         self.table.put(dof=without, indptr=_NONE, indices=_NONE)  # so that the broad phase does not check this pattern
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
@@ -379,17 +375,3 @@ class ContactTable(ABC):
         self.common.state[LACKS] = self.common.state[MEASURED] = 0
 
 
-@cache
-def pointers_of(kernels: GeometryKernels) -> GeometryKernels:
-    """Pointers to the kernels of a geometry."""
-    return pointers(kernels, geometry_arguments())
-
-
-def geometry_arguments() -> GeometryKernels:
-    """Examples of the arguments of each kernel of a geometry."""
-    g, whole = TableExample(ContactArrays), np.zeros(0, dtype=np.int64)
-    two, three = np.zeros((0, 0)), np.zeros((0, 0, 0))
-    return GeometryKernels(
-        (g, two), (g, two, 0.0), (g, two, two, 0), (g, whole), (g, two, 0), (g, two, two, 0, three, three), (g, two),
-        (g, two, whole, True),
-    )  # fmt: skip

@@ -6,11 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.contact.anisotropic_friction import add_turn_stiffness, stretch, stretch_efforts
-from fsm.interactions.contact.bristle import add_way_stiffness
-from fsm.interactions.contact.impacts import CORNER_WEIGHT, shared_weight
+from fsm.interactions.contact.impacts import CORNER_WEIGHT
 from fsm.interactions.contact.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING, smallest_gaps
-from fsm.interactions.surfaces.end_taper import add_taper_tangent
 from fsm.model.bodies.contact_arrays import (
     ACROSS,
     BRISTLE,
@@ -30,26 +27,22 @@ from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.array_contact_state import (
     Weighed,
     add_forces,
-    any_limited,
-    bristle_arguments,
+    evaluate,
     find_pressed,
     measure_slots,
-    prepare,
-    set_depths,
-    taper_arguments,
-    write_bristles,
-    write_friction,
-    write_normal,
+    taper_energy,
+    unit_energies,
 )
 from fsm.model.contact.array_contacts import (
     accept_group,
+    add_tangent,
     advanced,
     deepest_of_pairs,
     longest_of_impacts,
     part_before_impacts,
-    sums_of_contacts,
+    sums,
 )
-from fsm.model.contact.contact_forces import FrictionForce, NormalForce
+from fsm.model.contact.contact_forces import FrictionForce, NormalForce, laws_in_python
 from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.contact.contact_table import ContactTable
 from fsm.solve.interface.records import PairState
@@ -74,8 +67,8 @@ class _Evaluated(NamedTuple):
 class ContactGroup(Group):
     """Contacts of one geometry.
 
-    The table of the geometry holds the state. The methods call the kernels of compiled steps on this table one by one; only
-    the laws, which may be functions of a user in Python, are called from here.
+    The table of the geometry holds the state. The methods call the functions of compiled steps on this table one by one,
+    with laws that may be functions of a user in Python.
 
     Parameters
     ----------
@@ -104,7 +97,7 @@ class ContactGroup(Group):
         n_pairs: int,
     ) -> None:
         self.geometry, self.normal, self.friction = geometry, normal, friction
-        self.n_pairs, self.mobility = n_pairs, mobility
+        self.n_pairs, self.mobility, self._laws = n_pairs, mobility, laws_in_python(normal, friction)
         self.resolves = normal.law.restitution or bool(loose.any())
         self.evaluations = self.changes = 0
         self._renewals_before = 0
@@ -166,50 +159,18 @@ class ContactGroup(Group):
     def _find(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pressed: ContactDepths | None
     ) -> _Evaluated | None:
-        geometry, law, params = self.geometry, self.normal.law, self.normal.params
+        geometry = self.geometry
         self.evaluations += 1
         if pressed is None:
             count = geometry.search(poses, 0.0)
         else:
             geometry.press(pressed)
-            count = int(geometry.call(find_pressed, poses))
+            count = int(find_pressed(geometry.table, poses))
         if not count:
             return None
-        table, g = geometry.table, geometry.common
-        weighed = geometry.call(prepare, poses, rates, count)
-        at, rest = g.at[:count], (g.closing[:count], g.onset_of[:count], g.share_of[:count], params)
-        if pressed is not None:
-            force = _floats(law.force(at, *rest)[0]) if any_limited(table, count) else np.zeros(0)
-            set_depths(table, force, weighed.rows, count)
-        normal, slopes = law.force(at, *rest)
-        write_normal(table, _floats(normal), _floats(slopes))
-        return _Evaluated(count, weighed, self._set_friction(t, poses, past is not None, count))
-
-    def _set_friction(self, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
-        """Write friction and its derivatives; return whether bristles have a stiffness."""
-        friction, table, g = self.friction, self.geometry.table, self.geometry.common
-        if friction is None:
-            return False
-        slip, normal, bodies = g.slip[:count], g.normal_force[:count], g.bodies[:count]
-        across, mean, duration, deflected = g.numbers[ACROSS], slip[:0], 0.0, slip
-        by_mean = g.by_slip[:0]
-        if friction.law.bristle:
-            mean, deflection, duration = bristle_arguments(table, float(t), poses, mean_rates, count)
-        seen = mean
-        if across != 1.0:
-            seen = mean.copy()
-            stretch(slip, poses, bodies, across)
-            stretch(seen, poses, bodies, across)
-        if friction.law.bristle:
-            results = friction.law.effort(slip, seen, normal, deflection, duration, friction.params)
-            effort, by_slip, by_mean, by_normal, deflected = map(_floats, results)
-        else:
-            effort, by_slip, by_normal = map(_floats, friction.law.effort(slip, normal, friction.params))
-        if across != 1.0:
-            of_rate = g.rate[:count], mean, effort, by_slip, by_mean, by_normal, g.by_turn[:count]
-            stretch_efforts(poses, bodies, across, *of_rate)
-        write_friction(table, effort, by_slip, by_normal)
-        return bool(friction.law.bristle and write_bristles(table, by_mean, deflected, duration, mean_rates))
+        mean_rates, at_depths = past is not None, pressed is not None
+        found = evaluate(geometry.table, self._laws, float(t), poses, rates, mean_rates, count, at_depths)
+        return _Evaluated(count, *found)
 
     def pressed(self, most: float) -> ContactDepths:
         """Depths in the last accepted state; see `ContactDepths`."""
@@ -233,21 +194,17 @@ class ContactGroup(Group):
         key, pressing = geometry.keys(geometry.common.slot[: found.number]), depth > 0.0
         return ContactDepths(key[pressing], depth[pressing], pressed.most)
 
-    def _taper_energy(self, rows: np.ndarray) -> np.ndarray:
-        """Energies of contacts whose weights change with the poses, J."""
-        if not len(rows):
-            return np.zeros(0)
-        depth, whole = taper_arguments(self.geometry.table, rows)
-        return _floats(self.normal.law.energy(depth, whole, self.normal.params))
-
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         found = self._evaluate(t, poses, rates, past)
         if found is not None:
-            energy = self._taper_energy(found.weighed.rows)
-            add_forces(self.geometry.table, found.weighed, energy, found.number, force)
+            self._add_forces(found, force)
+
+    def _add_forces(self, found: _Evaluated, force: np.ndarray) -> None:
+        table = self.geometry.table
+        add_forces(table, found.weighed, taper_energy(table, self._laws, found.weighed.rows), found.number, force)
 
     def add_linearised(
         self,
@@ -262,25 +219,13 @@ class ContactGroup(Group):
         pressed: ContactDepths | None = None,
     ) -> None:
         """See `Group`; with `pressed`, the normal law is linearised at those depths."""
-        found, g = self._evaluate(t, poses, rates, past, pressed), self.geometry.common
+        found = self._evaluate(t, poses, rates, past, pressed)
         self._linearised = self._loaded_keys(found)
         if found is None:
             return
-        count, rows = found.number, found.weighed.rows
-        energy, (bodies, gradient) = self._taper_energy(rows), (g.bodies[:count], g.gradient[:count])
-        add_forces(self.geometry.table, found.weighed, energy, count, force)
-        self.geometry.add_tangent(poses, rates, count, pattern, stiffness, damping)
-        if len(rows):
-            depth, whole = taper_arguments(self.geometry.table, rows)
-            normal, _ = self.normal.law.force(depth, -g.rate[rows, 0], g.onset_of[rows], whole, self.normal.params)
-            add_taper_tangent(
-                bodies, gradient, *found.weighed, energy, self.normal.elastic(depth, whole), _floats(normal),
-                g.by_normal[:count], *pattern.index, stiffness,
-            )  # fmt: skip
-        if g.numbers[ACROSS] != 1.0:
-            add_turn_stiffness(bodies, gradient, g.by_turn[:count], *pattern.index, stiffness)
-        if found.bristles:
-            add_way_stiffness(bodies, gradient, g.by_distance[:count], *pattern.index, stiffness)
+        self._add_forces(found, force)
+        of_state = found.weighed, found.bristles, poses, rates, found.number, stiffness, damping
+        self.geometry.call_with(pattern, add_tangent, self._laws, *of_state)
 
     def contacts_opened(self) -> bool:
         """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
@@ -302,7 +247,7 @@ class ContactGroup(Group):
         found, g = self._evaluate(t, poses, rates, past), self.geometry.common
         if found is None:
             return {"contact": 0.0}, 0.0, 0.0
-        stored = self.normal.law.energy(-g.gap[: found.number], g.share_of[: found.number], self.normal.params)
+        stored = self._laws.energy(-g.gap[: found.number], g.share_of[: found.number], None)
         return {"contact": float(stored.sum())}, float(self._sums(found.number)[SLIDING:].sum()), 0.0
 
     def pair_power(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
@@ -312,9 +257,7 @@ class ContactGroup(Group):
 
     def _sums(self, count: int) -> np.ndarray:
         """Sums (6, n_pairs) over the contacts of every pair; see `sums_of_pairs`."""
-        g = self.geometry.common
-        elastic = self.normal.elastic(-g.gap[:count], g.share_of[:count])
-        return np.asarray(sums_of_contacts(self.geometry.table, elastic, self.n_pairs))
+        return np.asarray(sums(self.geometry.table, self._laws, count, self.n_pairs))
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """See `Group`."""
@@ -330,10 +273,10 @@ class ContactGroup(Group):
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
         deepest_of_pairs(geometry.table, found.weighed.rows, found.number, gap)
-        sums = self._sums(found.number)
-        force = sums[FORCE]
-        slip = np.divide(sums[CARRIED], force, out=np.zeros(self.n_pairs), where=force > 0.0)
-        return PairState(force, gap, sums[AREA], sums[FRICTION], slip, sums[SLIDING], sums[DAMPING])
+        of_pair = self._sums(found.number)
+        force = of_pair[FORCE]
+        slip = np.divide(of_pair[CARRIED], force, out=np.zeros(self.n_pairs), where=force > 0.0)
+        return PairState(force, gap, of_pair[AREA], of_pair[FRICTION], slip, of_pair[SLIDING], of_pair[DAMPING])
 
     def normal_forces(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
@@ -353,8 +296,8 @@ class ContactGroup(Group):
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> None:
         """Update the memory after an accepted step: onset of contacts and deflection of bristles."""
         found = self._evaluate(t, poses, rates, past)
-        unit_energy = self._unit_energy(np.full(0 if found is None else found.number, CORNER_WEIGHT))
-        self.geometry.call(accept_group, unit_energy, float(t), poses, rates)
+        share = np.full(0 if found is None else found.number, CORNER_WEIGHT)
+        accept_group(self.geometry.table, self._unit_energies(share), float(t), poses, rates)
         self._changed()
 
     def _changed(self) -> None:
@@ -395,7 +338,7 @@ class ContactGroup(Group):
         if found is None:
             return 1.0
         share = geometry.share[geometry.common.slot[: found.number]]
-        return float(part_before_impacts(geometry.table, self._unit_energy(share), step))
+        return float(part_before_impacts(geometry.table, self._unit_energies(share), step))
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves present and imminent impacts, s."""
@@ -404,13 +347,12 @@ class ContactGroup(Group):
         if not count:
             return np.inf
         geometry.touched += 1
-        geometry.call(measure_slots, poses, rates, count)
-        unit_energy = self._unit_energy(geometry.share[geometry.common.slot[:count]])
-        return float(longest_of_impacts(geometry.table, unit_energy, float(t), rates))
+        measure_slots(geometry.table, poses, rates, count)
+        of_unit = self._unit_energies(geometry.share[geometry.common.slot[:count]])
+        return float(longest_of_impacts(geometry.table, of_unit, float(t), rates))
 
-    def _unit_energy(self, share: np.ndarray) -> np.ndarray:
-        """Energies (m,) at the depth 1 m, J."""
-        return _floats(self.normal.law.energy(np.ones(len(share)), shared_weight(share), self.normal.params))
+    def _unit_energies(self, share: np.ndarray) -> np.ndarray:
+        return unit_energies(self.geometry.table, self._laws, share)
 
     def coarsen(self, factor: float) -> None:
         """Multiply the step sizes that resolve impacts by a factor."""
@@ -420,8 +362,3 @@ class ContactGroup(Group):
         """Add the number of states that compiled steps have evaluated on a twin."""
         self.evaluations += int(twin.geometry.common.state[EVALUATIONS])
         twin.geometry.common.state[EVALUATIONS] = 0
-
-
-def _floats(values: np.ndarray) -> np.ndarray:
-    """Contiguous array of a law, which may be a function of a user."""
-    return np.ascontiguousarray(values, dtype=float)

@@ -93,11 +93,7 @@ class ActuatorGroup(HingeGroup):
     time: Program
     names: tuple[str, ...]
     categories = ()
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:

@@ -191,11 +191,7 @@ class CordGroup(ElementGroup):
     free: tuple[Program, ...]
     names: tuple[str, ...]
     categories = ("panels",)
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:

@@ -245,7 +245,7 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 
 
 @kernel
-def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+def accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Count the turns."""
     measure_coordinates(table, own, t, False)
     angles, kept = floats_2d(own, ANGLES).reshape(-1), floats_1d(own, KEPT)
@@ -254,7 +254,7 @@ def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
     return 0.0
 
 
-KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept)
+KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, accept)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from fsm.kernels.block_equations import Pattern
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
 from fsm.kernels.scatter import pair_slots
-from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, PATTERN, POSES, RATES, STIFFNESS, STORED
+from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, PATTERN, POSES, RATES, STEP, STIFFNESS, STORED, SWAP
 from fsm.model.bodies.group import Group, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
 
@@ -260,13 +260,35 @@ class ElementGroup(Group):
 
     # locked directions ------------------------------------------------------------------------------------------------
 
+    @property
+    def still(self) -> np.ndarray:
+        """Energy scale of penalties at rest (J), 0 in motions, then the part of the last change of the multipliers."""
+        return np.zeros(2)
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Sizes (n,) of the openings: inverse squares of the motions over their scales that open by one."""
+        return np.zeros(0)
+
+    def gradients(self, poses: np.ndarray) -> np.ndarray:
+        """Gradients (n, k, 6) of the openings for each of several bodies."""
+        return np.zeros((0, 0, 6))
+
     def lock(self, factor: float) -> None:
         """Begin Newton's method of a step; see `fsm.solve.stepping.model.lock`."""
         self._alone.call("lock", 0.0, factor, _NO_ROWS, _NO_ROWS, _NO_ROWS)
 
-    def advance(self, change: np.ndarray) -> None:
-        """Advance the multipliers by an increment (n_bodies, 6) of all bodies."""
-        self._alone.call("advance", 0.0, 0.0, _NO_ROWS, change, _NO_ROWS)
+    def advance(self, change: np.ndarray, part: float = 1.0, task: float = STEP) -> float:
+        """Do a task of the kernel `advance` with an increment (n_bodies, 6) of all bodies."""
+        return self._alone.call("advance", task, part, _NO_ROWS, change, _NO_ROWS)
+
+    def swap(self) -> None:
+        """Exchange the present multipliers and those of the last accepted state."""
+        self._alone.call("project", 0.0, float(SWAP), _NO_ROWS, _NO_ROWS, _NO_ROWS)
+
+    def pass_time(self, t: float, passed: float) -> None:
+        """Add the change of prescribed openings by a short time (s) from t to the openings; by default none."""
+        return
 
     # memory -----------------------------------------------------------------------------------------------------------
 

@@ -35,13 +35,18 @@ from fsm.model.elements.joint_laws import (
     LATCH_DAMPER,
     LATCHED,
     LINES,
+    LOWER,
     MOST_EVENTS,
     MOTOR,
     NO_MOTOR,
     OF_DAMPER,
+    OPENS_AT,
+    RATIO,
     REBOUND,
+    SLOWER,
     STOP_DAMPER,
     TABLES,
+    UPPER,
     harness,
     kept,
     law_at,
@@ -208,6 +213,7 @@ class JointForceGroup(ElementGroup):
         Multipliers of all openings of ideal joints, of which friction depends.
     felt_of : (m, 2) int array
         First and last multiplier of the reaction of each row.
+    varies : whether events change laws
     """
 
     bodies: np.ndarray
@@ -222,13 +228,10 @@ class JointForceGroup(ElementGroup):
     functions: tuple[Program, ...]
     felt: np.ndarray
     felt_of: np.ndarray
+    varies: bool = False
     categories = ("panels",)
     has_events = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:
@@ -243,7 +246,7 @@ class JointForceGroup(ElementGroup):
         """See `Group`."""
         tables = np.diff(self.first)[OF_DAMPER::TABLES]
         columns = [DAMPER, STOP_DAMPER, LATCH_DAMPER, REBOUND, FRICTION, FOLLOWS]
-        return bool(np.any(self.laws[:, columns]) or np.any(tables) or np.any(self.laws[:, MOTOR] > NO_MOTOR))
+        return self.varies or bool(np.any(self.laws[:, columns]) or np.any(tables) or np.any(self.laws[:, MOTOR] > NO_MOTOR))
 
     def break_times(self) -> set[float]:
         """See `Group`."""
@@ -260,6 +263,12 @@ class JointForceGroup(ElementGroup):
         memory = np.zeros(FIELDS * len(self.start) + 1 + EVENTS)
         memory[COORDINATE * len(self.start) :][: len(self.start)] = self.start
         return memory
+
+    def make_idle(self, i: int) -> None:
+        """Set all laws of a row to zero."""
+        self.laws[i] = 0.0
+        self.laws[i, [LOWER, UPPER, SLOWER, OPENS_AT, RATIO]] = -np.inf, np.inf, np.inf, np.inf, 1.0
+        self.rows[self.first[TABLES * i] : self.first[TABLES * (i + 1)], 1] = 0.0
 
     def row_of(self, name: str) -> int:
         """Row of a channel."""

@@ -5,6 +5,11 @@ lambda + r x of each opening and the tangent r J^T J + (lambda + r x) dJ/dq, and
 increment d (augmented Lagrangian; Bayo and Ledesma 1996). The penalty is r = 1e4 m c, with the mass m of the opening at the
 start and c = d(acceleration)/d(increment); it has no effect on the converged step. After an accepted step the multipliers
 are those of the accelerations, and r = 0. Openings that follow from others have multipliers too, those of least work.
+
+At rest (statics, natural modes) the penalty is r = 1e6 E s, with an energy E of stiffness and loads and the size s of
+the opening, and stays at accepted states too: the stiffness then has the stable and unstable modes of the motions that the
+joints allow, and the opening of a state is the change of lambda in the last iteration over r. The second derivatives have
+the effort lambda alone, because r x is large until the opening has closed.
 """
 
 from __future__ import annotations
@@ -14,11 +19,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fsm.interactions.openings import TURN, opening
+from fsm.interactions.openings import ACROSS, TURN, opening
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Pieces, Program, table_of
+from fsm.kernels.rotation import rotation_matrix
 from fsm.kernels.scatter import add_block
 from fsm.model.bodies.arrays import (
     AT_ACCELERATIONS,
@@ -28,17 +34,21 @@ from fsm.model.bodies.arrays import (
     DOF,
     FORCE,
     KEEP,
+    LARGEST,
     MEASURE,
     POSES,
     RATES,
+    STEP,
     STIFFNESS,
     STORED,
+    SWAP,
+    WORK,
     pattern_of,
 )
 from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, bodies_of, nothing
 
 _KINDS, _CONSTANTS, _MASSES, _PENALTY, _EFFORT, _VALUE, _GRADIENT, _BEND, _KEPT, _TURNS, _LINES = range(OWN, OWN + 11)
-_PROGRAM, _PIECES = range(OWN + 11, OWN + 13)
+_STILL, _SIZES, _CHANGE, _PROGRAM, _PIECES = range(OWN + 11, OWN + 16)
 _FELT = _PIECES + len(Pieces._fields)
 STIFF = 1e4
 """Penalty relative to the inertia of an opening at the start. From 1e2 to 1e5 the number of iterations is that of Newton's
@@ -46,6 +56,9 @@ method with exact multipliers; inertias change on the way."""
 PROJECTION = 1e7
 """The same penalty of projections, and of accelerations at given positions and velocities. These are linear equations, so
 each solution reduces the error by this factor."""
+RIGID = 1e6
+"""Penalty at rest relative to the energy scale over the square of the motion that opens by one. Each iteration reduces
+errors of the multipliers by the ratio of the stiffness of an opening to its penalty."""
 
 _TURN = 2.0
 """Largest turn in a step, rad; angles are counted from step to step."""
@@ -93,6 +106,8 @@ def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> f
     force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value, hessian = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((0, 12))
     for i in range(bodies.shape[0]):
+        if effort[i] == 0.0 and penalty[i] == 0.0:
+            continue  # projections measure openings, and find multipliers afterwards
         _measure(table, own, t, i, hessian)
         _push(force, bodies[i], gradient[i], effort[i] + penalty[i] * value[i])
     return 0.0
@@ -107,6 +122,7 @@ def _efforts(own: np.ndarray) -> np.ndarray:
 def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value, block = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((12, 12))
+    still = floats_1d(own, _STILL)[0] > 0.0
     stiffness, dof, p = floats_3d(table, STIFFNESS), integers_1d(table, DOF), pattern_of(table)
     for i in range(bodies.shape[0]):
         _measure(table, own, t, i, block)
@@ -114,31 +130,67 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         _push(force, bodies[i], gradient[i], total)
         for a in range(12):
             for b in range(12):
-                block[a, b] = total * block[a, b] + penalty[i] * gradient[i, a] * gradient[i, b]
+                block[a, b] = (effort[i] if still else total) * block[a, b] + penalty[i] * gradient[i, a] * gradient[i, b]
         add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
     return 0.0
 
 
 @kernel
 def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Begin Newton's method of a step with the kept multipliers; `per_second` is c, 1/s^2."""
+    """Begin Newton's method of a step with the kept multipliers; `per_second` is c, 1/s^2, without effect at rest."""
     effort, penalty, kept, masses = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _KEPT), floats_1d(own, _MASSES)
-    felt = floats_1d(own, _FELT)
+    felt, energy, sizes = floats_1d(own, _FELT), floats_1d(own, _STILL)[0], floats_1d(own, _SIZES)
     for i in range(effort.shape[0]):
-        effort[i], penalty[i] = kept[i], STIFF * per_second * masses[i]
-        if per_second > 0.0:
+        effort[i], penalty[i] = kept[i], penalty_of(masses[i], sizes[i], per_second, energy)
+        if per_second > 0.0 or energy > 0.0:
             felt[i] = kept[i]
     return 1.0
 
 
+@kernel(inline=True)
+def penalty_of(mass: float, size: float, by_acceleration: float, energy: float) -> float:
+    """Penalty of an opening of this inertia and size: at rest with an energy scale, J, else in motions; 0 without inertia,
+    as openings have that do not act.
+    """
+    if mass == 0.0:
+        return 0.0
+    return RIGID * energy * size if energy > 0.0 else STIFF * by_acceleration * mass
+
+
+@kernel(inline=True)
+def again(still: np.ndarray, part: float) -> float:
+    """Part of the last change of the multipliers to add, such that `part` of it counts from the last state on."""
+    left = part - still[1]
+    still[1] = part
+    return left
+
+
 @kernel
 def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Advance the multipliers by an increment of all bodies, which the rates of the model contain."""
+    """Advance the multipliers by the part `per_second` of an increment of all bodies, which the rates of the model contain.
+
+    The task t is `STEP`, or `AGAIN` to replace the last part by another one. `WORK` returns the work of the penalties along
+    the increment instead, and `LARGEST` the largest force of a multiplier, N.
+    """
     rates, bodies, gradient = floats_2d(table, RATES), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
-    felt = floats_1d(own, _FELT)
+    felt, change, still, work = floats_1d(own, _FELT), floats_1d(own, _CHANGE), floats_1d(own, _STILL), 0.0
+    if t == LARGEST:
+        for i in range(effort.shape[0]):
+            size = gradient[i, 0] ** 2 + gradient[i, 1] ** 2 + gradient[i, 2] ** 2
+            work = max(work, abs(effort[i]) * np.sqrt(size))
+        return work
+    if t == WORK:
+        for i in range(effort.shape[0]):
+            work += penalty[i] * value[i] * _along(rates, bodies[i], gradient[i])
+        return work
+    if t == STEP:
+        still[1] = 0.0
+        for i in range(effort.shape[0]):
+            change[i] = penalty[i] * (value[i] + _along(rates, bodies[i], gradient[i]))
+    part = again(still, per_second)
     for i in range(effort.shape[0]):
-        effort[i] += penalty[i] * (value[i] + _along(rates, bodies[i], gradient[i]))
+        effort[i] += part * change[i]
         felt[i] = effort[i]
     return 0.0
 
@@ -151,12 +203,15 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     derivatives in time at the present rates. `CLOSE`: forces
     against openings. `AT_RATES`: forces against opening rates. `AT_ACCELERATIONS`: the rates of the model are accelerations;
     the multipliers advance by the penalties times the opening accelerations, and add to these forces. `KEEP`: keep the
-    multipliers. The error is the sum of m y^2 over all openings.
+    multipliers. `SWAP`: exchange the present multipliers and the kept ones. The error is the sum of m y^2 over all openings.
     """
     task = int(per_second)
     force, rates, bodies = floats_2d(table, FORCE), floats_2d(table, RATES), bodies_of(own)
     gradient, value = floats_2d(own, _GRADIENT), floats_1d(own, _VALUE)
     effort, masses, bend = _efforts(own), floats_1d(own, _MASSES), floats_1d(own, _BEND)
+    if task == SWAP:
+        swap(effort, floats_1d(own, _KEPT))
+        return 0.0
     if task == KEEP:
         kept, penalty, felt = floats_1d(own, _KEPT), floats_1d(own, _PENALTY), floats_1d(own, _FELT)
         for i in range(effort.shape[0]):
@@ -180,6 +235,13 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         _push(force, bodies[i], gradient[i], total)
         error += masses[i] * rate * rate
     return error
+
+
+@kernel
+def swap(efforts: np.ndarray, kept: np.ndarray) -> None:
+    """Exchange efforts and the first numbers of the memory."""
+    for i in range(efforts.shape[0]):
+        efforts[i], kept[i] = kept[i], efforts[i]
 
 
 @kernel
@@ -219,9 +281,12 @@ def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
 
 @kernel
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Count the turns of all angles."""
+    """Count the turns of all angles; at rest, keep the multipliers."""
     poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
     kept, count, gradient, hessian = floats_1d(own, _KEPT), _efforts(own).shape[0], np.empty(12), np.empty((0, 12))
+    if floats_1d(own, _STILL)[0] > 0.0:
+        for i in range(count):
+            kept[i] = _efforts(own)[i]
     for i in range(turns.shape[0]):
         k = count + i  # the angle since the last state is less than half a turn
         kept[k] += opening(TURN, poses[turns[i, 0]], poses[turns[i, 1]], lines[i], kept[k], gradient, hessian)
@@ -230,10 +295,16 @@ def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
 
 @kernel
 def _put_in(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Add the power of the motors, W; nothing is dissipated."""
+    """Add the power of the motors, W; nothing is dissipated.
+
+    Speeds are those at t, or mean values over a step that ends at t (`per_second` positive) or begins there (negative).
+    """
     effort, stored = _efforts(own), floats_1d(table, STORED)
     for i in range(effort.shape[0]):
-        stored[2] -= effort[i] * _prescribed(own, t, i)[1]
+        at, speed, _ = _prescribed(own, t, i)
+        if per_second != 0.0 and floats_1d(own, _STILL)[0] > 0.0:
+            speed = (at - _prescribed(own, t - 1.0 / per_second, i)[0]) * per_second
+        stored[2] -= effort[i] * speed
     return 0.0
 
 
@@ -264,6 +335,7 @@ class JointGroup(ElementGroup):
     program : (n,) int array
         Number of the motor of each opening in `motors`, -1 without a motor.
     motors : functions of time of the coordinates
+    spare : number of the last openings, which act only while an event locks their joint
     """
 
     bodies: np.ndarray
@@ -276,14 +348,11 @@ class JointGroup(ElementGroup):
     of: np.ndarray
     program: np.ndarray
     motors: tuple[Program, ...]
+    spare: int = 0
     categories = ()
     rate_dependent = False
     locks = has_events = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:
@@ -292,7 +361,29 @@ class JointGroup(ElementGroup):
         work = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 12)), np.zeros(n)]
         kept = np.zeros(n + len(self.turns))
         moved = self.program, *table_of(self.motors)
-        return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *moved, self.felt]
+        still = np.zeros(2), np.zeros(n), np.zeros(n)
+        return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *still, *moved, self.felt]
+
+    @cached_property
+    def active(self) -> np.ndarray:
+        """1 for the openings (n,) that act, 0 for those that do not, in place; the latter have no inertia."""
+        return np.asarray(np.arange(len(self.kinds)) < len(self.kinds) - self.spare, dtype=float)
+
+    def lock_at(self, rows: np.ndarray, poses: np.ndarray) -> None:
+        """Close openings (rows) of one joint at the present poses."""
+        turning = [i for i in rows.tolist() if self.kinds[i] == ACROSS]
+        if turning:  # axes of a fixed joint, each at right angles to the next
+            first, second = (rotation_matrix(poses[body, 3:]) for body in self.bodies[turning[0]])
+            axes = self.constants[turning, :3] @ first.T @ second
+            self.constants[turning, 3:6] = np.roll(axes, -1, axis=0)
+        values = self.openings(poses)[0]
+        for i in (i for i in rows.tolist() if self.kinds[i] != ACROSS):
+            self.constants[i, 6] += values[i]
+
+    def let_go(self) -> None:
+        """Set the multipliers of openings that do not act to zero."""
+        for efforts in (self.efforts, self.arrays[_EFFORT - OWN], self.felt):
+            efforts[self.active == 0.0] = 0.0
 
     @cached_property
     def felt(self) -> np.ndarray:
@@ -316,9 +407,42 @@ class JointGroup(ElementGroup):
     def restore(self, memory: np.ndarray) -> None:
         """See `ElementGroup`."""
         super().restore(memory)
-        self.arrays[_EFFORT - OWN][:] = self.efforts
-        self.arrays[_PENALTY - OWN][:] = 0.0
+        self.lock(0.0)
         self.felt[:] = self.efforts
+
+    @property
+    def looks_back(self) -> bool:
+        """See `ElementGroup`; whether there are motors with prescribed coordinates."""
+        return len(self.motors) > 0
+
+    @property
+    def still(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return self.arrays[_STILL - OWN]
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return self.arrays[_SIZES - OWN]
+
+    def gradients(self, poses: np.ndarray) -> np.ndarray:
+        """See `ElementGroup`."""
+        return self.openings(poses)[1].reshape(-1, 2, 6)
+
+    def pass_time(self, t: float, passed: float) -> None:
+        """See `ElementGroup`."""
+        for i in np.flatnonzero(self.program >= 0).tolist():
+            self.arrays[_VALUE - OWN][i] -= self.motors[self.program[i]].at(t)[1] * passed
+
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`."""
+        moved = np.flatnonzero(self.program >= 0).tolist()
+        if not moved:
+            return
+        gradients, penalties = self.gradients(poses), self.arrays[_PENALTY - OWN]
+        for i in moved:
+            rate = penalties[i] * self.motors[self.program[i]].at(t)[1]
+            np.add.at(force_rate, self.bodies[i], rate * gradients[i])
 
     @property
     def efforts(self) -> np.ndarray:

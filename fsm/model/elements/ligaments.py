@@ -114,11 +114,7 @@ class LigamentGroup(ElementGroup):
     def constants(self) -> np.ndarray:
         """Constants (m, 13) of the kernels."""
         return self.geometry[0]
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @property
     def arrays(self) -> list[np.ndarray]:

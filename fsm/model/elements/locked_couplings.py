@@ -5,13 +5,14 @@ The multipliers are those of ideal joints (`fsm.model.elements.joints`), with th
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
-from fsm.model.bodies.arrays import AT_ACCELERATIONS, BEND, CLOSE, KEEP, MEASURE, RATES
+from fsm.model.bodies.arrays import AT_ACCELERATIONS, BEND, CLOSE, KEEP, LARGEST, MEASURE, RATES, STEP, SWAP, WORK
 from fsm.model.elements.couplings import (
     ANGLES,
     EFFORTS,
@@ -22,16 +23,17 @@ from fsm.model.elements.couplings import (
     STIFFNESSES,
     Coupling,
     CouplingGroup,
+    accept,
     add_efforts,
     add_tangents,
     bends_of,
     ends_of,
     measure_coordinates,
 )
-from fsm.model.elements.element_group import OWN, ElementKernels
-from fsm.model.elements.joints import PROJECTION, STIFF
+from fsm.model.elements.element_group import OWN
+from fsm.model.elements.joints import PROJECTION, again, penalty_of, swap
 
-_RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE = range(FIRST_PARAMETER, FIRST_PARAMETER + 6)
+_RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE, _STILL, _SIZES, _CHANGE = range(FIRST_PARAMETER, FIRST_PARAMETER + 9)
 _ROUND_OFF = 16.0 * float(np.finfo(float).eps)
 """Opening relative to the coordinates, below which it is round-off and counts as zero."""
 
@@ -81,8 +83,9 @@ def _law(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> flo
 def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """See `fsm.model.elements.joints`."""
     effort, penalty, kept, masses = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), _kept(own), floats_1d(own, _MASSES)
+    energy, sizes = floats_1d(own, _STILL)[0], floats_1d(own, _SIZES)
     for i in range(effort.shape[0]):
-        effort[i], penalty[i] = kept[i], STIFF * per_second * masses[i]
+        effort[i], penalty[i] = kept[i], penalty_of(masses[i], sizes[i], per_second, energy)
     return 1.0
 
 
@@ -96,8 +99,29 @@ def _kept(own: np.ndarray) -> np.ndarray:
 def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """See `fsm.model.elements.joints`."""
     effort, penalty, value = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
+    change, still, work = floats_1d(own, _CHANGE), floats_1d(own, _STILL), 0.0
+    if t == LARGEST:
+        return 0.0
+    if t == WORK:
+        for i in range(effort.shape[0]):
+            work += penalty[i] * value[i] * _along(table, own, i)
+        return work
+    if t == STEP:
+        still[1] = 0.0
+        for i in range(effort.shape[0]):
+            change[i] = penalty[i] * (value[i] + _along(table, own, i))
+    part = again(still, per_second)
     for i in range(effort.shape[0]):
-        effort[i] += penalty[i] * (value[i] + _along(table, own, i))
+        effort[i] += part * change[i]
+    return 0.0
+
+
+@kernel
+def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    """Count turns; at rest, keep the multipliers."""
+    accept(table, own, t, per_second)
+    if floats_1d(own, _STILL)[0] > 0.0:
+        _kept(own)[:] = floats_1d(own, _EFFORT)
     return 0.0
 
 
@@ -106,6 +130,9 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     """Task of a projection, see `fsm.model.elements.joints`."""
     task, error = int(per_second), 0.0
     effort, masses, bend = floats_1d(own, _EFFORT), floats_1d(own, _MASSES), floats_1d(own, _BEND)
+    if task == SWAP:
+        swap(effort, _kept(own))
+        return 0.0
     if task == KEEP:
         _kept(own)[:] = effort
         floats_1d(own, _PENALTY)[:] = 0.0
@@ -141,12 +168,13 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
     add_tangents(table, own, False)
 
 
-_KERNELS = KERNELS._replace(lock=_lock, advance=_advance, project=_project)
+_KERNELS = KERNELS._replace(accept=_accept, lock=_lock, advance=_advance, project=_project)
 
 
 def _parameters(given: list[Any]) -> list[np.ndarray]:
     ratios = np.array([[1.0, -own["ratio"]] for own in given], dtype=float)
-    return [ratios, np.ones(len(given)), *(np.zeros(len(given)) for _ in range(4))]
+    n = len(given)
+    return [ratios, np.ones(n), *(np.zeros(n) for _ in range(4)), np.zeros(2), np.zeros(n), np.zeros(n)]
 
 
 LOCKED_GEAR = Coupling(2, _law, _parameters)
@@ -159,11 +187,7 @@ class LockedCouplings(CouplingGroup):
     categories = ()
     rate_dependent = False
     locks = True
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
+    kernels = _KERNELS
 
     @property
     def memories(self) -> int:
@@ -175,8 +199,18 @@ class LockedCouplings(CouplingGroup):
         """Inertia (m,) of each opening at the start, in place."""
         return self.arrays[_MASSES - OWN]
 
+    @cached_property
+    def active(self) -> np.ndarray:
+        """1 for the couplings (m,) that act, 0 for those that an event has released, in place."""
+        return np.ones(len(self.bodies))
+
+    def let_go(self) -> None:
+        """Set the multipliers of released couplings to zero."""
+        for efforts in (self.memory_of[self.coordinates :], self.arrays[_EFFORT - OWN]):
+            efforts[self.active == 0.0] = 0.0
+
     def gradients(self, poses: np.ndarray) -> np.ndarray:
-        """Gradients (m, n_bodies, 6) of the openings."""
+        """See `ElementGroup`; all bodies."""
         found, still = np.zeros((len(self.bodies), len(poses), 6)), np.zeros((len(poses), 6))
         self.energy(0.0, poses, still)
         parts = self.arrays[GRADIENTS - OWN].reshape(*self.arrays[_RATIOS - OWN].shape, 2, 6)
@@ -188,5 +222,14 @@ class LockedCouplings(CouplingGroup):
     def restore(self, memory: np.ndarray) -> None:
         """See `ElementGroup`."""
         super().restore(memory)
-        self.arrays[_EFFORT - OWN][:] = self.memory_of[self.coordinates :]
-        self.arrays[_PENALTY - OWN][:] = 0.0
+        self.lock(0.0)
+
+    @property
+    def still(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return self.arrays[_STILL - OWN]
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return self.arrays[_SIZES - OWN]

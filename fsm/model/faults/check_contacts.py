@@ -121,13 +121,23 @@ def _pair(
     found: list[ContactSide] = []
     for end in ("first", "second"):
         name = getattr(pair, end)
-        if name in known:
+        if pair.geometry is not None:
+            if name not in bodies and name != GROUND:
+                text = f"no body is called {name!r}{nearest_name(name, [GROUND, *sorted(bodies)])}"
+                yield Fault(f"{path}.{end}", f"{text}; a pair with a geometry of its own joins bodies")
+        elif name in known and known[name].kind != "body":
             found.append(known[name])
         elif name in bodies:
             yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
         else:
-            text = f"no body, surface or obstacle is called {name!r}{nearest_name(name, list(known))}"
+            names = [name for name, side in known.items() if side.kind != "body"]
+            text = f"no body, surface or obstacle is called {name!r}{nearest_name(name, names)}"
             yield Fault(f"{path}.{end}", text)
+    if pair.geometry is not None:
+        if pair.first == pair.second:
+            yield Fault(path, f"both sides are {pair.first!r}; a body does not touch itself")
+        if pair.shared != "none":
+            yield Fault(f"{path}.shared", "only two surfaces share a crease or a chain; remove this key")
     if len(found) < 2:
         return
     kinds = [party.kind for party in found]

@@ -138,6 +138,8 @@ def find_pierced(scene: Scene) -> list[tuple[str, str]]:
     for pair in scene.pairs:
         sides = [known[name] for name in (pair.first, pair.second)]
         names = pair.first, pair.second
+        if pair.geometry is not None:
+            continue
         cables = any(side.kind == "film" and name not in flat for side, name in zip(sides, names, strict=True))
         if cables or "obstacle" in (sides[0].kind, sides[1].kind):
             continue

@@ -114,7 +114,7 @@ def _part_of_step(model: Joined, t: float, q: np.ndarray, u: np.ndarray, step: f
     if bodies.groups.shape[0] == 0:
         return 1.0
     place(model, t, q, u)
-    part = bodies.by_contacts.part_of_step(bodies.table, bodies.groups, bodies.contact_parts, t, step)
+    part = bodies.by_contacts.part_of_step(bodies.table, bodies.groups, bodies.contact_laws, t, step)
     return float(part)
 
 
@@ -124,7 +124,7 @@ def _longest_step(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> floa
     if bodies.groups.shape[0] == 0:
         return np.inf
     place(model, t, q, u)
-    longest = bodies.by_contacts.longest_step(bodies.table, bodies.groups, bodies.contact_parts, t)
+    longest = bodies.by_contacts.longest_step(bodies.table, bodies.groups, bodies.contact_laws, t)
     return float(longest)
 
 
@@ -140,8 +140,8 @@ def _accept(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> float:
     accept_elements(bodies, t)
     if bodies.groups.shape[0] == 0:
         return np.inf
-    bodies.by_contacts.accept(bodies.table, bodies.groups, bodies.contact_parts, t, False)
-    longest = bodies.by_contacts.longest_step(bodies.table, bodies.groups, bodies.contact_parts, t)
+    bodies.by_contacts.accept(bodies.table, bodies.groups, bodies.contact_laws, t, False)
+    longest = bodies.by_contacts.longest_step(bodies.table, bodies.groups, bodies.contact_laws, t)
     return float(longest)
 
 

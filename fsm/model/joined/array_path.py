@@ -99,7 +99,7 @@ def _begin(
     copy_into(q[first:], floats_1d(nodes, LAST))
     floats_1d(nodes, NUMBERS)[MEAN_OVER] = floats_1d(bodies.table, INTERVAL)[1]
     if bodies.groups.shape[0] > 0:
-        bodies.by_contacts.press(bodies.groups, bodies.contact_parts, most)
+        bodies.by_contacts.press(bodies.groups, most)
 
 
 # ends of steps ----------------------------------------------------------------------------------------------------------
@@ -255,7 +255,7 @@ def _contact_force(model: Joined, t: float, q: np.ndarray) -> float:
 
 
 PATH = StaticCalls(
-    *STATICS[:7], _begin, _lacks, _efforts, _end_of_step, _accept, _progress, _difference, _contact_force, _balance_at_rest,
+    *STATICS[:9], _begin, _lacks, _efforts, _end_of_step, _accept, _progress, _difference, _contact_force, _balance_at_rest,
     _power_before,
 )  # fmt: skip
 """Kernels of `Joined` that quasi-static steps and paths call."""

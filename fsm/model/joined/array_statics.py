@@ -151,5 +151,17 @@ def _advance(model: Joined, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
     advance_by(model.bodies, change, cut)
 
 
-STATICS = StaticCalls(_force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance)
+@kernel
+def _multiply(model: Joined, dx: np.ndarray, part: float, again: bool) -> None:
+    """Ideal joints act in scenes without nodes only, so nothing is locked."""
+
+
+@kernel
+def _work_of_locks(model: Joined, dx: np.ndarray) -> float:
+    return 0.0
+
+
+STATICS = StaticCalls(
+    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks
+)
 """Kernels of `Joined` that quasi-static steps call."""

@@ -434,9 +434,10 @@ class JoinedSystem(JoinedConfiguration):
         return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics)
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
-        """See `SegmentSystem`; membrane efforts of flexible facets, pressures and gas have no arrays in statics."""
+        """See `SegmentSystem`; membrane efforts of flexible facets, locked directions, pressures and gas have no
+        arrays in statics."""
         facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
-        if facets or self.pressures or self.chambers is not None:
+        if facets or self.locking or self.pressures or self.chambers is not None:
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 

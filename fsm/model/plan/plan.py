@@ -185,7 +185,8 @@ class _Planner:
         said += ["without contact"] if not step.contact and self.scene.contact is not None else []
         said += [f"drives {part.drive.called}" for part in begun]
         said += [f"loads {load.target}{replaced.get(load.called, '')}" for load in new]
-        solve = solve_of(step.solve or self.case.solve, self.scene)
+        solve = step.solve or self.case.solve
+        solve = solve if step.kind == "static" else solve_of(solve, self.scene)
         method, reason = self._method(step, solve)
         if step.kind == "modes" and not self._has_free():
             text = "no body is free in this step, so there are no natural modes; release a body before this step"

@@ -97,7 +97,7 @@ def segments_of(
                 )
             ),
         ),
-        contacts.kernels, contacts.parts,
+        contacts.kernels, contacts.laws,
         equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
     )  # fmt: skip
     return model, (arrays, rest), elements
@@ -109,7 +109,7 @@ def locked_of(system: SegmentForces, pattern: BodyPattern) -> tuple[Segments, tu
     """
     order = few_by_minimum_degree(pattern.indptr, pattern.indices)
     known = Elimination(order, *fill_in(pattern.indptr, pattern.indices, order))
-    factors = np.zeros((len(known.indices), pattern.size, pattern.size))
+    factors = np.zeros(known.factors(pattern.size))
     arrays, rest, elements = _arrays(system, pattern, known, factors, np.zeros((2, 0)))
     absent: Any = None  # no springs and no contacts
     p, matrix = arrays.pattern, arrays.matrix

@@ -13,17 +13,11 @@ from fsm.kernels.pointers import AbsentPointer, Pointer
 from fsm.laws.friction import FrictionLaw
 from fsm.model.bodies.contact_arrays import (
     LACKS,
-    SHAPES,
-    SHEETS,
-    SURFACES,
     ContactKernels,
-    ContactParts,
-    GeometryKernels,
     LawKernels,
 )
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.array_contacts import CONTACTS
-from fsm.model.contact.contact_table import geometry_arguments, pointers_of
 from fsm.model.contact.contacts import ContactGroup
 
 _IN_STATICS = frozenset({"force", "tangent", "accept", "advance", "passed", "sums", "press"})
@@ -45,7 +39,7 @@ class ContactModel:
     ----------
     arrays : groups and their copies
     groups : (k, 2) int array, see `Segments`
-    kernels, parts : `Pointer`s
+    kernels, laws : `Pointer`s
     pair_energy : (2, n_pairs) array, J
         Energy that friction and damping of contact pairs have dissipated since the last `store`.
     grown : bool
@@ -59,7 +53,7 @@ class ContactModel:
         self.index(pattern)
         self.groups = tables_of([twin.own.geometry.table.rows for twin in self.arrays])
         self.pair_energy, self.grown = np.zeros((2, pairs)), False
-        self.parts, self.kernels = _pointers(groups, self.groups, spatial, _IN_STATICS if statics else _IN_MOTION)
+        self.laws, self.kernels = _pointers(groups, self.groups, spatial, _IN_STATICS if statics else _IN_MOTION)
 
     def index(self, pattern: BodyPattern) -> None:
         """Replace the pattern, and make room for all slots; the next renewal finds the pairs of bodies again."""
@@ -105,16 +99,11 @@ class ContactModel:
 
 def _pointers(
     groups: Sequence[ContactGroup], addresses: np.ndarray, spatial: bool, used: frozenset[str]
-) -> tuple[ContactParts, ContactKernels]:
-    """Pointers to the kernels of geometries, laws and contacts; kernels whose names are not among the used ones, or which no
+) -> tuple[LawKernels, ContactKernels]:
+    """Pointers to the kernels of laws and contacts; kernels whose names are not among the used ones, or which no
     group needs, are absent.
     """
     one, two, three, whole = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros(0, dtype=np.int64)
-    results = GeometryKernels(0, 0, None, None, (whole, one, two, three), None, 0, None)
-    absent = GeometryKernels(
-        *(AbsentPointer(result, *rest) for result, rest in zip(results, geometry_arguments(), strict=True))
-    )
-    kinds = {group.geometry.kind: pointers_of(group.geometry.kernels) for group in groups}
     pairs = np.zeros((0, 2), dtype=np.int64)
     of_laws = LawKernels(
         (one, one, one, one, one), (one, one, one), (two, one, one), (two, two, one, two, 0.0, one), (two, two, pairs, 0.0),
@@ -134,15 +123,13 @@ def _pointers(
         Pointer(found[name], *rest) if name in found else AbsentPointer(result, *rest)
         for name, rest, result in zip(LawKernels._fields, of_laws, of_results, strict=True)
     ))  # fmt: skip
-    shapes, surfaces, sheets = (kinds.get(kind, absent) for kind in (SHAPES, SURFACES, SHEETS))
-    parts = ContactParts(shapes, surfaces, sheets, laws)
-    state = np.zeros((0, 4), dtype=np.int64), addresses, parts, 0.0
+    state = np.zeros((0, 4), dtype=np.int64), addresses, laws, 0.0
     rest = ContactKernels(
         (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
-        (addresses, two, 0.0), state[:3], (*state, True, two), (addresses, parts, 0.0),
+        (addresses, two, 0.0), state[:2], (*state, True, two), (addresses, 0.0),
     )  # fmt: skip
     without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0), None)
-    return parts, ContactKernels(*(
+    return laws, ContactKernels(*(
         Pointer(kernel, *own) if groups and name in used else AbsentPointer(result, *own)
         for name, kernel, own, result in zip(CONTACTS._fields, CONTACTS, rest, without, strict=True)
     ))  # fmt: skip

@@ -6,6 +6,7 @@ bodies have no degrees of freedom; the forces on them are summed like all others
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
@@ -21,6 +22,7 @@ from fsm.kernels.newton_euler import (
     gyroscopic_damping,
 )
 from fsm.kernels.programs import table_of
+from fsm.model.bodies.arrays import AGAIN, LARGEST, STEP, WORK
 from fsm.model.bodies.configuration import Bodies, Configuration
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import Group, GroupSteps, PreviousPoses
@@ -71,6 +73,7 @@ class SegmentForces(Configuration):
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
+        self.remembers = bool(self._sliding)
         self.locking = tuple(group for group in groups if isinstance(group, ElementGroup) and group.locks)
         frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
         self.bristles = any(friction.law.bristle for friction in frictions)
@@ -250,12 +253,77 @@ class SegmentForces(Configuration):
             group.lock(by_acceleration)
         return bool(self.locking)
 
-    def advance(self, change: np.ndarray) -> bool:
+    def advance(self, change: np.ndarray, part: float = 1.0, again: bool = False) -> bool:
         """See `System`."""
         rows = self.change(change) if self.locking else change
         for group in self.locking:
-            group.advance(rows)
+            group.advance(rows, part, AGAIN if again else STEP)
         return bool(self.locking)
+
+    def advance_in_time(self, t: float, change: np.ndarray, passed: float) -> None:
+        """See `System`."""
+        rows = self.change(change) + passed * self._body_rates(np.zeros(self.nu), t) if self.locking else change
+        for group in self.locking:
+            group.pass_time(t, passed)
+            group.advance(rows)
+
+    def work_of_locks(self, change: np.ndarray) -> float:
+        """See `System`."""
+        rows = self.change(change) if self.locking else change
+        return sum(group.advance(rows, 1.0, WORK) for group in self.locking)
+
+    def largest_multiplier(self) -> float:
+        """Largest force of the multipliers at the last evaluated state in statics, N; forces of mechanisms may balance
+        without supports.
+        """
+        still = [group for group in self.locking if group.still[0] > 0.0]
+        return max((group.advance(self.at_rest, 0.0, LARGEST) for group in still), default=0.0)
+
+    def swap_multipliers(self) -> None:
+        """See `System`."""
+        for group in self.locking:
+            group.swap()
+
+    def hold_still(self, still: bool) -> bool:
+        """See `System`."""
+        before = bool(self.locking) and bool(self.locking[0].still[0] > 0.0)
+        if not self.locking or still == before:
+            return before
+        span, poses = np.where(np.arange(self.size) < 3, self.scales().extent, 1.0), self.bodies.pose
+        for group in self.locking:
+            if still:
+                group.sizes[:] = 1.0 / np.sum((group.gradients(poses) * span) ** 2, axis=(1, 2))
+            group.still[0] = self._energy_at_rest if still else 0.0
+            group.lock(0.0)
+        return before
+
+    @cached_property
+    def _energy_at_rest(self) -> float:
+        """Energy scale of the penalties at rest, J: of stiffness, dampers and loads at the start, without locked
+        directions.
+        """
+        free, q, scales = self.without_locks(), self.initial()[0], self.scales()
+        linear, per_second = free.linearise(0.0, q, np.zeros(self.nu)), 1.0 / (self.end_time() or 1.0)
+        data = np.abs(linear.stiffness.data) + per_second * np.abs(linear.damping.data)
+        forces = [scales.span_forces(linear.stiffness.with_data(data))]
+        forces += [np.abs(free.force(t, q, None)) for t in sorted({0.0, *free.peak_times()})]
+        return scales.extent * max(float((each / scales.force_scale).max(initial=0.0)) for each in forces) or 1.0
+
+    @abstractmethod
+    def without_locks(self) -> SegmentForces:
+        """System of the same bodies without locked directions."""
+
+    def locked_rows(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        poses, _ = self.place(t, q, None)
+        rows = np.zeros((sum(len(group.sizes) for group in self.locking), *self.at_rest.shape))
+        first = 0
+        for group in self.locking:
+            found = group.gradients(poses)
+            for row, gradient, ends in zip(rows[first:], found, group.bodies.tolist(), strict=False):
+                row[ends if found.shape[1] == 2 else slice(None)] += gradient
+            first += len(found)
+        return rows[:, self.bodies.free].reshape(len(rows), self.nu)
 
     # mixed Newton method ----------------------------------------------------------------------------------------------
 

@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     from fsm.model.system.static_arrays import StaticSegments
 
 
+def _locks(group: Group) -> bool:
+    return isinstance(group, ElementGroup) and group.locks
+
+
 class SegmentSystem(SegmentForces):
     """Finite segments with the `System` protocol; created by `compile_scene`.
 
@@ -193,6 +197,10 @@ class SegmentSystem(SegmentForces):
         arrays.force[:] = self._all_forces(t, *self.place(t, q, u))
         return bool(find_multipliers(model, t, rate))
 
+    def without_locks(self) -> SegmentSystem:
+        """See `SegmentForces`."""
+        return self.variant(self.bodies, self.motions, tuple(group for group in self.groups if not _locks(group)))
+
     @cached_property
     def _locked(self) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
         """Model of the bodies with the locked directions alone, with its arrays; the groups share their multipliers."""
@@ -292,7 +300,8 @@ class SegmentSystem(SegmentForces):
         if u is not None and before is None:
             self._accelerate(t, reactions)
         pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
-        return Observation(self.drive_state(t, reactions), energy, largest_force(reactions), pairs)
+        largest = max(float(largest_force(reactions)), self.largest_multiplier())
+        return Observation(self.drive_state(t, reactions), energy, largest, pairs)
 
     # protocol: internal variables -------------------------------------------------------------------------------------
 

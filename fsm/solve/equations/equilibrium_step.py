@@ -251,6 +251,7 @@ class _Model:
         self._t, self._before, self._rates, self._u = t, before, rates, np.zeros(0)
         self._linear: Linearised | None = None
         self.matrix: BlockMatrix | None = None
+        system.lock(0.0)
 
     def _mean_velocity(self, q: np.ndarray) -> np.ndarray | None:
         """Mean velocity since the last state; None at rest."""
@@ -315,7 +316,16 @@ class _Model:
         self.depths = self.mixed.advance_depths(self._t, q, u, self._rates, dx, self.depths)
 
 
+    def multiply(self, dx: np.ndarray, part: float, again: bool) -> None:
+        """Advance multipliers; see `StaticCalls`."""
+        self.system.advance(dx, part, again)
+
+    def work_of_locks(self, dx: np.ndarray) -> float:
+        """See `StaticCalls`."""
+        return self.system.work_of_locks(dx)
+
+
 _CALLS = StaticCalls(
     _Model.force, _Model.linearised_force, _Model.factorise, _Model.largest_force, _Model.solve, _Model.retract,
-    _Model.advance,
+    _Model.advance, _Model.multiply, _Model.work_of_locks,
 )  # fmt: skip

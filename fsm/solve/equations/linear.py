@@ -21,6 +21,7 @@ from fsm.kernels.block_lu import (
     REFINE_ABOVE,
     SYMMETRY_TOLERANCE,
     count_negative,
+    count_negative_parts,
     factorise,
     fill_in,
     is_symmetric,
@@ -79,6 +80,8 @@ def many_by_minimum_degree(pattern: BlockPattern) -> np.ndarray:
 
 _SHIFT = 1e-9
 """Stiffness over the largest one that makes a singular matrix regular."""
+_SAME = 1e-6
+"""Relative difference of entries below which they count as equal."""
 _REAL_TO = 1e-9
 """Ratio of imaginary to real part, below which an eigenvalue is real."""
 
@@ -160,7 +163,7 @@ class LinearSolver:
             self._other = self._library_factors(matrix)
             return
         pattern, known = matrix.pattern, self._analyse(matrix.pattern)
-        self._symmetric = bool(
+        self._symmetric = matrix.data.dtype == _REAL and bool(
             is_symmetric(matrix.data, pattern.indptr, pattern.indices, pattern.transposed, SYMMETRY_TOLERANCE)
         )
         if self._has_fronts(matrix, known):
@@ -183,7 +186,7 @@ class LinearSolver:
     def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
         """Elimination of a pattern, and the block data (n_filled, size, size) for its factors."""
         known = self._analyse(pattern)
-        shape = (len(known.indices), pattern.size, pattern.size)
+        shape = known.factors(pattern.size)
         if self._factors.shape != shape or self._factors.dtype != dtype:
             self._factors = np.empty(shape, dtype=dtype)
         return known, self._factors
@@ -216,11 +219,11 @@ class LinearSolver:
         known, nodes = self._elimination, self._supernodes
         assert known is not None
         if nodes is not None:
-            x, error, refined = solve_by_fronts(
+            x, error, doubtful = solve_by_fronts(
                 nodes, self._front_factors, pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._trusted
             )
         else:
-            x, error, refined = solve_refined(
+            x, error, doubtful = solve_refined(
                 known.order, known.indptr, known.indices, known.diagonal, self._factors,
                 pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._symmetric, self._trusted,
             )  # fmt: skip
@@ -228,7 +231,7 @@ class LinearSolver:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
             return np.asarray(self._other(right))
-        self._trusted = not refined
+        self._trusted = not doubtful
         return np.asarray(x)
 
     def _solve_all(self, rights: np.ndarray) -> np.ndarray:
@@ -247,9 +250,8 @@ class LinearSolver:
     def negative_pivots(self, recount: bool = True) -> int:
         """Number of negative eigenvalues of a symmetric matrix.
 
-        Block pivots are eliminated by their inverses. The round-off of an inverse is proportional to the square of the
-        condition number of its block, and can change the sign of a small pivot. Unless a solution needed no refinement or
-        a test vector shows that the factors are accurate, the eigenvalues are therefore counted by other factorisations
+        Round-off of the factors can change the sign of a small pivot. Unless the first solution was accurate or a test
+        vector shows that the factors are, the eigenvalues are therefore counted by other factorisations
         (`fsm.solve.equations.inertia`). With `recount` false, the signs of the block pivots are used without this check.
         """
         found = self._negative_pivots(recount)
@@ -261,8 +263,10 @@ class LinearSolver:
         if self._other is None and self._elimination is not None:
             if self._supernodes is not None:
                 found = int(count_negative_pivots(self._supernodes, self._front_factors))
-            else:
+            elif self._symmetric:
                 found = int(count_negative(self._elimination.diagonal, self._factors))
+            else:
+                found = int(count_negative_parts(self._elimination.diagonal, self._factors))
             if not (recount and self._symmetric) or (found == 0 and self._trusted) or self._signs_hold():
                 return found
         return self.negative_eigenvalues(BlockMatrix(matrix.pattern, matrix.data))
@@ -290,7 +294,8 @@ class LinearSolver:
             from fsm.solve.equations.inertia import negative_pivots_of_unsymmetric
 
             return negative_pivots_of_unsymmetric(matrix)
-        values = np.linalg.eigvals(self._factors[self._elimination.diagonal])
+        own = self._elimination.diagonal
+        values = np.linalg.eigvals(self._factors[-len(own) :] @ self._factors[own])
         return int(np.sum((values.real < 0.0) & (np.abs(values.imag) <= _REAL_TO * np.abs(values.real))))
 
     # inside ---------------------------------------------------------------------------------------------------------
@@ -369,3 +374,11 @@ def _pardiso_solver() -> Any:
     except ImportError:
         raise FsmError("PARDISO is not installed: pip install 'fsm[mkl]', or set linear = \"block\"") from None
     return PyPardisoSolver()
+
+
+def first_of_largest(size: np.ndarray) -> np.ndarray:
+    """Number of the first of the largest entries of each row (..., n), for signs of modes that no round-off changes.
+
+    Entries that differ by less than 1e-6 count as equal, like those of a symmetric mode.
+    """
+    return np.argmax(size > (1.0 - _SAME) * size.max(axis=-1, keepdims=True), axis=-1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from typing import cast
 
@@ -10,9 +11,14 @@ import numpy as np
 
 from fsm.errors import NotConverged
 from fsm.kernels.blocks import BlockMatrix
+from fsm.kernels.vector import largest_ratio
+from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.system import ArrayRestSystem, System
 from fsm.solve.stepping.equilibrium import RestCalls, RestModel, find, follow_arrays, predicted
+
+_SAME = 1e-9
+"""Distance to an equilibrium, over the size of a segment or a radian, below which a state is this equilibrium."""
 
 
 def equilibrium(
@@ -48,11 +54,20 @@ def equilibrium(
     NotConverged
         The message states the time and the worst body.
     """
+    with at_rest(system):
+        return _through(system, q, times, tolerance, max_iterations, on_state)
+
+
+def _through(
+    system: System, q: np.ndarray, times: np.ndarray, tolerance: float, most: int,
+    on_state: Callable[[float, np.ndarray], None] | None,
+) -> np.ndarray:  # fmt: skip
+    """See `equilibrium`."""
     size, begun = system.scales().increment, 0
     arrays = cast(ArrayRestSystem, system).arrays_at_rest(LinearSolver().ready) if _has_arrays(type(system)) else None
     if arrays is not None:
         states = np.empty((len(times), len(q)))
-        numbers = np.array(times, dtype=float), np.array(q, dtype=float), size, float(tolerance), int(max_iterations)
+        numbers = np.array(times, dtype=float), np.array(q, dtype=float), size, float(tolerance), int(most)
         begun = arrays.calls.force.entry(follow_arrays, arrays, *numbers, states)(arrays, *numbers, states)
         for t, state in zip(times[:begun], states, strict=False):
             q = state
@@ -62,16 +77,35 @@ def equilibrium(
         return q
     model, before = RestModel(_CALLS, _AtRest(system, LinearSolver())), times[max(begun - 1, 0)]
     for t in times[begun:]:
-        found, q, residual = find(model, before, t, q, size, tolerance, max_iterations)
+        found, q, residual = find(model, before, t, q, size, tolerance, most)
         if not found:
             raise NotConverged(
-                f"no equilibrium found at t = {t:.6g} s in {max_iterations} iterations; the largest residual, "
+                f"no equilibrium found at t = {t:.6g} s in {most} iterations; the largest residual, "
                 f"{np.abs(residual).max():.3g}, is at {system.worst_body(residual)}; take smaller steps"
             )
         before = t
         if on_state is not None:
             on_state(float(t), q)
     return q
+
+
+def held_still(system: System, t: float, q: np.ndarray) -> np.ndarray:
+    """Begin equilibria of a system at a time (s) near q (nq,), and return q with closed locked directions.
+
+    The multipliers are those of the equilibrium if q is one, else those that hold the bodies together in the first instant
+    after a release.
+    """
+    system.hold_still(True)
+    closed = q.copy()
+    if not system.consistent(t, closed, np.zeros(system.nu), np.zeros(system.nu)):
+        return q
+    system.lock(0.0)
+    with suppress(NotConverged):
+        found = equilibrium(system, closed, np.array([t]))
+        if largest_ratio(system.difference(closed, found), system.scales().increment) <= _SAME:
+            return found
+    system.lock(0.0)
+    return closed
 
 
 @cache
@@ -112,7 +146,18 @@ class _AtRest:
         return self.system.retract(q, x)
 
 
-_CALLS = RestCalls(_AtRest.force, _AtRest.renewed_force, _AtRest.factorise, _AtRest.solve, _AtRest.retract)
+    def lock(self) -> bool:
+        """Begin with the multipliers of locked directions of the last accepted state; false without any."""
+        return self.system.lock(0.0)
+
+    def advance(self, x: np.ndarray, part: float) -> None:
+        """Advance multipliers; see `RestCalls`."""
+        self.system.advance(x, part)
+
+
+_CALLS = RestCalls(
+    _AtRest.force, _AtRest.renewed_force, _AtRest.factorise, _AtRest.solve, _AtRest.retract, _AtRest.lock, _AtRest.advance
+)
 
 
 def tangent_prediction(
@@ -141,7 +186,8 @@ def negative_pivots(
     solver = solver or LinearSolver()
     if system.nu == 0:
         return 0
-    stiffness = system.linearise(t, q, None).stiffness
+    with at_rest(system):
+        stiffness = system.linearise(t, q, None).stiffness
     if sticking is not None:
         damping = system.sticking_damping(t, q)
         if damping is not None:

@@ -45,6 +45,8 @@ class System(Protocol):
     """Whether forces depend on velocities: dampers, friction."""
     fixed_pattern: bool
     """Whether the pattern of K and D is constant, because no bodies can come into contact."""
+    remembers: bool = False
+    """Whether elements have a memory, which channels read."""
     of_vectors: bool
     """Whether coordinates are slopes, not angles: a straight path between two states strains the elements."""
 
@@ -226,9 +228,34 @@ class System(Protocol):
         """Begin Newton's method of a step; see `fsm.solve.stepping.model`. False without locked directions."""
         return False
 
-    def advance(self, change: np.ndarray) -> bool:
-        """Advance the multipliers of locked directions; see `fsm.solve.stepping.model`."""
+    def advance(self, change: np.ndarray, part: float = 1.0, again: bool = False) -> bool:
+        """Advance the multipliers of locked directions by a part of those of an increment; see `fsm.solve.stepping.model`.
+
+        With `again`, this part replaces that of the last call.
+        """
         return False
+
+    def advance_in_time(self, t: float, change: np.ndarray, passed: float) -> None:
+        """Advance the multipliers of locked directions by an increment in which the time passes from t, s."""
+        return
+
+    def work_of_locks(self, change: np.ndarray) -> float:
+        """Work of the penalties of locked directions along an increment of the last evaluated state, J."""
+        return 0.0
+
+    def swap_multipliers(self) -> None:
+        """Exchange the present multipliers of locked directions and those of the last accepted state."""
+        return
+
+    def hold_still(self, still: bool) -> bool:
+        """Begin or end equilibria, with penalties of locked directions also at accepted states; the multipliers are those
+        of the last accepted state if this changes. Returns whether the penalties were those of equilibria before.
+        """
+        return False
+
+    def locked_rows(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Gradients (n, nu) of the openings of locked directions."""
+        return np.zeros((0, self.nu))
 
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
         """Make a state consistent with locked directions; see `fsm.solve.stepping.model`."""

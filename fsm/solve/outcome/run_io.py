@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class SavedState(ShortRepr):
     `before` is the state at the start of a quasi-static step; rates are differences from it. In dynamics `before` is None.
     `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length. `at_rest`: all
     velocities are zero, also those of drives. `negative_pivots` is the number of negative pivots of the stiffness, if the
-    solver has counted them. `final`: the solve ends at this state, before the requested end.
+    solver has counted them. `final`: the solve ends at this state, before the requested end. `memory`: internal variables of
+    a state that is recorded after the solve.
     """
 
     time: float
@@ -42,6 +43,7 @@ class SavedState(ShortRepr):
     at_rest: bool = False
     negative_pivots: int | None = None
     final: bool = False
+    memory: np.ndarray | None = None
 
     @property
     def acting(self) -> float:
@@ -136,6 +138,22 @@ class AcceptedStep:
     state: State | None = None
 
 
+class Watch(Protocol):
+    """Events of a run, `[[event]]`, each of which happens once when its condition becomes true."""
+
+    def next_time(self, system: Any, t: float) -> float:
+        """First time after t (s) on which a condition of an event to come depends."""
+        ...
+
+    def values(self, system: Any, state: SavedState) -> np.ndarray:
+        """Values (m,), positive where the condition of an event to come is true; the system is in that state."""
+        ...
+
+    def happen(self, system: Any, numbers: np.ndarray, state: SavedState) -> bool:
+        """Do what events (their numbers) demand; whether the step ends."""
+        ...
+
+
 @dataclass(frozen=True)
 class OutputRequest:
     """Requested output of a solve.
@@ -147,12 +165,14 @@ class OutputRequest:
     on_step : called after some steps
     each_step : bool
         Whether `on_step` is called after every step; if not, it is called after several steps of a kernel.
+    watch : events of the run
     """
 
     save_times: Sequence[float]
     on_save: Callable[[SavedState], None]
     on_step: Callable[[AcceptedStep], None] | None
     each_step: bool = False
+    watch: Watch | None = None
 
 
 @dataclass(frozen=True, repr=False)

@@ -186,6 +186,7 @@ class _Tracer:
         self.duration = end - start
         self.solver = LinearSolver()
         self.breaks = sorted({*system.break_times(), end})
+        self.locks = bool(len(system.locked_rows(start, system.initial()[0])))
         self.mixed: MixedSystem | None = None
         if isinstance(system, MixedSystem) and system.fixed_pattern:
             self.mixed = cast(MixedSystem, system)
@@ -200,6 +201,15 @@ class _Tracer:
         self, point: PathPoint, tangent: _Tangent, length: float
     ) -> tuple[PathPoint, _Tangent, int] | None:
         """Next point of the path; None if it is not found, or if the tangent rotates too far."""
+        found = self._step(point, tangent, length)
+        if found is None:
+            self.system.lock(0.0)  # back to the multipliers of the last accepted state
+        return found
+
+    def _step(
+        self, point: PathPoint, tangent: _Tangent, length: float
+    ) -> tuple[PathPoint, _Tangent, int] | None:
+        """See `step`."""
         # a step towards a time at which loads or drives are not smooth prescribes this time instead of the length
         t = point.time + length * tangent.t * self.duration
         stop = self._break_between(point.time, t)
@@ -227,9 +237,10 @@ class _Tracer:
             size = float(np.abs(dx / self.system.scales().span).max(initial=0.0))
             if not np.isfinite(size) or size > 1.0:
                 return None
+            self.system.advance_in_time(t, dx, dt)
             efforts = self._efforts(t, q, dx)
             q, t = self.system.retract(q, dx), t + dt
-            if size <= self.tolerance:
+            if size <= self.tolerance and (taken > 1 or not self.locks):
                 break
         else:
             return None

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.equations.newton import equilibrium
+from fsm.solve.equations.newton import equilibrium, held_still
 from fsm.solve.interface.records import Observation
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.load_work import load_work
@@ -49,9 +49,9 @@ class ArcRun:
         settings, system = self.settings, self.system
         at_rest = np.zeros(system.nu)
         system.clear_caches(np.zeros(0))
-        q = self._settled(start, q)
+        q = self._settled(start, held_still(system, start, q))
         points: list[PathPoint] = []
-        memory = system.memory()
+        memories: list[np.ndarray] = []
         lowest = 2.0 * start - settings.end_time  # loads may change their sign and grow to their full size
         for point in trace(
             system, q, start, settings.end_time, settings.first, settings.longest, settings.max_steps, lowest=lowest,
@@ -59,8 +59,9 @@ class ArcRun:
         ):
             system.commit(point.time, point.q, at_rest)
             points.append(point)
+            memories.append(system.memory())
             on_point(min(max(point.time, start), settings.end_time), len(points))
-        self._account(start, points, memory)
+        self._account(start, points, memories)
         self.statistics.steps = len(points) - 1
         self.statistics.newton_iterations = sum(point.iterations for point in points)
         last = points[-1]
@@ -90,16 +91,15 @@ class ArcRun:
         self.energy_balance.work += max(after - before, 0.0)
         return found
 
-    def _account(self, start: float, points: list[PathPoint], memory: np.ndarray) -> None:
+    def _account(self, start: float, points: list[PathPoint], memories: list[np.ndarray]) -> None:
         """Compute the records, work and loads of all points."""
         system, energy_balance = self.system, self.energy_balance
         at_rest = np.zeros(system.nu)
         whole = points[-1].length or 1.0
         before: tuple[PathPoint, Observation] | None = None
         ways: dict[str, list[list[float]]] = {}
-        system.restore(memory)  # the memory of the start is restored, because the path is evaluated again
-        for point in points:
-            system.commit(point.time, point.q, at_rest)
+        for point, memory in zip(points, memories, strict=True):
+            system.restore(memory)
             observed = system.observe(point.time, point.q, None)
             if before is not None:
                 energy_balance.add(self._work(before, (point, observed)), 0.0, np.zeros_like(observed.energy.pair_power))
@@ -111,7 +111,7 @@ class ArcRun:
                 SavedState(
                     time, point.q, at_rest, observed, energy_balance.dissipated, energy_balance.work, energy_balance.error,
                     energy_balance.pair_energy,
-                    program_time=point.time, at_rest=True, negative_pivots=point.negative_pivots,
+                    program_time=point.time, at_rest=True, negative_pivots=point.negative_pivots, memory=memory,
                 )
             )  # fmt: skip
             loads = system.load_displacements((points[0].time, points[0].q), (point.time, point.q))

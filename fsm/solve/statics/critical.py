@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.solve.equations.equilibrium_step import Ending, Equilibrium, EquilibriumStep
-from fsm.solve.equations.linear import LinearSolver
+from fsm.solve.equations.linear import LinearSolver, first_of_largest
 from fsm.solve.interface.system import System
 from fsm.text.short_repr import ShortRepr
 
@@ -25,7 +25,7 @@ class Critical(ShortRepr):
     Attributes
     ----------
     mode : (nu,) array
-        Mode, scaled so that its largest component relative to the span is 1.
+        Mode, scaled so that the first of its largest components, relative to the span, is 1.
     bifurcation : bool
         Whether loads and drives do no work along the mode; otherwise the point is a limit point.
     """
@@ -52,9 +52,7 @@ def critical_point(system: System, t: float, q: np.ndarray, later: float) -> Cri
             break
     response = solver.solve(system.force(t + 0.01 * (later - t), q, None) - system.force(t, q, None)) / span
     along = abs(float(mode @ response)) / max(float(np.linalg.norm(response)), 1e-300)
-    mode = mode * span
-    mode = mode / (mode / span)[np.argmax(np.abs(mode / span))]
-    return Critical(mode, along < _ALONG)
+    return Critical(mode * span / mode[first_of_largest(np.abs(mode))], along < _ALONG)
 
 
 def softest_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -84,19 +86,34 @@ class SystemPath:
     def _before(self) -> PreviousState:
         return self.recorder.time, self.recorder.q
 
+    @contextmanager
+    def _multipliers_of(self, t: float) -> Iterator[None]:
+        """Use the multipliers of locked directions of the last accepted state, if its time is t, or of the state found."""
+        before = t == self.recorder.time
+        if before:
+            self.system.swap_multipliers()
+        try:
+            yield
+        finally:
+            if before:
+                self.system.swap_multipliers()
+
     def balance_at_rest(self, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
         """See `fsm.solve.stepping.path`."""
-        force[:], drives[:] = self.system.balance(t, q, None)
+        with self._multipliers_of(t):
+            force[:], drives[:] = self.system.balance(t, q, None)
 
     def power_before(self, t: float, q: np.ndarray, end: float, found: np.ndarray) -> float:
         """See `fsm.solve.stepping.path`."""
         u = self.system.difference(q, found) / (end - t)
-        energy = self.system.energy(t, q, u, (end, found))
+        with self._multipliers_of(t):
+            energy = self.system.energy(t, q, u, (end, found))
         return energy.input_power if energy.load_power is None else energy.load_power
 
     def tangent_guess(self, path: Path, t: float) -> int:
         """See `fsm.solve.stepping.path`."""
         (before, q), newton = self._before, self.newton
+        self.system.lock(0.0)
         try:
             path.increment[:] = tangent_prediction(self.system, before, t, q, newton.solver)
         except NotConverged:

@@ -12,7 +12,7 @@ import numpy as np
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
-from fsm.solve.equations.newton import negative_pivots
+from fsm.solve.equations.newton import held_still, negative_pivots
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import ArrayStaticSystem, StaticArrays, System
 from fsm.solve.outcome.restart_points import State, steps_between
@@ -23,7 +23,7 @@ from fsm.solve.statics.path_model import SHORT, SystemPath, write_record
 from fsm.solve.statics.path_recorder import PathRecorder
 from fsm.solve.stepping import path_state as stepping
 from fsm.solve.stepping.accuracy import trial_vector
-from fsm.solve.stepping.path import CUT, MOVING, extrapolate, follow, remember
+from fsm.solve.stepping.path import CUT, MOVING, SAME, extrapolate, follow, remember
 from fsm.solve.stepping.path_arrays import follow_arrays
 from fsm.solve.stepping.path_state import Path, PathRules
 
@@ -92,11 +92,13 @@ class PathSteps:
         start, after = initial_state.start, initial_state.after
         if after is not None:
             t, q, u = after.time, after.q, after.u
+            system.hold_still(True)
         else:
             t, q, u = (0.0, *system.initial()) if start is None else start
             system.clear_caches(np.zeros(0))
             if start is None:
                 system.restore(np.zeros(0))
+            q = held_still(system, t, q)
         self.recorder = PathRecorder(system, self.statistics, request, initial_state, t, q, u)
         efforts = self.newton.efforts(t, q)
         observed = system.observe(t, q, None) if after is not None else self.recorder.last
@@ -176,7 +178,10 @@ class PathSteps:
                     break
                 path.counts[stepping.JUDGED] = 1 + judgement
             arrays.prepare((recorder.time, recorder.q))
-            arguments = arrays.model, path, self.rules, self._stops(), rows
+            stops = self._stops()
+            if self.system.remembers:  # channels of a saved state read the memory
+                stops = stops[stops > recorder.time * (1.0 + SAME)][:1]
+            arguments = arrays.model, path, self.rules, stops, rows
             outcome = arrays.model.calls.force.entry(follow_arrays, *arguments)(*arguments)
             self._doubtful = outcome == stepping.DOUBTFUL
             if outcome not in (stepping.LACKS, stepping.DOUBTFUL) or path.counts[stepping.STEPS]:

@@ -11,6 +11,7 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.blocks import BlockMatrix
 from fsm.kernels.vector import mean_ratio
+from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.equations.newton import negative_pivots
 from fsm.solve.interface.system import System
@@ -156,14 +157,15 @@ def _until_limit(before: float, after: float) -> float:
 def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: float) -> bool:
     """Whether a state is near stable equilibria and not faster than the equilibrium path with the velocity K^-1 dh/dt."""
     solver = LinearSolver()
-    if negative_pivots(system, t, q, solver):
-        return False
-    if kinetic < slow:
-        return True
-    try:
-        velocity = solver.solve(system.force_rate(t, q))
-    except NotConverged:
-        return False
+    with at_rest(system):
+        if negative_pivots(system, t, q, solver):
+            return False
+        if kinetic < slow:
+            return True
+        try:
+            velocity = solver.solve(system.force_rate(t, q))
+        except NotConverged:
+            return False
     return kinetic < _AS_THE_PATH * 0.5 * float(velocity @ system.momentum(q, velocity))
 
 
@@ -216,6 +218,7 @@ def slide(system: System, recorder: PathRecorder, t: float) -> bool:
                 if theta < 1e-3 * softness:
                     return False
             size = np.inf
+        system.advance(step)
         q = system.retract(q, step)
         if size < _SETTLED:
             observed = system.observe(t, q, None)

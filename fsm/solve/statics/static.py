@@ -21,6 +21,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fsm.errors import NotConverged
+from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.equations.newton import equilibrium, negative_pivots
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
@@ -145,6 +146,7 @@ class _Follower(PathSteps):
     def _pass_critical(self, reason: Reason) -> None:
         """Continue past a critical point."""
         recorder = self.recorder
+        self.system.lock(0.0)
         if sum(event.kind != "damped snap" for event in self.statistics.events) >= _EVENTS:
             self._fail(Outcome.NO_EQUILIBRIUM)
         before = self.lost or mark(recorder)
@@ -224,9 +226,10 @@ class _Follower(PathSteps):
         for again in range(_CALMER):
             rest = rest._replace(part=0.1 * rest.part, wait=4.0 * rest.wait)
             try:
-                self.statistics.newton_iterations += move_until_rest(
-                    self.system, recorder, u, settings, rest, worst, begins=not again
-                )
+                with at_rest(self.system, still=False):
+                    self.statistics.newton_iterations += move_until_rest(
+                        self.system, recorder, u, settings, rest, worst, begins=not again
+                    )
             except StepFailed as error:
                 self.model.rejection = error.reason
                 self._fail(error.outcome)

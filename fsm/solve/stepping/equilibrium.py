@@ -35,6 +35,9 @@ class RestCalls(NamedTuple):
         Solution (nu,) with the last factors; NaN if the equations cannot be solved.
     retract : ``retract(model, q, x)``
         Configuration (nq,) after an increment.
+    lock, advance : ``lock(model)``, ``advance(model, x, part)``
+        Begin with the multipliers of locked directions of the last accepted state, whether there are any, and advance them
+        by a part of those of an increment from the last evaluated state.
     """
 
     force: Any
@@ -42,6 +45,8 @@ class RestCalls(NamedTuple):
     factorise: Any
     solve: Any
     retract: Any
+    lock: Any
+    advance: Any
 
 
 class RestModel(NamedTuple):
@@ -53,7 +58,7 @@ class RestModel(NamedTuple):
     @classmethod
     def of(cls, kernels: RestCalls, arrays: Any, q: np.ndarray) -> RestModel:
         """Create a model from arrays and kernels; q (nq,) is an example of a configuration."""
-        arguments = RestCalls((0.0, q), (0.0, q), (), (q,), (q, q))
+        arguments = RestCalls((0.0, q), (0.0, q), (), (q,), (q, q), (), (q, 0.0))
         example = Example(arrays)
         pointers = (Pointer(kernel, example, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
         return cls(RestCalls(*pointers), arrays)
@@ -98,11 +103,12 @@ def find(
     `size` (nu,) and `tolerance` bound the last step.
     """
     calls, arrays = model.calls, model.arrays
+    locks = calls.lock(arrays)
     if t != before:
         step = predicted(model, before, t, q)
         q = calls.retract(arrays, q, scaled(min(1.0, _REACH / max(largest_ratio(step, size), _SMALLEST)), step))
     residual = q
-    for _ in range(most):
+    for iteration in range(most):
         residual = calls.renewed_force(arrays, t, q)
         if not calls.factorise(arrays):
             break
@@ -110,8 +116,10 @@ def find(
         largest = largest_ratio(step, size)
         if not math.isfinite(largest):
             break
-        q = calls.retract(arrays, q, scaled(min(1.0, _REACH / max(largest, _SMALLEST)), step))
-        if largest <= tolerance:
+        part = min(1.0, _REACH / max(largest, _SMALLEST))
+        calls.advance(arrays, step, part)
+        q = calls.retract(arrays, q, scaled(part, step))
+        if largest <= tolerance and (iteration > 0 or not locks):  # the first multipliers may hold openings open
             return True, q, residual
     return False, q, residual
 
@@ -128,6 +136,17 @@ def _follow(
         copy_into(q, states[k])
         before = times[k]
     return times.shape[0]
+
+
+@kernel
+def never_lock(model: Any) -> bool:
+    """`lock` of models without locked directions."""
+    return False
+
+
+@kernel
+def never_advance(model: Any, x: np.ndarray, part: float) -> None:
+    """`advance` of models without locked directions."""
 
 
 follow_arrays = kernel(_follow)

@@ -31,7 +31,7 @@ from fsm.solve.stepping.generalized_alpha import (
     STEPS,
     TIME,
 )
-from fsm.solve.stepping.march import DRIVEN, POWER, add_to_balance, note_step
+from fsm.solve.stepping.march import end_step
 from fsm.solve.stepping.model import (
     accept,
     consistent,
@@ -273,10 +273,7 @@ def march_explicit(
         if outcome != STEPPED:
             return outcome
         kinetic, potential, _, power, driven = energies(model, sizes[TIME], motion.q, motion.u, 0.0, record)
-        work = sizes[DONE] + driven - balance[DRIVEN]
-        balance[POWER], balance[DRIVEN] = power, driven
-        note_step(balance, record, motion.q, motion.u, sizes[TIME], sizes[TIME] - begin)
-        if add_to_balance(balance, work, sizes[LOST], kinetic, potential):
+        if end_step(balance, record, motion, begin, sizes[DONE], sizes[LOST], kinetic, potential, power, driven):
             break
     return STEPPED
 

@@ -41,22 +41,24 @@ def balanced(
 
 
 @shared
-def note_step(balance: np.ndarray, record: np.ndarray, q: np.ndarray, u: np.ndarray, t: float, step: float) -> None:
-    """Write time, turnover before the step and state to a record; `step` is the size of the step, s."""
+def end_step(
+    balance: np.ndarray, record: np.ndarray, motion: Any, begin: float, work: float, dissipated: float, kinetic: float,
+    potential: float, power: float, driven: float,
+) -> bool:  # fmt: skip
+    """Write the record of a step that began at `begin` (s), and add its energies (J) to the balance.
+
+    `work` and `dissipated` are those of the step; the others are values at its end, with the input power in W. Returns
+    whether the energy error is above its bound.
+    """
+    q, u, t = motion.q, motion.u, motion.sizes[TIME]
     record[AT], record[BEFOREHAND] = t, balance[TURNOVER]
     first = record.shape[0] - q.shape[0] - u.shape[0]
     copy_into(q, record[first : first + q.shape[0]])
     copy_into(u, record[first + q.shape[0] :])
-    balance[SHORTEST] = min(balance[SHORTEST], step)
-
-
-@shared
-def add_to_balance(
-    balance: np.ndarray, work: float, dissipated: float, kinetic: float, potential: float
-) -> bool:
-    """Add the energies of a step to the balance, J; returns whether the energy error is above its bound."""
-    balance[WORK] += work
+    balance[SHORTEST] = min(balance[SHORTEST], t - begin)
+    balance[WORK] += work + driven - balance[DRIVEN]
     balance[DISSIPATED] += dissipated
+    balance[POWER], balance[DRIVEN] = power, driven
     balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
         kinetic + potential, kinetic, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST],
         balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST],
@@ -89,10 +91,8 @@ def march(
             return outcome
         step = sizes[TIME] - begin
         kinetic, potential, dissipated, power, driven = energies(model, sizes[TIME], motion.q, motion.u, step, record)
-        work = 0.5 * step * (balance[POWER] + power) + driven - balance[DRIVEN]
-        balance[POWER], balance[DRIVEN] = power, driven
-        note_step(balance, record, motion.q, motion.u, sizes[TIME], step)
-        if add_to_balance(balance, work, step * dissipated, kinetic, potential):
+        work = 0.5 * step * (balance[POWER] + power)
+        if end_step(balance, record, motion, begin, work, step * dissipated, kinetic, potential, power, driven):
             break
     return STEPPED
 

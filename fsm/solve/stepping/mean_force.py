@@ -43,7 +43,7 @@ import numpy as np
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.vector import mean_ratio
-from fsm.solve.stepping.march import DRIVEN, POWER, add_to_balance, note_step
+from fsm.solve.stepping.march import end_step
 from fsm.solve.stepping.mean_newton import (
     COST,
     DISSIPATED,
@@ -319,10 +319,8 @@ def march_mean_force(
         for row in range(2):
             for k in range(motion.of_pairs.shape[1]):
                 motion.all_pairs[row, k] += motion.of_pairs[row, k]
-        work = sizes[WORK] + driven - balance[DRIVEN]
-        balance[POWER], balance[DRIVEN] = power, driven
-        note_step(balance, record, motion.q, motion.u, sizes[TIME], sizes[TIME] - begin)
-        if add_to_balance(balance, work, sizes[DISSIPATED], kinetic, potential):
+        done, lost = sizes[WORK], sizes[DISSIPATED]
+        if end_step(balance, record, motion, begin, done, lost, kinetic, potential, power, driven):
             break
     return STEPPED
 

@@ -92,7 +92,7 @@ AT_FIRST = 5e-3
 of energy."""
 _SMALL_LOSS = 1e-6
 """Dissipation relative to the reference energy, below which the forces at the end of a step are accurate enough."""
-_SAME = 1e-12
+SAME = 1e-12
 """Times whose relative difference is below this are equal."""
 
 
@@ -434,7 +434,7 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
     numbers, counts, taken, stop = path.numbers, path.counts, 0, 0
     drives = path.resting_drives.shape[0]
     while taken < rows.shape[0]:
-        while stop < stops.shape[0] and stops[stop] <= numbers[TIME] * (1.0 + _SAME):
+        while stop < stops.shape[0] and stops[stop] <= numbers[TIME] * (1.0 + SAME):
             stop += 1
         if stop == stops.shape[0]:
             break

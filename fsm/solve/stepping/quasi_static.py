@@ -107,6 +107,11 @@ class StaticCalls(NamedTuple):
     advance : ``advance(model, q, dx, cut)``
         Advance efforts and depths by an increment from q, to first order; with `cut`, start from the depths before the
         last increment.
+    multiply : ``multiply(model, dx, part, again)``
+        Advance the multipliers of locked directions by a part of those of the increment dx from the last evaluated state;
+        with `again`, this part replaces the last one.
+    work_of_locks : ``work_of_locks(model, dx)``
+        Work of the penalties of locked directions along an increment of the last evaluated state, J.
 
     Only compiled models have the rest, for `fsm.solve.stepping.path`:
 
@@ -138,6 +143,8 @@ class StaticCalls(NamedTuple):
     solve: Any
     retract: Any
     advance: Any
+    multiply: Any
+    work_of_locks: Any
     begin: Any = None
     lacks: Any = None
     efforts: Any = None
@@ -160,8 +167,8 @@ class StaticModel(NamedTuple):
     def of(cls, kernels: StaticCalls, arrays: Any, q: np.ndarray) -> StaticModel:
         """Create a model from arrays and kernels; q (nq,) is an example of a configuration."""
         arguments = StaticCalls(
-            (q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True), (0.0, 0.0, q, q, True, 0.0), (), (q,),
-            (q, q, 0.0, True, q), (q,), (0.0,), (q, q), (0.0, q), (0.0, q, q, q), (0.0, q),
+            (q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True), (q, 0.0, True), (q,), (0.0, 0.0, q, q, True, 0.0), (),
+            (q,), (q, q, 0.0, True, q), (q,), (0.0,), (q, q), (0.0, q), (0.0, q, q, q), (0.0, q),
         )  # fmt: skip
         example = Example(arrays)
         pointers = (Pointer(kernel, example, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
@@ -174,6 +181,7 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
     counts, q = np.zeros(4, dtype=np.int64), q.copy()
     step, q_before, residual, cut = scaled(0.0, rules.span), q, q, False
     work = round_off = 0.0
+    taken = 1.0
     size = last_size = lost = math.inf
     for iteration in range(rules.max_iterations + 1):
         counts[ITERATION] = iteration
@@ -194,10 +202,11 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
             return Settled(NOT_FINITE, q, residual, counts, round_off)
         if iteration == 0:
             lost = max(_LARGE_RESIDUAL * rules.largest_reaction, _SLOW_REDUCTION * left_over)
-        after = inner(step, residual)
+        after = inner(step, residual) + calls.work_of_locks(arrays, step)
         if work > 0.0 and after < -_OVERSHOOT * work and not cut:
-            part = _shortened(model, q_before, step, work, after, counts)
+            part = _shortened(model, q_before, step, taken, work, after, counts)
             calls.advance(arrays, q_before, scaled(part, step), True)
+            calls.multiply(arrays, step, part * taken, True)
             q, size, cut = calls.retract(arrays, q_before, scaled(part, step)), part * size, True
             continue
         cut = False
@@ -212,18 +221,23 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
         step = calls.solve(arrays, residual)
         counts[SOLVED] += 1
         work = inner(step, residual)
-        last_size, size = size, largest_ratio(step, rules.span)
+        last_size, size, taken = size, largest_ratio(step, rules.span), 1.0
         if not math.isfinite(size):
             return Settled(NOT_FINITE, q, residual, counts, round_off)
+        whole = step
         if size > rules.reach:
-            step = scaled(rules.reach / size, step)
+            taken = rules.reach / size
+            step = scaled(taken, step)
         calls.advance(arrays, q, step, False)
+        calls.multiply(arrays, whole, taken, False)
         q_before, q = q, calls.retract(arrays, q, step)
     return Settled(TOO_MANY, q, residual, counts, round_off)
 
 
 @shared
-def _shortened(model: StaticModel, q: np.ndarray, step: np.ndarray, work: float, after: float, counts: np.ndarray) -> float:
+def _shortened(
+    model: StaticModel, q: np.ndarray, step: np.ndarray, taken: float, work: float, after: float, counts: np.ndarray
+) -> float:
     """Part of an overshooting step at which its work is about zero, by the Illinois method.
 
     Contacts that close along the step just touch at its end, and the next matrix includes them.
@@ -235,7 +249,8 @@ def _shortened(model: StaticModel, q: np.ndarray, step: np.ndarray, work: float,
         part = min(max(part, low + 0.1 * (high - low)), high - 0.1 * (high - low))
         counts[EVALUATED] += 1
         there = model.calls.retract(model.arrays, q, scaled(part, step))
-        now = inner(step, model.calls.force(model.arrays, there))
+        model.calls.multiply(model.arrays, step, part * taken, True)
+        now = inner(step, model.calls.force(model.arrays, there)) + model.calls.work_of_locks(model.arrays, step)
         if abs(now) < _ENOUGH * work:
             break
         if now > 0.0:

@@ -31,6 +31,13 @@ def _count(number: int) -> Any:
     return property(lambda method: int(method.motion.counts[number]))
 
 
+COUNTED = (
+    stepping.STEPS, stepping.REJECTED, stepping.FAILED, stepping.ITERATIONS, stepping.FACTORISATIONS, stepping.FORCES,
+    stepping.LINEARISATIONS,
+)
+"""Indices of the counters in `motion.counts`."""
+
+
 class StepMethod(ABC):
     """Method of time integration, step by step or many steps at a time.
 
@@ -105,6 +112,12 @@ class StepMethod(ABC):
             getattr(self.motion, name)[:] = state[name]
         self.motion.sizes[stepping.TIME] = t
         self._without_factors()
+
+    def back_to(self, t: float, q: np.ndarray, u: np.ndarray, state: State) -> None:
+        """Return to an earlier state of this solver; the system has its memory of that state."""
+        self.motion = self.motion._replace(q=q.copy(), u=u.copy())
+        self.motion.sizes[stepping.TIME] = t
+        self.resume(state)
 
     def observe(self) -> Observation:
         """Quantities of the present state."""

@@ -55,6 +55,7 @@ class Run(ABC):
         self.begun = time.perf_counter()
         self.statistics = Statistics(settings.method, points=initial_state.points)
         self.every = steps_between(system.nu)
+        self.saved = -math.inf
         self._pivots = LinearSolver()
         breaks = [settings.end_time, *system.break_times()]
         times = _at_breaks([t for t in request.save_times if t <= settings.end_time], breaks)
@@ -62,6 +63,7 @@ class Run(ABC):
             assert energy_balance is not None
             self.energy_balance = energy_balance
             self.pending = [t for t in times if t > after.time]
+            system.hold_still(False)
             self._renew(after)
             return
         self.renewed = 0
@@ -71,6 +73,7 @@ class Run(ABC):
         if start is None:
             system.restore(np.zeros(0))
         self.q, self.u = self.q.copy(), self.u.copy()
+        system.hold_still(False)
         system.consistent(just_after(system, self.time), self.q, self.u, np.zeros(len(self.u)))
         system.commit(self.time, self.q, self.u)
         self.pending = [t for t in times if t >= self.time]
@@ -166,6 +169,7 @@ class Run(ABC):
         q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods change the norm of quaternions
         balances = balance.dissipated, balance.work, error, balance.pair_energy
         self.request.on_save(SavedState(at, q, u.copy(), observed, *balances))
+        self.saved = at
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome

@@ -9,15 +9,16 @@ from itertools import repeat
 import numpy as np
 
 from fsm.solve.interface.records import DriveState, Energy
-from fsm.solve.outcome.run_io import CurvePoint
+from fsm.solve.outcome.run_io import CurvePoint, SavedState
 from fsm.solve.outcome.status import StepFailed
 from fsm.solve.stepping.march import POWER, SHORTEST
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
-from fsm.solve.time.array_steps import StepMethod
+from fsm.solve.time.array_steps import COUNTED, StepMethod
+from fsm.solve.time.event_steps import Events
 from fsm.solve.time.explicit import Explicit
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 from fsm.solve.time.mean_force import MeanForce
-from fsm.solve.time.run import Run
+from fsm.solve.time.run import Run, just_after
 
 GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE, EXPLICIT = "generalized-alpha", "newmark", "mean-force", "explicit"
 STEPWISE = GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE, EXPLICIT
@@ -25,6 +26,8 @@ STEPWISE = GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE, EXPLICIT
 _MARCH, _MARCH_WORK = 1024, 500_000
 """Bounds if one kernel takes many steps: steps between restart points, and these steps times the number of velocities.
 A kernel then returns within two seconds."""
+_SAME = 1e-12
+"""Relative difference of the time of an event and of the next saved state or the end, below which they are the same."""
 _COST = {MEAN_FORCE: 4, EXPLICIT: 10}
 """Cost of a step relative to one of generalized-alpha."""
 
@@ -40,16 +43,61 @@ class StepwiseRun(Run):
         """See `Run`."""
         settings = self.settings
         solver = self._solver()
+        events = None if self.request.watch is None else Events(self.request.watch, self.system, settings.rtol)
         try:
-            while solver.t < settings.end_time:
-                self._march(solver)
+            while settings.end_time - solver.t > (0.0 if events is None else _SAME * settings.end_time):
+                if events is not None and events.due(self._state()):
+                    if self._happen(events):
+                        break
+                    solver = self._after_event(solver)
+                    continue
+                self._march(solver, events)
                 if self._arrive(solver.t, solver.q, solver.u, solver.state):
                     solver = self._solver()
+            else:
+                if events is not None and events.due(self._state()):
+                    self._happen(events)
         finally:
             self._count(solver)
 
-    def _march(self, solver: StepMethod) -> None:
-        """Take many steps in one kernel, up to a saved time or a restart point; in Python, take one step."""
+    def _state(self) -> SavedState:
+        """Present state, for conditions of events."""
+        return SavedState(self.time, self.q, self.u, self.last, 0.0, 0.0, 0.0, np.zeros(0))
+
+    def _happen(self, events: Events) -> bool:
+        """Let events happen whose conditions are true; returns whether the step ends.
+
+        A loss of energy, as in a joint that locks suddenly, is dissipated, and a gain is external work.
+        """
+        system, balance = self.system, self.energy_balance
+        ends = events.happen(self._state())
+        if ends:
+            balances = balance.dissipated, balance.work, balance.error, balance.pair_energy
+            if self.time > self.saved:
+                self.request.on_save(SavedState(self.time, self.q, self.u.copy(), self.last, *balances, final=True))
+        self.q, self.u, self.state, before = self.q.copy(), self.u.copy(), None, self.last.energy.stored
+        t = just_after(system, self.time)
+        system.consistent(t, self.q, self.u, np.zeros(len(self.u)))
+        system.commit(self.time, self.q, self.u)
+        self.last = system.observe(t, self.q, self.u)
+        change = self.last.energy.stored - before
+        balance.work += max(change, 0.0)
+        balance.dissipated += max(-change, 0.0)
+        self._balance(self.last)
+        while self.pending and self.pending[0] - self.time <= _SAME * abs(self.time):
+            self.pending.pop(0)
+            self._save(self.time, self.q, self.u, self.last, balance)
+        return ends
+
+    def _after_event(self, before: StepMethod) -> StepMethod:
+        """Solver that starts at the present state and continues to count."""
+        solver = self._solver()
+        for number in COUNTED:
+            solver.motion.counts[number] = before.motion.counts[number]
+        return solver
+
+    def _march(self, solver: StepMethod, events: Events | None) -> None:
+        """Take many steps in one kernel, up to a saved time or a restart point; in Python and with events, take one step."""
         settings, energy_balance, statistics = self.settings, self.energy_balance, self.statistics
         last, smallest, losses = self.last.energy, statistics.smallest_step, float(settings.judge_losses)
         powers = last.input_power, smallest, settings.energy_abort, losses, last.driven
@@ -58,7 +106,11 @@ class StepwiseRun(Run):
         drives, pairs = len(self.last.drive.travel), len(self.last.pairs.force)
         solver.recorded, every = DRIVES + 2 * drives + pairs, drives + pairs > 0
         try:
-            records = solver.march(balance, self.pending[0] if self.pending else settings.end_time, most, every)
+            until = self.pending[0] if self.pending else settings.end_time
+            if events is None:
+                records = solver.march(balance, until, most, every)
+            else:
+                balance, records = events.march(solver, balance, until, every)
         except StepFailed as error:
             self._count(solver)
             self._fail(error.outcome, error.reason)

@@ -19,7 +19,7 @@ from fsm.interactions.shapes.shape_distance import HALF_SPACE, POLYGON, points_w
 from fsm.interactions.shapes.swept import turn_between
 from fsm.kernels.keys import find_keys
 from fsm.kernels.tables import empty_arrays
-from fsm.model.bodies.contact_arrays import CHANGES, REFERRED, RENEWAL, SHAPES, STARTED
+from fsm.model.bodies.contact_arrays import CHANGES, REFERRED, RENEWAL, STARTED
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.shapes.array_shape_tables import UNITS_NEAR, ShapeArrays
@@ -53,7 +53,7 @@ class ShapeContacts(ContactTable):
         has no limit.
     """
 
-    kind, coupled_bodies = SHAPES, 2
+    coupled_bodies = 2
 
     def __init__(self, kit: Kit, listed: ListedPairs, spatial: bool, margin: float, depth_limit: float) -> None:
         self.kit, self.listed, self.spatial, self.depth_limit = kit, listed, spatial, depth_limit

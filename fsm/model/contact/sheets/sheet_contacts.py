@@ -17,12 +17,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.model.bodies.contact_arrays import FOUND, REFERRED, SHEETS, ContactArrays
+from fsm.model.bodies.contact_arrays import FOUND, REFERRED, ContactArrays
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contact_memory import ContactMemory
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.sheets.array_sheet_tables import FACETS, KEPT, POINTS, SIDES, SLOTS, SheetArrays
-from fsm.model.contact.sheets.array_sheets import SHEETS as SHEET_KERNELS
+from fsm.model.contact.sheets.array_sheets import SHEETS
 from fsm.model.contact.sheets.sheet_tables import (
     SheetSurface,
     arrays_of_mesh,
@@ -51,14 +51,14 @@ class SheetContacts(ContactTable):
         Poses at the start.
     """
 
-    kind, coupled_bodies = SHEETS, 4
+    coupled_bodies, renumbers = 4, True
     found = ("found_nodes", "found_free", "found_coefficients", "found_directions", "found_normal", "found_distance")
 
     def __init__(self, surface: SheetSurface, reference: np.ndarray) -> None:
         along = np.roll(surface.plane, -1, axis=1) - surface.plane
         self.surface, mesh = surface, arrays_of_mesh(surface, 3)
         margin, body = _MARGIN * float(np.linalg.norm(along, axis=2).mean()), mesh.body
-        super().__init__(SHEET_KERNELS, 3, margin, body, np.zeros(len(body)), mesh)
+        super().__init__(SHEETS, 3, margin, body, np.zeros(len(body)), mesh)
         self._ahead = np.zeros((0, 2), dtype=np.int64)
         touching = self.find(reference, 0.0).slot
         closed = left_out(surface, self.own, touching, reference[body, :3])

@@ -9,7 +9,7 @@ import numpy as np
 from fsm.interactions.search.contact_body_pairs import coupled_bodies
 from fsm.interactions.surfaces.surface import BARE
 from fsm.kernels.tables import empty_arrays
-from fsm.model.bodies.contact_arrays import RENEWAL, SURFACES
+from fsm.model.bodies.contact_arrays import RENEWAL
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.surfaces.array_surfaces import HEIGHTS, PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
 from fsm.model.contact.surfaces.corner_sides import Corners
@@ -106,7 +106,7 @@ class SurfaceContacts(ContactTable):
     margin : m
     """
 
-    kind, coupled_bodies = SURFACES, 3
+    coupled_bodies, fades = 3, True
     found = ("found_piece", "found_side", "found_at")
 
     def __init__(self, probes: Probes, corners: Corners, surfaces: Surfaces, margin: float) -> None:

@@ -57,7 +57,7 @@ from fsm.model.nodes.system.array_forces import (
     sum_forces,
     sum_tangents,
 )
-from fsm.solve.stepping.equilibrium import RestCalls
+from fsm.solve.stepping.equilibrium import RestCalls, never_advance, never_lock
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, UNLOCKED, Calls
 from fsm.solve.stepping.vectors import copy_into, inner, kept
 
@@ -335,5 +335,7 @@ KERNELS = Calls(
     *UNLOCKED,
 )  # fmt: skip
 """Kernels of `Coordinates` that time steps call."""
-AT_REST = RestCalls(_force_at_rest, _renewed_force_at_rest, _factorise_stiffness, _solved, _retract)
+AT_REST = RestCalls(
+    _force_at_rest, _renewed_force_at_rest, _factorise_stiffness, _solved, _retract, never_lock, never_advance
+)
 """Kernels of `Coordinates` that Newton's method for equilibria calls."""

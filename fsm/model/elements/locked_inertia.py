@@ -1,0 +1,54 @@
+"""Inertia of locked openings, which scales their penalties."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fsm.model.elements.joints import JointGroup
+from fsm.model.elements.locked_couplings import LockedCouplings
+
+_REPEATED = 1e-10
+"""Smallest ratio of eigenvalues of openings, scaled to unit size, that do not follow from others."""
+
+
+def set_inertia(group: JointGroup, couplings: Sequence[LockedCouplings], poses: np.ndarray, inverse: np.ndarray) -> None:
+    """Set the inertia of all locked openings; that of released ones is zero, so that they have no effort.
+
+    Parameters
+    ----------
+    group : openings of all joints
+    couplings : ideal couplings
+    poses : (n_bodies, 7) array
+        Present poses.
+    inverse : (n_bodies, 6) array
+        Inverse of the inertia; zero for bodies that cannot move.
+    """
+    rows = np.zeros((len(group.kinds), *inverse.shape))
+    for row, gradient, ends in zip(rows, group.openings(poses)[1].reshape(-1, 2, 6), group.bodies.tolist(), strict=True):
+        row[ends] += gradient
+    rows *= group.active[:, None, None]
+    of_couplings = (coupled.gradients(poses) * coupled.active[:, None, None] for coupled in couplings)
+    inertia = _inertia(np.concatenate([rows, *of_couplings]), inverse)
+    for number, kind in set(zip(group.of.tolist(), group.kinds.tolist(), strict=True)):
+        own = np.flatnonzero((group.of == number) & (group.kinds == kind))  # axes of a joint turn with its first body
+        group.masses[own] = inertia[own].max() * group.active[own]
+    end = len(rows)
+    for coupled in couplings:
+        coupled.masses[:], end = inertia[end : end + len(coupled.masses)], end + len(coupled.masses)
+
+
+def _inertia(rows: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """Inertia (n,) of each opening while all others stay closed, kg or kg m^2: the diagonal of (J M^-1 J^T)^-1.
+
+    With penalties in this ratio, the smallest eigenvalue of the penalties times J M^-1 J^T is their factor over n at least,
+    whatever the ratios of masses. Of openings that follow from others the pseudo-inverse has a share. `rows` are the
+    gradients (n, n_bodies, 6).
+    """
+    rows = (rows * np.sqrt(inverse)).reshape(len(rows), -1)
+    sizes = np.linalg.norm(rows, axis=1)
+    sizes[sizes == 0.0] = math.inf
+    scaled = rows / sizes[:, None]
+    return np.asarray(np.diag(np.linalg.pinv(scaled @ scaled.T, _REPEATED, hermitian=True)) / sizes**2)
