@@ -435,7 +435,8 @@ class JoinedSystem(JoinedConfiguration):
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
         """See `SegmentSystem`; membrane efforts of flexible facets, locked directions, pressures and gas have no
-        arrays in statics."""
+        arrays in statics.
+        """
         facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
         if facets or self.locking or self.pressures or self.chambers is not None:
             return None
