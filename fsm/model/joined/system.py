@@ -442,23 +442,14 @@ class JoinedSystem(JoinedConfiguration):
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
-        return JoinedStatics(self, self._current_pattern(self.bodies.pose), ready)
+        return JoinedStatics(self, self._current_pattern(self.bodies.pose), ready, self._static_model)
 
-    def static_model(
+    def _static_model(
         self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel
     ) -> tuple[JoinedModel, BlockPattern]:
         """Compiled model for statics, and the pattern of its equations."""
         found = self._model_of(pattern, near, ready, contacts, True)
         return found, self._pattern_of(pattern).pattern
-
-    @property
-    def frames_near(self) -> np.ndarray:
-        """Quaternions of the frames in the last accepted state, (n, 4)."""
-        return self._near
-
-    @frames_near.setter
-    def frames_near(self, near: np.ndarray) -> None:
-        self._near = near
 
     def to_arrays(self, resolve: bool) -> None:
         """See `System`: memory of contacts, and quaternions of the frames."""
