@@ -10,7 +10,12 @@ import pytest
 from fsm.interactions.contact.shapes import ContactForces
 from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
 from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
-from fsm.interactions.triangles.triangles_pass import edge_passes_edge, point_passes_triangle, work_space
+from fsm.interactions.triangles.triangles_pass import (
+    edge_passes_edge,
+    may_meet,
+    point_passes_triangle,
+    work_space,
+)
 from fsm.model.bodies.pattern import body_pattern
 
 ONE, NODES = np.zeros(1, dtype=np.int64), np.arange(4)
@@ -190,13 +195,23 @@ def test_weights_of_nearly_parallel_edges() -> None:
     assert not len(parallel_weights(crossing, of_edges(crossing), 0, 1, least)[0])
 
 
+def _point_passes_triangle(start: np.ndarray, end: np.ndarray) -> bool:
+    near = may_meet(start, end, NODES, 1)
+    return bool(near and point_passes_triangle(start, end, NODES, work_space()))
+
+
+def _edge_passes_edge(start: np.ndarray, end: np.ndarray) -> bool:
+    near = may_meet(start, end, NODES, 2)
+    return bool(near and edge_passes_edge(start, end, NODES, work_space()))
+
+
 @pytest.mark.parametrize(("place", "passes"), [([0.4, 0.3], True), ([0.9, 0.9], False), ([-0.1, 0.2], False)])
 def test_points_that_pass_through_a_moving_triangle(place: list[float], passes: bool) -> None:
     start = np.concatenate([[[*place, 1.0]], TRIANGLE])
     end = np.concatenate([[[*place, 0.2]], TRIANGLE + [0.0, 0.0, 0.6]])
-    assert point_passes_triangle(start, end, NODES, work_space()) == passes
-    assert point_passes_triangle(end, start, NODES, work_space()) == passes
-    assert not point_passes_triangle(start, start + [0.0, 0.0, 5.0], NODES, work_space())
+    assert _point_passes_triangle(start, end) == passes
+    assert _point_passes_triangle(end, start) == passes
+    assert not _point_passes_triangle(start, start + [0.0, 0.0, 5.0])
 
 
 def test_a_point_that_passes_there_and_back() -> None:
@@ -205,9 +220,9 @@ def test_a_point_that_passes_there_and_back() -> None:
     start = np.array([[0.0, 0.0, 0.1], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
     end = start.copy()
     end[0, 2] = -0.1
-    assert point_passes_triangle(start, end, NODES, work_space())
+    assert _point_passes_triangle(start, end)
     end[0] = [3.0, 0.0, -0.1]
-    assert not point_passes_triangle(start, end, NODES, work_space())
+    assert not _point_passes_triangle(start, end)
 
 
 @pytest.mark.parametrize(("shift", "passes"), [(0.0, True), (2.0, False)])
@@ -215,5 +230,32 @@ def test_edges_that_pass_through_each_other(shift: float, passes: bool) -> None:
     start = np.array([[-1.0, shift, 0.3], [1.0, shift, 0.4], [0.0, -1.0, 0.0], [0.1, 1.0, 0.1]])
     end = start.copy()
     end[:2, 2] -= 1.0
-    assert edge_passes_edge(start, end, NODES, work_space()) == passes
-    assert not edge_passes_edge(start, start + 1.0, NODES, work_space())
+    assert _edge_passes_edge(start, end) == passes
+    assert not _edge_passes_edge(start, start + 1.0)
+
+
+def _meetings(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
+    """Places of four nodes at the times at which they are in one plane, by NumPy's roots of a cubic."""
+    times = np.linspace(0.0, 1.0, 4)
+    volumes = [np.linalg.det(x[1:] - x[0]) for x in (start + tau * (end - start) for tau in times)]
+    roots = np.roots(np.polyfit(times, volumes, 3))
+    real = roots[np.abs(roots.imag) < 1e-9].real
+    return [start + tau * (end - start) for tau in real if 0.0 < tau < 1.0]
+
+
+def test_no_pair_that_meets_is_excluded_before_its_cubic_is_solved() -> None:
+    """Random steps of all sizes, against weights of the meeting points from linear equations."""
+    random, met = np.random.default_rng(5), np.zeros(2, dtype=int)
+    for _ in range(600):
+        start = random.normal(size=(4, 3))
+        end = start + random.choice([0.03, 0.3, 3.0]) * random.normal(size=(4, 3))
+        inside = crossing = False
+        for x in _meetings(start, end):
+            sides = np.linalg.lstsq(np.stack([x[2] - x[1], x[3] - x[1]], axis=1), x[0] - x[1], rcond=None)[0]
+            inside |= bool(sides.min() >= 0.0 and sides.sum() <= 1.0)
+            ways = np.linalg.lstsq(np.stack([x[1] - x[0], x[2] - x[3]], axis=1), x[2] - x[0], rcond=None)[0]
+            crossing |= bool(ways.min() >= 0.0 and ways.max() <= 1.0)
+        assert _point_passes_triangle(start, end) == inside
+        assert _edge_passes_edge(start, end) == crossing
+        met += inside, crossing
+    assert met.min() > 10

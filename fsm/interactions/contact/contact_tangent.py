@@ -40,12 +40,32 @@ def add_contact_tangent(
     forces : ContactForces
     block_k, block_d : (n, n) arrays, scratch
     """
-    bodies, gradient, effort, by_slip, by_normal = (
-        all_bodies[row], all_gradients[row], forces.effort[row], forces.by_slip[row], forces.by_normal[row]
+    bodies, size, (dof, indptr, indices) = all_bodies[row], stiffness_data.shape[1], index
+    write_contact_tangent(
+        row, rates, bodies, all_gradients[row], size, hessian, slip_second, forces, block_k, block_d
     )  # fmt: skip
+    add_block(block_k, dof, bodies, indptr, indices, stiffness_data)
+    add_block(block_d, dof, bodies, indptr, indices, damping_data)
+
+
+@kernel
+def write_contact_tangent(
+    row: int,
+    rates: np.ndarray,
+    bodies: np.ndarray,
+    gradient: np.ndarray,
+    size: int,
+    hessian: np.ndarray,
+    slip_second: np.ndarray,
+    forces: ContactForces,
+    block_k: np.ndarray,
+    block_d: np.ndarray,
+) -> None:
+    """Write K and D of one contact, (n, n); `size` is the number of coordinates of a body that have an effect."""
+    effort, by_slip, by_normal = forces.effort[row], forces.by_slip[row], forces.by_normal[row]
     normal, by_depth, by_closing = forces.normal[row], forces.by_depth[row], forces.by_closing[row]
-    dof, indptr, indices = index
-    count, size, slips = gradient.shape[1], stiffness_data.shape[1], effort.shape[0]
+    count, slips = gradient.shape[1], effort.shape[0]
+    slip_rates = np.empty(slips)
     for n in range(count):
         gap_rate = 0.0
         for m in range(count):
@@ -57,16 +77,15 @@ def add_contact_tangent(
             block_d[m, n] = -gradient[0, m] * normal_u
         if not forces.friction:
             continue
+        for e in range(slips):
+            slip_rates[e] = 0.0
+            for m in range(count):
+                slip_rates[e] += slip_second[m, n, e] * rates[bodies[m // size], m % size]
         for c in range(slips):
             effort_x, effort_u = by_normal[c] * normal_x, by_normal[c] * normal_u
             for e in range(slips):
-                slip_rate = 0.0
-                for m in range(count):
-                    slip_rate += slip_second[m, n, e] * rates[bodies[m // size], m % size]
-                effort_x += by_slip[c, e] * slip_rate
+                effort_x += by_slip[c, e] * slip_rates[e]
                 effort_u += by_slip[c, e] * gradient[1 + e, n]
             for m in range(count):
                 block_k[m, n] += gradient[1 + c, m] * effort_x + effort[c] * slip_second[m, n, c]
                 block_d[m, n] += gradient[1 + c, m] * effort_u
-    add_block(block_k, dof, bodies, indptr, indices, stiffness_data)
-    add_block(block_d, dof, bodies, indptr, indices, damping_data)

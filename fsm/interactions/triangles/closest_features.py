@@ -15,8 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.interactions.triangles.sides import cross_from
 from fsm.kernels.jit import kernel
-from fsm.kernels.vector import cross, dot
+from fsm.kernels.vector import dot
+
+_FAR = 1.0 + 1e-9
+"""Factor on a bound of the distance, so that round-off excludes no contact."""
 
 
 class Faces(NamedTuple):
@@ -134,7 +138,7 @@ def _of_triangle(code: int, extension: np.ndarray, tau: np.ndarray) -> int:
 @kernel
 def _normal_of(a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np.ndarray) -> float:
     """Unit normal of a triangle; returns the root of twice its area, a length."""
-    cross(b - a, c - a, normal)
+    cross_from(a, b, c, normal)
     size = np.sqrt(dot(normal, normal))
     for i in range(3):
         normal[i] = normal[i] / size if size > 0.0 else 0.0
@@ -143,15 +147,16 @@ def _normal_of(a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np.ndarray) 
 
 @kernel
 def _nearest(
-    places: np.ndarray, p: np.ndarray, listed: np.ndarray, faces: Faces, best: np.ndarray
-) -> tuple[int, int, float]:
-    """Nearest of some extended triangles, the region of its closest point as in `_on_triangle`, and the squared distance.
+    places: np.ndarray, node: int, listed: np.ndarray, begin: int, end: int, faces: Faces, weights: np.ndarray,
+    extension: np.ndarray, corners: np.ndarray,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Nearest of the extended triangles `listed[begin:end]` to a node, the region of its closest point as in
+    `_on_triangle`, and the squared distance.
 
-    `best` (3,) are the weights of the real corners.
+    `weights` (3,), `extension` and `corners` (3, 3) are scratch.
     """
-    weights, extension, corners = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-    triangle, code, nearest = -1, 0, np.inf
-    for k in range(listed.shape[0]):
+    triangle, code, nearest, p = -1, 0, np.inf, places[node]
+    for k in range(begin, end):
         _extended(faces, listed[k], extension)
         for i in range(3):
             for e in range(3):
@@ -165,8 +170,6 @@ def _nearest(
             square += (p[e] - foot) ** 2
         if square < nearest:
             triangle, code, nearest = listed[k], own, square
-            for j in range(3):
-                best[j] = weights[0] * extension[0, j] + weights[1] * extension[1, j] + weights[2] * extension[2, j]
     return triangle, code, nearest
 
 
@@ -174,13 +177,33 @@ def _nearest(
 def _over(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np.ndarray, weights: np.ndarray) -> float:
     """Height of a point over the plane of a triangle; writes its unit normal, and the weights (3,) of the foot."""
     size = _normal_of(a, b, c, normal)
-    part = np.empty(3)
-    cross(p - a, c - a, part)
-    weights[1] = dot(part, normal) / (size * size)
-    cross(b - a, p - a, part)
-    weights[2] = dot(part, normal) / (size * size)
+    cross_from(a, p, c, weights)
+    of_b = dot(weights, normal) / (size * size)
+    cross_from(a, b, p, weights)
+    weights[1], weights[2] = of_b, dot(weights, normal) / (size * size)
     weights[0] = 1.0 - weights[1] - weights[2]
-    return dot(normal, p - a)
+    return float(normal[0] * (p[0] - a[0]) + normal[1] * (p[1] - a[1]) + normal[2] * (p[2] - a[2]))
+
+
+@kernel
+def height(places: np.ndarray, node: int, triangles: np.ndarray, triangle: int) -> tuple[float, float]:
+    """Height of a node over the plane of a triangle times twice its area, and the square of twice its area."""
+    a, b, c = triangles[triangle, 0], triangles[triangle, 1], triangles[triangle, 2]
+    p, q, r = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1], places[b, 2] - places[a, 2]
+    u, v, w = places[c, 0] - places[a, 0], places[c, 1] - places[a, 1], places[c, 2] - places[a, 2]
+    x, y, z = q * w - r * v, r * u - p * w, p * v - q * u
+    d, e, f = places[node, 0] - places[a, 0], places[node, 1] - places[a, 1], places[node, 2] - places[a, 2]
+    return x * d + y * e + z * f, x * x + y * y + z * z
+
+
+@kernel
+def _normals(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normals (t, 3) of all triangles."""
+    out = np.empty((triangles.shape[0], 3))
+    for k in range(out.shape[0]):
+        corners = triangles[k]
+        _normal_of(places[corners[0]], places[corners[1]], places[corners[2]], out[k])
+    return out
 
 
 @kernel
@@ -207,14 +230,14 @@ def select_faces(
     """
     count = node.shape[0]
     square, nearest = np.empty(count), np.empty(count, dtype=np.int64)
-    normal, weights = np.empty(3), np.empty(3)
+    weights, extension, corners = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for s in range(count):
-        p = places[node[s]]
-        of, code, square[s] = _nearest(places, p, listed[start[s] : start[s + 1]], faces, weights)
+        of, code, square[s] = _nearest(
+            places, node[s], listed, start[s], start[s + 1], faces, weights, extension, corners
+        )  # fmt: skip
         nearest[s] = triangle[s] = of
         part[s] = 0
-        a, b, c = faces.triangles[of]
-        side[s] = 1.0 if _over(p, places[a], places[b], places[c], normal, weights) >= 0.0 else -1.0
+        side[s] = 1.0 if height(places, node[s], faces.triangles, of)[0] >= 0.0 else -1.0
         for edge in range(3):
             at_edge = code == 1 + edge or code == 4 + edge or code == 4 + (edge + 1) % 3
             if at_edge and faces.beyond[of, edge] > 0.0:
@@ -225,9 +248,12 @@ def select_faces(
         while last < count and node[last] == node[first]:
             last += 1
         for s in range(first, last):
+            if part[s] == 0:
+                continue
+            within = square[s] * (1.0 + 1e-6)
             for other in range(first, last):
                 nearer = part[other] == 0 or other < s
-                if part[s] == 0 or other == s or not nearer or square[other] > square[s] * (1.0 + 1e-6):
+                if square[other] > within or other == s or not nearer:
                     continue
                 for i in range(3):
                     for j in range(3):
@@ -258,14 +284,20 @@ def find_point_faces(
     slot, gap, found : results, one row for each slot that was found
     """
     weights, normal, along, extension = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
-    number = 0
+    normals, number = _normals(places, faces.triangles), 0
     for s in range(node.shape[0]):
         if triangle[s] < 0 or (part[s] > 0 and clearance[s] == 0.0):
             continue
+        sign = 1.0 if side[s] >= 0.0 else -1.0
+        if part[s] == 0:  # most points are far from the plane
+            above, corner = 0.0, faces.triangles[triangle[s], 0]
+            for e in range(3):
+                above += normals[triangle[s], e] * (places[node[s], e] - places[corner, e])
+            if sign * above > _FAR * (clearance[s] + below):
+                continue
         p, corners = places[node[s]], faces.triangles[triangle[s]]
         _extended(faces, triangle[s], extension)
         if part[s] == 0:
-            sign = 1.0 if side[s] >= 0.0 else -1.0
             distance = sign * _over(p, places[corners[0]], places[corners[1]], places[corners[2]], normal, weights)
             for e in range(3):
                 normal[e] *= sign
@@ -337,16 +369,19 @@ def find_edge_edges(
 
     The results follow the first `number` rows; other arguments and the result as in `find_point_faces`.
     """
-    r = np.empty(3)
-    for i in range(begin, first.shape[0]):
-        reach = clearance[i] + below
-        one, two = edges[first[i]], edges[second[i]]
-        p, q, a, b = places[one[0]], places[one[1]], places[two[0]], places[two[1]]
-        far = False
+    r, low, high = np.empty(3), np.empty((edges.shape[0], 3)), np.empty((edges.shape[0], 3))
+    for k in range(edges.shape[0]):
         for e in range(3):
-            far |= min(p[e], q[e]) - max(a[e], b[e]) > reach or min(a[e], b[e]) - max(p[e], q[e]) > reach
+            one, two = places[edges[k, 0], e], places[edges[k, 1], e]
+            low[k, e], high[k, e] = min(one, two), max(one, two)
+    for i in range(begin, first.shape[0]):
+        reach, far = clearance[i] + below, False
+        for e in range(3):
+            far |= low[first[i], e] - high[second[i], e] > reach or low[second[i], e] - high[first[i], e] > reach
         if far:
             continue
+        of_p, of_q, of_a, of_b = edges[first[i], 0], edges[first[i], 1], edges[second[i], 0], edges[second[i], 1]
+        p, q, a, b = places[of_p], places[of_q], places[of_a], places[of_b]
         s, t = _on_edges(p, q, a, b)
         for e in range(3):
             r[e] = (1.0 - s) * p[e] + s * q[e] - (1.0 - t) * a[e] - t * b[e]
@@ -365,8 +400,8 @@ def find_edge_edges(
             tau[k, 2], tau[k, 3] = -1.0, 1.0
             k += 1
         found.free[number] = k
-        for e in range(2):
-            found.nodes[number, e], found.nodes[number, 2 + e] = one[e], two[e]
+        found.nodes[number, 0], found.nodes[number, 1] = of_p, of_q
+        found.nodes[number, 2], found.nodes[number, 3] = of_a, of_b
         for e in range(3):
             found.normal[number, e] = r[e] / distance
         found.distance[number] = distance

@@ -17,10 +17,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.contact.contact_tangent import add_contact_tangent
+from fsm.interactions.contact.contact_tangent import write_contact_tangent
 from fsm.interactions.contact.shapes import BlockIndex, ContactForces
 from fsm.interactions.triangles.closest_features import Found
 from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import find_slot
 from fsm.kernels.vector import dot
 
 SIZE = 24
@@ -80,7 +81,7 @@ def _second_derivatives(
     places: np.ndarray, found: Found, i: int, scratch: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     hessian: np.ndarray, slip_second: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write d2g (24, 24) and the derivatives (24, 24, 3) of the slip's gradient; those by rotations stay zero."""
+    """Write d2g (12, 12) and the derivatives (12, 12, 3) of the slip's gradient by translations."""
     t, inverse, project, by_beta, turn = scratch
     k = _directions(places, found, i, t, inverse)
     n, c, tau, g = found.normal[i], found.coefficients[i], found.directions[i], found.distance[i]
@@ -115,12 +116,27 @@ def _second_derivatives(
             shift = 0.0
             for a in range(k):
                 shift -= tau[a, m] * by_beta[two, a]
-            hessian[6 * m + e, 6 * (two // 3) + two % 3] = turn[two, e] * c[m] + n[e] * shift
+            hessian[one, two] = turn[two, e] * c[m] + n[e] * shift
             for f in range(3):
                 same = 1.0 if e == f else 0.0
-                slip_second[6 * m + e, 6 * (two // 3) + two % 3, f] = (same - n[e] * n[f]) * shift - c[m] * (
+                slip_second[one, two, f] = (same - n[e] * n[f]) * shift - c[m] * (
                     turn[two, e] * n[f] + n[e] * turn[two, f]
                 )
+
+
+@kernel
+def _add_translations(
+    block: np.ndarray, dof: np.ndarray, bodies: np.ndarray, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray
+) -> None:
+    """Add a matrix (12, 12) of the translations of four bodies to block data."""
+    for i in range(4):
+        for j in range(4):
+            k = find_slot(indptr, indices, dof[bodies[i]], dof[bodies[j]])
+            if k < 0:
+                continue
+            for e in range(3):
+                for f in range(3):
+                    data[k, e, f] += block[3 * i + e, 3 * j + f]
 
 
 @kernel
@@ -130,13 +146,17 @@ def tangent_features(
 ) -> None:  # fmt: skip
     """Add K and D of contacts at closest points; `bodies` and `gradient` from `write_features`."""
     scratch = np.empty((2, 3)), np.empty((2, 2)), np.empty((3, 3)), np.empty((12, 2)), np.empty((12, 3))
-    hessian, slip_second = np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE, 3))
-    block_k, block_d = np.empty((SIZE, SIZE)), np.empty((SIZE, SIZE))
+    hessian, slip_second, own = np.empty((12, 12)), np.empty((12, 12, 3)), np.empty((4, 12))
+    block_k, block_d = np.empty((12, 12)), np.empty((12, 12))
+    dof, indptr, indices = index
     for i in range(bodies.shape[0]):
         _second_derivatives(places, found, i, scratch, hessian, slip_second)
-        add_contact_tangent(
-            i, rates, bodies, gradient, hessian, slip_second, forces, index, stiffness_data, damping_data, block_k, block_d
-        )  # fmt: skip
+        for row in range(4):
+            for one in range(12):
+                own[row, one] = gradient[i, row, 6 * (one // 3) + one % 3]
+        write_contact_tangent(i, rates, bodies[i], own, 3, hessian, slip_second, forces, block_k, block_d)
+        _add_translations(block_k, dof, bodies[i], indptr, indices, stiffness_data)
+        _add_translations(block_d, dof, bodies[i], indptr, indices, damping_data)
 
 
 @kernel

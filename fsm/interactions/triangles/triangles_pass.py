@@ -2,6 +2,10 @@
 
 Four points lie in one plane when a cubic of the time is zero. Between the extrema of the cubic each sign change is one root,
 found by bisection; there the point must lie in the triangle, or both edges must cross (Provot, 1997).
+
+Most pairs are excluded before: at a meeting, motions have overcome the distance of the parts along any vector at the start.
+For the normal of the triangle, or that of both edges, this distance is the same for all points of the parts, and the motions
+are largest at nodes.
 """
 
 from __future__ import annotations
@@ -12,6 +16,9 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
+
+_SAFETY = 1.0 + 1e-9
+"""Factor on the motion of nodes, so that round-off excludes no meeting."""
 
 
 class WorkSpace(NamedTuple):
@@ -88,6 +95,38 @@ def _coplanar_times(start: np.ndarray, end: np.ndarray, at: np.ndarray, times: n
         times[number] = 0.5 * (low + high)
         number += 1
     return number
+
+
+@kernel
+def may_meet(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, split: int) -> bool:
+    """Whether the motion of four nodes is long enough for a meeting of those before the split with the others."""
+    i, j, k, m = nodes[0], nodes[1], nodes[2], nodes[3]
+    one, two, of_two = (i, j, k) if split == 2 else (j, k, j)
+    p, q, r = start[two, 0] - start[one, 0], start[two, 1] - start[one, 1], start[two, 2] - start[one, 2]
+    u, v, w = start[m, 0] - start[of_two, 0], start[m, 1] - start[of_two, 1], start[m, 2] - start[of_two, 2]
+    x, y, z = q * w - r * v, r * u - p * w, p * v - q * u
+    apart = abs(
+        x * (start[i, 0] - start[of_two, 0]) + y * (start[i, 1] - start[of_two, 1]) + z * (start[i, 2] - start[of_two, 2])
+    )
+    low, high, other_low, other_high = np.inf, -np.inf, np.inf, -np.inf
+    for number in range(4):
+        at = nodes[number]
+        along = x * (end[at, 0] - start[at, 0]) + y * (end[at, 1] - start[at, 1]) + z * (end[at, 2] - start[at, 2])
+        if number < split:
+            low, high = min(low, along), max(high, along)
+        else:
+            other_low, other_high = min(other_low, along), max(other_high, along)
+    return apart <= _SAFETY * max(high - other_low, other_high - low)
+
+
+@kernel
+def largest_approach(start: np.ndarray, end: np.ndarray) -> float:
+    """Largest motion of two points towards each other along an axis in a step, m."""
+    moved = 0.0
+    for i in range(start.shape[0]):
+        for e in range(3):
+            moved = max(moved, abs(end[i, e] - start[i, e]))
+    return 2.0 * _SAFETY * moved
 
 
 @kernel

@@ -136,9 +136,16 @@ def sum_tangents(
         change with further increments; their derivative multiplies D.
     at_depths : whether contacts are linearised at the depths of statics
     """
+    sum_tangents_by_rates(model, t, per_second, since, at_depths)
+    add_tangents_by_deformations(model, t, per_second, efforts)
+
+
+@kernel
+def sum_tangents_by_rates(model: Segments, t: float, per_second: float, since: np.ndarray, at_depths: bool) -> None:
+    """Write forces, K and D of all parts whose D acts on rates of bodies; arguments as for `sum_tangents`."""
     table = model.table
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
-    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    damping = floats_3d(table, DAMPING)
     _set_simple_forces(table, t)
     _set_simple_tangents(table, t)
     if poses.shape[1] == 7:
@@ -147,7 +154,14 @@ def sum_tangents(
         model.by_contacts.tangent(table, model.groups, model.contact_laws, t, per_second > 0.0, at_depths)
     if poses.shape[1] == 7 and since.shape[0] > 0:
         multiply_block_diagonal(damping, increment_blocks(since), pattern_of(table).columns)
-    springs = springs_of(table)
+
+
+@kernel
+def add_tangents_by_deformations(model: Segments, t: float, per_second: float, efforts: np.ndarray) -> None:
+    """Add forces, K and D of springs and elements; arguments as for `sum_tangents`."""
+    table, springs = model.table, springs_of(model.table)
+    poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
+    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     model.by_springs.tangent(
         poses, rates, springs.bodies, springs.constants, springs.last, per_second, efforts, springs.slots, total, stiffness,
         damping,

@@ -7,8 +7,6 @@ import numpy as np
 from fsm.interactions.applied import applied_power
 from fsm.interactions.driven import driven_power, fill_reactions, place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
-from fsm.kernels.block_equations import SYMMETRIC, TRUSTED, Pattern
-from fsm.kernels.block_lu import count_negative, count_negative_parts, multiply_blocks
 from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import largest_force, support_reactions
@@ -16,6 +14,7 @@ from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
+from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
 from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean
 from fsm.model.bodies.arrays import (
     ACCEPT_BY,
@@ -42,13 +41,14 @@ from fsm.model.bodies.arrays import (
 )
 from fsm.model.bodies.contact_arrays import BRISTLE, contacts_at, lack_pairs
 from fsm.solve.stepping import path_state as path
-from fsm.solve.stepping.path_state import DRIVES, UNKNOWN
+from fsm.solve.stepping.path_state import DRIVES
 from fsm.solve.stepping.quasi_static import StaticCalls
 from fsm.solve.stepping.vectors import copy_into, subtracted
 
 
 @kernel
-def _progress(model: Segments, t: float) -> float:
+def progress(model: Segments, t: float) -> float:
+    """See `StaticCalls`."""
     table, value = model.table, t
     pace = floats_1d(table, INTERVAL)[4]
     if pace > 0.0:
@@ -69,15 +69,26 @@ def _lacks(model: Segments) -> bool:
 
 
 @kernel
-def _efforts(model: Segments, out: np.ndarray) -> None:
+def efforts(model: Segments, out: np.ndarray) -> None:
+    """See `StaticCalls`."""
     copy_into(springs_of(model.table).efforts, out)
 
 
 @kernel
 def _begin(
-    model: Segments, t: float, before: float, q: np.ndarray, efforts: np.ndarray, rate_dependent: bool, most: float
+    model: Segments, t: float, before: float, q: np.ndarray, start: np.ndarray, rate_dependent: bool, most: float
 ) -> None:
-    table = model.table
+    begin_bodies(model.table, t, before, q, start, rate_dependent)
+    lock(model, 0.0)
+    if model.groups.shape[0] > 0:
+        model.by_contacts.press(model.groups, most)
+
+
+@kernel
+def begin_bodies(
+    table: np.ndarray, t: float, before: float, q: np.ndarray, start: np.ndarray, rate_dependent: bool
+) -> None:
+    """Begin a step of bodies, with the efforts `start`; see `StaticCalls.begin`."""
     interval, rates, moves = floats_1d(table, INTERVAL), floats_2d(table, RATES), rate_dependent and t > before
     interval[0], interval[1], interval[2], interval[3] = t, t - before if moves else 0.0, t - before, before
     copy_into(q, floats_1d(table, LAST_Q))
@@ -85,17 +96,14 @@ def _begin(
     place_driven(driven_of(table), t, before if moves else t, floats_2d(table, POSES), rates)
     if not moves:
         rates[:] = 0.0
-    copy_into(efforts, springs_of(table).efforts)
-    lock(model, 0.0)
-    if model.groups.shape[0] > 0:
-        model.by_contacts.press(model.groups, most)
+    copy_into(start, springs_of(table).efforts)
 
 
 # ends of steps ----------------------------------------------------------------------------------------------------------
 
 
 @kernel
-def _place_end(table: np.ndarray, q: np.ndarray) -> None:
+def place_end(table: np.ndarray, q: np.ndarray) -> None:
     """Write poses and mean rates of all bodies at the end of a step, also if no force depends on rates."""
     interval, poses, rates = floats_1d(table, INTERVAL), floats_2d(table, POSES), floats_2d(table, RATES)
     place_mean(table, q)
@@ -116,19 +124,41 @@ def _place_end(table: np.ndarray, q: np.ndarray) -> None:
 def _end_of_step(
     model: Segments, q: np.ndarray, trial: np.ndarray, accurate: float, at_rest: bool, record: np.ndarray
 ) -> None:
-    table, driven, record[:] = model.table, driven_of(model.table), 0.0
-    _place_end(table, q)
-    t, per_second = floats_1d(table, INTERVAL)[0], per_second_of(table)
-    first = DRIVES + 2 * driven.directions.shape[0]
-    sums = record[first:].reshape(7, (record.shape[0] - first) // 7)
-    if model.groups.shape[0] > 0 and model.by_contacts.passed(table, model.groups):
+    table, record[:] = model.table, 0.0
+    place_end(table, q)
+    if has_passed(model):
         record[path.PASSED] = 1.0
         return
-    s = springs_of(table)
-    _, record[path.OPENING] = model.by_springs.widest(floats_2d(table, POSES), s.bodies, s.constants, s.structural)
+    t, per_second = floats_1d(table, INTERVAL)[0], per_second_of(table)
     sum_forces(model, t, per_second)
+    write_record(model, t, per_second, integers_1d(table, FREE), record)
+    p, factors = pattern_of(table), floats_3d(table, FACTORS)
+    record[path.NEGATIVE] = negative_of_last(
+        model.equations, p, floats_3d(table, MATRIX), factors, model.flags, trial, accurate
+    )  # fmt: skip
+    if at_rest:
+        record[path.NEGATIVE_AT_REST] = _negative_at_rest(model, trial, accurate)
+
+
+@kernel
+def has_passed(model: Segments) -> bool:
+    """Whether sides of contacts have passed through each other."""
+    return bool(
+        model.groups.shape[0] > 0 and model.by_contacts.passed(model.table, model.groups)
+    )  # fmt: skip
+
+
+@kernel
+def write_record(model: Segments, t: float, per_second: float, moving: np.ndarray, record: np.ndarray) -> None:
+    """Write the record of a state from the present poses, rates and forces, without the numbers of pivots. Only bodies that
+    are not `moving` have reactions.
+    """
+    table, s = model.table, springs_of(model.table)
+    first = DRIVES + 2 * driven_of(table).directions.shape[0]
+    sums = record[first:].reshape(7, (record.shape[0] - first) // 7)
+    _, record[path.OPENING] = model.by_springs.widest(floats_2d(table, POSES), s.bodies, s.constants, s.structural)
     _add_joints(model, t, per_second, record)
-    _add_motion(table, t, record)
+    _add_motion(table, t, moving, record)
     record[path.LARGEST] = max(record[path.LARGEST], largest_multiplier(model))
     if model.groups.shape[0] > 0:
         record[path.CONTACT], lost = model.by_contacts.sums(
@@ -141,9 +171,6 @@ def _end_of_step(
     record[path.STORED] = (
         record[path.PANELS] + record[path.CREASES] + record[path.GRAVITY] + record[path.CONTACT]
     )  # fmt: skip
-    record[path.NEGATIVE] = _negative_of_last(model, trial, accurate)
-    if at_rest:
-        record[path.NEGATIVE_AT_REST] = _negative_at_rest(model, trial, accurate)
 
 
 @kernel
@@ -179,7 +206,7 @@ def _add_joints(model: Segments, t: float, per_second: float, record: np.ndarray
 
 
 @kernel
-def _add_motion(table: np.ndarray, t: float, record: np.ndarray) -> None:
+def _add_motion(table: np.ndarray, t: float, moving: np.ndarray, record: np.ndarray) -> None:
     """Write travels and forces of drives, energies of the motion and of weights, and the powers of loads and drives."""
     poses, rates, weight = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, WEIGHT)
     inertia, wrenches, driven = floats_2d(table, INERTIA), floats_2d(table, FORCE), driven_of(table)
@@ -191,7 +218,7 @@ def _add_motion(table: np.ndarray, t: float, record: np.ndarray) -> None:
     record[path.LOADS] += _power_of_loads(table, t)
     driving, record[path.DRIVEN] = driven_power(driven, inertia, rates, wrenches)
     record[path.INPUT] = record[path.LOADS] + driving
-    record[path.LARGEST] = largest_force(support_reactions(wrenches, integers_1d(table, FREE)))
+    record[path.LARGEST] = largest_force(support_reactions(wrenches, moving))
     fill_reactions(driven, t, np.zeros(inertia.shape), wrenches, record[DRIVES:])
 
 
@@ -210,9 +237,16 @@ def _power_of_loads(table: np.ndarray, t: float) -> float:
 @kernel
 def _power_before(model: Segments, t: float, q: np.ndarray) -> float:
     table = model.table
-    poses, of_elements = floats_2d(table, POSES), floats_1d(table, STORED)
+    poses = floats_2d(table, POSES)
     scatter_free(integers_1d(table, FREE), q, not q.shape[0] < 0 and poses.shape[1] == 7, poses)
     place_driven(driven_of(table), t, t, poses, np.empty(floats_2d(table, RATES).shape))
+    return power_of_present(model, t)
+
+
+@kernel
+def power_of_present(model: Segments, t: float) -> float:
+    """Power of loads and actuators at the present poses and rates, W."""
+    table, of_elements = model.table, floats_1d(model.table, STORED)
     of_elements[:] = 0.0
     swap_multipliers(model)
     to_end = -1.0 / floats_1d(table, INTERVAL)[2]
@@ -224,22 +258,29 @@ def _power_before(model: Segments, t: float, q: np.ndarray) -> float:
 
 @kernel
 def _balance_at_rest(model: Segments, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
-    _rest(model.at_rest, t, q)
-    table, count = model.at_rest, drives.shape[0]
-    before = t != floats_1d(model.table, INTERVAL)[0]
+    rest(model.at_rest, t, q)
+    table, before = model.at_rest, t != floats_1d(model.table, INTERVAL)[0]
     if before:
         swap_multipliers(model)
-    sum_forces(_resting(model), t, 0.0)
+    sum_forces(resting(model), t, 0.0)
     if before:
         swap_multipliers(model)
-    wrenches, out = floats_2d(table, FORCE), np.empty(2 * count)
+    wrenches = floats_2d(table, FORCE)
     copy_into(gather_free(integers_1d(table, FREE), wrenches), force)
+    write_drives(table, t, drives)
+
+
+@kernel
+def write_drives(table: np.ndarray, t: float, drives: np.ndarray) -> None:
+    """Write the forces (n_drives,) of all drives at rest from the present wrenches."""
+    wrenches, count = floats_2d(table, FORCE), drives.shape[0]
+    out = np.empty(2 * count)
     fill_reactions(driven_of(table), t, np.zeros(wrenches.shape), wrenches, out)
     copy_into(out[count:], drives)
 
 
 @kernel
-def _rest(table: np.ndarray, t: float, q: np.ndarray) -> None:
+def rest(table: np.ndarray, t: float, q: np.ndarray) -> None:
     """Write the poses of a state at rest to the table of rates at rest."""
     rates = floats_2d(table, RATES)
     place(table, t, q, np.zeros(integers_1d(table, FREE).shape[0] * rates.shape[1]))
@@ -247,7 +288,7 @@ def _rest(table: np.ndarray, t: float, q: np.ndarray) -> None:
 
 
 @kernel
-def _resting(model: Segments) -> Segments:
+def resting(model: Segments) -> Segments:
     """The model with its table of rates at rest."""
     return Segments(
         model.at_rest, model.at_rest, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
@@ -259,56 +300,14 @@ def _resting(model: Segments) -> Segments:
 
 
 @kernel
-def _negative_of_last(model: Segments, trial: np.ndarray, accurate: float) -> float:
-    """Number of negative pivots of the last matrix, or `UNKNOWN`.
-
-    An unsymmetric matrix has no negative real pivot if the symmetric parts of all pivot blocks are definite, and these are
-    definite if the symmetric part of the matrix is.
-    """
-    table, p, flags = model.table, pattern_of(model.table), model.flags
-    factors = floats_3d(table, FACTORS)
-    if flags[SYMMETRIC] == 0:
-        return 0.0 if flags[TRUSTED] == 1 and count_negative_parts(p.filled_diagonal, factors) == 0 else UNKNOWN
-    found = count_negative(p.filled_diagonal, factors)
-    if found == 0 and flags[TRUSTED] == 1:
-        return 0.0
-    return float(found) if _signs_hold(model, p, floats_3d(table, MATRIX), factors, trial, accurate) else UNKNOWN
-
-
-@kernel
 def _negative_at_rest(model: Segments, trial: np.ndarray, accurate: float) -> float:
     """Number of negative pivots of the symmetric part of the stiffness at rest, or `UNKNOWN`."""
     table, t = model.at_rest, floats_1d(model.table, INTERVAL)[0]
-    sum_tangents(_resting(model), t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
-    p, blocks = pattern_of(table), floats_3d(table, STIFFNESS)
-    matrix, factors = floats_3d(table, MATRIX), floats_3d(table, FACTORS)
-    for k in range(matrix.shape[0]):
-        mirrored = p.transposed[k]
-        for i in range(matrix.shape[1]):
-            for j in range(matrix.shape[1]):
-                matrix[k, i, j] = 0.5 * (blocks[k, i, j] + blocks[mirrored, j, i])
-    failed = model.equations.factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors)
-    if failed >= 0 or not _signs_hold(model, p, matrix, factors, trial, accurate):
-        return UNKNOWN
-    return float(count_negative(p.filled_diagonal, factors))
-
-
-@kernel
-def _signs_hold(
-    model: Segments, p: Pattern, matrix: np.ndarray, factors: np.ndarray, trial: np.ndarray, accurate: float
-) -> bool:
-    """Whether round-off of symmetric factors cannot have changed the sign of an eigenvalue; see
-    `fsm.solve.equations.linear`.
-    """
-    right = multiply_blocks(p.rows, p.columns, matrix, trial)
-    found, _, _ = model.equations.solve(
-        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, factors, p.rows, p.columns, matrix, right, 0.0, True,
-        True,
+    sum_tangents(resting(model), t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
+    return negative_of_symmetric(
+        model.equations, pattern_of(table), floats_3d(table, STIFFNESS), floats_3d(table, MATRIX), floats_3d(table, FACTORS),
+        trial, accurate,
     )  # fmt: skip
-    worst = 0.0
-    for i in range(found.shape[0]):
-        worst = max(worst, abs(found[i] - trial[i]))
-    return worst < accurate
 
 
 # memory -----------------------------------------------------------------------------------------------------------------
@@ -316,8 +315,14 @@ def _signs_hold(
 
 @kernel
 def _accept(model: Segments, q: np.ndarray) -> None:
+    place_end(model.table, q)
+    accept_present(model)
+
+
+@kernel
+def accept_present(model: Segments) -> None:
+    """Accept the present poses and rates."""
     table = model.table
-    _place_end(table, q)
     t, per_second, s = floats_1d(table, INTERVAL)[0], per_second_of(table), springs_of(table)
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     if model.groups.shape[0] > 0:
@@ -333,7 +338,14 @@ def _contact_force(model: Segments, t: float, q: np.ndarray) -> float:
     if model.groups.shape[0] == 0:
         return 0.0
     table = model.at_rest
-    _rest(table, t, q)
+    rest(table, t, q)
+    return largest_contact_force(model, t)
+
+
+@kernel
+def largest_contact_force(model: Segments, t: float) -> float:
+    """Largest component of the forces of contacts at the present poses, at rest, N."""
+    table = model.at_rest
     force = floats_2d(table, FORCE)
     force[:] = 0.0
     model.by_contacts.force(table, model.groups, model.contact_laws, t, False)
@@ -345,10 +357,10 @@ PATH = StaticCalls(
     *STATICS[:9],
     _begin,
     _lacks,
-    _efforts,
+    efforts,
     _end_of_step,
     _accept,
-    _progress,
+    progress,
     _difference,
     _contact_force,
     _balance_at_rest,

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
-from fsm.kernels.block_equations import FAILED, set_factors, solution
+from fsm.kernels.block_equations import FAILED, Pattern, set_factors, solution
 from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_forces import retract, sum_forces, sum_tangents
@@ -77,20 +77,32 @@ def _linearised_force(model: Segments, q: np.ndarray, mixed: bool) -> np.ndarray
 
 
 @kernel
+def add_damping(damping: np.ndarray, per_second: float, matrix: np.ndarray) -> None:
+    """Add D/dt to block data."""
+    if per_second > 0.0:
+        flat, values = matrix.reshape(-1), damping.reshape(-1)
+        for i in range(flat.shape[0]):
+            flat[i] += per_second * values[i]
+
+
+@kernel
 def _factorise(model: Segments) -> bool:
     table = model.table
     matrix, per_second = floats_3d(table, MATRIX), per_second_of(table)
     copy_into(floats_3d(table, STIFFNESS), matrix)
-    if per_second > 0.0:
-        flat, damping = matrix.reshape(-1), floats_3d(table, DAMPING).reshape(-1)
-        for i in range(flat.shape[0]):
-            flat[i] += per_second * damping[i]
+    add_damping(floats_3d(table, DAMPING), per_second, matrix)
     return set_factors(model.equations, pattern_of(table), matrix, floats_3d(table, FACTORS), model.flags)
 
 
 @kernel
 def _largest_force(model: Segments, span: np.ndarray, force_scale: np.ndarray) -> float:
-    matrix, pattern, largest = floats_3d(model.table, MATRIX), pattern_of(model.table), 0.0
+    return largest_force_along(floats_3d(model.table, MATRIX), pattern_of(model.table), span, force_scale)
+
+
+@kernel
+def largest_force_along(matrix: np.ndarray, pattern: Pattern, span: np.ndarray, force_scale: np.ndarray) -> float:
+    """See `StaticCalls.largest_force`."""
+    largest = 0.0
     size = matrix.shape[1]
     for row in range(pattern.rows.shape[0] - 1):
         for block in range(pattern.rows[row], pattern.rows[row + 1]):
@@ -121,7 +133,14 @@ def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
     no = q.shape[0] < 0
     scatter_free(free, q, not no and poses.shape[1] == 7, poses)
     scatter_free(free, dx, no, change)
-    springs = springs_of(table)
+    advance_by(model, change, cut)
+
+
+@kernel
+def advance_by(model: Segments, change: np.ndarray, cut: bool) -> None:
+    """Advance efforts and depths by increments (n_bodies, 3 or 6) from the present poses; see `StaticCalls.advance`."""
+    table = model.table
+    poses, springs = floats_2d(table, POSES), springs_of(table)
     later = model.by_springs.advance(poses, change, springs.bodies, springs.constants, springs.last, per_second_of(table))
     copy_into(later, springs.efforts)
     if model.groups.shape[0] > 0 and not cut:

@@ -25,7 +25,6 @@ from fsm.model.bodies.contact_arrays import (
     LOSSY,
     MARGIN,
     MOST,
-    REFERRED,
     RENUMBERS,
     STARTED,
     ContactArrays,
@@ -140,8 +139,7 @@ def _press(groups: np.ndarray, most: float) -> None:
     """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
-        if g.state[RENUMBERS] == 1:  # the slots are those of the last accepted state
-            g.state[REFERRED] = 0
+        if g.state[RENUMBERS] == 1:  # the slots must contain the contacts of the last accepted state
             geometry_of(g).renew(g, g.committed)
         copy_into(g.depth, g.pressed)
         copy_into(g.depth, g.pressed_before)
@@ -403,6 +401,23 @@ def deepest_of_pairs(g: ContactArrays, tapered: np.ndarray, count: int, gap: np.
 
 
 @kernel
+def close_gaps(g: ContactArrays, poses: np.ndarray, gap: np.ndarray) -> None:
+    """Reduce the gaps (n_pairs,) of pairs, m, to those of contacts within the margin that do not touch.
+
+    All slots of sheets belong to one pair, and few of them are near: the bound of the search grows until there is one.
+    """
+    below = g.numbers[MARGIN]
+    if g.state[RENUMBERS] == 1:
+        if g.pair.shape[0] == 0 or gap[g.pair[0]] <= 0.0:
+            return
+        below /= 64.0
+        while below < g.numbers[MARGIN] and find_slots(g, poses, below) == 0:
+            below = min(8.0 * below, g.numbers[MARGIN])
+    near = find_slots(g, poses, below)
+    smallest_gaps(g.pair, g.slot[:near], np.maximum(g.gap[:near], 0.0), gap)
+
+
+@kernel
 def _state_of_pairs(
     table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, mean_rates: bool, out: np.ndarray
 ) -> tuple[float, float]:
@@ -430,8 +445,7 @@ def _state_of_pairs(
                 for row in range(2):
                     power += of_pair[SLIDING + row, p]
             deepest_of_pairs(g, weighed.rows, count, gap)
-        near = find_slots(g, poses, g.numbers[MARGIN])
-        smallest_gaps(g.pair, g.slot[:near], np.maximum(g.gap[:near], 0.0), gap)
+        close_gaps(g, poses, gap)
         for p in range(pairs):
             out[last, p] = min(out[last, p], gap[p])
     return stored, power

@@ -18,6 +18,7 @@ from fsm.model.bodies.arrays import STIFFNESS as BODY_STIFFNESS
 from fsm.model.bodies.arrays import pattern_of as body_pattern_of
 from fsm.model.bodies.contact_arrays import keep_loaded
 from fsm.model.joined.arrays import (
+    AT,
     CURVATURES,
     MEMBERS,
     MOMENTS,
@@ -49,7 +50,7 @@ def free_bodies(model: Joined) -> int:
 
 
 @kernel
-def _fill_maps(model: Joined) -> None:
+def fill_maps(model: Joined) -> None:
     """Compute maps, their derivatives, curvatures and rates of the frames at the present coordinates and moments."""
     table, nodes, free = model.table, model.nodes.table, free_bodies(model)
     f = frames_of(table)
@@ -63,23 +64,32 @@ def _fill_maps(model: Joined) -> None:
 @kernel
 def place(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> None:
     """Write poses and rates of all bodies and frames, and coordinates and rates of all nodes."""
-    bodies, nodes, table, free = model.bodies.table, model.nodes.table, model.table, free_bodies(model)
+    bodies, nodes, free = model.bodies.table, model.nodes.table, free_bodies(model)
     place_bodies(bodies, t, q[: 7 * free], u[: 6 * free])
     place_nodes(nodes, t, t, q[7 * free :], u[6 * free :])
-    f, poses, rates = frames_of(table), floats_2d(bodies, POSES), floats_2d(bodies, RATES)
-    place_frames(
-        f.bodies, f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes, Q),
-        floats_2d(table, NEAR), poses,
-    )  # fmt: skip
-    _fill_maps(model)
-    own = floats_2d(table, OWN_RATES)
-    for i in range(f.bodies.shape[0]):
-        for k in range(6):
-            rates[f.bodies[i], k] = own[i, k]
+    set_frames(model, floats_1d(nodes, Q))
+    fill_maps(model)
+    copy_rates(model, floats_2d(bodies, RATES))
 
 
 @kernel
-def _folded(model: Joined, q: np.ndarray) -> np.ndarray:
+def set_frames(model: Joined, q: np.ndarray) -> None:
+    """Write the poses of all frames at these coordinates of the nodes."""
+    f, poses, near = frames_of(model.table), floats_2d(model.bodies.table, POSES), floats_2d(model.table, NEAR)
+    place_frames(f.bodies, f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, q, near, poses)
+
+
+@kernel
+def copy_rates(model: Joined, rates: np.ndarray) -> None:
+    """Copy the rates of all frames to those of bodies, (n_bodies, 6)."""
+    bodies, own = integers_1d(model.table, AT), floats_2d(model.table, OWN_RATES)
+    for i in range(bodies.shape[0]):
+        for k in range(6):
+            rates[bodies[i], k] = own[i, k]
+
+
+@kernel
+def folded(model: Joined, q: np.ndarray) -> np.ndarray:
     """Generalised forces (nu,) from the present wrenches on bodies and forces on coordinates."""
     bodies, nodes, table, free = model.bodies.table, model.nodes.table, model.table, integers_1d(model.bodies.table, FREE)
     f, wrenches, on_frames = frames_of(table), floats_2d(bodies, WRENCHES), floats_2d(table, OWN_RATES)
@@ -105,11 +115,11 @@ def force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     place(model, t, q, u)
     sum_body_forces(model.bodies, t, 0.0)
     sum_node_forces(model.nodes, t, 1.0)
-    return _folded(model, q)
+    return folded(model, q)
 
 
 @kernel
-def _set_moments(model: Joined) -> None:
+def set_moments(model: Joined) -> None:
     """Compute the curvatures of the present moments on the frames."""
     moments, wrenches = floats_2d(model.table, MOMENTS), floats_2d(model.bodies.table, WRENCHES)
     f, any_moment = frames_of(model.table), False
@@ -118,22 +128,37 @@ def _set_moments(model: Joined) -> None:
             moments[i, k] = wrenches[f.bodies[i], 3 + k]
             any_moment = any_moment or (f.oriented[i] == 1 and moments[i, k] != 0.0)
     if any_moment:  # if there are no moments, `place` has already computed all maps
-        _fill_maps(model)
+        fill_maps(model)
     moments[:] = 0.0
 
 
 @kernel
-def _condense(model: Joined) -> None:
-    """Add the tangents between bodies and frames to the joined matrices."""
+def add_turning(model: Joined) -> None:
+    """Add the change of the rates of frames with the coordinates, times the damping between bodies and frames."""
+    oriented, turns = frames_of(model.table).oriented, False
+    for i in range(oriented.shape[0]):
+        turns = turns or oriented[i] == 1
+    if not turns:
+        return
+    bodies, table, p = model.bodies.table, model.table, body_pattern_of(model.bodies.table)
+    first, starts, slots = integers_1d(table, OF_MEMBERS), integers_1d(table, STARTS), integers_1d(table, SLOTS)
+    add_condensed(
+        p.rows, p.columns, floats_3d(bodies, BODY_DAMPING), first, floats_3d(table, MEMBERS), floats_3d(table, TURNING),
+        starts, slots, floats_3d(model.nodes.table, STIFFNESS),
+    )  # fmt: skip
+
+
+@kernel
+def condense(model: Joined) -> None:
+    """Add the tangents between bodies and frames to the joined matrices, apart from `add_turning`."""
     bodies, nodes, table = model.bodies.table, model.nodes.table, model.table
     p, joined = body_pattern_of(bodies), joined_pattern_of(nodes)
     stiffness, damping = floats_3d(nodes, STIFFNESS), floats_3d(nodes, DAMPING)
     by_pose, by_rate = floats_3d(bodies, BODY_STIFFNESS), floats_3d(bodies, BODY_DAMPING)
     first, starts, slots = integers_1d(table, OF_MEMBERS), integers_1d(table, STARTS), integers_1d(table, SLOTS)
-    members, turning = floats_3d(table, MEMBERS), floats_3d(table, TURNING)
+    members = floats_3d(table, MEMBERS)
     add_condensed(p.rows, p.columns, by_pose, first, members, members, starts, slots, stiffness)
     add_condensed(p.rows, p.columns, by_rate, first, members, members, starts, slots, damping)
-    add_condensed(p.rows, p.columns, by_rate, first, members, turning, starts, slots, stiffness)
     f = frames_of(table)
     add_curvatures(
         joined.rows, joined.columns, f.first, integers_1d(table, ROWS), f.along, f.across, floats_3d(table, CURVATURES),
@@ -149,7 +174,8 @@ def renewed_force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.n
     keep_loaded(model.bodies.groups)
     floats_3d(model.nodes.table, DAMPING)[:] = 0.0
     sum_node_tangents(model.nodes, t, 1.0)
-    _set_moments(model)
-    _condense(model)
+    set_moments(model)
+    add_turning(model)
+    condense(model)
     hold(model.nodes.table)
-    return _folded(model, q)
+    return folded(model, q)

@@ -10,13 +10,14 @@ from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.block_equations import FAILED
 from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
-from fsm.kernels.body_poses import increment_blocks, retract_poses
+from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_energies import accept_elements, present_energies, present_powers
 from fsm.model.bodies.arrays import MASS as BODY_MASS
 from fsm.model.bodies.arrays import POSES
 from fsm.model.bodies.contact_arrays import have_opened, lack_pairs
 from fsm.model.joined.array_forces import force, free_bodies, place, renewed_force
+from fsm.model.joined.array_statics import retract
 from fsm.model.joined.arrays import NEAR, TURNED, Joined, frames_of
 from fsm.model.nodes.arrays import DAMPING, MASS, MATRIX, STIFFNESS, mass_of
 from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
@@ -69,15 +70,6 @@ def _mapped(model: Joined, change: np.ndarray) -> np.ndarray:
             for b in range(3):
                 total += turned[2 * i + 1, a, b] * change[6 * i + 3 + b]
             out[6 * i + 3 + a] = total
-    return out
-
-
-@kernel
-def _retract(model: Joined, q: np.ndarray, x: np.ndarray) -> np.ndarray:
-    free, out = free_bodies(model), np.empty(q.shape[0])
-    copy_into(retract_poses(q[: 7 * free], x[: 6 * free]), out[: 7 * free])
-    for i in range(7 * free, q.shape[0]):
-        out[i] = q[i] + x[i - free]
     return out
 
 
@@ -188,7 +180,7 @@ def _powers(
 
 
 KERNELS = Calls(
-    force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
+    force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, _energies,
     _keep_tangent, _powers, *UNLOCKED,
 )  # fmt: skip

@@ -51,6 +51,8 @@ class JoinedArrays(NamedTuple):
     starts, slots : see `fsm.model.joined.condense.JoinedPattern`
     turned : (n_rows, 3, 3) array
         Derivatives of the increment of the last factors.
+    places : int array
+        First coordinate of each nodal vector that is a position.
     """
 
     frames: FrameArrays
@@ -66,6 +68,7 @@ class JoinedArrays(NamedTuple):
     starts: np.ndarray
     slots: np.ndarray
     turned: np.ndarray
+    places: np.ndarray
 
 
 class Joined(NamedTuple):
@@ -78,8 +81,8 @@ class Joined(NamedTuple):
 
 
 AT, _FRAMES = 0, len(FrameArrays._fields)
-NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS, ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED = range(
-    _FRAMES, _FRAMES + 12
+NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS, ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED, PLACES = range(
+    _FRAMES, _FRAMES + 13
 )
 """Rows of `Joined.table`; the bodies of the frames are in row `AT`."""
 

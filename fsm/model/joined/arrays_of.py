@@ -1,50 +1,72 @@
-"""Arrays of bodies and ANCF elements for compiled steps, if all their elements, loads and contacts have arrays."""
+"""Arrays of bodies and ANCF elements for compiled steps, in time or in statics, if all their elements, loads and contacts
+have arrays.
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.kernels.addresses import address_table
-from fsm.model.bodies.arrays import flat_arrays
+from fsm.kernels.blocks import Elimination
+from fsm.model.bodies.arrays import Arrays, flat_arrays
 from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.joined.array_kernels import KERNELS
+from fsm.model.elements.element_group import ElementArrays
 from fsm.model.joined.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.joined.condense import JoinedPattern
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
 from fsm.model.system.arrays_of import segments_of
 from fsm.model.system.contact_arrays_of import ContactModel
-from fsm.solve.interface.records import Ready
-from fsm.solve.stepping.model import ArrayModel
 
 
-def joined_arrays_of(
-    system: JoinedConfiguration, pattern: BodyPattern, joined: JoinedPattern, slots: list[np.ndarray], fixed: np.ndarray,
-    members: tuple[np.ndarray, np.ndarray, np.ndarray], near: np.ndarray, ready: Ready, contacts: ContactModel,
-) -> tuple[ArrayModel, tuple[object, ...]]:  # fmt: skip
-    """Compiled model of a system that has no part in Python, and its arrays; the caller must keep the arrays as long as the
-    model.
+class JoinedModel(NamedTuple):
+    """Compiled model, and the arrays whose addresses it has: of bodies in motion and at rest, of their elements, and all
+    others.
+    """
+
+    model: Joined
+    bodies: tuple[Arrays, Arrays]
+    elements: list[ElementArrays]
+    others: list[np.ndarray]
+
+
+class JoinedMatrix(NamedTuple):
+    """Pattern between bodies and frames, pattern of the joined matrix, and the slots there of every group of elements of
+    nodes.
+    """
+
+    bodies: BodyPattern
+    joined: JoinedPattern
+    slots: list[np.ndarray]
+
+
+def joined_of(
+    system: JoinedConfiguration, matrix: JoinedMatrix, fixed: np.ndarray, members: tuple[np.ndarray, np.ndarray, np.ndarray],
+    near: np.ndarray, known: Elimination, factors: np.ndarray, contacts: ContactModel, statics: bool = False,
+) -> JoinedModel:  # fmt: skip
+    """Compiled model of a system that has no part in Python; the caller must keep the arrays as long as the model.
 
     Parameters
     ----------
     system : JoinedConfiguration
-    pattern, joined : patterns between bodies, and of the joined matrix
-    slots : of every group of elements in the joined matrix
+    matrix : JoinedMatrix
     fixed : (n_rows, 3) array
         Held coordinates.
     members : of free bodies and frames (`fsm.model.joined.condense.members_of`), and their maps
     near : quaternions of the frames
-    ready : see `ArraySystem`
+    known, factors : symbolic factorisation of the joined pattern, and data of the factors
     contacts : ContactModel
+    statics : whether the model is for statics
     """
     elements, frames, free = system.elements, system.frames, system.n_free
-    known, factors = ready(joined.pattern)
-    start = system.initial()
-    inertia = system.inertia(start[0], joined.pattern)
+    pattern, joined, slots = matrix
+    inertia = system.inertia(system.initial()[0], joined.pattern)
     matrices = Matrices(joined.pattern, known, factors, fixed, inertia, inertia, slots)
     nodes, held = coordinates_of(elements, matrices)
     # the symbolic factorisation of the pattern between bodies is not used
-    bodies, *of_bodies = segments_of(system, pattern, known, factors, contacts)
+    bodies, of_bodies, of_elements = segments_of(system, pattern, known, factors, contacts, statics)
     first, rows, maps = members
     count, turned = len(frames.bodies), np.zeros((joined.pattern.order, 3, 3))
     turned[:, range(3), range(3)] = 1.0
@@ -55,7 +77,7 @@ def joined_arrays_of(
         ),
         near, np.zeros((count, 6)), np.zeros((count, 3)), np.zeros((count, 6, 6)), maps, np.zeros(maps.shape),
         frames.vectors // 3, rows[2 * free :].copy(), first, joined.starts, joined.slots, turned,
+        3 * np.flatnonzero(elements.mesh.is_position[::3]),
     )  # fmt: skip
-    table = address_table(list(flat_arrays(arrays)))
-    model = Joined(bodies, nodes, table, nodes.flags)
-    return ArrayModel.of(KERNELS, model, *start), (held, of_bodies, arrays)
+    flat = list(flat_arrays(arrays))
+    return JoinedModel(Joined(bodies, nodes, address_table(flat), nodes.flags), of_bodies, of_elements, [*held, *flat])

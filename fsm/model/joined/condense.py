@@ -70,18 +70,27 @@ def joined_pattern(
     keys = [diagonal * count + diagonal]
     for joined in elements:
         keys.append(np.unique(joined[:, :, None] * count + joined[:, None, :]))
-    starts = np.zeros(len(bodies.indices) + 1, dtype=np.int64)
-    pairs = []
-    for k, (i, j) in enumerate(zip(bodies.rows, bodies.indices, strict=True)):
-        row, column = rows[first[i] : first[i + 1]], rows[first[j] : first[j + 1]]
-        pairs.append((row[:, None] * count + column[None, :]).ravel())
-        starts[k + 1] = starts[k] + len(pairs[-1])
-    own = np.concatenate([np.zeros(0, dtype=np.int64), *pairs])
+    i, j, members = bodies.rows, bodies.indices, np.diff(first)
+    sizes = members[i] * members[j]
+    starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    block = np.repeat(np.arange(len(j)), sizes)
+    row, column = np.divmod(np.arange(starts[-1]) - starts[block], members[j][block])
+    own = rows[first[i][block] + row] * count + rows[first[j][block] + column]
     unique = np.unique(np.concatenate([*keys, own]))
     row, column = np.divmod(unique, max(count, 1))
     indptr = np.searchsorted(row, np.arange(count + 1)).astype(np.int64)
     pattern = BlockPattern(indptr, column.astype(np.int64), 3)
     return JoinedPattern(pattern, starts, np.searchsorted(unique, own).astype(np.int64))
+
+
+@kernel
+def _is_empty(data: np.ndarray, k: int) -> bool:
+    """Whether all entries of a block are zero."""
+    for a in range(data.shape[1]):
+        for b in range(data.shape[2]):
+            if data[k, a, b] != 0.0:
+                return False
+    return True
 
 
 @kernel
@@ -113,7 +122,7 @@ def add_condensed(
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
             at = starts[k]
-            if not np.any(data[k]):
+            if _is_empty(data, k):
                 continue  # this is true for most blocks, because most points of films have no contact
             for p in range(first[i], first[i + 1]):
                 for a in range(3):

@@ -85,6 +85,15 @@ class JoinedConfiguration(SegmentSystem):
         groups = (group for group in self.elements.mesh.groups if isinstance(group, FacetGroup))
         return next((group.first for group in groups), 0)
 
+    @property
+    def frames_near(self) -> np.ndarray:
+        """Quaternions of the frames in the last accepted state, (n, 4)."""
+        return self._near
+
+    @frames_near.setter
+    def frames_near(self, near: np.ndarray) -> None:
+        self._near = near
+
     def all_states(self, t: float, q: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
         """See `SegmentSystem`."""
         return super().all_states(t, q, u) | {"nodes": q[self._nq :].copy(), "node_rates": u[self._nu :].copy()}

@@ -40,7 +40,9 @@ from fsm.solve.stepping.model import ArrayModel
 from fsm.text.load_names import PRESSURE
 
 if TYPE_CHECKING:
+    from fsm.model.joined.arrays_of import JoinedModel
     from fsm.model.system.contact_arrays_of import ContactModel
+    from fsm.model.system.static_arrays import StaticSegments
 
 _OF_GAS = 0.01
 """Shortest step times omega of a motion against a gas."""
@@ -414,13 +416,40 @@ class JoinedSystem(JoinedConfiguration):
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
     ) -> tuple[ArrayModel, tuple[object, ...]]:
-        from fsm.model.joined.arrays_of import joined_arrays_of
+        from fsm.model.joined.array_kernels import KERNELS
 
-        joined, self._array_near = self._pattern_of(pattern), self._near.copy()
+        self._array_near = self._near.copy()
+        model, *arrays = self._model_of(pattern, self._array_near, ready, contacts, False)
+        return ArrayModel.of(KERNELS, model, *self.initial()), tuple(arrays)
+
+    def _model_of(
+        self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel, statics: bool
+    ) -> JoinedModel:
+        """Compiled model with a pattern between bodies and frames; `near` are the quaternions of frames."""
+        from fsm.model.joined.arrays_of import JoinedMatrix, joined_of
+
+        joined = self._pattern_of(pattern)
         members = self._first, self._rows, self._members(np.zeros((len(self.frames.vectors), 6, 3)))
-        return joined_arrays_of(
-            self, pattern, joined, self._slots, self._fixed, members, self._array_near, ready, contacts
-        )
+        matrix, known = JoinedMatrix(pattern, joined, self._slots), ready(joined.pattern)
+        return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics)
+
+    def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
+        """See `SegmentSystem`; membrane efforts of flexible facets, locked directions, pressures and gas have no
+        arrays in statics.
+        """
+        facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
+        if facets or self.locking or self.pressures or self.chambers is not None:
+            return None
+        from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
+
+        return JoinedStatics(self, self._current_pattern(self.bodies.pose), ready, self._static_model)
+
+    def _static_model(
+        self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel
+    ) -> tuple[JoinedModel, BlockPattern]:
+        """Compiled model for statics, and the pattern of its equations."""
+        found = self._model_of(pattern, near, ready, contacts, True)
+        return found, self._pattern_of(pattern).pattern
 
     def to_arrays(self, resolve: bool) -> None:
         """See `System`: memory of contacts, and quaternions of the frames."""

@@ -8,8 +8,17 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
-from fsm.model.nodes.truss import BarArrays, BarGroup, add_force, add_tangent, dissipation, stored_energy, stretch_rates
+from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.truss import (
+    BarArrays,
+    BarGroup,
+    add_force,
+    add_tangent,
+    dissipation,
+    mean_rates,
+    stored_energy,
+    stretch_rates,
+)
 
 _SLOTS = 3
 """Row of a group's table after those of `BarArrays`."""
@@ -27,9 +36,12 @@ def _bars_of(t: np.ndarray) -> BarArrays:
 
 @kernel
 def _rates(table: np.ndarray, bars: BarArrays, moving: float) -> np.ndarray:
-    """Rates of the stretches; they are zero at rest."""
+    """Rates of the stretches; they are zero at rest, and means over a quasi-static step."""
     if moving == 0.0:
         return np.zeros(bars.vectors.shape[0])
+    mean_over = floats_1d(table, NUMBERS)[MEAN_OVER]
+    if mean_over > 0.0:
+        return mean_rates(bars, floats_1d(table, Q), floats_1d(table, LAST), mean_over)
     return stretch_rates(bars, floats_1d(table, Q), floats_1d(table, U))
 
 
@@ -44,10 +56,11 @@ def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     bars, stiffness, damping = _bars_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     q, rates = floats_1d(table, Q), _rates(table, bars, moving)
+    turning = moving if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else 0.0
     add_force(bars, q, rates, floats_1d(table, FORCE))
     slots = integers_2d(own, _SLOTS).reshape(bars.vectors.shape[0], 2, 2)
     add_tangent(
-        bars, q, floats_1d(table, U), rates, moving, moving, slots, stiffness.shape[1], stiffness.reshape(-1),
+        bars, q, floats_1d(table, U), rates, turning, moving, slots, stiffness.shape[1], stiffness.reshape(-1),
         damping.reshape(-1),
     )  # fmt: skip
     return 0.0

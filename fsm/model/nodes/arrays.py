@@ -48,15 +48,16 @@ class Arrays(NamedTuple):
     stiffness, damping, matrix, mass, full_mass : block data
         `mass` has the rows of held coordinates replaced, `full_mass` has not.
     factors, mass_factors : block data of the pattern with fill-in
-    numbers : (4,) array
+    numbers : (5,) array
         Stiffness of the oscillators of held coordinates; damping by mass, 1/s; 1 if forces depend on rates, else 0; present
-        time, s.
+        time, s. In a quasi-static step the last one is its duration (s): folds and bars then have the mean rate since the
+        state `last`. Else it is zero.
     forcings : (n_loads, n) array
         Forces at the factor 1.
     sizes : (n_motions,) array
         Norm of the displacement of each motion.
     kinds : (n_groups,) int array
-        1 for panels, 2 for creases, else 0.
+        Numbers of `KINDS_OF_ENERGY` from 1 on, or 0.
     cleared, diagonal : int arrays
         Positions, in the flat block data, of the rows and columns of held coordinates, and of their diagonal entries.
     last, last_time : coordinates and (1,) time at the end of the last step
@@ -141,8 +142,10 @@ _FULL_ROWS = _MASS_ROWS + len(Rows._fields)
 _PROGRAMS = _FULL_ROWS + len(Rows._fields)
 _MOVED = _PROGRAMS + len(Pieces._fields)
 _PATTERN = _MOVED + 3 + len(Pieces._fields)
-HELD_STIFFNESS, DAMPED, RATE_DEPENDENT, NOW = range(4)
+HELD_STIFFNESS, DAMPED, RATE_DEPENDENT, NOW, MEAN_OVER = range(5)
 """Indices of `Arrays.numbers`."""
+KINDS_OF_ENERGY = ("panels", "creases", "bars", "hinges", "film", "patch", "cable", "beam")
+"""Names of groups, in the order of the numbers in `Arrays.kinds`, from 1 on."""
 
 
 @kernel

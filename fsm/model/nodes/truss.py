@@ -122,7 +122,7 @@ class BarGroup:
         if u is None or not self.viscosity:
             return np.zeros(len(self.vectors))
         if self._before is not None:
-            return np.asarray((self.stretches(q) - self.stretches(self._before[1])) / self._duration)
+            return np.asarray(mean_rates(self.arrays, q, self._before[1], self._duration))
         return np.asarray(stretch_rates(self.arrays, q, u))
 
     @cached_property
@@ -193,6 +193,15 @@ def stretch_rates(bars: BarArrays, q: np.ndarray, u: np.ndarray) -> np.ndarray:
             total += along[a] * (u[bars.vectors[k, 1] + a] - u[bars.vectors[k, 0] + a])
         out[k] = total / bars.sizes[k, 0]
     return out
+
+
+@kernel
+def mean_rates(bars: BarArrays, q: np.ndarray, last: np.ndarray, duration: float) -> np.ndarray:
+    """Mean rates of the stretches since the coordinates `last`, (m,), 1/s; `duration` in s."""
+    now, before = _stretches(bars, q), _stretches(bars, last)
+    for k in range(now.shape[0]):
+        now[k] = (now[k] - before[k]) / duration
+    return now
 
 
 @kernel

@@ -63,7 +63,7 @@ def parts_in_python(
     motion += [f"load {load.called!r}: a pressure has no compiled form" for load in pressures]
     motion += [f"gas {chamber.gas.name!r} has no compiled form" for chamber in scene.chambers]
     alone = of_bodies()
-    nodes = ("films, cables, beams, bars and flexible facets have no compiled form in statics",) if scene.flexible else ()
+    nodes = ("flexible facets have no compiled form in statics",) if scene.facets is not None else ()
     return InPython((*motion, *alone.motion), nodes)
 
 

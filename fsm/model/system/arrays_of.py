@@ -162,7 +162,8 @@ def _arrays(
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
-        q.copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system)]), pattern.dof, np.zeros(4), of_pattern, springs, loads,
+        q[: system.n_free * bodies.pose.shape[1]].copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system)]),
+        pattern.dof, np.zeros(4), of_pattern, springs, loads,
         system.driven_arrays(),
     )  # fmt: skip
     rest = arrays._replace(

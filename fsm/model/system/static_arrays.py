@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED
-from fsm.kernels.blocks import BlockMatrix
+from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.pointers import enter
 from fsm.model.bodies.array_path import PATH
 from fsm.model.bodies.arrays import FACTORS, Arrays
@@ -66,17 +66,31 @@ class StaticSegments:
         Whether the memory of the arrays is newer than that of the groups.
     """
 
+    energies: ClassVar[dict[str, int]] = {
+        "panels": PANELS, "creases": CREASES, "gravity": GRAVITY, "contact": CONTACT,
+    }  # fmt: skip
+    """Indices of energies in a record, by name."""
+
     def __init__(self, system: SegmentForces, pattern: BodyPattern, ready: Ready) -> None:
         self._system, self._ready = system, ready
         pairs = len(system.pair_names)
         self._contacts = ContactModel(system.contacts, pattern, system.spatial, pairs, statics=True)
-        segments, arrays, elements = segments_of(system, pattern, *ready(pattern), self._contacts, True)
-        self.model = StaticModel.of(PATH, segments, system.initial()[0])
         self._first_pattern = pattern
         self._stored_by = [list(group.energy(0.0, system.bodies.pose, system.at_rest)[0]) for group in system.groups]
-        self._set_arrays(pattern, arrays, elements)
+        self._set_arrays(pattern, *self._create(pattern))
         self.ahead, self._accepted = False, np.zeros(0)
         self._loaded: tuple[int, ...] | None = None
+
+    def _create(self, pattern: BodyPattern) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:
+        """Create the model, and return its arrays."""
+        ready, system = self._ready(pattern), self._system
+        segments, arrays, elements = segments_of(system, pattern, *ready, self._contacts, True)
+        self.model = StaticModel.of(PATH, segments, system.initial()[0])
+        return arrays, elements
+
+    def _renew(self, pattern: BodyPattern) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:
+        """Give the model another pattern, and return its new arrays."""
+        return change_pattern(self.model.arrays, self._system, pattern, *self._ready(pattern), self._contacts)
 
     def _set_arrays(self, pattern: BodyPattern, arrays: tuple[Arrays, Arrays], elements: list[ElementArrays]) -> None:
         """Use these arrays, whose addresses the model has."""
@@ -89,8 +103,7 @@ class StaticSegments:
 
     def _change_pattern(self, pattern: BodyPattern) -> None:
         self._contacts.index(pattern)
-        found = change_pattern(self.model.arrays, self._system, pattern, *self._ready(pattern), self._contacts)
-        self._set_arrays(pattern, *found)
+        self._set_arrays(pattern, *self._renew(pattern))
 
     def use(self, ready: Ready) -> None:
         """Write factors to the block data of a linear solver."""
@@ -136,10 +149,7 @@ class StaticSegments:
             joints = [group for group in system.groups if isinstance(group, BushingGroup | ElementGroup)]
             own = [group.pairs(system.bodies.pose)[0] for group in joints]
             self._change_pattern(_shared(body_pattern(self._pattern.dof, [*own, *self._contacts.pairs()], system.size)))
-        _, factors = self._ready(self._pattern)
-        if factors is not self._arrays.factors:
-            self._arrays = self._arrays._replace(factors=factors)
-            self.model.arrays.table[FACTORS] = address_table([factors])[0]
+        self._use_factors()
         if not self.current:
             self._contacts.load(False)
             self._loaded, self._accepted = self._memory_of_groups(), np.zeros(0)
@@ -148,6 +158,17 @@ class StaticSegments:
             for group, place in self._damped:
                 place[:] = group.deformations_before(rates, PreviousPoses(poses, 1.0))
             self._accepted = before[1]
+
+    def _use_factors(self) -> None:
+        """Give the model the present factors of the linear solver."""
+        _, factors = self._ready(self._pattern)
+        if factors is not self._arrays.factors:
+            self._arrays = self._arrays._replace(factors=factors)
+            self.model.arrays.table[FACTORS] = address_table([factors])[0]
+
+    def _matrix(self) -> tuple[BlockPattern, np.ndarray]:
+        """Pattern and block data of the last matrix."""
+        return self._pattern, self._arrays.matrix
 
     def begin(self, t: float, before: PreviousState, efforts: np.ndarray, most: float) -> None:
         """See `fsm.solve.interface.system.StaticArrays`."""
@@ -158,9 +179,9 @@ class StaticSegments:
 
     def end(self) -> tuple[np.ndarray, BlockMatrix, bool, bool]:
         """See `fsm.solve.interface.system.StaticArrays`."""
-        arrays, flags = self._arrays, self.model.arrays.flags
+        arrays, flags, (pattern, data) = self._arrays, self.model.arrays.flags, self._matrix()
         self._contacts.count()
-        matrix = BlockMatrix(self._pattern, arrays.matrix.copy())
+        matrix = BlockMatrix(pattern, data.copy())
         return arrays.springs.efforts.ravel().copy(), matrix, bool(flags[SYMMETRIC]), bool(flags[TRUSTED])
 
     def followed(self, q: np.ndarray) -> None:
@@ -173,8 +194,7 @@ class StaticSegments:
         drives = len(self._system.motions)
         travel, force, sums = np.split(record[DRIVES:].copy(), [drives, 2 * drives])
         pairs = sums.reshape(7, -1)
-        energies = {"panels": PANELS, "creases": CREASES, "gravity": GRAVITY, "contact": CONTACT}
-        potential = {name: float(record[energies[name]]) for names in self._stored_by for name in names}
+        potential = {name: float(record[self.energies[name]]) for names in self._stored_by for name in names}
         kinetic, lost, put_in, kept, driven, loads, largest = record[
             [KINETIC, LOST, INPUT, KEPT_LOSS, DRIVEN, LOADS, LARGEST]
         ].tolist()

@@ -249,14 +249,21 @@ class SegmentSystem(SegmentForces):
     def static_arrays(self, ready: Ready) -> StaticSegments | None:
         """See `ArrayStaticSystem`."""
         if self._statics is None:
-            further_forces = type(self) is not SegmentSystem
-            if further_forces or self.in_python.of("static") or self.large_contacts() or not self.nu:
+            if self.in_python.of("static") or self.large_contacts() or not self.nu:
                 return None
-            from fsm.model.system.static_arrays import StaticSegments  # imports the kernels of all steps
-
-            self._statics = StaticSegments(self, self._current_pattern(self.bodies.pose), ready)
+            self._statics = self._static_arrays_of(ready)
+            if self._statics is None:
+                return None
         self._statics.use(ready)
         return self._statics
+
+    def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
+        """New arrays for statics; None if there are forces without arrays."""
+        if type(self) is not SegmentSystem:
+            return None
+        from fsm.model.system.static_arrays import StaticSegments  # imports the kernels of all steps
+
+        return StaticSegments(self, self._current_pattern(self.bodies.pose), ready)
 
     def lacks_arrays(self) -> bool:
         """See `System`."""

@@ -26,15 +26,15 @@ factorisations; iterations of the last step; whether `earlier` and `resting` bel
 one of the judgement of the state in `Path.found`, ACCEPTED or UNSTABLE, or zero."""
 (
     PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
-    STORED, LARGEST, OPENING, DRIVES,
-) = range(17)  # fmt: skip
+    STORED, LARGEST, OPENING, BARS, HINGES, FILM, PATCH, CABLE, BEAM, DRIVES,
+) = range(23)  # fmt: skip
 """Indices of a record of a state. PASSED is 1 if sides of a contact have passed through each other. NEGATIVE is the number
 of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at rest; both
 may be `UNKNOWN`. LOST, LOADS and INPUT are the powers of dampers and friction, of loads, and of loads and drives (W);
 KEPT_LOSS is the part of LOST whose forces also act at rest. Energies of contacts, weights, panels and creases, of the
 motion, of driven bodies, and the sum of all potential energies (J). LARGEST is the largest reaction (N), OPENING the largest
-separation of the sides of a joint (m). Travels, then forces of all drives follow, and seven values of each contact pair: the
-rows PAIR_FORCE to PAIR_GAP."""
+separation of the sides of a joint (m). From BARS on: energies of the other kinds of elements of nodes (J). Travels, then
+forces of all drives follow, and seven values of each contact pair: the rows PAIR_FORCE to PAIR_GAP."""
 PAIR_FORCE, PAIR_AREA, PAIR_FRICTION, PAIR_CARRIED, PAIR_SLIDING, PAIR_DAMPING, PAIR_GAP = range(7)
 """Rows of the values of contact pairs in a record: normal force and magnitude of friction (N), area (m^2), sum of normal
 force times slip speed, powers of friction and damping (W), and gap (m)."""

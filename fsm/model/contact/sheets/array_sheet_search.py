@@ -55,7 +55,7 @@ def _is_closed(own: SheetArrays, key: int) -> bool:
 
 
 @kernel
-def _boxes(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, grow: float) -> tuple[np.ndarray, np.ndarray]:
+def boxes(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, grow: float) -> tuple[np.ndarray, np.ndarray]:
     """Corners (m, 3) of the boxes around nodes (m, k) that move between two sets of places (n, 3)."""
     count = nodes.shape[0]
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
@@ -71,7 +71,8 @@ def _boxes(start: np.ndarray, end: np.ndarray, nodes: np.ndarray, grow: float) -
 
 
 @kernel
-def _overlap(low: np.ndarray, high: np.ndarray, i: int, other_low: np.ndarray, other_high: np.ndarray, j: int) -> bool:
+def overlap(low: np.ndarray, high: np.ndarray, i: int, other_low: np.ndarray, other_high: np.ndarray, j: int) -> bool:
+    """Whether two boxes overlap."""
     apart = False
     for e in range(3):
         apart |= low[i, e] > other_high[j, e] or other_low[j, e] > high[i, e]
@@ -141,7 +142,7 @@ def _near_points(
 ) -> np.ndarray:
     """Nodes near triangles: node, and facet times number of triangles plus triangle, (m, 2), in ascending order."""
     each = np.arange(own.body.shape[0]).reshape(-1, 1)
-    point_low, point_high = _boxes(start, end, each, grow)
+    point_low, point_high = boxes(start, end, each, grow)
     count, triangles = 0, own.triangles.shape[0]
     one = np.empty(max(64, 8 * own.body.shape[0]), dtype=np.int64)
     two = np.empty_like(one)
@@ -150,7 +151,7 @@ def _near_points(
             of, other = near[k, way], near[k, 1 - way]
             for corner in range(3):
                 node = own.triangles[of, corner]
-                if own.owner[node] != of or not _overlap(point_low, point_high, node, low, high, other):
+                if own.owner[node] != of or not overlap(point_low, point_high, node, low, high, other):
                     continue
                 if not _may_touch(own, node, other):
                     continue
@@ -164,7 +165,7 @@ def _near_points(
 @kernel
 def _near_edges(own: SheetArrays, start: np.ndarray, end: np.ndarray, near: np.ndarray, grow: float) -> np.ndarray:
     """Pairs (m, 2) of edges near each other, in ascending order."""
-    low, high = _boxes(start, end, own.edges, grow)
+    low, high = boxes(start, end, own.edges, grow)
     count, one = 0, np.empty(max(64, 8 * own.edges.shape[0]), dtype=np.int64)
     two = np.empty_like(one)
     for k in range(near.shape[0]):
@@ -174,7 +175,7 @@ def _near_edges(own: SheetArrays, start: np.ndarray, end: np.ndarray, near: np.n
                 continue
             for j in range(3):
                 second = own.edge_of[near[k, 1], j]
-                if own.edge_owner[second] != near[k, 1] or not _overlap(low, high, first, low, high, second):
+                if own.edge_owner[second] != near[k, 1] or not overlap(low, high, first, low, high, second):
                     continue
                 a, b = min(first, second), max(first, second)
                 if not _edges_may_touch(own, a, b):
@@ -193,7 +194,7 @@ def near_features(own: SheetArrays, start: np.ndarray, end: np.ndarray, reach: f
     Without clearance, edges have no contact.
     """
     grow = 0.5 * reach
-    low, high = _boxes(start, end, own.triangles, grow)
+    low, high = boxes(start, end, own.triangles, grow)
     sorted_low, sorted_high = np.empty_like(low), np.empty_like(high)
     for k in range(low.shape[0]):
         for e in range(3):

@@ -6,9 +6,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
+from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, height, select_faces
 from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
-from fsm.interactions.triangles.triangles_pass import edge_passes_edge, point_passes_triangle, work_space
+from fsm.interactions.triangles.triangles_pass import (
+    edge_passes_edge,
+    largest_approach,
+    may_meet,
+    point_passes_triangle,
+    work_space,
+)
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 from fsm.model.bodies.contact_arrays import (
@@ -24,7 +30,7 @@ from fsm.model.bodies.contact_arrays import (
     index_of,
     must_renew,
 )
-from fsm.model.contact.sheets.array_sheet_search import Near, near_features, position_of
+from fsm.model.contact.sheets.array_sheet_search import Near, boxes, near_features, overlap, position_of
 from fsm.model.contact.sheets.array_sheet_tables import (
     CLEARANCE,
     FACE,
@@ -349,21 +355,35 @@ def _tangent(
 
 
 @kernel
+def _keep_sides(own: SheetArrays, places: np.ndarray, margin: float) -> int:
+    """Keep the known sides of nodes over a facet that are within the margin; returns their number.
+
+    A node deeper than the margin has passed round its facet, so its present side is the new side.
+    """
+    left = at = 0
+    for s in range(own.counts[POINTS]):
+        while at < own.counts[SIDES] and own.side_key[at] < own.key[s]:
+            at += 1
+        known = at < own.counts[SIDES] and own.side_key[at] == own.key[s]
+        if not known or own.side[s] == 0.0 or own.triangle[s] < 0:
+            continue
+        above, area = height(places, own.first_of[s], own.triangles, own.triangle[s])
+        distance = own.side[s] * above / np.sqrt(area)
+        if distance >= -margin and distance - own.clearance[s] < margin:
+            own.side_key[left], own.side_of[left] = own.key[s], own.side_of[at]
+            left += 1
+    return left
+
+
+@kernel
 def _settle(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
     own, state = sheets_of(g), g.state
     if new:
         return
     counts, places = own.counts, _places(own, poses)
-    # a node deeper than the limit has passed round its facet, so its present side is the new side
-    within, left = _find_points(g, places, g.numbers[MARGIN]), 0
+    _select_once(g, places)
     state[FOUND] = -1
-    for k in range(within):
-        key = own.key[g.slot[k]]
-        at = position_of(own.side_key, counts[SIDES], key)
-        if at >= left:
-            own.side_key[left], own.side_of[left] = key, own.side_of[at]
-            left += 1
-    counts[SIDES] = left
+    counts[SIDES] = _keep_sides(own, places, g.numbers[MARGIN])
     _select(own, places)
     left = 0
     for s in range(counts[POINTS]):
@@ -416,20 +436,27 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
     if beyond:
         listed = near_features(own, start, end, 0.0)
     nodes, w, soft = np.empty(4, dtype=np.int64), work_space(), own.sizes[CLEARANCE] == 0.0
+    reach = largest_approach(start, end)
+    low, high = boxes(start, start, own.triangles, reach)
     for s in range(listed.node.shape[0]):
         node = listed.node[s]
         if soft and (_had_side(own, node, listed.facet[s]) if beyond else own.side[s] != 0.0):
             continue
         nodes[0] = node
         for k in range(listed.start[s], listed.start[s + 1]):
+            if not overlap(start, start, node, low, high, listed.listed[k]):
+                continue
             for corner in range(3):
                 nodes[1 + corner] = own.triangles[listed.listed[k], corner]
-            if point_passes_triangle(start, end, nodes, w):
+            if may_meet(start, end, nodes, 1) and point_passes_triangle(start, end, nodes, w):
                 return int(own.counts[NUMBER])
+    low, high = boxes(start, start, own.edges, 0.5 * reach)
     for s in range(listed.one.shape[0]):
+        if not overlap(low, high, listed.one[s], low, high, listed.two[s]):
+            continue
         for tip in range(2):
             nodes[tip], nodes[2 + tip] = own.edges[listed.one[s], tip], own.edges[listed.two[s], tip]
-        if edge_passes_edge(start, end, nodes, w):
+        if may_meet(start, end, nodes, 2) and edge_passes_edge(start, end, nodes, w):
             return int(own.counts[NUMBER])
     return -1
 

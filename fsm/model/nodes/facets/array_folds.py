@@ -12,7 +12,7 @@ from fsm.kernels.pieces import pieces_at
 from fsm.kernels.programs import Pieces
 from fsm.laws.crease import CreaseLaws, crease_laws_of, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, sliders_of
-from fsm.model.nodes.arrays import DAMPING, FORCE, NOW, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import DAMPING, FORCE, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
 from fsm.model.nodes.facets.crease_line import CreaseLineGroup
 from fsm.model.nodes.facets.fold_kernels import (
     FoldArrays,
@@ -60,17 +60,20 @@ def _folds_of(t: np.ndarray) -> FoldArrays:
 
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    t = floats_1d(table, NUMBERS)[NOW]
-    add_force(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), moving, t, floats_1d(table, FORCE))
+    numbers = floats_1d(table, NUMBERS)
+    add_force(
+        _folds_of(own), floats_1d(table, Q), floats_1d(table, U), moving, numbers[MEAN_OVER], numbers[NOW],
+        floats_1d(table, FORCE),
+    )  # fmt: skip
     return 0.0
 
 
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     folds, stiffness, damping = _folds_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
-    (count, width), t = folds.vectors.shape, floats_1d(table, NUMBERS)[NOW]
+    (count, width), numbers = folds.vectors.shape, floats_1d(table, NUMBERS)
     add_tangent(
-        folds, floats_1d(table, Q), floats_1d(table, U), moving, t,
+        folds, floats_1d(table, Q), floats_1d(table, U), moving, numbers[MEAN_OVER], numbers[NOW],
         integers_2d(own, _SLOTS).reshape(count, width, width), stiffness.shape[1], floats_1d(table, FORCE),
         stiffness.reshape(-1), damping.reshape(-1),
     )  # fmt: skip
@@ -86,19 +89,19 @@ def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     if moving == 0.0:
         return 0.0
-    return dissipation(_folds_of(own), floats_1d(table, Q), floats_1d(table, U))
+    return dissipation(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), floats_1d(table, NUMBERS)[MEAN_OVER])
 
 
 @kernel
 def _put_in(table: np.ndarray, own: np.ndarray, step: float) -> float:
-    t = floats_1d(table, NUMBERS)[NOW]
-    return path_powers(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), t, step)[0]
+    n = floats_1d(table, NUMBERS)
+    return path_powers(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), n[NOW], step, n[MEAN_OVER])[0]
 
 
 @kernel
 def _slid(table: np.ndarray, own: np.ndarray, step: float) -> float:
-    t = floats_1d(table, NUMBERS)[NOW]
-    return path_powers(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), t, step)[1]
+    n = floats_1d(table, NUMBERS)
+    return path_powers(_folds_of(own), floats_1d(table, Q), floats_1d(table, U), n[NOW], step, n[MEAN_OVER])[1]
 
 
 FOLDS = (_force, _tangent, _stored, _lost, _put_in, _slid)

@@ -65,7 +65,7 @@ class CreaseLineGroup:
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
-        add_force(self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, force)
+        add_force(self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, 0.0, force)
 
     def add_linearised(
         self,
@@ -78,13 +78,13 @@ class CreaseLineGroup:
     ) -> None:
         """See `ElementGroup`."""
         add_tangent(
-            self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, slots, stiffness.shape[1],
-            force, stiffness.reshape(-1), damping.reshape(-1),
+            self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, 0.0, slots,
+            stiffness.shape[1], force, stiffness.reshape(-1), damping.reshape(-1),
         )  # fmt: skip
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """See `ElementGroup`."""
-        lost = 0.0 if u is None or not self.viscosity else float(dissipation(self.arrays, q, u))
+        lost = 0.0 if u is None or not self.viscosity else float(dissipation(self.arrays, q, u, 0.0))
         return float(stored_energy(self.arrays, q)), lost
 
     @cached_property

@@ -283,35 +283,52 @@ def add_tangents(
 
 
 @kernel
+def _rates_of(folds: FoldArrays, states: np.ndarray, u: np.ndarray, moving: float, mean_over: float) -> np.ndarray:
+    """Rates of all angles, rad/s: zero at rest, means over a quasi-static step of this size (s), else those at u."""
+    if moving == 0.0:
+        return np.zeros(states.shape[0])
+    if mean_over == 0.0:
+        return fold_rates(folds, states, u)
+    out = np.empty(states.shape[0])
+    for k in range(out.shape[0]):
+        out[k] = (states[k, 0] - folds.near[k]) / mean_over
+    return out
+
+
+@kernel
 def _moments(
-    folds: FoldArrays, u: np.ndarray, moving: float, t: float, states: np.ndarray
+    folds: FoldArrays, u: np.ndarray, moving: float, mean_over: float, t: float, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    rate = fold_rates(folds, states, u) if moving == 1.0 else np.zeros(states.shape[0])
+    rate = _rates_of(folds, states, u, moving, mean_over)
     return fold_moments(folds.law, folds.path, folds.damping, t, states[:, 0].copy(), rate)
 
 
 @kernel
-def add_force(folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, t: float, force: np.ndarray) -> None:
-    """Add the forces of all folds at a time (s); `moving` is 1 in motion, 0 at rest."""
+def add_force(
+    folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, mean_over: float, t: float, force: np.ndarray
+) -> None:
+    """Add the forces of all folds at a time (s); `moving` is 1 in motion, 0 at rest. `mean_over` is the size of a
+    quasi-static step (s), whose rates are means since the last accepted state, or zero.
+    """
     states = np.empty((folds.vectors.shape[0], 19))
     fold_states(folds, q, states)
-    moment, _ = _moments(folds, u, moving, t, states)
+    moment, _ = _moments(folds, u, moving, mean_over, t, states)
     add_moments(folds, states, moment, force)
 
 
 @kernel
 def add_tangent(
-    folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, t: float, slots: np.ndarray, size: int,
-    force: np.ndarray, into_stiffness: np.ndarray, into_damping: np.ndarray,
+    folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, mean_over: float, t: float, slots: np.ndarray,
+    size: int, force: np.ndarray, into_stiffness: np.ndarray, into_damping: np.ndarray,
 ) -> None:  # fmt: skip
     """Add forces, and -dh/dq and -dh/du to the flat block data; arguments as in `add_force` and `add_tangents`."""
     states = np.empty((folds.vectors.shape[0], 19))
     fold_states(folds, q, states)
-    moment, slope = _moments(folds, u, moving, t, states)
+    moment, slope = _moments(folds, u, moving, mean_over, t, states)
     add_moments(folds, states, moment, force)
     turning = np.empty(states.shape[0])
     for k in range(turning.shape[0]):
-        turning[k] = moving * folds.damping[k]
+        turning[k] = moving * folds.damping[k] if mean_over == 0.0 else 0.0
     add_tangents(
         folds, q, u, states, moment, slope, turning, folds.damping, slots, size, into_stiffness, into_damping
     )
@@ -329,11 +346,11 @@ def stored_energy(folds: FoldArrays, q: np.ndarray) -> float:
 
 
 @kernel
-def dissipation(folds: FoldArrays, q: np.ndarray, u: np.ndarray) -> float:
-    """Dissipated power of all dampers, W."""
+def dissipation(folds: FoldArrays, q: np.ndarray, u: np.ndarray, mean_over: float) -> float:
+    """Dissipated power of all dampers, W; `mean_over` as in `add_force`."""
     states, power = np.empty((folds.vectors.shape[0], 19)), 0.0
     fold_states(folds, q, states)
-    rates = fold_rates(folds, states, u)
+    rates = _rates_of(folds, states, u, 1.0, mean_over)
     for k in range(rates.shape[0]):
         power += folds.damping[k] * rates[k] * rates[k]
     return power
@@ -341,20 +358,23 @@ def dissipation(folds: FoldArrays, q: np.ndarray, u: np.ndarray) -> float:
 
 @kernel
 def path_powers(
-    folds: FoldArrays, q: np.ndarray, u: np.ndarray, t: float, step: float
+    folds: FoldArrays, q: np.ndarray, u: np.ndarray, t: float, step: float, mean_over: float
 ) -> tuple[float, float]:
     """Input power of moving rest angles, and dissipated power of sliders, W: the mean of an accepted step of this size (s)
-    that ends at time t, or that of the present rates if it is zero.
+    that ends at time t, or that of the present rates if it is zero. `mean_over` as in `add_force`; the quasi-static step is
+    not yet accepted.
     """
     path = folds.path
     if path.turning.shape[0] == 0 and path.chosen.shape[0] == 0:
         return 0.0, 0.0
     states, put_in = np.empty((folds.vectors.shape[0], 19)), 0.0
     fold_states(folds, q, states)
-    angle, rates = states[:, 0].copy(), fold_rates(folds, states, u)
+    angle, rates = states[:, 0].copy(), _rates_of(folds, states, u, 1.0, mean_over)
     if path.turning.shape[0] > 0:
         factor = program_at(path.time, 0, t)[0]
         for k in range(rates.shape[0]):
             put_in += factor * path.turning[k] * rates[k]
+    if mean_over > 0.0:
+        return put_in, slider_energies(folds.law, path, t, angle, rates, 1.0 / mean_over, folds.near)[1]
     per_second = 1.0 / step if step > 0.0 else 0.0
     return put_in, slider_energies(folds.law, path, t, angle, rates, per_second, angle)[1]

@@ -18,7 +18,7 @@ from fsm.kernels.pointers import Pointer
 from fsm.kernels.programs import table_of
 from fsm.model.nodes.array_bars import BARS, arrays_of_bars
 from fsm.model.nodes.array_cables import CABLES, arrays_of_cables
-from fsm.model.nodes.arrays import Arrays, Coordinates, Moved, Rows
+from fsm.model.nodes.arrays import KINDS_OF_ENERGY, Arrays, Coordinates, Moved, Rows
 from fsm.model.nodes.beams.array_beams import BEAMS, arrays_of_beams
 from fsm.model.nodes.beams.array_hinges import HINGES, arrays_of_hinges
 from fsm.model.nodes.beams.beam_group import BeamGroup
@@ -60,7 +60,7 @@ def _none(table: np.ndarray, own: np.ndarray, number: float) -> float:
     return 0.0
 
 
-_KINDS = {"panels": 1, "creases": 2}
+_KINDS = {name: number for number, name in enumerate(KINDS_OF_ENERGY, start=1)}
 
 
 def parts_in_python(system: MovingMesh) -> tuple[str, ...]:
@@ -131,7 +131,8 @@ def coordinates_of(system: MovingMesh, matrices: Matrices) -> tuple[Coordinates,
         np.zeros(n), np.zeros(n), np.zeros(n), system.start,
         system.fixed.astype(np.int64).reshape(-1, system.pattern.size),
         system.weight, pattern.zeros(), pattern.zeros(), pattern.zeros(), mass, full_mass, np.zeros(factors.shape),
-        mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent), 0.0]), forcings,
+        mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent), 0.0, 0.0]),
+        forcings,
         np.array([float(np.linalg.norm(motion.displacement)) for motion in loading.motions]),
         np.array([_KINDS.get(group.name, 0) for group in system.mesh.groups], dtype=np.int64), *_held(fixed, pattern),
         np.zeros(n), np.zeros(1), pattern.zeros(), pattern.zeros(),

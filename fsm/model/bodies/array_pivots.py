@@ -1,0 +1,63 @@
+"""Numbers of negative pivots of matrices in quasi-static steps, for compiled models of all kinds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.block_equations import SYMMETRIC, TRUSTED, EquationKernels, Pattern
+from fsm.kernels.block_lu import count_negative, count_negative_parts, multiply_blocks
+from fsm.kernels.jit import kernel
+from fsm.solve.stepping.path_state import UNKNOWN
+
+
+@kernel
+def negative_of_last(
+    equations: EquationKernels, p: Pattern, matrix: np.ndarray, factors: np.ndarray, flags: np.ndarray, trial: np.ndarray,
+    accurate: float,
+) -> float:  # fmt: skip
+    """Number of negative pivots of the last matrix, or `UNKNOWN`.
+
+    An unsymmetric matrix has no negative real pivot if the symmetric parts of all pivot blocks are definite, and these are
+    definite if the symmetric part of the matrix is.
+    """
+    if flags[SYMMETRIC] == 0:
+        return 0.0 if flags[TRUSTED] == 1 and count_negative_parts(p.filled_diagonal, factors) == 0 else UNKNOWN
+    found = count_negative(p.filled_diagonal, factors)
+    if found == 0 and flags[TRUSTED] == 1:
+        return 0.0
+    return float(found) if _signs_hold(equations, p, matrix, factors, trial, accurate) else UNKNOWN
+
+
+@kernel
+def negative_of_symmetric(
+    equations: EquationKernels, p: Pattern, blocks: np.ndarray, matrix: np.ndarray, factors: np.ndarray, trial: np.ndarray,
+    accurate: float,
+) -> float:  # fmt: skip
+    """Number of negative pivots of the symmetric part of block data, or `UNKNOWN`; writes `matrix` and `factors`."""
+    for k in range(matrix.shape[0]):
+        mirrored = p.transposed[k]
+        for i in range(matrix.shape[1]):
+            for j in range(matrix.shape[1]):
+                matrix[k, i, j] = 0.5 * (blocks[k, i, j] + blocks[mirrored, j, i])
+    failed = equations.factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors)
+    if failed >= 0 or not _signs_hold(equations, p, matrix, factors, trial, accurate):
+        return UNKNOWN
+    return float(count_negative(p.filled_diagonal, factors))
+
+
+@kernel
+def _signs_hold(
+    equations: EquationKernels, p: Pattern, matrix: np.ndarray, factors: np.ndarray, trial: np.ndarray, accurate: float
+) -> bool:
+    """Whether round-off of symmetric factors cannot have changed the sign of an eigenvalue; see
+    `fsm.solve.equations.linear`.
+    """
+    right = multiply_blocks(p.rows, p.columns, matrix, trial)
+    found, _, _ = equations.solve(
+        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, factors, p.rows, p.columns, matrix, right, 0.0, True,
+        True,
+    )  # fmt: skip
+    worst = 0.0
+    for i in range(found.shape[0]):
+        worst = max(worst, abs(found[i] - trial[i]))
+    return worst < accurate

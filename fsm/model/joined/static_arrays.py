@@ -1,0 +1,75 @@
+"""Arrays of bodies and ANCF elements for quasi-static steps in kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fsm.kernels.addresses import address_table
+from fsm.kernels.blocks import BlockPattern
+from fsm.model.bodies.arrays import Arrays
+from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.elements.element_group import ElementArrays
+from fsm.model.joined.array_path import PATH
+from fsm.model.nodes.arrays import FACTORS, KINDS_OF_ENERGY, MATRIX
+from fsm.model.system.static_arrays import StaticSegments
+from fsm.solve.interface.records import PreviousState, Ready
+from fsm.solve.stepping.path_state import BARS
+from fsm.solve.stepping.quasi_static import StaticModel
+
+if TYPE_CHECKING:
+    from fsm.model.joined.arrays_of import JoinedModel
+    from fsm.model.joined.configuration import JoinedConfiguration
+    from fsm.model.system.contact_arrays_of import ContactModel
+
+    ModelOf = Callable[[BodyPattern, np.ndarray, Ready, ContactModel], tuple[JoinedModel, BlockPattern]]
+
+
+class JoinedStatics(StaticSegments):
+    """Arrays of a joined system without parts in Python; see `StaticSegments`.
+
+    `model_of` creates the compiled model and the pattern of its equations, from the pattern between bodies and frames, the
+    quaternions of frames, and the arguments of `StaticSegments`.
+    """
+
+    energies = StaticSegments.energies | {name: BARS + k for k, name in enumerate(KINDS_OF_ENERGY[2:])}
+
+    def __init__(
+        self, system: JoinedConfiguration, pattern: BodyPattern, ready: Ready, model_of: ModelOf
+    ) -> None:
+        self._joined, self._near, self._model_of = system, system.frames_near.copy(), model_of
+        super().__init__(system, pattern, ready)
+        self._stored_by.append(list(system.elements.energies(0.0, system.elements.start)))
+
+    def _create(self, pattern: BodyPattern) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:
+        """See `StaticSegments`; a new pattern has a new model."""
+        found, self._equations = self._model_of(pattern, self._near, self._ready, self._contacts)
+        self.model = StaticModel.of(PATH, found.model, self._joined.initial()[0])
+        self._others = found.others
+        _, self._factors = self._ready(self._equations)
+        return found.bodies, found.elements
+
+    _renew = _create
+
+    def prepare(self, before: PreviousState) -> None:
+        """See `fsm.solve.interface.system.StaticArrays`."""
+        super().prepare(before)
+        self._near[:] = self._joined.frames_near
+
+    def _use_factors(self) -> None:
+        """See `StaticSegments`."""
+        _, factors = self._ready(self._equations)
+        if factors is not self._factors:
+            self._factors = factors
+            self.model.arrays.nodes.table[FACTORS] = address_table([factors])[0]
+
+    def _matrix(self) -> tuple[BlockPattern, np.ndarray]:
+        """See `StaticSegments`."""
+        return self._equations, self._others[MATRIX]
+
+    def followed(self, q: np.ndarray) -> None:
+        """See `fsm.solve.interface.system.StaticArrays`."""
+        super().followed(q)
+        self._joined.frames_near = self._near.copy()
