@@ -93,7 +93,8 @@ def test_commands_have_a_style_and_a_format(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(case.read_text(encoding="utf-8"), encoding="utf-8")
     (tmp_path / "table.csv").write_text("case,drive.0.travel\na,0.14 mm\n", encoding="utf-8")
     chosen = ["--format", "svg", "--style", "slide", "--quiet"]
-    done = CliRunner().invoke(cli, ["table", str(tmp_path / "table.csv"), "--out", str(tmp_path / "out"), *chosen])
+    table = ["table", str(tmp_path / "table.csv"), "--out", str(tmp_path / "out"), "--figures", "all"]
+    done = CliRunner().invoke(cli, [*table, *chosen])
     assert done.exit_code == 0, done.output
     assert (tmp_path / "out" / "overlay.svg").is_file()
     text = (tmp_path / "out" / "a" / "force.svg").read_text(encoding="utf-8")

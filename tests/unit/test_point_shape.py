@@ -16,6 +16,7 @@ from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matr
 from fsm.kernels.scatter import scatter_efforts
 from fsm.model.bodies.contact_arrays import FRICTION
 from fsm.model.bodies.pattern import body_pattern
+from fsm.model.contact.array_contacts import add_geometric_tangent
 from fsm.model.contact.contact_table import ActiveContacts, ContactKinematics
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
 from fsm.model.contact.shapes.shape_tables import Shape, TableBuilder
@@ -84,7 +85,8 @@ class State:
         for row, values in zip(rows, laws, strict=False):
             row[:active] = values
         g.state[FRICTION] = int(with_friction)
-        self.contacts.add_tangent(self.poses, self.rates, active, pattern, stiffness, damping)
+        state = self.poses, self.rates, active, stiffness, damping
+        self.contacts.call_with(pattern, add_geometric_tangent, *state)
         return dense(pattern, stiffness, count), dense(pattern, damping, count)
 
     def energy(self) -> float:

@@ -383,7 +383,7 @@ JOINTS = (
     Mutant(
         "reactions of joints without the curvature of the motion",
         "fsm/model/elements/joints.py",
-        "rate += bend[i] - pick_up",
+        "rate += bends[i] - pick_up",
         "rate -= pick_up",
         physics_test("ideal_joints", "test_a_spherical_pendulum"),
     ),

@@ -99,9 +99,10 @@ def _tangent(
 
 
 @kernel
-def _add_geometric_tangent(
+def add_geometric_tangent(
     g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
+    """Add stiffness K and damping D of contacts from gradients and second derivatives of their gaps."""
     geometry_of(g).tangent(g, poses, rates, count, stiffness, damping)
 
 
@@ -111,7 +112,7 @@ def add_tangent(
     stiffness: np.ndarray, damping: np.ndarray,
 ) -> None:  # fmt: skip
     """Add stiffness K and damping D of the evaluated contacts; arguments as `evaluate` returns them."""
-    _add_geometric_tangent(g, poses, rates, count, stiffness, damping)
+    add_geometric_tangent(g, poses, rates, count, stiffness, damping)
     if weighed.rows.shape[0] > 0:
         _add_taper_tangent(g, laws, weighed, count, stiffness)
     bodies, gradient = g.bodies[:count], g.gradient[:count]
