@@ -250,7 +250,7 @@ def split_symmetric(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> bo
                 for k in range(j + 1, i):
                     total += right[i, k] * left[k, j]
                 left[i, j] = -total / right[i, i]
-    elif not _split_indefinite(left, right, work):
+    elif _split_indefinite(left, right, work) < size:
         return False
     for i in range(size):
         for j in range(size):
@@ -260,11 +260,11 @@ def split_symmetric(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> bo
 
 
 @kernel
-def _split_indefinite(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> bool:
+def _split_indefinite(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> int:
     """`split_symmetric` of a block that is not positive definite; `work` is the scaled block.
 
     A pivot is an entry of the diagonal or, where these are small, a block of 2 x 2 with one eigenvalue of each sign (Bunch
-    and Parlett, 1971).
+    and Parlett, 1971). Returns the number of rows before the first pivot of zero.
     """
     size = left.shape[0]
     for i in range(size):
@@ -285,7 +285,7 @@ def _split_indefinite(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> 
                     beside, first, second = abs(work[i, j]), i, j
         if best >= _ONE_BY_ONE * beside:
             if not best > 0.0:
-                return False
+                return k
             _exchange(work, k, row)
             _exchange_rows(left, k, row)
             for i in range(k + 1, size):
@@ -321,7 +321,7 @@ def _split_indefinite(left: np.ndarray, right: np.ndarray, work: np.ndarray) -> 
             _scale_row(left, right, k, middle + along)
             _scale_row(left, right, k + 1, middle - along)
             k += 2
-    return True
+    return size
 
 
 @kernel
@@ -353,51 +353,19 @@ def _exchange_rows(block: np.ndarray, k: int, row: int) -> None:
 
 @kernel
 def negative_eigenvalues(block: np.ndarray, work: np.ndarray) -> int:
-    """Number of negative eigenvalues of the symmetric part of a small block, from LDL^T with complete pivoting.
-
-    A pivot is an entry of the diagonal or, where these are small, a block of 2 x 2 with one eigenvalue of each sign (Bunch
-    and Parlett, 1971).
-    """
+    """Number of negative eigenvalues of the symmetric part of a small block; those of zero do not count."""
     size = block.shape[0]
+    left, right = np.empty((size, size)), np.empty((size, size))
     for i in range(size):
         for j in range(size):
-            work[i, j] = 0.5 * (block[i, j] + block[j, i])
+            left[i, j] = work[i, j] = 0.5 * (block[i, j] + block[j, i])
     for i in range(size):
-        scale = _row_factor(abs(block[i, i]))
+        scale = _row_factor(abs(left[i, i]))
         for j in range(size):
             work[i, j] *= scale
             work[j, i] *= scale
-    count, k = 0, 0
-    while k < size:
-        best, row = -1.0, k
-        for i in range(k, size):
-            if abs(work[i, i]) > best:
-                best, row = abs(work[i, i]), i
-        beside, first, second = 0.0, k, k
-        for i in range(k, size):
-            for j in range(i + 1, size):
-                if abs(work[i, j]) > beside:
-                    beside, first, second = abs(work[i, j]), i, j
-        if best >= _ONE_BY_ONE * beside:
-            if not best > 0.0:
-                break
-            _exchange(work, k, row)
-            if work[k, k] < 0.0:
-                count += 1
-            for i in range(k + 1, size):
-                factor = work[i, k] / work[k, k]
-                for j in range(k + 1, size):
-                    work[i, j] -= factor * work[k, j]
-            k += 1
-        else:
-            _exchange(work, k, first)  # first < second
-            _exchange(work, k + 1, second)
-            a, b, c = work[k, k], work[k, k + 1], work[k + 1, k + 1]
-            per_determinant = 1.0 / (a * c - b * b)
-            for i in range(k + 2, size):
-                one = (c * work[i, k] - b * work[i, k + 1]) * per_determinant
-                two = (a * work[i, k + 1] - b * work[i, k]) * per_determinant
-                for j in range(k + 2, size):
-                    work[i, j] -= one * work[k, j] + two * work[k + 1, j]
-            count, k = count + 1, k + 2
+    count = 0
+    for row in range(_split_indefinite(left, right, work)):
+        if sign_of_row(left, right, row) < 0.0:
+            count += 1
     return count

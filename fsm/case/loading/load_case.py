@@ -336,20 +336,24 @@ def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[d
         result["crease"], faults = _read_curve(result["crease"], folder, system, "crease")
     scene = result.get("scene")
     if isinstance(scene, Scene):
-        elements = list(scene.elements)
-        for index, element in enumerate(elements):
-            if isinstance(element.crease, _MEASURED):
-                crease, found = _read_curve(element.crease, folder, system, f"scene.elements.{index}.crease")
-                elements[index] = element.model_copy(update={"crease": crease})
-                faults += found
-        joints = list(scene.joints)
-        for index, joint in enumerate(joints):
-            if isinstance(joint.spring, _MEASURED):
-                crease, found = _read_curve(joint.spring, folder, system, f"scene.joints.{index}.spring")
-                joints[index] = joint.model_copy(update={"spring": crease})
-                faults += found
-        result["scene"] = scene.model_copy(update={"elements": tuple(elements), "joints": tuple(joints)})
+        elements, found = _read_curves_of(scene.elements, "crease", folder, system, "scene.elements")
+        joints, others = _read_curves_of(scene.joints, "spring", folder, system, "scene.joints")
+        faults += found + others
+        result["scene"] = scene.model_copy(update={"elements": elements, "joints": joints})
     return result, faults
+
+
+def _read_curves_of(
+    parts: Sequence[Any], key: str, folder: Path, system: str, path: str
+) -> tuple[tuple[Any, ...], list[Fault]]:  # fmt: skip
+    """Parts of a scene in which the measured curves of a key have been read from their files."""
+    read, faults = list(parts), list[Fault]()
+    for index, part in enumerate(parts):
+        if isinstance(getattr(part, key), _MEASURED):
+            crease, found = _read_curve(getattr(part, key), folder, system, f"{path}.{index}.{key}")
+            read[index] = part.model_copy(update={key: crease})
+            faults += found
+    return tuple(read), faults
 
 
 def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
