@@ -23,8 +23,8 @@ import hashlib
 import logging
 import sys
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -32,8 +32,10 @@ from numba.core import event, itanium_mangler, sigutils, typing
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult, Flags, compile_extra
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.runtime import rtsys
+from numba.core.target_extension import jit_registry, target_registry
 from numba.core.types import containers
 from numba.core.types.misc import unliteral
 
@@ -52,54 +54,30 @@ from fsm.kernels.cache_folder import (
 from fsm.kernels.compile_lock import CompileLock
 
 _LONGEST_NAME: Final = 200
-"""Letters of a symbol that keeps the name that numba gives it."""
+"""Letters of the names of types in a symbol that keeps the name that numba gives it."""
 
 _log = logging.getLogger(__name__)
 _making = threading.RLock()
 
 
-class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
-    """numba's dispatcher of a function, with the cache of this package.
+class _Linkable(CPUDispatcher):  # type: ignore[misc, unused-ignore]
+    """numba's dispatcher of a function, which other kernels link without machine code of its own.
 
     Parameters
     ----------
     function : Python function
-    inline : bool
-        Make LLVM inline the function into every caller.
+    options : options of numba
     """
 
-    def __init__(self, function: Callable[..., Any], inline: bool) -> None:
-        options = {"nopython": True, "boundscheck": None} | OPTIONS | ({"forceinline": True} if inline else {})
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         super().__init__(function, targetoptions=options)
         self.targetctx.mangler = _short_name
         self._linked: dict[tuple[Any, ...], Any] = {}
-        self._to_cache = is_covered(function)
-
-    def compile(self, sig: Any) -> Any:
-        """Compile the function for calls from Python, or load it from the cache."""
-        if self._to_cache:
-            self._to_cache = False
-            if cache_folder() is not None:
-                with suppress(RuntimeError, OSError):  # if the folder has disappeared, the kernel is not cached
-                    self._cache = _KernelCache(self.py_func)
-        collects = gc.isenabled()
-        gc.disable()  # a compilation allocates millions of objects that live until its end
-        try:
-            return super().compile(sig)
-        finally:
-            if isinstance(self._cache, _KernelCache):
-                self._cache.lock.release()
-            keep_garbage()
-            if collects:
-                gc.enable()
-
-    def _compilation_chain_init_hook(self) -> None:
-        """Do nothing before a call: extensions of numba are needed for a compilation only, which loads them itself."""
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return the types of a call by another kernel, for numba; compile the function for it, not for each constant."""
+        """Return the types of a call by another kernel, for numba; compile the function for it."""
         signature, given = self._compiler.fold_argument_types(args, kws)
-        kinds = tuple(unliteral(kind) for kind in given)
+        kinds = tuple(self._kind(kind) for kind in given)
         self._compile_linked(kinds)
         name = self.py_func.__name__
         found = [result.signature for result in self._linked.values()]
@@ -108,6 +86,10 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
     def get_overload(self, sig: Any) -> Any:
         """Return the identification of the code for a call by another kernel, for numba."""
         return self._linked[tuple(sigutils.normalize_signature(sig)[0])].entry_point
+
+    def _kind(self, given: Any) -> Any:
+        """Type of an argument for which the function is compiled."""
+        return given
 
     def _compile_linked(self, kinds: tuple[Any, ...]) -> None:
         """Compile the function only as far as calls by other kernels require."""
@@ -130,6 +112,75 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
             result = result._replace(entry_point=object())
             self.targetctx.insert_user_function(result.entry_point, result.fndesc, [library])
             self._linked[kinds] = result
+
+
+class KernelDispatcher(_Linkable):
+    """numba's dispatcher of a function, with the cache of this package.
+
+    Parameters
+    ----------
+    function : Python function
+    inline : bool
+        Make LLVM inline the function into every caller.
+    address : bool
+        Other kernels call the function by its address, and Python does not call it.
+    """
+
+    def __init__(self, function: Callable[..., Any], inline: bool, address: bool = False) -> None:
+        options = {"nopython": True, "boundscheck": None} | OPTIONS | ({"forceinline": True} if inline else {})
+        super().__init__(function, **options, no_cpython_wrapper=address)
+        self._to_cache, self._address = is_covered(function), address
+
+    def compile(self, sig: Any) -> Any:
+        """Compile the function for calls from Python, or load it from the cache."""
+        if self._to_cache:
+            self._to_cache = False
+            if cache_folder() is not None:
+                with suppress(RuntimeError, OSError):  # if the folder has disappeared, the kernel is not cached
+                    self._cache = _KernelCache(self.py_func, self._address)
+        collects = gc.isenabled()
+        gc.disable()  # a compilation allocates millions of objects that live until its end
+        try:
+            with global_compiler_lock, _overloads_linked():
+                self.targetoptions["no_cfunc_wrapper"] = not self._address and _has_tuples(sigutils.normalize_signature(sig)[0])
+                return super().compile(sig)
+        finally:
+            if isinstance(self._cache, _KernelCache):
+                self._cache.lock.release()
+            keep_garbage()
+            if collects:
+                gc.enable()
+
+    def by_address(self, kinds: tuple[Any, ...]) -> KernelDispatcher:
+        """The same function for calls by its address, with arguments of these types.
+
+        Calls from Python and calls by address share their code, except for those with tuples of arrays, whose code for a
+        call can take longer to compile than the function.
+        """
+        return self._called_by_address if _has_tuples(kinds) else self
+
+    @functools.cached_property
+    def _called_by_address(self) -> KernelDispatcher:
+        return KernelDispatcher(self.py_func, bool(self.targetoptions.get("forceinline")), address=True)
+
+    def _kind(self, given: Any) -> Any:
+        return unliteral(given)  # not compiled for each constant
+
+    def _compilation_chain_init_hook(self) -> None:
+        """Do nothing before a call: extensions of numba are needed for a compilation only, which loads them itself."""
+
+
+@contextmanager
+def _overloads_linked() -> Iterator[None]:
+    """Let kernels link numba's own functions that they call; numba makes machine code and wrappers of each."""
+    target = target_registry["cpu"]
+    before = jit_registry.pop(target)  # the registry refuses a second value
+    jit_registry[target] = lambda **options: functools.partial(_Linkable, **({"nopython": True} | options))
+    try:
+        yield
+    finally:
+        jit_registry.pop(target)
+        jit_registry[target] = before
 
 
 class ImportedKernel(KernelDispatcher):
@@ -177,11 +228,15 @@ class ImportedKernel(KernelDispatcher):
                 self.__class__ = KernelDispatcher
 
 
+def _has_tuples(kinds: tuple[Any, ...]) -> bool:
+    return any(isinstance(kind, containers.BaseTuple) for kind in kinds)
+
+
 def _short_name(name: str, types: Any, *, abi_tags: Any = (), uid: int | None = None) -> str:
-    """Name of a symbol: that of numba, or its hash if it is long."""
-    whole: str = itanium_mangler.mangle(name, types, abi_tags=abi_tags, uid=uid)
+    """Name of a symbol: that of numba, or a hash of the types of its arguments if their names are long."""
+    whole = "\n".join((name, *map(str, types), *abi_tags))
     if len(whole) <= _LONGEST_NAME:
-        return whole
+        return str(itanium_mangler.mangle(name, types, abi_tags=abi_tags, uid=uid))
     digest = hashlib.sha256(whole.encode()).hexdigest()[:32]
     return str(itanium_mangler.mangle(f"{name.rpartition('.')[2]}.{digest}", (), uid=uid))
 
@@ -232,10 +287,10 @@ class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
 class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
     """Machine code and data for a call from Python, at the location of `_Locator` for any settings of numba."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Callable[..., Any], address: bool) -> None:
         self._lineno = function.__code__.co_firstlineno
         self._locator = _Locator(function)
-        full_name = f"{source_of(function).stem}.{function.__qualname__}"
+        full_name = f"{source_of(function).stem}.{function.__qualname__}{'.address' * address}"
         self._filename_base = self.get_filename_base(full_name, getattr(sys, "abiflags", ""))
 
     def reduce(self, data: Any) -> tuple[Any, ...]:
@@ -282,9 +337,8 @@ class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
 class _KernelCache(FunctionCache):
     """numba's cache of one function; instead of an error, an invalid entry causes a new compilation."""
 
-    _impl_class = _CacheImpl
-
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Callable[..., Any], address: bool) -> None:
+        self._impl_class = functools.partial(_CacheImpl, address=address)
         super().__init__(function)
         self._folder = Path(self._cache_path)
         self._file = source_of(function)

@@ -101,7 +101,7 @@ def _compile_lazily(function: F, inline: bool) -> F:
     if numba.config.DISABLE_JIT:
         return function
     dispatcher: Any = ImportedKernel(function, inline)
-    _kernels[id(dispatcher)] = dispatcher
+    _kernels[id(function)] = dispatcher
     return dispatcher
 
 
@@ -121,7 +121,7 @@ class _Compilations(event.Listener):
     def on_start(self, happening: Any) -> None:
         """Handle the start of a compilation of any dispatcher in the process."""
         dispatcher = happening.data["dispatcher"]
-        if id(dispatcher) not in _kernels:
+        if id(dispatcher.py_func) not in _kernels:
             return
         for callback in tuple(self.callbacks):
             callback(_name(dispatcher))
@@ -132,7 +132,7 @@ class _Compilations(event.Listener):
 
     def on_end(self, happening: Any) -> None:
         """Handle the end of a compilation, successful or not, of any dispatcher in the process."""
-        if id(happening.data["dispatcher"]) not in _kernels:
+        if id(happening.data["dispatcher"].py_func) not in _kernels:
             return
         self._depth -= 1
         if self._depth == 0:

@@ -54,14 +54,10 @@ def kernels_in(kind: Callable[..., T], examples: Callable[[], tuple[Any, Any]]) 
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             data = make_array(addresses)(context, builder, arguments[0]).data
-            null = context.get_constant_null(numba.types.voidptr)
             values = []
-            for row, function in enumerate(functions):
-                value = cgutils.create_struct_proxy(function)(context, builder)
+            for row in range(len(functions)):
                 place = builder.gep(data, [context.get_constant(numba.types.intp, row)])
-                value.c_addr = builder.inttoptr(builder.load(place), cgutils.voidptr_t)
-                value.py_addr = value.jit_addr = null
-                values.append(value._getvalue())
+                values.append(builder.inttoptr(builder.load(place), cgutils.voidptr_t))
             return context.make_tuple(builder, tuple_type, values)
 
         return tuple_type(addresses), generate

@@ -6,36 +6,69 @@ calls. A call by address takes 50 ns and avoids this cost.
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any, ClassVar, TypeVar
 
 import numba
 import numba.extending
 from llvmlite import ir
 from numba.core import cgutils
+from numba.core.imputils import lower_builtin
+from numba.core.types.functions import BaseFunction
+from numba.core.typing.templates import make_concrete_template
 from numba.core.typing.typeof import typeof_impl
-from numba.experimental.function_type import FunctionModel
 from numba.np.arrayobj import make_array
 
 T = TypeVar("T")
 
 
-class _Address(numba.types.FunctionType):  # type: ignore[misc, unused-ignore]
-    """Type of a `Pointer`. For its own function types numba reads the address by many calls of Python; for this type it
-    takes one call.
+class _Address(BaseFunction):  # type: ignore[misc, unused-ignore]
+    """Type of a `Pointer`: an address in machine code, which a kernel calls directly.
+
+    A call through numba's own function types compiles in code that asks Python for a missing address and reports it.
     """
 
+    def __init__(self, signature: Any) -> None:
+        self.sig = signature
+        super().__init__(make_concrete_template("Address", signature, [signature]))
+        self.name = f"Address({hashlib.sha256(str(signature).encode()).hexdigest()[:32]})"
 
-numba.extending.register_model(_Address)(FunctionModel)
+    def __reduce__(self) -> Any:
+        return _Address, (self.sig,)
+
+    @property
+    def key(self) -> Any:
+        """Identification of the type."""
+        return (self.sig,)
+
+    def get_call_type(self, context: Any, arguments: Any, named: Any) -> Any:
+        """Types of a call, whose first argument is the address."""
+        return super().get_call_type(context, arguments, named).replace(recvr=self)
+
+    def get_impl_key(self, signature: Any) -> Any:
+        """Identification of the code of a call."""
+        return _Address
+
+
+@lower_builtin(_Address, _Address, numba.types.VarArg(numba.types.Any))
+def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
+    form = ir.FunctionType(context.get_value_type(signature.return_type), kinds)
+    return builder.call(builder.bitcast(arguments[0], form.as_pointer()), arguments[1:])
+
+
+@numba.extending.register_model(_Address)
+class _AddressModel(numba.extending.models.PrimitiveModel):  # type: ignore[misc, unused-ignore]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, cgutils.voidptr_t)
 
 
 @numba.extending.unbox(_Address)
 def _read(kind: Any, pointer: Any, c: Any) -> Any:
-    read = cgutils.create_struct_proxy(kind)(c.context, c.builder)
-    address = c.pyapi.object_getattr_string(pointer, "address")
-    read.c_addr = c.pyapi.long_as_voidptr(address)
-    c.pyapi.decref(address)
-    read.py_addr = read.jit_addr = c.context.get_constant_null(numba.types.voidptr)
-    return numba.extending.NativeValue(read._getvalue())
+    number = c.pyapi.object_getattr_string(pointer, "address")
+    address = c.pyapi.long_as_voidptr(number)
+    c.pyapi.decref(number)
+    return numba.extending.NativeValue(address)
 
 
 class Pointer:
@@ -59,8 +92,9 @@ class Pointer:
         key = (function, *map(id, kinds))  # equal types are one object, and their hashes take long
         found = cls._made.get(key)
         if found is None:
-            function.compile(kinds)
-            result = function.overloads[kinds]
+            called = function.by_address(kinds)
+            called.compile(kinds)
+            result = called.overloads[kinds]
             found = cls._made[key] = super().__new__(cls)
             found._numba_type_ = _Address(result.signature)
             found.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
@@ -70,7 +104,7 @@ class Pointer:
     @property
     def first_type(self) -> Any:
         """Type of the first argument, for numba."""
-        return self._numba_type_.signature.args[0]
+        return self._numba_type_.sig.args[0]
 
 
     def entry(self, function: Any, *arguments: Any) -> Any:
