@@ -39,6 +39,7 @@ from numba.core.target_extension import jit_registry, target_registry
 from numba.core.types import containers
 from numba.core.types.misc import unliteral
 
+import fsm.kernels.array_items  # noqa: F401 (code of elements of arrays)
 from fsm.io.gc_startup import keep_garbage
 from fsm.kernels.cache_folder import (
     OPTIONS,
@@ -52,6 +53,7 @@ from fsm.kernels.cache_folder import (
     source_of,
 )
 from fsm.kernels.compile_lock import CompileLock
+from fsm.kernels.records import Record
 
 _LONGEST_NAME: Final = 200
 """Letters of the names of types in a symbol that keeps the name that numba gives it."""
@@ -142,7 +144,8 @@ class KernelDispatcher(_Linkable):
         gc.disable()  # a compilation allocates millions of objects that live until its end
         try:
             with global_compiler_lock, _overloads_linked():
-                self.targetoptions["no_cfunc_wrapper"] = not self._address and _has_tuples(sigutils.normalize_signature(sig)[0])
+                kinds = sigutils.normalize_signature(sig)[0]
+                self.targetoptions["no_cfunc_wrapper"] = not self._address and _has_tuples(kinds)
                 return super().compile(sig)
         finally:
             if isinstance(self._cache, _KernelCache):
@@ -229,7 +232,7 @@ class ImportedKernel(KernelDispatcher):
 
 
 def _has_tuples(kinds: tuple[Any, ...]) -> bool:
-    return any(isinstance(kind, containers.BaseTuple) for kind in kinds)
+    return any(isinstance(kind, (containers.BaseTuple, Record)) for kind in kinds)
 
 
 def _short_name(name: str, types: Any, *, abi_tags: Any = (), uid: int | None = None) -> str:

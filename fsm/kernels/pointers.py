@@ -19,6 +19,8 @@ from numba.core.typing.templates import make_concrete_template
 from numba.core.typing.typeof import typeof_impl
 from numba.np.arrayobj import make_array
 
+from fsm.kernels.records import record_type
+
 T = TypeVar("T")
 
 
@@ -164,7 +166,8 @@ def enter(first: Any, function: Any, *arguments: Any) -> Any:
 
 
 def typed_by(kind: type) -> None:
-    """Let numba remember the types of NamedTuples of one kind, with fields `calls` (pointers) and `arrays` (their argument).
+    """Make NamedTuples of one kind records and let numba remember their types; fields `calls` (pointers) and `arrays` (their
+    argument).
 
     Without this, a call from Python takes a millisecond to determine the types of all fields.
     """
@@ -173,8 +176,8 @@ def typed_by(kind: type) -> None:
         first = model.calls[0]
         known = getattr(first, "of_model", None)
         if known is None:
-            calls = numba.types.NamedTuple([pointer._numba_type_ for pointer in model.calls], type(model.calls))
-            known = first.of_model = numba.types.NamedTuple([calls, first.first_type], kind)
+            calls = record_type(type(model.calls), [pointer._numba_type_ for pointer in model.calls])
+            known = first.of_model = record_type(kind, [calls, first.first_type])
         return known
 
     typeof_impl.register(kind)(find)

@@ -11,6 +11,7 @@ from fsm.kernels.block_lu import count_negative
 from fsm.kernels.body_poses import gather_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import call_at
+from fsm.kernels.records import replaced
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.model.bodies.arrays import (
     ACCEPT_BY,
@@ -180,11 +181,7 @@ def _nearly_at_rest(model: Segments, t: float, record: np.ndarray) -> bool:
 def _stable_at_rest(model: Segments, t: float) -> bool:
     """Whether all pivots of the symmetric part of the stiffness at rest, at the present poses, are positive."""
     table = model.at_rest
-    others = Segments(
-        table, table, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
-        model.by_contacts, model.contact_laws, model.equations,
-    )  # fmt: skip
-    sum_tangents(others, t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
+    sum_tangents(replaced(model, "table", table), t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
     matrix, stiffness, factors = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, FACTORS)
     p = pattern_of(table)
     for k in range(matrix.shape[0]):

@@ -12,6 +12,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import largest_force, support_reactions
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
+from fsm.kernels.records import replaced
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
 from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
@@ -262,7 +263,7 @@ def _balance_at_rest(model: Segments, t: float, q: np.ndarray, force: np.ndarray
     table, before = model.at_rest, t != floats_1d(model.table, INTERVAL)[0]
     if before:
         swap_multipliers(model)
-    sum_forces(resting(model), t, 0.0)
+    sum_forces(replaced(model, "table", model.at_rest), t, 0.0)
     if before:
         swap_multipliers(model)
     wrenches = floats_2d(table, FORCE)
@@ -287,15 +288,6 @@ def rest(table: np.ndarray, t: float, q: np.ndarray) -> None:
     rates[:] = 0.0
 
 
-@kernel
-def resting(model: Segments) -> Segments:
-    """The model with its table of rates at rest."""
-    return Segments(
-        model.at_rest, model.at_rest, model.flags, model.groups, model.elements, model.element_tables, model.by_springs,
-        model.by_contacts, model.contact_laws, model.equations,
-    )  # fmt: skip
-
-
 # stability --------------------------------------------------------------------------------------------------------------
 
 
@@ -303,7 +295,7 @@ def resting(model: Segments) -> Segments:
 def _negative_at_rest(model: Segments, trial: np.ndarray, accurate: float) -> float:
     """Number of negative pivots of the symmetric part of the stiffness at rest, or `UNKNOWN`."""
     table, t = model.at_rest, floats_1d(model.table, INTERVAL)[0]
-    sum_tangents(resting(model), t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
+    sum_tangents(replaced(model, "table", table), t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
     return negative_of_symmetric(
         model.equations, pattern_of(table), floats_3d(table, STIFFNESS), floats_3d(table, MATRIX), floats_3d(table, FACTORS),
         trial, accurate,

@@ -17,6 +17,7 @@ from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at
 from fsm.kernels.programs import Pieces
+from fsm.kernels.records import record
 from fsm.model.bodies.contact_arrays import ContactKernels, LawKernels
 
 
@@ -135,6 +136,7 @@ def flat_arrays(arrays: Any) -> Iterator[np.ndarray]:
             yield part
 
 
+@record
 class Segments(NamedTuple):
     """Model of `Arrays` by their addresses. All models have the same types, so that their kernels are compiled once.
 

@@ -9,6 +9,7 @@ from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, 
 from fsm.kernels.body_poses import pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import call_at
+from fsm.kernels.records import replaced
 from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
 from fsm.model.bodies.array_path import (
     accept_present as accept_bodies,
@@ -21,7 +22,6 @@ from fsm.model.bodies.array_path import (
     power_of_present,
     progress,
     rest,
-    resting,
     write_drives,
     write_record,
 )
@@ -193,14 +193,8 @@ def _power_before(model: Joined, t: float, q: np.ndarray) -> float:
 
 
 @kernel
-def _resting(model: Joined) -> Joined:
-    """The model with the table of bodies at rest."""
-    return Joined(resting(model.bodies), model.nodes, model.table, model.flags)
-
-
-@kernel
 def _rest(model: Joined, t: float, q: np.ndarray) -> None:
-    """Write the state at rest; `model` from `_resting`."""
+    """Write the state at rest; `model` with the table of bodies at rest."""
     first, now = 7 * free_bodies(model), floats_1d(model.bodies.table, INTERVAL)
     rest(model.bodies.table, t, q[:first])
     begun, now[0] = now[0], t
@@ -210,7 +204,7 @@ def _rest(model: Joined, t: float, q: np.ndarray) -> None:
 
 @kernel
 def _balance_at_rest(model: Joined, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
-    own = _resting(model)
+    own = replaced(model, "bodies", replaced(model.bodies, "table", model.bodies.at_rest))
     _rest(own, t, q)
     sum_body_forces(own.bodies, t, 0.0)
     sum_node_forces(own.nodes, t, 0.0)
@@ -221,7 +215,8 @@ def _balance_at_rest(model: Joined, t: float, q: np.ndarray, force: np.ndarray, 
 @kernel
 def _negative_at_rest(model: Joined, q: np.ndarray, trial: np.ndarray, accurate: float) -> float:
     """Number of negative pivots of the symmetric part of the stiffness at rest, or `UNKNOWN`."""
-    own, t, table = _resting(model), floats_1d(model.bodies.table, INTERVAL)[0], model.nodes.table
+    own = replaced(model, "bodies", replaced(model.bodies, "table", model.bodies.at_rest))
+    t, table = floats_1d(model.bodies.table, INTERVAL)[0], model.nodes.table
     _rest(own, t, q)
     sum_tangents(own, t, 0.0, springs_of(own.bodies.table).last[:0], q[:0], False)
     return float(negative_of_symmetric(

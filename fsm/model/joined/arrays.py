@@ -13,6 +13,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel
+from fsm.kernels.records import record
 from fsm.model.bodies.arrays import Segments
 from fsm.model.nodes.arrays import Coordinates
 
@@ -71,6 +72,7 @@ class JoinedArrays(NamedTuple):
     places: np.ndarray
 
 
+@record
 class Joined(NamedTuple):
     """Model of bodies and of coordinates, with the table of `JoinedArrays`; the coordinates give `flags`."""
 

@@ -16,6 +16,7 @@ from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at
 from fsm.kernels.programs import Pieces
+from fsm.kernels.records import record
 
 
 class Rows(NamedTuple):
@@ -96,6 +97,7 @@ class Arrays(NamedTuple):
     pattern: Pattern
 
 
+@record
 class Coordinates(NamedTuple):
     """Model of `Arrays` by their addresses.
 

@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.kernels.records import record
+
 (
     ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, APART, SLOWED, LACKS, DOUBTFUL,
     UNABLE,
@@ -49,6 +51,7 @@ KEPT = 3
 """Number of stored states of the extrapolation: three for a parabola."""
 
 
+@record
 class PathRules(NamedTuple):
     """Tolerances and scales.
 
@@ -95,6 +98,7 @@ class PathRules(NamedTuple):
     trial: np.ndarray
 
 
+@record
 class Path(NamedTuple):
     """State of a path.
 
