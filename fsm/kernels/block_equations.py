@@ -10,7 +10,7 @@ from fsm.kernels.addresses import integers_1d
 from fsm.kernels.block_lu import MAX_ERROR, REFINE_ABOVE, SYMMETRY_TOLERANCE, factorise, is_symmetric, solve_refined
 from fsm.kernels.blocks import BlockPattern, Elimination
 from fsm.kernels.jit import kernel
-from fsm.kernels.pointers import Pointer
+from fsm.kernels.pointers import pointers
 
 SYMMETRIC, TRUSTED, FAILED = 0, 1, 2
 """Indices of the flags of a model: two on the last factorisation, and whether any factorisation or solution has failed."""
@@ -47,13 +47,14 @@ def pattern_arrays(pattern: BlockPattern, known: Elimination) -> Pattern:
 
 def equation_kernels(p: Pattern, matrix: np.ndarray, factors: np.ndarray, right: np.ndarray) -> EquationKernels:
     """Pointers to the kernels for arrays of these types."""
-    return EquationKernels(
-        Pointer(factorise, matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors),
-        Pointer(
-            solve_refined, p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, factors, p.rows, p.columns,
-            matrix, right, 0.0, True, True,
+    filled = p.filled_rows, p.filled_columns, p.filled_diagonal
+    return pointers(
+        EquationKernels(factorise, solve_refined),
+        EquationKernels(
+            (matrix, p.place, *filled, True, factors),
+            (p.order, *filled, factors, p.rows, p.columns, matrix, right, 0.0, True, True),
         ),
-    )  # fmt: skip
+    )
 
 
 @kernel

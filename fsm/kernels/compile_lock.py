@@ -58,6 +58,24 @@ class CompileLock:
         _waited[0] += time.perf_counter() - begun if others else 0.0
         return others
 
+    def is_taken(self) -> bool:
+        """Whether another process holds the lock."""
+        if fcntl is None or self._descriptor >= 0:
+            return False
+        try:
+            descriptor = os.open(self._file, os.O_RDWR | os.O_CLOEXEC)
+        except OSError:
+            return False
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:  # a file system without locks
+            pass
+        finally:
+            os.close(descriptor)
+        return False
+
     def release(self) -> None:
         """Release the lock, if this process holds it."""
         if self._descriptor >= 0:

@@ -135,11 +135,7 @@ class KernelDispatcher(_Linkable):
 
     def compile(self, sig: Any) -> Any:
         """Compile the function for calls from Python, or load it from the cache."""
-        if self._to_cache:
-            self._to_cache = False
-            if cache_folder() is not None:
-                with suppress(RuntimeError, OSError):  # if the folder has disappeared, the kernel is not cached
-                    self._cache = _KernelCache(self.py_func, self._address)
+        self._begin_cache()
         collects = gc.isenabled()
         gc.disable()  # a compilation allocates millions of objects that live until its end
         try:
@@ -153,6 +149,18 @@ class KernelDispatcher(_Linkable):
             keep_garbage()
             if collects:
                 gc.enable()
+
+    def is_compiled_elsewhere(self) -> bool:
+        """Whether another process compiles the function now."""
+        self._begin_cache()
+        return isinstance(self._cache, _KernelCache) and self._cache.lock.is_taken()
+
+    def _begin_cache(self) -> None:
+        if self._to_cache:
+            self._to_cache = False
+            if cache_folder() is not None:
+                with suppress(RuntimeError, OSError):  # if the folder has disappeared, the kernel is not cached
+                    self._cache = _KernelCache(self.py_func, self._address)
 
     def by_address(self, kinds: tuple[Any, ...]) -> KernelDispatcher:
         """The same function for calls by its address, with arguments of these types.

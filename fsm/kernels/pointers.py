@@ -7,6 +7,7 @@ calls. A call by address takes 50 ns and avoids this cost.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from typing import Any, ClassVar, TypeVar
 
 import numba
@@ -22,6 +23,7 @@ from numba.np.arrayobj import make_array
 from fsm.kernels.records import record_type
 
 T = TypeVar("T")
+_backwards = False
 
 
 class _Address(BaseFunction):  # type: ignore[misc, unused-ignore]
@@ -103,6 +105,14 @@ class Pointer:
             found._keeps, found._entries = (result, kinds), {}
         return found
 
+    @classmethod
+    def is_compiled_elsewhere(cls, function: Any, *arguments: Any) -> bool:
+        """Whether another process compiles this kernel now."""
+        kinds = tuple(numba.typeof(argument) for argument in arguments)
+        if (function, *map(id, kinds)) in cls._made:
+            return False
+        return bool(function.by_address(kinds).is_compiled_elsewhere())
+
     @property
     def first_type(self) -> Any:
         """Type of the first argument, for numba."""
@@ -154,8 +164,28 @@ def pointers(kernels: T, arguments: T) -> T:
     """Tuple of pointers to kernels, with examples of the arguments of each; without the compiler the kernels themselves."""
     if numba.config.DISABLE_JIT:
         return kernels
-    found: Any = zip(kernels, arguments, strict=True)  # type: ignore[call-overload]
-    return type(kernels)(*(Pointer(one, *of) for one, of in found))
+    each: Any = zip(kernels, arguments, strict=True)  # type: ignore[call-overload]
+    return type(kernels)(*pointers_to([(one, *of) for one, of in each]))
+
+
+def pointers_to(wanted: Sequence[tuple[Any, ...]]) -> list[Any]:
+    """Pointers to kernels, each given with examples of its arguments.
+
+    Kernels that another process compiles now come last, so that two processes seldom wait for each other.
+    """
+    found, left = [None] * len(wanted), [*range(len(wanted))][:: -1 if _backwards else 1]
+    for waits in (False, True):
+        for k in [*left]:
+            if waits or not Pointer.is_compiled_elsewhere(*wanted[k]):
+                found[k] = Pointer(*wanted[k])  # type: ignore[call-overload]
+                left.remove(k)
+    return found
+
+
+def compile_backwards() -> None:
+    """Let `pointers` begin with the last kernel: beside a process that begins with the first, each compiles a half."""
+    global _backwards
+    _backwards = True
 
 
 def enter(first: Any, function: Any, *arguments: Any) -> Any:

@@ -16,6 +16,7 @@ from contextlib import suppress
 
 from fsm.analyses.choose import analysis_of
 from fsm.case.loading.load_case import load_case
+from fsm.kernels.pointers import compile_backwards
 from fsm.run.warm_up import KINDS, compile_linear_solver
 
 
@@ -31,6 +32,7 @@ def main(arguments: Sequence[str]) -> None:
     """Compile kernels until all are compiled, or until the standard input is closed."""
     threading.Thread(target=_end_with_input, daemon=True).start()
     kinds = list(arguments)
+    compile_backwards()
     compile_linear_solver()
     if kinds and kinds[0] == "--case":
         kinds = list(analysis_of(load_case(kinds[1], kinds[2:]).case).kernels)

@@ -19,7 +19,7 @@ import numpy as np
 from fsm.kernels.addresses import ROW, address_table, integers_2d
 from fsm.kernels.block_equations import Pattern
 from fsm.kernels.jit import kernel
-from fsm.kernels.pointers import address_of, call_at
+from fsm.kernels.pointers import address_of, call_at, pointers
 from fsm.kernels.scatter import pair_slots
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, PATTERN, POSES, RATES, STEP, STIFFNESS, STORED, SWAP
 from fsm.model.bodies.group import Group, PreviousPoses
@@ -62,7 +62,9 @@ class ElementKernels(NamedTuple):
     def addresses(self) -> list[int]:
         """Addresses of all kernels."""
         example = np.zeros((1, ROW), dtype=np.int64)
-        return [address_of(each, example, example, 0.0, 0.0) for each in self]
+        arguments = example, example, 0.0, 0.0
+        pointers(self, ElementKernels(*[arguments] * len(self)))
+        return [address_of(each, *arguments) for each in self]
 
 
 class ElementArrays(NamedTuple):

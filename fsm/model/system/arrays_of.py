@@ -27,7 +27,7 @@ from fsm.kernels.block_equations import EquationKernels, equation_kernels, patte
 from fsm.kernels.block_lu import factorise, fill_in, solve_refined
 from fsm.kernels.blocks import Elimination
 from fsm.kernels.minimum_degree import few_by_minimum_degree
-from fsm.kernels.pointers import AbsentPointer, Pointer, pointers
+from fsm.kernels.pointers import AbsentPointer, pointers, pointers_to
 from fsm.kernels.programs import table_of
 from fsm.model.bodies.array_kernels import KERNELS
 from fsm.model.bodies.arrays import Arrays, Loads, Segments, SpringKernels, Springs
@@ -81,22 +81,21 @@ def segments_of(
     of_springs = _SPATIAL_SPRINGS if system.spatial else _PLANAR_SPRINGS
     own, (poses, rates) = (springs.bodies, springs.constants), (arrays.poses, arrays.rates)
     before, sums = (*own, springs.last, 0.0), (arrays.force, arrays.stiffness, arrays.damping)
+    of_statics = (
+        (of_springs.advance, springs.last, (poses, rates, *before)),
+        (of_springs.widest, (0, 0.0), (poses, *own, springs.structural)),
+    )
+    wanted: list[tuple[Any, ...]] = [
+        (of_springs.force, poses, rates, *before, arrays.force),
+        (of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
+        (of_springs.stored, poses, rates, *before, springs.category, 1),
+        (of_springs.deformations, poses, rates, *own),
+        *((one, *values) for one, _, values in of_statics if statics),
+    ]
+    absent = [] if statics else [AbsentPointer(result, *values) for _, result, values in of_statics]
     model = Segments(
         table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
-        *_addresses(elements),
-        SpringKernels(
-            Pointer(of_springs.force, poses, rates, *before, arrays.force),
-            Pointer(of_springs.tangent, poses, rates, *before, springs.last[:0], springs.slots, *sums),
-            Pointer(of_springs.stored, poses, rates, *before, springs.category, 1),
-            Pointer(of_springs.deformations, poses, rates, *own),
-            *(
-                Pointer(one, *rest) if statics else AbsentPointer(result, *rest)
-                for one, result, rest in (
-                    (of_springs.advance, springs.last, (poses, rates, *before)),
-                    (of_springs.widest, (0, 0.0), (poses, *own, springs.structural)),
-                )
-            ),
-        ),
+        *_addresses(elements), SpringKernels(*pointers_to(wanted), *absent),
         contacts.kernels, contacts.laws,
         equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
     )  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.interactions.contact.anisotropic_friction import add_turn_stiffness, stretch, stretch_efforts
 from fsm.kernels.addresses import tables_of
-from fsm.kernels.pointers import AbsentPointer, Pointer
+from fsm.kernels.pointers import AbsentPointer, Pointer, pointers_to
 from fsm.laws.friction import FrictionLaw
 from fsm.model.bodies.contact_arrays import (
     LACKS,
@@ -129,7 +129,8 @@ def _pointers(
         (addresses, two, 0.0), state[:2], (*state, True, two), (addresses, 0.0),
     )  # fmt: skip
     without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0), None)
+    named = [*zip(CONTACTS._fields, CONTACTS, rest, without, strict=True)]
+    made = iter(pointers_to([(kernel, *own) for name, kernel, own, _ in named if groups and name in used]))
     return laws, ContactKernels(*(
-        Pointer(kernel, *own) if groups and name in used else AbsentPointer(result, *own)
-        for name, kernel, own, result in zip(CONTACTS._fields, CONTACTS, rest, without, strict=True)
+        next(made) if groups and name in used else AbsentPointer(result, *own) for name, _, own, result in named
     ))  # fmt: skip

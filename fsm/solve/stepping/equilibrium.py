@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import kernel, shared
-from fsm.kernels.pointers import Example, Pointer, typed_by
+from fsm.kernels.pointers import Example, pointers, typed_by
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.stepping.vectors import copy_into, scaled, subtracted
 
@@ -60,8 +60,7 @@ class RestModel(NamedTuple):
         """Create a model from arrays and kernels; q (nq,) is an example of a configuration."""
         arguments = RestCalls((0.0, q), (0.0, q), (), (q,), (q, q), (), (q, 0.0))
         example = Example(arrays)
-        pointers = (Pointer(kernel, example, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
-        return cls(RestCalls(*pointers), arrays)
+        return cls(pointers(kernels, RestCalls(*((example, *rest) for rest in arguments))), arrays)
 
 
 @kernel

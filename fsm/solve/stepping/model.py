@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import compiled_as, kernel
-from fsm.kernels.pointers import Example, Pointer, typed_by
+from fsm.kernels.pointers import Example, pointers, typed_by
 
 TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
 """Indices of the record of a step. First are time (s), turnover before the step, kinetic energy, and elastic energies of
@@ -63,8 +63,7 @@ class ArrayModel(NamedTuple):
             (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u),
         )  # fmt: skip
         example = Example(arrays)
-        pointers = (Pointer(kernel, example, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
-        return cls(Calls(*pointers), arrays)
+        return cls(pointers(kernels, Calls(*((example, *rest) for rest in arguments))), arrays)
 
 
 def force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:

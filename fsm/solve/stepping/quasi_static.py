@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import kernel, shared
-from fsm.kernels.pointers import Example, Pointer, typed_by
+from fsm.kernels.pointers import Example, pointers, typed_by
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.stepping.vectors import inner, scaled
 
@@ -171,8 +171,7 @@ class StaticModel(NamedTuple):
             (q,), (q, q, 0.0, True, q), (q,), (0.0,), (q, q), (0.0, q), (0.0, q, q, q), (0.0, q),
         )  # fmt: skip
         example = Example(arrays)
-        pointers = (Pointer(kernel, example, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
-        return cls(StaticCalls(*pointers), arrays)
+        return cls(pointers(kernels, StaticCalls(*((example, *rest) for rest in arguments))), arrays)
 
 
 def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
