@@ -7,9 +7,8 @@ counts from the end, as in Python.
 
 from __future__ import annotations
 
-from typing import Any
-
 import operator
+from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types

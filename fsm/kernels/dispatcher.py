@@ -28,11 +28,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
-from numba.core import event, itanium_mangler, sigutils, typing
+from numba.core import event, itanium_mangler, sigutils, typing, untyped_passes
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompileResult, Flags, compile_extra
+from numba.core.compiler import Compiler, CompilerBase, CompileResult, DefaultPassBuilder, Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import PassManager
 from numba.core.registry import CPUDispatcher
 from numba.core.runtime import rtsys
 from numba.core.target_extension import jit_registry, target_registry
@@ -62,17 +63,40 @@ _log = logging.getLogger(__name__)
 _making = threading.RLock()
 
 
+class _KernelPasses(CompilerBase):  # type: ignore[misc, unused-ignore]
+    """Passes of the compiler that kernels need; kernels have no closures, ``with`` blocks and loops over mixed tuples."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes as numba's own compiler groups them."""
+        untyped = PassManager("untyped")
+        for step in (
+            untyped_passes.TranslateByteCode, untyped_passes.FixupArgs, untyped_passes.IRProcessing,
+            untyped_passes.RewriteSemanticConstants, untyped_passes.DeadBranchPrune, untyped_passes.GenericRewrites,
+            untyped_passes.ReconstructSSA, untyped_passes.LiteralPropagationSubPipelinePass,
+        ):  # fmt: skip
+            untyped.add_pass(step, step.__name__)
+        untyped.finalize()
+        typed = DefaultPassBuilder.define_typed_pipeline(self.state)
+        lowering = DefaultPassBuilder.define_nopython_lowering_pipeline(self.state)
+        whole = PassManager("nopython")
+        whole.passes.extend([*untyped.passes, *typed.passes, *lowering.passes])
+        whole.finalize()
+        return [whole]
+
+
 class _Linkable(CPUDispatcher):  # type: ignore[misc, unused-ignore]
     """numba's dispatcher of a function, which other kernels link without machine code of its own.
 
     Parameters
     ----------
     function : Python function
+    passes : numba's class of a compiler
     options : options of numba
     """
 
-    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
-        super().__init__(function, targetoptions=options)
+    def __init__(self, function: Callable[..., Any], passes: type[CompilerBase] = Compiler, **options: Any) -> None:
+        super().__init__(function, targetoptions=options, pipeline_class=passes)
+        self._passes = passes
         self.targetctx.mangler = _short_name
         self._linked: dict[tuple[Any, ...], Any] = {}
 
@@ -109,7 +133,8 @@ class _Linkable(CPUDispatcher):  # type: ignore[misc, unused-ignore]
             flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
             library = _LinkedLibrary(self.targetctx.codegen(), self.py_func.__qualname__)
             result = compile_extra(
-                self.typingctx, self.targetctx, self.py_func, kinds, None, flags, self.locals, library=library
+                self.typingctx, self.targetctx, self.py_func, kinds, None, flags, self.locals, library=library,
+                pipeline_class=self._passes,
             )
             result = result._replace(entry_point=object())
             self.targetctx.insert_user_function(result.entry_point, result.fndesc, [library])
@@ -130,7 +155,7 @@ class KernelDispatcher(_Linkable):
 
     def __init__(self, function: Callable[..., Any], inline: bool, address: bool = False) -> None:
         options = {"nopython": True, "boundscheck": None} | OPTIONS | ({"forceinline": True} if inline else {})
-        super().__init__(function, **options, no_cpython_wrapper=address)
+        super().__init__(function, _KernelPasses, **options, no_cpython_wrapper=address)
         self._to_cache, self._address = is_covered(function), address
 
     def compile(self, sig: Any) -> Any:
