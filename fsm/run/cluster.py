@@ -46,7 +46,7 @@ class ClusterTeam:
             self.client = Client(self.cluster or on, timeout=_WAIT, set_as_default=False)
         except (OSError, ValueError, RuntimeError) as error:
             why = " ".join(str(error).split())
-            raise CaseError(f"no cluster there ({why}); start one, for example with `dask scheduler`", f"--on {on}") from None
+            raise CaseError(f"no cluster there ({why}); start one, as `dask scheduler` does", f"--on {on}") from None
         self.executor = self.client.get_executor(pure=False)
 
     def room(self, sent: int) -> int:
