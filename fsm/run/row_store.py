@@ -27,6 +27,9 @@ CREATE TABLE IF NOT EXISTS rows (number INTEGER PRIMARY KEY, name TEXT, hash TEX
 """
 
 
+_REMEDY = "check free space and write permission"
+
+
 class Entry(NamedTuple):
     """Row of a table: its number in the whole table, its name, and the hash of its case."""
 
@@ -145,7 +148,8 @@ class RowStore:
             yield
         except sqlite3.DatabaseError as error:
             if isinstance(error, sqlite3.OperationalError):
-                raise CannotWrite(f"{self.path}: {error}; check free space and write permission") from None
+                remedy = "close the other program that reads it" if "locked" in str(error) else _REMEDY
+                raise CannotWrite(f"{self.path}: {error}; {remedy}") from None
             raise CaseError(f"is no store of a table ({error}); delete it, or give another folder", str(self.path)) from None
 
 
