@@ -7,6 +7,7 @@ import itertools
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from fsm.case.models.case import root
@@ -59,23 +60,28 @@ def apply_overrides(
     Returns
     -------
     dict
-        Case with all valid overrides.
+        Case with all valid overrides; sections without an override are those of `data`.
     list of Fault
         Faults of overrides with an impossible path.
     """
-    result: dict[str, Any] = copy.deepcopy(dict(data))
+    result: dict[str, Any] = dict(data)
     faults: list[Fault] = []
     for path, text in pairs:
-        problem = check_path(path) or _put(result, _keys(path), text)
+        keys = keys_of(path)
+        section = str(keys[0])
+        if section in result and result[section] is data.get(section):
+            result[section] = copy.deepcopy(result[section])
+        problem = check_path(path) or _put(result, keys, text)
         if problem:
             faults.append(Fault(f"{label}{path}", problem))
     return result, faults
 
 
+@lru_cache(maxsize=1000)
 def check_path(path: str) -> str:
     """Message about an impossible path; empty if a case can have a value there."""
     place, walked = root({}), ""
-    for key in _keys(path):
+    for key in keys_of(path):
         following = place.step(key)
         if following is None:
             return _no_such_place(
@@ -85,7 +91,8 @@ def check_path(path: str) -> str:
     return ""
 
 
-def _keys(path: str) -> list[str | int]:
+def keys_of(path: str) -> list[str | int]:
+    """Keys and item numbers of a dotted path."""
     return [int(key) if key.isascii() and key.isdigit() else key for key in path.split(".")]
 
 
