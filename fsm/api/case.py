@@ -17,6 +17,7 @@ from fsm.errors import CaseError, ExpectationFailed, Fault
 
 if TYPE_CHECKING:
     from fsm.case.models.sheet import Sheet
+    from fsm.studies.sensitivity import Sensitivity
 
 _NAME = "case"
 """Name of a case without a file, in messages."""
@@ -238,6 +239,44 @@ class Case:
             except CaseError as error:
                 raise CaseError(error.faults, error.source or str(self.path)) from None
         return Result(folder, kept, allow_extensions=True)
+
+    def sensitivity(
+        self, of: str = "peak_force", by: Iterable[str] = (), *, study: str | Path | None = None, workers: int | None = 1
+    ) -> Sensitivity:
+        """Derivatives of a response with respect to numbers of the case, as ``fsm sensitivity``.
+
+        Parameters
+        ----------
+        of : str
+            Number of the summary, or ``"max of CHANNEL"``.
+        by : iterable of str
+            Dotted paths of numbers; absent: the parameters of the study.
+        study : str or Path, optional
+            Study file with the scatter of the numbers.
+        workers : int, optional
+            Number of processes for differences of runs; None: one for each core.
+
+        Raises
+        ------
+        CaseError
+            A path has no number, or the case has no such response.
+        FsmError
+            A run failed.
+
+        Examples
+        --------
+        >>> import fsm
+        >>> case = fsm.load("folding_cases/strip_trial/case.toml").set("strip.segments_per_panel", 2)
+        >>> found = case.set("drive.0.travel", "2 mm").sensitivity(by=["material.young", "crease.stiffness"])
+        >>> found["material.young"].exact
+        True
+        """
+        from fsm.io.threads import one_thread
+
+        with one_thread():
+            from fsm.studies.sensitivity import sensitivity
+
+            return sensitivity(self._tables, self.path, of, list(by), (), None if study is None else Path(study), workers)
 
     def write(self, path: str | Path) -> Path:
         """Write the complete case as a TOML file, which needs no other files; return its path."""

@@ -29,6 +29,8 @@ from fsm.text.shown_units import turns
 
 CURVE = 101
 """Number of points of the force curve that is kept of a run, equally spaced over the travel."""
+_REACTIONS = {"force": "N", "moment": "N m"}
+"""Largest reactions of a joint with their units; as responses they are "force at JOINT" and "moment at JOINT"."""
 MASS = "mass"
 """Response that is known without a run: mass of all bodies of the model, kg."""
 
@@ -282,13 +284,16 @@ def _call(problem: Problem, values: Mapping[str, float]) -> Run:
 
 
 def numbers_of(summary: Mapping[str, Any]) -> dict[str, tuple[Any, str]]:
-    """Numbers of a summary with their units, by the names of summary.csv and by their keys."""
+    """Numbers of a summary with their units, by the names of summary.csv and by their keys, reactions of joints, latches."""
     turning, found = turns(summary), {}
     for key, value in flat_numbers(summary).items():
         if isinstance(value, int | float) and not isinstance(value, bool):
             name, _, unit = heading(key, turning).partition(" (")
             found[key] = found[name] = (value, unit.rstrip(")"))
-    return found
+    for entry in summary.get("reactions", ()):
+        found |= {f"{key} at {entry['joint']}": (entry[key], unit) for key, unit in _REACTIONS.items() if key in entry}
+    impulses = [event["impulse"] for event in summary.get("joint_events", ()) if event.get("what") == "latch closes"]
+    return found | ({"latch_impulse": (max(impulses), "N m s")} if impulses else {})
 
 
 def _response(one: StudyResponse, known: Mapping[str, tuple[Any, str]], summary: Mapping[str, Any]) -> tuple[Any, str]:
