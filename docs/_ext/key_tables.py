@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 
 from fsm.case.models.case import root
-from fsm.case.models.study import files
+from fsm.case.models.study_files import FILES
 from fsm.case.schema.key_facts import facts_of, section_of
 from fsm.case.schema.schema import Place
 
@@ -31,7 +31,7 @@ def with_tables(text: str) -> str:
 
 def _section(path: str) -> Place:
     keys = path.split(".") if path else []
-    place: Place | None = Place(files()[keys.pop(0)], None, {}) if keys and keys[0] in files() else root({})
+    place: Place | None = Place(FILES[keys.pop(0)], None, {}) if keys and keys[0] in FILES else root({})
     for key in keys:
         place = section_of(place.step(key)) if place is not None else None
     if place is None:

@@ -82,3 +82,72 @@ def sensitivity(
     if target is not None:
         draw_sensitivity(found, target)
         click.echo(str(target))
+
+
+@click.command("solve-for")
+@click.argument("case", metavar="CASE.toml")
+@click.option("--reach", required=True, metavar="RESPONSE=VALUE", help='Wanted value of a response, as "peak_force=5 N".')
+@click.option("--by", required=True, metavar="PATH", help="Number of the case that is varied.")
+@click.option("--between", required=True, nargs=2, metavar="A B", help="Two values of the number around the solution.")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the history and the solved case.")
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(1e-9, 0.1),
+    default=1e-4,
+    show_default=True,
+    help="Relative difference from the value at which the search ends.",
+)
+@click.option("--runs", type=click.IntRange(min=3), default=40, show_default=True, help="Largest number of runs.")
+@set_option
+@_resume_option
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@debug_option
+def solve_for(
+    case: str,
+    reach: str,
+    by: str,
+    between: tuple[str, str],
+    out: str,
+    tolerance: float,
+    runs: int,
+    overrides: tuple[str, ...],
+    resume: bool,
+    quiet: bool,
+) -> None:
+    """Find the value of a number of a case for which a response has a given value."""
+    from fsm.case.loading.toml_file import read_toml
+
+    folder = out_folder(out)
+    with imports_outside_gc():
+        from fsm.studies.solve_for import solve_for as find
+
+    value, search = find(
+        read_toml(case), Path(case), reach, by, between, folder, overrides, tolerance, runs, resume, not quiet
+    )
+    if not quiet:
+        click.echo(f"{search.text({by: value})}; {len(search.points)} runs")
+        click.echo(f"case: {folder / 'solved.toml'}")
+
+
+@click.command()
+@click.argument("file", metavar="OPTIMISE.toml")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the history and the case with the best values.")
+@set_option
+@_resume_option
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@debug_option
+def optimise(file: str, out: str, overrides: tuple[str, ...], resume: bool, quiet: bool) -> None:
+    """Minimise or maximise a response of a case by its numbers, under bounds of other responses.
+
+    `fsm init optimise` writes a file, and `fsm help optimise` explains its keys.
+    """
+    folder = out_folder(out)
+    with imports_outside_gc():
+        from fsm.studies.optimise import optimise as find
+        from fsm.studies.optimise import optimum_lines
+
+    found = find(file, folder, overrides, resume, not quiet)
+    if not quiet:
+        for line in optimum_lines(found):
+            click.echo(line)
+        click.echo(f"case: {folder / 'solved.toml'}")

@@ -40,13 +40,13 @@ def _head(name: str, unit: str) -> str:
 
 
 def _write_table(result: StudyResult, path: Path) -> None:
-    """Write one row for each run: parameters, responses and the cause of a failure."""
+    """Write one row for each run: parameters with all digits, responses and the cause of a failure."""
     keys = [one.key for one in result.file.response]
     head = ["run", *(_head(one.path, one.unit) for one in result.scatters)]
     head += [*(_head(key, result.nominal.units[key]) for key in keys), "snaps", "error"]
     rows = [
         [
-            number, *values, *(["" if run is None else run.responses[key] for key in keys]),
+            number, *map(repr, values), *(["" if run is None else run.responses[key] for key in keys]),
             "" if run is None else run.snaps, error,
         ]
         for number, (values, run, error) in enumerate(

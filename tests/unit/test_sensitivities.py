@@ -37,12 +37,12 @@ def test_differences_where_there_are_no_exact_derivatives() -> None:
     """The force at the end of the travel of a sheet of creases alone is proportional to their stiffness."""
     case = fsm.load(CASES / "miura_push" / "case.toml").set({"sheet.columns": 2, "sheet.rows": 2, "drive.0.travel": 0.4})
     found = case.sensitivity("peak_force", ["crease.stiffness_per_length"])
-    assert found.elasticity(found.derivatives[0]) == pytest.approx(1.0, abs=1e-6)
+    assert found.elasticity(found.derivatives[0]) == pytest.approx(1.0, abs=1e-5)
     channel = case.sensitivity("max of energy.creases", ["crease.stiffness_per_length"])
     (one,) = channel.derivatives
     assert not one.exact
     assert channel.unit == "J"
-    assert channel.elasticity(one) == pytest.approx(1.0, abs=1e-5)  # joints of facets are stiff, not rigid
+    assert channel.elasticity(one) == pytest.approx(1.0, abs=1e-4)  # joints of facets are stiff, not rigid
     assert one.error <= 1e-6 * abs(one.slope)
     assert any("differences of runs in place of exact derivatives" in text for text in channel.warnings)
 

@@ -212,8 +212,3 @@ class StudyFile(Model):
         if self.function is not None and any(one.channel for one in self.response):
             raise ValueError("a function has no channels; give its responses by name")
         return self
-
-
-def files() -> dict[str, type[Model]]:
-    """Models of the files of commands that vary a case, by the names of their pages of help."""
-    return {"study": StudyFile}
