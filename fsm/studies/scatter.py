@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy import stats
+from scipy.optimize import brentq
 
 from fsm.case.models.study import StudyCorrelation, StudyParameter
 from fsm.case.schema.units import did_you_mean
@@ -19,6 +20,8 @@ from fsm.studies.problem import Problem, si_value
 
 _SMALLEST_PIVOT = 1e-10
 """Smallest eigenvalue of a correlation matrix."""
+_SYMMETRIC = 1e-6
+"""Relative difference of both parts of an interval that is symmetric in the logarithm."""
 
 
 @dataclass(frozen=True)
@@ -181,10 +184,26 @@ def _posterior(one: StudyParameter, where: str, folder: Path) -> tuple[float, fl
         if not names and not near:
             what += f"; it has {', '.join(known) or 'none'}"
         raise CaseError(Fault(f"{where}.posterior", f"{file} {what}"))
-    entry = known[names[0]]
-    value = float(entry["value"])
-    fitted = data.get("kind") == "force"
-    return value, float(entry["standard_error"]), float(data.get("freedom") or 0) if fitted else 0.0, value > 0.0 and fitted
+    return _law(known[names[0]], float(data.get("options", {}).get("level", 0.95)))
+
+
+def _law(entry: Mapping[str, Any], level: float) -> tuple[float, float, float, bool]:
+    """Value, standard error, degrees of freedom and sign, so that quantiles at the level are the interval of a quantity.
+
+    An interval that is wider than that of a normal number is of Student's t distribution. One that is symmetric in the
+    logarithm is of a positive number.
+    """
+    value, error = float(entry["value"]), float(entry["standard_error"])
+    low, high = entry.get("low"), entry.get("high")
+    if low is None or high is None:
+        return value, error, 0.0, False
+    positive = low > 0.0 and abs(math.log(high / value) + math.log(low / value)) < _SYMMETRIC * math.log(high / low)
+    half = value * math.log(high / value) if positive else 0.5 * (high - low)
+    tail = 0.5 + 0.5 * level
+    if half / error <= stats.norm.ppf(tail) * (1.0 + 1e-6):
+        return value, error, 0.0, positive
+    freedom = brentq(lambda nu: stats.t.ppf(tail, nu) - half / error, 0.5, 1e7)
+    return value, error, float(freedom), positive
 
 
 def correlation_matrix(parameters: Sequence[StudyParameter], pairs: Sequence[StudyCorrelation], folder: Path) -> np.ndarray:

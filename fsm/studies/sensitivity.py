@@ -113,7 +113,7 @@ def sensitivity(
     of : number of the summary; `max of CHANNEL` or `min of CHANNEL` for the extreme of a channel
     by : paths of numbers; default: the parameters of the study
     changes : ``"path=value"`` texts
-    study : study file with the scatter of the numbers
+    study : study file with the scatter of the numbers; its changes of the case come before the others
     workers : number of processes for differences
 
     Raises
@@ -124,6 +124,8 @@ def sensitivity(
         The run of the case itself, or one of its differences, failed.
     """
     file_of_study = read_file(study, StudyFile) if study is not None else None
+    if file_of_study is not None:
+        changes = [*file_of_study.set, *changes]
     paths = list(dict.fromkeys(by or [one.path for one in file_of_study.parameter] if file_of_study else by))
     if not paths:
         raise CaseError("name the numbers to differentiate by, for example --by strip.thickness,crease.stiffness", str(file))

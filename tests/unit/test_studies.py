@@ -152,10 +152,12 @@ def prepared(folder: Path, parameters: str, more: str = "") -> tuple:
 
 
 def test_scatter_has_the_distribution_of_the_file(tmp_path: Path) -> None:
+    half, student = math.exp(0.1 * stats.norm.ppf(0.975)), 0.5 * stats.t.ppf(0.975, 7)
     posterior = {
         "kind": "force",
         "quantities": [
-            {"name": "k", "value": 2.0, "standard_error": 0.2}, {"name": "m", "value": 5.0, "standard_error": 0.5},
+            {"name": "k", "value": 2.0, "standard_error": 0.2, "low": 2.0 / half, "high": 2.0 * half},
+            {"name": "m", "value": 5.0, "standard_error": 0.5, "low": 5.0 - student, "high": 5.0 + student},
         ],
         "correlation": [[1.0, -0.6], [-0.6, 1.0]],
     }  # fmt: skip
@@ -176,6 +178,7 @@ def test_scatter_has_the_distribution_of_the_file(tmp_path: Path) -> None:
     assert triangle.mean() == pytest.approx(5.0 / 3.0, rel=0.01)
     assert np.unique(values, return_counts=True)[1] == pytest.approx([4000 / 3] * 3, rel=0.01)
     assert np.log(k).std() == pytest.approx(0.1, rel=0.02)
+    assert (m.mean(), m.var()) == pytest.approx((5.0, 0.25 * 7.0 / 5.0), rel=0.05)  # Student's t with 7 degrees of freedom
     assert stats.spearmanr(normal, lognormal)[0] == pytest.approx(6.0 / np.pi * np.arcsin(0.25), abs=0.03)
     assert stats.spearmanr(k, m)[0] == pytest.approx(6.0 / np.pi * np.arcsin(-0.3), abs=0.03)
     assert sorted(map(sorted, design.groups)) == [[0, 1], [2], [3], [4, 5]]
