@@ -21,7 +21,7 @@ from fsm.calibrate.response import Response, force_response, peak_of
 from fsm.calibrate.uncertainty import Estimate
 from fsm.case.models.case import Case
 from fsm.errors import CaseError, FsmError
-from fsm.run.pool import run_jobs
+from fsm.run.workers import run_jobs
 from fsm.text.short_repr import ShortRepr
 
 

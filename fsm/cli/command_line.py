@@ -33,7 +33,7 @@ from fsm.io.interrupts import ignore_repeated_interrupts
 from fsm.io.threads import one_thread
 
 if TYPE_CHECKING:
-    from fsm.run.table import Figures
+    from fsm.run.table import Figures, Keep
 
 EXIT_CODES = """
 Exit codes: 0 done; 1 internal error; 2 wrong usage or case file; 3 not converged; 4 a number outside [expect];
@@ -183,49 +183,71 @@ def run(
 
 
 @cli.command()
-@click.argument("table", metavar="TABLE.csv")
-@click.option("--out", required=True, metavar="DIR", help="Folder for the results; it holds one folder for each row.")
+@click.argument("tables", metavar="TABLE.csv", nargs=-1, required=True)
+@click.option("--out", required=True, metavar="DIR", help="Folder for the results; with --keep all one folder for each row.")
 @set_option
 @drawing_options
 @click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes; default: one for each core.")
+@click.option("--on", metavar="WHERE", help="Cluster: tcp://HOST:PORT of a Dask scheduler, or slurm; default: this machine.")
+@click.option("--part", metavar="K/N", help="Run the Kth of N parts of the table; --merge joins them.")
+@click.option("--merge", is_flag=True, help="Join the results of parts: fsm table --merge DIR... --out DIR.")
+@click.option(
+    "--keep",
+    type=click.Choice(["all", "none"]),
+    help="Rows that keep a folder with all files; default: all, and none on a cluster or above 500 rows.",
+)
 @click.option(
     "--figures",
     type=click.Choice(["none", "first", "all"]),
     default="none",
     show_default=True,
-    help="Rows whose figures are drawn; the overlay of all rows is always drawn. `fsm plot` draws figures of a row later.",
+    help="Rows whose figures are drawn, and the peak over each parameter. `fsm plot` draws figures of a row later.",
 )
 @method_option
 @resume_option
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @debug_option
 def table(
-    table: str,
+    tables: tuple[str, ...],
     out: str,
     overrides: tuple[str, ...],
     workers: int | None,
+    on: str | None,
+    part: str | None,
+    merge: bool,
+    keep: Keep | None,
     figures: Figures,
     method: str | None,
     resume: bool,
     quiet: bool,
 ) -> None:
-    """Solve every row of a table of cases, on all cores.
+    """Solve every row of a table of cases, on all cores or on a cluster.
 
     The columns of the table are dotted paths into a base case, case.toml beside it.
     """
-    from fsm.run.table import failures, run_table
+    from fsm.run.table import failures, merge_tables, part_of, run_table
     from fsm.run.table_text import format_comparison, format_table
 
     folder = out_folder(out)
-    rows = run_table(table, folder, overrides, workers, resume, method, not quiet, figures)
+    if merge:
+        rows, missing = merge_tables([Path(name) for name in tables], folder)
+    elif len(tables) > 1:
+        raise click.UsageError(f"give one table; {len(tables)} are given")
+    else:
+        shown = not quiet
+        parts, missing = part_of(part), 0
+        rows = run_table(tables[0], folder, overrides, workers, resume, method, shown, figures, keep, on, parts)
     if not quiet:
         click.echo(format_table(rows))
-        _say(format_comparison(table, rows).splitlines())
+        if not merge:
+            _say(format_comparison(tables[0], rows).splitlines())
         click.echo(f"results: {folder}")
     failed = [row for row in rows if row.get("error")]
     if failed:
         lines = [f"{row['case']}: {line}" for row in failed for line in row["error"].splitlines()]
         _end([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(rows))
+    if missing:
+        _end([f"{missing} rows of the table are in no part; run them, and merge again"], 3)
 
 
 @cli.command()

@@ -12,6 +12,9 @@ from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib
 workers_option = click.option(
     "--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes; default: one for each core."
 )
+_on_option = click.option(
+    "--on", metavar="WHERE", help="Cluster: tcp://HOST:PORT of a Dask scheduler, or slurm; default: this machine."
+)
 _resume_option = click.option("--resume", is_flag=True, help="Keep the finished runs of an interrupted study or search.")
 
 
@@ -21,10 +24,13 @@ _resume_option = click.option("--resume", is_flag=True, help="Keep the finished 
 @set_option
 @drawing_options
 @workers_option
+@_on_option
 @_resume_option
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @debug_option
-def study(study: str, out: str, overrides: tuple[str, ...], workers: int | None, resume: bool, quiet: bool) -> None:
+def study(
+    study: str, out: str, overrides: tuple[str, ...], workers: int | None, on: str | None, resume: bool, quiet: bool
+) -> None:
     """Vary parameters of a case within their ranges or scatter, and show which of them matters.
 
     STUDY.toml names the case, the parameters, the design of the runs and the responses; `fsm init study` writes one, and
@@ -35,7 +41,7 @@ def study(study: str, out: str, overrides: tuple[str, ...], workers: int | None,
         from fsm.studies.result import check_failed, result_lines
         from fsm.studies.study import run_study
 
-    result = run_study(study, folder, overrides, workers, resume, not quiet)
+    result = run_study(study, folder, overrides, workers, resume, not quiet, on=on)
     if not quiet:
         for line in [*result_lines(result), f"page: {folder / 'report.html'}"]:
             click.echo(line)

@@ -73,6 +73,11 @@ def plain_matplotlib() -> Iterator[None]:
         setattr(artist, name, signature)
 
 
+def collect_rarely() -> None:
+    """Collect garbage rarely from now on, as `rare_gc`."""
+    gc.set_threshold(*_THRESHOLDS)
+
+
 @contextmanager
 def rare_gc() -> Iterator[None]:
     """Collect garbage rarely within the block, and not at the end of the process.
@@ -80,7 +85,7 @@ def rare_gc() -> Iterator[None]:
     Figures and compilations create many objects without cycles. The operating system frees the memory at the end.
     """
     before = gc.get_threshold()
-    gc.set_threshold(*_THRESHOLDS)
+    collect_rarely()
     try:
         yield
     finally:

@@ -9,15 +9,14 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import h5py
 import numpy as np
 
-from fsm.errors import CannotWrite, CaseError, FsmError, NotConverged
+from fsm.errors import CannotWrite, CaseError
 from fsm.io.atomic_write import atomic_write
-from fsm.io.hdf5_checked import close_discarding, fixed_text, is_finite, written_from_memory
+from fsm.io.hdf5_checked import close_discarding, fixed_text, written_from_memory
 from fsm.results.array_datasets import write_array
 from fsm.results.attributes import write_attributes
 from fsm.results.channel import Dim
@@ -31,8 +30,8 @@ from fsm.results.datasets import (
     write_film,
     write_parts,
 )
-from fsm.results.film import Floats, ProbeSamples
-from fsm.results.solution import INTEGERS, PAIRS, Layout, Record, Solution, stack
+from fsm.results.records import Records
+from fsm.results.solution import INTEGERS, Layout, Record, Solution
 from fsm.results.step_data import write_load_path, write_step_modes
 from fsm.results.store import (
     FORMAT,
@@ -50,7 +49,7 @@ BUFFER_BYTES = 4_000_000
 CHUNK_BYTES = 65_536
 
 
-class ResultWriter:
+class ResultWriter(Records):
     """Writer of a results file, record by record; a context manager.
 
     All records stay in memory, and `solution` gives them. The part file is for the case that the run stops: it contains the
@@ -83,19 +82,14 @@ class ResultWriter:
         flush_every: float = 5.0,
         samples_at: int = 0,
     ) -> None:
+        super().__init__(layout)
         self.path = Path(path)
         self.part = part_path(path)
-        self.layout = layout
-        self._records: list[Record] = []
-        self._rows: list[dict[str, Any]] = []
-        self._samples: list[tuple[float, Floats]] = []
-        self._sample_rows: list[ProbeSamples] = []
         self._record_bytes = 1
         self._file: Any = None
         self._open_datasets: list[Any] = []  # this file is kept open for `close_discarding`
         self._written, self._samples_written = 0, 0
         self._failure: Exception | None = None
-        self._lock = threading.Lock()
         self._stop = threading.Event()
         self._flush_every = flush_every
         self._flushed_at = time.monotonic()
@@ -108,23 +102,6 @@ class ResultWriter:
         self._thread = threading.Thread(target=self._flush_periodically, name="fsm results", daemon=True)
         self._thread.start()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            self.close()
-        except FsmError:
-            if error is None:
-                raise
-
-    @property
-    def n_records(self) -> int:
-        """Number of records so far, including those of a resumed run."""
-        return sum(len(rows["time"]) for rows in self._rows) + len(self._records)
-
     def append(self, record: Record) -> None:
         """Add one record, which the caller must not change after this."""
         with self._lock, self._write_errors():
@@ -135,34 +112,6 @@ class ResultWriter:
             due = time.monotonic() - self._flushed_at >= self._flush_every
             if due or len(self._records) * self._record_bytes > BUFFER_BYTES:
                 self._flush()
-
-    def sample(self, at: float, displacement: Floats) -> None:
-        """Add one sample of the probes, (n_probes, 3), m; it is written with the records."""
-        with self._lock:
-            self._samples.append((at, displacement))
-
-    def solution(self) -> Solution:
-        """Result with all records and samples so far.
-
-        Raises
-        ------
-        ValueError
-            There is no record.
-        NotConverged
-            A record contains a number that is not finite.
-        """
-        with self._lock:
-            self._stack()
-            if not self._rows:
-                raise ValueError("a result needs at least one record")
-            self._rows = [{name: np.concatenate([rows[name] for rows in self._rows]) for name in self._rows[0]}]
-            found = Solution.from_rows(self._rows[0], self.layout)
-            if self._sample_rows:
-                found.samples = _joined(self._sample_rows)
-        for name in ("time", *(name for name in VARIABLES if name not in PAIRS)):
-            if not is_finite(self._rows[0][name]):
-                raise NotConverged(f"a record contains values of {name} that are not finite; reduce solve.max_step")
-        return found
 
     def flush(self) -> None:
         """Write all records to disk now."""
@@ -217,16 +166,6 @@ class ResultWriter:
         self._rows = [{name: values[:n_records] for name, values in old.rows.items()}]
         if n_samples:
             self._sample_rows = [old.samples.first(n_samples)]
-
-    def _stack(self) -> None:
-        """Turn the records and samples since the last call into arrays."""
-        if self._records:
-            self._rows.append(stack(self._records, self.layout))
-            self._records = []
-        if self._samples:
-            times, moved = zip(*self._samples, strict=True)
-            self._sample_rows.append(ProbeSamples(np.array(times), np.array(moved)))
-            self._samples = []
 
     def _flush(self) -> None:
         """Append the rows that the part file does not contain. The first call creates the part file."""
@@ -376,7 +315,3 @@ def _append_rows(file: Any, variables: dict[str, Variable], rows: dict[str, Any]
     file["time"].resize(stop, axis=0)
     file["time"][start:stop] = rows["time"]
     file.flush()
-
-
-def _joined(parts: list[ProbeSamples]) -> ProbeSamples:
-    return ProbeSamples(np.concatenate([one.time for one in parts]), np.concatenate([one.displacement for one in parts]))

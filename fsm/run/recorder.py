@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
-import tempfile
 import time
 from collections import deque
 from collections.abc import Callable
@@ -38,6 +36,7 @@ from fsm.results.attributes import stored_attributes
 from fsm.results.channel import extremes_of
 from fsm.results.checkpoint_file import read_checkpoint
 from fsm.results.curve import ForceCurve
+from fsm.results.records import Records
 from fsm.results.reported import largest_reactions, report_of
 from fsm.results.solution import Record, Solution
 from fsm.results.step_data import LoadPath, StepModes
@@ -47,7 +46,7 @@ from fsm.run.checkpoint import RestartPoint, check_point, read_point, write_poin
 from fsm.run.due_times import SAME, due, merged
 from fsm.run.progress import Progress, report_restart
 from fsm.run.round_off import position_round_off_energy, round_off_of
-from fsm.run.summary import state_errors, summary_of
+from fsm.run.summary import counters_of, state_errors, summary_of
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
@@ -70,15 +69,17 @@ class RecordedSolve:
     ----------
     loaded : LoadedCase
     analysis : analysis of the compiled case
-    out : folder of the results
+    out : folder of the results; None: nothing is written
     resume : bool
         Restart from a checkpoint in `out` if there is one of the same case.
     warnings : list of str
         Warnings before the solve.
     """
 
-    def __init__(self, loaded: LoadedCase, analysis: Analysis, out: Path, resume: bool, warnings: list[str]) -> None:
-        self.loaded, self.analysis, self.out = loaded, analysis, out
+    def __init__(
+        self, loaded: LoadedCase, analysis: Analysis, out: Path | None, resume: bool, warnings: list[str]
+    ) -> None:
+        self.loaded, self.analysis = loaded, analysis
         self.system = analysis.system
         self.warnings = list(warnings)
         self.channels: ChannelSampler | None = None
@@ -91,15 +92,16 @@ class RecordedSolve:
             from fsm.channels import conditions, sample
 
             self.watch = conditions.EventWatch(sample.model_of_analysis(analysis), str(loaded.path))
-        self.target = out / "result.h5"
-        self.checkpoint = out / "checkpoint.h5"
+        self.target = None if out is None else out / "result.h5"
+        self.checkpoint = None if out is None else out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
         self.points: list[CurvePoint] = []
         self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
         self.steps = analysis.steps()
-        (out / "summary.json").unlink(missing_ok=True)  # this file marks a complete run
-        if self.resumed is None:
+        if out is not None:
+            (out / "summary.json").unlink(missing_ok=True)  # this file marks a complete run
+        if self.resumed is None and self.checkpoint is not None:
             self.checkpoint.unlink(missing_ok=True)  # the file belongs to an earlier run, whose records are replaced
         resumed = self.resumed
         self.records, self.samples = (0, 0) if resumed is None else resumed.written
@@ -123,7 +125,7 @@ class RecordedSolve:
         begun, compiled : s
             Clock and compile time at the start of the run.
         """
-        if self.of_another_case:
+        if self.of_another_case and self.checkpoint is not None:
             report_restart(progress, self.checkpoint)
         methods = [f"{step.method}: {step.reason}" for step in self.steps if step.settings is not None]
         layout = replace(
@@ -135,7 +137,11 @@ class RecordedSolve:
         )
         bar = Progress(progress, self.steps[-1].end, self.loaded.case.title or str(self.loaded.path), jit)
         resume_at = self.records if self.resumed else None
-        with ResultWriter(self.target, layout, resume_at, samples_at=self.samples) as writer, bar:
+        target = self.target
+        with (
+            Records(layout) if target is None else ResultWriter(target, layout, resume_at, samples_at=self.samples) as writer,
+            bar,
+        ):
             try:
                 for number in range(self.number, len(self.steps)):
                     self.number = number
@@ -183,10 +189,11 @@ class RecordedSolve:
             summary |= {"compile_time_s": jit.compile_time() - compiled, "wall_time_s": time.perf_counter() - begun}
             driven = bool(self.points) and len(self.points[0].drive.travel) > 0
             solution.curve = ForceCurve.from_points(self.points).decimate().without_pairs() if driven else None
-            solution.stats, solution.summary = stored_attributes(_counters(statistics)), stored_attributes(summary)
+            solution.stats, solution.summary = stored_attributes(counters_of(statistics)), stored_attributes(summary)
             solution.modes = StepModes.joined(self.modes)
             writer.finish(solution)
-        self.checkpoint.unlink(missing_ok=True)
+        if self.checkpoint is not None:
+            self.checkpoint.unlink(missing_ok=True)
         return solution
 
     def _errors(
@@ -213,17 +220,16 @@ class RecordedSolve:
         analysis, warnings = analysis_of(case, str(loaded.path)), list[str]()
         analysis.coarsen(stated.coarsen, stated.records)
         analysis.initialise(warnings)
-        with tempfile.TemporaryDirectory(prefix="fsm-") as folder:
-            run = RecordedSolve(loaded, analysis, Path(folder), False, warnings)
-            run.channels = None
-            return run.run(lambda fraction: bar.step(fraction, 0), time.perf_counter(), jit.compile_time())
+        run = RecordedSolve(loaded, analysis, None, False, warnings)
+        run.channels = None
+        return run.run(lambda fraction: bar.step(fraction, 0), time.perf_counter(), jit.compile_time())
 
     def _named(self, text: str) -> str:
         """Message with the name of the step, if the case has steps."""
         step = self.steps[self.number]
         return f"step {step.name!r} ({step.kind}): {text}" if self.loaded.case.step else text
 
-    def _run_step(self, step: RunStep, writer: ResultWriter, bar: Progress) -> None:
+    def _run_step(self, step: RunStep, writer: Records, bar: Progress) -> None:
         """Run one step from the state at the end of the previous step."""
         after = self.resumed.end if self.resumed is not None and self.number == self.resumed.step else None
         self.current = system = self.analysis.enter(self.number, self.states)
@@ -297,7 +303,7 @@ class RecordedSolve:
         return self.steps[self.number]
 
     def _displace_loads(
-        self, system: SegmentSystem, whole: SegmentSystem, end: AcceptedStep, result: StepResult, writer: ResultWriter
+        self, system: SegmentSystem, whole: SegmentSystem, end: AcceptedStep, result: StepResult, writer: Records
     ) -> None:
         """Compute displacements of loads at the end of a step, at its events, and along a static step."""
         if not system.load_displacements((end.time, end.q), (end.time, end.q)):
@@ -313,7 +319,7 @@ class RecordedSolve:
     def _solve(
         self,
         step: RunStep,
-        writer: ResultWriter,
+        writer: Records,
         bar: Progress,
         energy_balance: EnergyBalance,
         after: AcceptedStep | None,
@@ -370,7 +376,7 @@ class RecordedSolve:
         meeting = lattice_overlap(solution, scene) if isinstance(scene, Scene) else ""
         return round_off_of(self.system, solution).refusal(), meeting
 
-    def _save(self, writer: ResultWriter, saved: SavedState) -> None:
+    def _save(self, writer: Records, saved: SavedState) -> None:
         """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
         if due(self.records_due, saved.time) or saved.final:
             self._record(writer, saved)
@@ -395,7 +401,7 @@ class RecordedSolve:
         energy = replace(saved.observation.energy, kinetic=0.0)
         return replace(saved, observation=replace(saved.observation, energy=energy))
 
-    def _record(self, writer: ResultWriter, saved: SavedState) -> None:
+    def _record(self, writer: Records, saved: SavedState) -> None:
         saved = self._without_false_motion(saved)
         observed = saved.observation
         stored = observed.energy.potential
@@ -431,19 +437,21 @@ class RecordedSolve:
         )
         self.records += 1
 
-    def _step(self, writer: ResultWriter, bar: Progress, energy_balance: EnergyBalance, end: AcceptedStep) -> None:
+    def _step(self, writer: Records, bar: Progress, energy_balance: EnergyBalance, end: AcceptedStep) -> None:
         self.latest = end
         if end.state is not None:
             self.last = RestartPoint(
                 end, replace(energy_balance), len(self.points), (self.records, self.samples), self.number, self.states,
                 tuple(self.done), tuple(self.modes),
             )  # fmt: skip
-            if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
+            if self.checkpoint is not None and time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
                 writer.flush()
                 self._write_checkpoint(self.last)
         bar.step(end.time, end.steps)
 
     def _write_checkpoint(self, point: RestartPoint) -> None:
+        if self.checkpoint is None:
+            return
         own = {"case": self.loaded.text, "made_by": json.dumps(made_by()), "warnings": self.warnings}
         write_point(self.checkpoint, point, self.points, own)
         self.last_checkpoint = time.perf_counter()
@@ -453,6 +461,8 @@ class RecordedSolve:
 
         A checkpoint of another version is not used: its internal state may have another meaning.
         """
+        if self.target is None or self.checkpoint is None:
+            return None
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
         arrays, attributes = read_checkpoint(self.checkpoint)
@@ -488,12 +498,3 @@ def _further(bar: Progress, name: str, end: float) -> Callable[[AcceptedStep], N
     """Function that shows the progress of a further solve after each of its steps."""
     bar.further(name, end)
     return lambda step: bar.step(step.time, step.steps)
-
-
-def _counters(statistics: Statistics) -> dict[str, Any]:
-    """Counters of a solve for the results file."""
-    found = counted(statistics)
-    smallest = found.pop("smallest_step")
-    renamed = {"rejected_steps": found.pop("rejected"), "solve_time_s": found.pop("wall_time")}
-    renamed["smallest_step_s"] = smallest if math.isfinite(smallest) else 0.0
-    return {"method": statistics.method, "outcome": statistics.outcome.name.lower()} | found | renamed

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
@@ -32,6 +32,24 @@ from fsm.run.progress import report_compilation, report_restart
 from fsm.run.recorder import RecordedSolve
 from fsm.run.summary import joined, missed_expectations
 from fsm.views.plots.figures import draw, remove_figures
+
+
+class Finished(NamedTuple):
+    """Run that has ended.
+
+    Attributes
+    ----------
+    summary : dict
+        Content of summary.json.
+    solution : Solution
+        Result; of a case with stages, that of the first one.
+    missed : list of str
+        Numbers that missed their bounds.
+    """
+
+    summary: dict[str, Any]
+    solution: Solution
+    missed: list[str]
 
 
 def run_case(
@@ -82,29 +100,28 @@ def run_case(
         The run was interrupted; a checkpoint was written.
     """
     with locked_folder(out, wait=ENDING if resume else 0.0):
-        return run_in_locked_folder(loaded, Path(out), progress=progress, resume=resume, figures=figures)
+        done = run_in_locked_folder(loaded, Path(out), progress=progress, resume=resume, figures=figures)
+    if done.missed:
+        raise ExpectationFailed("\n".join(done.missed))
+    return done.summary
 
 
 def run_in_locked_folder(
     loaded: LoadedCase,
-    out: Path,
+    out: Path | None,
     *,
     progress: bool | Callable[[float], None] = True,
     resume: bool = False,
     figures: bool = True,
-    compiled: tuple[Analysis, list[str]] | None = None,
-) -> dict[str, Any]:
-    """Run a case as `run_case` does, for a caller that already holds the lock on `out`.
-
-    `compiled` is the compiled case with the warnings of its compilation, if the caller has them.
-    """
+) -> Finished:
+    """Run a case as `run_case` does, for a caller that already holds the lock on `out`, or without files (None)."""
     # another process may have read the case
     _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)
     if faults:
         raise CaseError(faults, str(loaded.path))
     begun, warnings = _clocks(), _file_notes(loaded.case)
     with report_compilation(progress, _title(loaded), jit):
-        analysis, found = compiled or compile_case(loaded)
+        analysis, found = compile_case(loaded)
     warnings += found
     if records_channels(loaded.case, getattr(analysis, "scene", None)):
         from fsm.channels.sample import check_patterns  # this import loads all kinds of elements
@@ -115,13 +132,11 @@ def run_in_locked_folder(
 
         conditions.EventWatch(sample.model_of_analysis(analysis), str(loaded.path))  # faults before any file is written
     if loaded.case.stages:
-        summary = _run_stages(loaded, analysis, out, progress, resume, figures, warnings, begun)
+        summary, solution = _run_stages(loaded, analysis, out, progress, resume, figures, warnings, begun)
     else:
-        summary = _run_analysis(loaded, analysis, out, progress, resume, figures, warnings, begun).summary
-    failed = missed_expectations(loaded.case, summary)
-    if failed:
-        raise ExpectationFailed("\n".join(failed))
-    return summary
+        solution = _run_analysis(loaded, analysis, out, progress, resume, figures, warnings, begun)
+        summary = solution.summary
+    return Finished(summary, solution, missed_expectations(loaded.case, summary))
 
 
 def compile_case(loaded: LoadedCase) -> tuple[Analysis, list[str]]:
@@ -133,23 +148,24 @@ def compile_case(loaded: LoadedCase) -> tuple[Analysis, list[str]]:
 def _run_analysis(
     loaded: LoadedCase,
     analysis: Analysis,
-    out: Path,
+    out: Path | None,
     progress: bool | Callable[[float], None],
     resume: bool,
     figures: bool,
     warnings: list[str],
     begun: tuple[float, float],
 ) -> Solution:
-    """Solve one analysis and write its files; with `resume`, read an existing solution instead."""
-    solution = _solved(loaded, out, progress) if resume else None
-    if solution is not None:
+    """Solve one analysis and write its files, if there is a folder; with `resume`, read an existing solution instead."""
+    solution = _solved(loaded, out, progress) if resume and out is not None else None
+    if solution is not None and out is not None:
         remove_partial_files(out)
         _write(solution, out, figures)
         return solution
     with report_compilation(progress, _title(loaded), jit):
         analysis.initialise(warnings)
-    out.mkdir(parents=True, exist_ok=True)
-    remove_partial_files(out)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        remove_partial_files(out)
     solve = RecordedSolve(loaded, analysis, out, resume, warnings)
     try:
         solution = solve.run(progress, *begun)
@@ -157,34 +173,40 @@ def _run_analysis(
         if not solve.warnings:
             raise
         raise type(error)(" ".join([f"{error}.", *(f"Warning: {text}." for text in solve.warnings)])) from error
-    _write(solution, out, figures)
+    if out is not None:
+        _write(solution, out, figures)
     return solution
 
 
 def _run_stages(
     loaded: LoadedCase,
     deployment: Analysis,
-    out: Path,
+    out: Path | None,
     progress: bool | Callable[[float], None],
     resume: bool,
     figures: bool,
     warnings: list[str],
     begun: tuple[float, float],
-) -> dict[str, Any]:
-    """Run the deployment and then the vibration of the deployed strip, each in its own folder; return both summaries."""
+) -> tuple[dict[str, Any], Solution]:
+    """Run the deployment and then the vibration of the deployed strip, each in its own folder.
+
+    Return both summaries in one, and the result of the deployment.
+    """
     from fsm.analyses.deployed import film_of_deployment
     from fsm.analyses.vibrate import VibrationAnalysis
 
     case, source = loaded.case, str(loaded.path)
-    (out / SUMMARY).unlink(missing_ok=True)
-    first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, figures, warnings, begun)
+    if out is not None:
+        (out / SUMMARY).unlink(missing_ok=True)
+    first = _run_analysis(loaded, deployment, None if out is None else out / "deploy", progress, resume, figures, warnings, begun)
     begun = _clocks()
     assert isinstance(deployment, Deployment)
     vibration = VibrationAnalysis(case, source, film_of_deployment(case, first, deployment.system))
-    second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, figures, [], begun)
+    second = _run_analysis(loaded, vibration, None if out is None else out / "vibrate", progress, resume, figures, [], begun)
     summary = joined(first.summary, second.summary)
-    write_summary(summary, out / SUMMARY)
-    return summary
+    if out is not None:
+        write_summary(summary, out / SUMMARY)
+    return summary, first
 
 
 def _file_notes(case: Case) -> list[str]:

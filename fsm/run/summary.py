@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from fsm.analyses.analysis import MODAL, Analysis
 from fsm.analyses.comparison import Statement
+from fsm.analyses.step_results import counted
 from fsm.case.models.case import Case
 from fsm.model.plan.in_python import cost_in_python
 from fsm.results.quantities import in_motion
@@ -237,3 +239,12 @@ def missed_expectations(case: Case, summary: dict[str, Any]) -> list[str]:
         elif not abs(value - expect.value) <= bound:
             lines.append(f"expect.{name}: {value:.6g}, expected {expect.value:g} +- {bound:.3g}")
     return lines
+
+
+def counters_of(statistics: Statistics) -> dict[str, Any]:
+    """Counters of a solve for the results file."""
+    found = counted(statistics)
+    smallest = found.pop("smallest_step")
+    renamed = {"rejected_steps": found.pop("rejected"), "solve_time_s": found.pop("wall_time")}
+    renamed["smallest_step_s"] = smallest if math.isfinite(smallest) else 0.0
+    return {"method": statistics.method, "outcome": statistics.outcome.name.lower()} | found | renamed

@@ -1,58 +1,40 @@
-"""Run of a table of cases on all cores, with a summary of their results."""
+"""Run of a table of cases on all cores or on a cluster, with a summary of their results."""
 
 from __future__ import annotations
 
 import itertools
-import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from fsm.case.loading.load_case import LoadedCase
-from fsm.case.loading.table import OVERLAY, STUDY, TableCase, load_reference, load_table
-from fsm.errors import CannotWrite, CaseError, Fault, OutOfMemory
+from fsm.case.loading.table import OVERLAY, PEAKS, STUDY, Table, TableCase, load_reference, read_table
+from fsm.errors import CaseError, Fault, OutOfMemory
 from fsm.io.atomic_write import atomic_write, remove_partial_files
 from fsm.io.folder_lock import ENDING, locked_folder
-from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib
 from fsm.results.summary_file import SUMMARY, read_summary
-from fsm.run.pool import JobOutcome, run_jobs
+from fsm.run.row_store import Entry, RowStore, hash_of
+from fsm.run.rows import FAILURE, RESOLVED, Job, Row, ready, run_rows
 from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
 from fsm.run.table_text import progress_line
 from fsm.views.plots.beside import can_copy
-from fsm.views.plots.drawing import FORMATS, drawing, file_format, in_two_processes, selected
-
-if TYPE_CHECKING:
-    from fsm.analyses.analysis import Analysis
+from fsm.views.plots.drawing import FORMATS, file_format, in_two_processes
 
 Figures = Literal["none", "first", "all"]
 """Rows whose figures are drawn."""
-
-RESOLVED = "case.resolved.toml"
-"""File with the complete case of a row, in the folder of its results."""
+Keep = Literal["all", "none"]
+"""Rows that have a folder with all files of the run."""
 
 RESULT = "result.h5"
-_MOST_KEPT = 100_000
-"""Degrees of freedom of all compiled cases that are kept for workers; a case of 100 takes about 1 MB."""
-_compiled: dict[str, tuple[Analysis, list[str]]] = {}
-"""Compiled cases with their warnings, by the names of rows."""
-FAILURE = "error.txt"
-"""File with the error of a row that failed; finished and interrupted rows have no such file."""
-
-
-@dataclass(frozen=True)
-class Job:
-    """Row of a table for a worker: the case, its folder, and whether to restart from a checkpoint there."""
-
-    loaded: LoadedCase
-    out: Path
-    resume: bool
-    style: tuple[str, str]
-    """Arguments of `fsm.views.plots.drawing.drawing`."""
-    figures: bool
-    """Whether figures of the row are drawn."""
+MOST_FOLDERS = 500
+"""Number of rows above which rows have no folder, unless one is asked for."""
+_MOST_ROWS = 200_000
+"""Largest number of rows of a run; more rows are run in parts."""
+_NUMBER = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?")
+_MOST_KINDS = 20
+"""Number of kinds of rows whose first row is compiled before the table runs."""
 
 
 def run_table(
@@ -64,11 +46,15 @@ def run_table(
     method: str | None = None,
     progress: bool = True,
     figures: Figures = "none",
+    keep: Keep | None = None,
+    on: str | None = None,
+    part: tuple[int, int] = (1, 1),
 ) -> list[dict[str, Any]]:
     """Run every row of a table.
 
-    Write ``summary.csv``, ``extremes.csv`` of recorded channels, ``overlay.png`` (``study.png`` for films), and a folder
-    for each row with its complete case and its results.
+    Write ``summary.csv``, ``extremes.csv`` of recorded channels, ``study.parquet`` (with pyarrow), ``rows.db``, and, for
+    rows with folders, ``overlay.png`` (``study.png`` for films) and a folder for each row with its complete case and its
+    results. A row is in ``rows.db`` as soon as it is finished.
 
     Parameters
     ----------
@@ -87,62 +73,199 @@ def run_table(
     progress : bool
         Show progress on standard error.
     figures : "none", "first" or "all"
-        Rows whose folders get figures. ``overlay.png`` and ``study.png`` are always drawn.
+        Rows whose folders get figures. If not "none", the peak is drawn over each parameter too.
+    keep : "all" or "none", optional
+        Whether each row has a folder with all its files; default: up to 500 rows, on this machine.
+    on : str, optional
+        Cluster that runs the rows, see `fsm.run.workers.run_jobs`. Folders of rows need a disk that all machines share.
+    part : (int, int)
+        (3, 10): the third of ten parts of the table. `merge_tables` joins the parts.
 
     Returns
     -------
     list of dict
-        One item for each row, in the order of the table: `case` (its name), the cells, and the summary as
+        One item for each row, in the order of the table: `case` (its name), the cells in SI, and the summary as
         `fsm.run.table_files.flat_numbers` gives it. A row that failed also has `error` (text) and `exit_code`.
 
     Raises
     ------
     CaseError
-        All faults of all rows; no row was run and no file was written.
+        Faults of rows; no row was run and no file was written.
     KeyboardInterrupt
         The table was interrupted; ``summary.csv`` holds the finished rows.
     """
-    cases = load_table(path, [*overrides, *([f"solve.method={method}"] if method else [])])
-    reference = load_reference(path)
-    copies = in_two_processes() and can_copy()
-    kernels = _compile(cases, str(path), copies)
-    with locked_folder(out, wait=ENDING if resume else 0.0):
-        return _run_cases(cases, Path(out), kernels, reference, workers, resume, progress, figures, copies)
+    table = read_table(path, [*overrides, *([f"solve.method={method}"] if method else [])], part, _MOST_ROWS)
+    kernels = _compile(table, str(path))
+    folders = (keep or ("none" if on or len(table.cases) > MOST_FOLDERS else "all")) == "all"
+    run = _TableRun(table, Path(out), folders, resume, figures)
+    with locked_folder(out, wait=ENDING if resume else 0.0), RowStore(Path(out)) as store:
+        remove_partial_files(Path(out))
+        return run.run(store, kernels, workers, on, progress, load_reference(path))
 
 
-def _run_cases(
-    cases: Sequence[TableCase],
-    folder: Path,
-    kernels: set[str],
-    reference: Mapping[str, Mapping[str, float]],
-    workers: int | None,
-    resume: bool,
-    progress: bool,
-    figures: Figures,
-    copies: bool,
-) -> list[dict[str, Any]]:
-    """Run the rows that are not solved yet, and write the files of the whole table."""
-    rows: dict[int, dict[str, Any]] = {}
-    jobs: dict[int, Job] = {}
-    for index, case in enumerate(cases):
-        where = folder / case.name
-        same = resume and _same_case(where, case.loaded) and not (where / FAILURE).exists()
-        if same and _is_solved(where):
-            rows[index] = _row(case, where)
-        else:
-            jobs[index] = Job(case.loaded, where, same, selected(), figures == "all" or (figures == "first" and index == 0))
-    remove_partial_files(folder)
-    try:
-        _run_rows(cases, jobs, rows, kernels, workers, progress, copies)
-    finally:
-        _compiled.clear()
-        done = [rows[index] for index in sorted(rows)]
-        paths = dict.fromkeys(path for case in cases for path in case.overrides)
-        write_summaries(folder, done, list(paths))
-        write_extremes(folder, done)
-    _plot_overlay(folder, done)
-    _plot_study(folder, done, list(paths), reference)
-    return done
+class _TableRun:
+    """Run of a table into a folder."""
+
+    def __init__(self, table: Table, folder: Path, folders: bool, resume: bool, figures: Figures) -> None:
+        self.table, self.folder, self.folders, self.resume, self.figures = table, folder, folders, resume, figures
+
+    def run(
+        self,
+        store: RowStore,
+        kernels: set[str],
+        workers: int | None,
+        on: str | None,
+        progress: bool,
+        reference: Mapping[str, Mapping[str, float]],
+    ) -> list[dict[str, Any]]:
+        """Run the rows that are not solved yet, and write the files of the whole table."""
+        cases = self.table.cases
+        entries = [Entry(case.number, case.name, hash_of(case.loaded.text)) for case in cases]
+        done = store.begin(entries, {"rows": self.table.rows, "units": self.table.units}, self.resume)
+        if self.folders:
+            lost = [case.number for case in cases if case.number in done and not _is_solved(self.folder / case.name)]
+            store.drop(lost)
+            done -= set(lost)
+        left = [case for case in cases if case.number not in done]
+        try:
+            if left:
+                self._run_rows(left, store, kernels, workers, on, progress)
+        finally:
+            rows = write_files(self.folder, store)
+        self._draw(rows, reference)
+        return rows
+
+    def _run_rows(
+        self,
+        cases: Sequence[TableCase],
+        store: RowStore,
+        kernels: set[str],
+        workers: int | None,
+        on: str | None,
+        progress: bool,
+    ) -> None:
+        """Run rows, and store each one when it comes."""
+        copies = on is None and in_two_processes() and can_copy()
+        if on is None:
+            from fsm.run.warm_up import compile_ahead
+
+            compile_ahead(sorted(kernels), progress)
+        if copies:
+            ready(self.figures != "none")
+        total = len(self.table.cases)
+        with (
+            _progress(total, total - len(cases), progress) as report,
+            closing(run_rows(_Jobs(self, cases), on=on, workers=workers, copies=copies)) as found,
+        ):
+            for one in found:
+                case = cases[one.number]
+                row = self._row(case, one)
+                store.put(case.number, row)
+                report(row)
+
+    def job(self, case: TableCase) -> Job:
+        """Job of a row."""
+        where = self.folder / case.name
+        drawn = self.figures == "all" or (self.figures == "first" and case is self.table.cases[0])
+        if not self.folders:
+            return Job(case.loaded)
+        same = self.resume and _same_case(where, case.loaded.text) and not (where / FAILURE).exists()
+        return Job(case.loaded, where, same, drawn)
+
+    def _row(self, case: TableCase, found: Row) -> dict[str, Any]:
+        """Row of the summary: name, cells, numbers, and the error if there is one."""
+        row: dict[str, Any] = {"case": case.name, **case.inputs(self.table.units), **flat_numbers(found.summary)}
+        where, error = self.folder / case.name, found.error
+        if self.folders and not error and not (where / SUMMARY).is_file():
+            error = f"its worker wrote {where} on another machine; give a folder that all machines share, or --keep none"
+        if error:
+            row |= {"error": error, "exit_code": found.exit_code or 2}
+            if self.folders:
+                with suppress(OSError):  # the folder may be unwritable, which may be the error itself
+                    with atomic_write(where / FAILURE) as part:
+                        part.write_text(f"{error}\n{found.trace}", encoding="utf-8")
+                    row["error"] += f" (more in {where / FAILURE})" if found.trace else ""
+        return row
+
+    def _draw(self, rows: Sequence[Mapping[str, Any]], reference: Mapping[str, Mapping[str, float]]) -> None:
+        """Draw the figures of the whole table."""
+        if self.folders:
+            _plot_overlay(self.folder, rows)
+        films = [row for row in rows if row.get("frequency_hz") is not None]
+        if films:
+            from fsm.views.plots.study import plot_study
+
+            plot_study(films, self.table.units, reference, _figure(self.folder / STUDY))
+        if self.figures != "none" and any(row.get("peak_force") is not None for row in rows):
+            from fsm.views.plots.parameters import plot_parameters
+
+            plot_parameters(rows, self.table.units, _figure(self.folder / PEAKS))
+
+
+class _Jobs:
+    """Jobs of rows, each made when it is asked for."""
+
+    def __init__(self, run: _TableRun, cases: Sequence[TableCase]) -> None:
+        self.run, self.cases = run, cases
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def __iter__(self) -> Iterator[Job]:
+        return map(self.run.job, self.cases)
+
+
+def write_files(folder: Path, store: RowStore) -> list[dict[str, Any]]:
+    """Write the files of a table from its finished rows, and return these rows."""
+    units = store.about().get("units", {})
+    rows = [row for _, row in store.results()]
+    write_summaries(folder, rows, units)
+    write_extremes(folder, rows)
+    return rows
+
+
+def merge_tables(parts: Sequence[Path], out: Path) -> tuple[list[dict[str, Any]], int]:
+    """Join the results of parts of a table in one folder; folders of rows stay in those of the parts.
+
+    Returns
+    -------
+    list of dict
+        Rows as `run_table` returns them.
+    int
+        Number of rows of the table that no part has finished.
+
+    Raises
+    ------
+    CaseError
+        A folder is no part of a table, or two parts have rows of different cases under one number.
+    """
+    found: dict[int, tuple[Entry, dict[str, Any]]] = {}
+    about: dict[str, Any] = {}
+    for folder in parts:
+        with locked_folder(folder), RowStore(folder, make=False) as store:
+            about = store.about()
+            for entry, row in store.results():
+                other = found.get(entry.number)
+                if other is not None and other[0] != entry:
+                    text = f"row {entry.number + 1} is {entry.name!r}, in another part another case; run both from one table"
+                    raise CaseError(text, str(folder))
+                if other is None or other[1].get("error"):  # a row that was repeated elsewhere
+                    found[entry.number] = entry, row
+    with locked_folder(out), RowStore(out) as store:
+        store.begin([found[number][0] for number in sorted(found)], about, keep=False)
+        for number, (_, row) in found.items():
+            store.put(number, row)
+        return write_files(out, store), about.get("rows", 0) - len(found)
+
+
+def part_of(text: str | None) -> tuple[int, int]:
+    """Number of a part, and number of parts, from "3/10"; (1, 1) without a text."""
+    if text is None:
+        return 1, 1
+    match = re.fullmatch(r"\s*(\d+)\s*/\s*(\d+)\s*", text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise CaseError(f'"{text}" is no part of a table; write K/N with K from 1 to N, for example 3/10', "--part")
+    return int(match[1]), int(match[2])
 
 
 def _is_solved(folder: Path) -> bool:
@@ -160,48 +283,19 @@ def failures(rows: Sequence[Mapping[str, Any]]) -> int:
     return 0 if not codes else 4 if codes == {4} else 3
 
 
-def run_row(job: Job) -> dict[str, Any]:
-    """Run one row in a worker; the complete case is written to the folder before the run starts."""
-    run_in_locked_folder = _ready(job.figures)
-    try:
-        job.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        why = f"the folder cannot be created ({error.strerror}); remove the file of this name, or rename the row"
-        raise CannotWrite(f"{job.out}: {why}") from None
-    with locked_folder(job.out, wait=ENDING if job.resume else 0.0):
-        for name in (SUMMARY, FAILURE):
-            (job.out / name).unlink(missing_ok=True)
-        with atomic_write(job.out / RESOLVED) as part:
-            part.write_text(job.loaded.text, encoding="utf-8")
-        with drawing(*job.style):
-            return run_in_locked_folder(
-                job.loaded, job.out, progress=False, resume=job.resume, figures=job.figures,
-                compiled=_compiled.pop(job.out.name, None),
-            )  # fmt: skip
-
-
-def _ready(figures: bool) -> Callable[..., dict[str, Any]]:
-    """Import what a row needs."""
-    with imports_outside_gc(), plain_matplotlib():
-        from fsm.run.run_case import run_in_locked_folder
-
-        if figures:
-            from fsm.views.plots import motion  # noqa: F401  # this imports Matplotlib
-    return run_in_locked_folder
-
-
-def _same_case(folder: Path, loaded: LoadedCase) -> bool:
+def _same_case(folder: Path, text: str) -> bool:
     """Whether the folder belongs to the same case."""
     try:
-        return (folder / RESOLVED).read_text(encoding="utf-8") == loaded.text
+        return (folder / RESOLVED).read_text(encoding="utf-8") == text
     except (OSError, UnicodeDecodeError):
         return False
 
 
-def _compile(cases: Sequence[TableCase], source: str, copies: bool) -> set[str]:
-    """Compile every case, so that faults are found before the first case runs.
+def _compile(table: Table, source: str) -> set[str]:
+    """Compile the first row of each kind, so that faults of the base case are found before a row runs.
 
-    Workers that are `copies` of this process find the compiled cases there, as long as these are small.
+    Rows with numbers in the same cells and the same texts in the others are of one kind. A fault that only the compilation
+    of another row finds is the error of this row.
 
     Returns
     -------
@@ -210,69 +304,20 @@ def _compile(cases: Sequence[TableCase], source: str, copies: bool) -> set[str]:
     """
     from fsm.run.run_case import compile_case
 
-    faults, kernels, kept = [], set[str](), 0
-    for case in cases:
+    kinds: dict[tuple[tuple[str, str], ...], TableCase] = {}
+    for case in table.cases:
+        kinds.setdefault(tuple((path, _NUMBER.sub("0", cell)) for path, cell in case.overrides.items()), case)
+    faults, kernels = [], set[str]()
+    for case in itertools.islice(kinds.values(), _MOST_KINDS):
         try:
-            compiled = compile_case(case.loaded)
-            kernels.update(compiled[0].kernels)
-            if hasattr(compiled[0], "system"):  # films and scissor arrays get theirs when they are initialised
-                kept += compiled[0].system.nu
-            if copies and kept <= _MOST_KEPT:
-                _compiled[case.name] = compiled
+            kernels.update(compile_case(case.loaded)[0].kernels)
         except CaseError as error:
             faults += [Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults]
         except MemoryError as error:
             faults.append(Fault(case.name, str(OutOfMemory(error))))
     if faults:
-        _compiled.clear()
         raise CaseError(faults, source)
     return kernels
-
-
-def _run_rows(
-    cases: Sequence[TableCase],
-    jobs: Mapping[int, Job],
-    rows: dict[int, dict[str, Any]],
-    kernels: set[str],
-    workers: int | None,
-    progress: bool,
-    copies: bool,
-) -> None:
-    """Run the jobs and add their rows in the order of completion."""
-    if not jobs:
-        return
-    from fsm.run.warm_up import compile_ahead
-
-    compile_ahead(sorted(kernels), progress)
-    if copies:
-        _ready(any(job.figures for job in jobs.values()))
-    numbers = list(jobs)
-    count = min(workers or os.cpu_count() or 1, len(numbers))
-    with (
-        _progress(len(cases), len(rows), progress) as report,
-        closing(run_jobs(run_row, list(jobs.values()), count, copies)) as outcomes,
-    ):
-        for outcome in outcomes:
-            index = numbers[outcome.job]
-            rows[index] = _row(cases[index], jobs[index].out, outcome)
-            report(rows[index])
-
-
-def _row(case: TableCase, folder: Path, outcome: JobOutcome | None = None) -> dict[str, Any]:
-    """Row of the summary: name, cells, numbers, and the error if there is one."""
-    row: dict[str, Any] = {"case": case.name, **case.overrides}
-    with suppress(CaseError):
-        row |= flat_numbers(read_summary(folder / SUMMARY))
-    if outcome is not None and outcome.error:
-        row |= {"error": "\n".join(outcome.error), "exit_code": outcome.exit_code}
-        try:
-            with atomic_write(folder / FAILURE) as part:
-                part.write_text(f"{row['error']}\n{outcome.trace}", encoding="utf-8")
-        except OSError:  # the folder may be unwritable, which may be the error itself
-            return row
-        if outcome.trace:
-            row["error"] += f" (more in {folder / FAILURE})"
-    return row
 
 
 def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -290,20 +335,6 @@ def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
 
     plot = plot_overlay if pulled else plot_load_overlay
     plot([(name, read_solution(folder / name / RESULT, records=False)) for name in pulled or loaded], path)
-
-
-def _plot_study(
-    folder: Path,
-    rows: Sequence[Mapping[str, Any]],
-    columns: Sequence[str],
-    reference: Mapping[str, Mapping[str, float]],
-) -> None:
-    """Draw frequency and amplitudes of all rows that vibrate."""
-    films = [row for row in rows if row.get("frequency_hz") is not None]
-    if films:
-        from fsm.views.plots.study import plot_study
-
-        plot_study(films, columns, reference, _figure(folder / STUDY))
 
 
 def _figure(path: Path) -> Path:

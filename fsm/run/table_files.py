@@ -1,14 +1,13 @@
-"""Files of a whole table of cases: `summary.csv`, and `extremes.csv` of the recorded channels."""
+"""Files of a whole table of cases: `summary.csv`, `study.parquet`, and `extremes.csv` of the recorded channels."""
 
 from __future__ import annotations
 
 import csv
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fsm.case.loading.table import COLLECTED, EXTREMES
+from fsm.case.loading.table import COLLECTED, EXTREMES, PARQUET
 from fsm.io.atomic_write import atomic_write
 from fsm.results.summary_units import heading
 from fsm.text.load_names import load_units
@@ -23,8 +22,6 @@ _SEPARATOR = " | "
 """Text between several warnings or lines of an error in a cell."""
 _EXTREMES = ("unit", "min", "min_time", "min_travel", "min_at", "max", "max_time", "max_travel", "max_at")
 """Entries of a channel in the summary of a run."""
-_CELL = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*)?")
-"""Number of a cell of the table, and its unit."""
 
 
 def flat_numbers(summary: Mapping[str, Any], nested: bool = False) -> dict[str, Any]:
@@ -50,34 +47,57 @@ def flat_numbers(summary: Mapping[str, Any], nested: bool = False) -> dict[str, 
     return flat
 
 
-def write_summaries(folder: Path, rows: Sequence[Mapping[str, Any]], paths: Sequence[str]) -> None:
-    """Write `summary.csv`, one row for each case.
+def write_summaries(folder: Path, rows: Sequence[Mapping[str, Any]], units: Mapping[str, str]) -> None:
+    """Write `summary.csv`, one row for each case, and `study.parquet` with the same columns, if pyarrow is installed.
 
-    The first columns are the name, the peak (films: frequency and amplitudes), the displacements of loads, the channels of
-    `report`, the exit code,
-    warnings and errors as text, then the cells of the table. Numbers are in SI, with the unit in the heading. A number of
-    the table has the unit of its cells in the heading, if all cells have the same unit.
+    The first columns are the name, the inputs of the table, the peak (films: frequency and amplitudes), the displacements of
+    loads, the channels of `report`, the exit code, warnings and errors as text. Numbers are in SI, with the unit in the
+    heading.
 
     Parameters
     ----------
     folder : folder of the table
     rows : rows as `fsm.run.table.run_table` returns them
-    paths : dotted paths of the table
+    units : SI units of the inputs by their paths
     """
     if not rows:
         return
-    cells = [_cells(rows, path) for path in paths]
-    found = [_columns(row, set(paths)) for row in rows]
+    found = [_columns(row, set(units)) for row in rows]
     first, loads, rest = ({name: None for row in found for name in row[part]} for part in range(3))
-    columns = ["case", *first, *loads, *_LAST_OF_FIRST, *(name for name, _ in cells), *rest]
+    inputs = {f"{path} ({unit})" if unit else path: path for path, unit in units.items()}
+    columns = ["case", *inputs, *first, *loads, *_LAST_OF_FIRST, *rest]
     lines = []
-    for number, (row, parts) in enumerate(zip(rows, found, strict=True)):
+    for row, parts in zip(rows, found, strict=True):
         line: dict[str, Any] = {"case": row["case"], "exit_code": row.get("exit_code", 0)}
         line |= {"warnings": _SEPARATOR.join(row.get("warnings", ()))}
         line |= {"error": _SEPARATOR.join(str(row.get("error", "")).splitlines())}
-        line |= {name: values[number] for name, values in cells}
+        line |= {name: row.get(path) for name, path in inputs.items()}
         lines.append(parts[2] | parts[1] | parts[0] | line)
     _write(folder / COLLECTED, {name: name for name in columns}, lines)
+    _write_parquet(folder / PARQUET, columns, lines)
+
+
+def _write_parquet(path: Path, columns: Sequence[str], lines: Sequence[Mapping[str, Any]]) -> None:
+    """Write lines as Parquet: numbers, truth values and texts; a column with texts among its numbers is text."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        path.unlink(missing_ok=True)
+        return
+    arrays = {}
+    for name in columns:
+        values = [line.get(name) for line in lines]
+        kinds = {type(value) for value in values if value is not None and value != ""}
+        if kinds <= {int, float}:
+            kind = pyarrow.int64() if kinds == {int} else pyarrow.float64()
+            arrays[name] = pyarrow.array([None if value == "" else value for value in values], kind)
+        elif kinds == {bool}:
+            arrays[name] = pyarrow.array([None if value == "" else value for value in values])
+        else:
+            arrays[name] = pyarrow.array([None if value is None else str(value) for value in values])
+    with atomic_write(path) as part:
+        parquet.write_table(pyarrow.table(arrays), part, compression="zstd")
 
 
 def _columns(row: Mapping[str, Any], paths: set[str]) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
@@ -98,16 +118,6 @@ def _columns(row: Mapping[str, Any], paths: set[str]) -> tuple[dict[str, Any], d
     own = {"case", "loads", "drives", "channels", "report", *_FIRST, *_LAST_OF_FIRST, *paths}
     rest |= {heading(key, turning): value for key, value in row.items() if key not in own}
     return first, loads, rest
-
-
-def _cells(rows: Sequence[Mapping[str, Any]], path: str) -> tuple[str, list[str]]:
-    """Heading and cells of a column of the table: numbers, if all cells have the same unit."""
-    cells = [str(row.get(path, "")) for row in rows]
-    matches = [_CELL.fullmatch(cell) for cell in cells if cell]
-    units = {match[2] for match in matches if match}
-    if not all(matches) or len(units) != 1 or None in units:
-        return path, cells
-    return f"{path} ({units.pop()})", ["" if not cell else str(_CELL.fullmatch(cell)[1]) for cell in cells]  # type: ignore[index]
 
 
 def write_extremes(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,10 +19,9 @@ from fsm.case.models.study import StudyResponse, Value
 from fsm.case.schema.schema import Place
 from fsm.case.schema.units import did_you_mean, to_si, with_unit
 from fsm.errors import CaseError, Fault, FsmError
-from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib
 from fsm.registry import load_extensions
-from fsm.results.solution import Solution
 from fsm.results.summary_units import heading
+from fsm.run.rows import FORCE, curves_of, ready
 from fsm.run.table_files import flat_numbers
 from fsm.text.shown_units import turns
 
@@ -224,8 +222,8 @@ def si_value(value: Value, path: str, problem: Problem, where: str) -> float:
         raise CaseError(Fault(where, str(error))) from None
 
 
-def evaluate(problem: Problem, values: Mapping[str, float]) -> Run:
-    """Run the case, or call the function, at values (SI) of the varied paths.
+def evaluate(problem: Problem, values: Mapping[str, float], loaded: LoadedCase | None = None) -> Run:
+    """Run the case, or call the function, at values (SI) of the varied paths; `loaded` is the case with these values.
 
     Raises
     ------
@@ -236,18 +234,13 @@ def evaluate(problem: Problem, values: Mapping[str, float]) -> Run:
     """
     if problem.tables is None:
         return _call(problem, values)
-    loaded = problem.case(values)
-    with imports_outside_gc(), plain_matplotlib():
-        from fsm.results.store import read_solution
-        from fsm.run.run_case import run_in_locked_folder
-    with tempfile.TemporaryDirectory(prefix="fsm-") as folder:
-        run_in_locked_folder(loaded, Path(folder), progress=False, figures=False)
-        return run_of(problem, loaded, read_solution(Path(folder) / "result.h5", records=False))
+    loaded = loaded or problem.case(values)
+    done = ready(False)(loaded, None, progress=False, figures=False)
+    return _run_of(problem, loaded, done.summary, curves_of(done.solution, (FORCE,)).get(FORCE))
 
 
-def run_of(problem: Problem, loaded: LoadedCase, solution: Solution) -> Run:
-    """Responses and force curve of a solution."""
-    summary = solution.summary
+def _run_of(problem: Problem, loaded: LoadedCase, summary: Mapping[str, Any], force: np.ndarray | None) -> Run:
+    """Responses and force curve of a solved case; `force` are rows of travels and forces."""
     known = numbers_of(summary)
     responses, units = {}, {}
     for one in problem.responses:
@@ -255,7 +248,7 @@ def run_of(problem: Problem, loaded: LoadedCase, solution: Solution) -> Run:
         if value is None or not math.isfinite(value):
             raise FsmError(f"{one.key} is not a number in this run")
         responses[one.key], units[one.key] = float(value), unit
-    travel, curve = _curve(solution)
+    travel, curve = _curve(force)
     snaps = sum(1 for event in summary.get("events", ()) if "snap" in str(event.get("kind", "")))
     return Run(responses, units, travel, curve, snaps)
 
@@ -326,11 +319,11 @@ def mass_of(loaded: LoadedCase) -> float:
     return float(sum(body.mass for body in scene.bodies))
 
 
-def _curve(solution: Solution) -> tuple[float, tuple[float, ...]]:
+def _curve(force: np.ndarray | None) -> tuple[float, tuple[float, ...]]:
     """Travel at the end and force at equally spaced travels; empty without a drive or if the travel goes back."""
-    if not solution.layout.drive_names or not len(solution.force_curve):
+    if force is None or not force.size:
         return 0.0, ()
-    travel, force = solution.force_curve.travel[:, 0], solution.force_curve.force[:, 0]
+    travel, force = force
     if np.any(np.diff(travel) < 0.0) or not np.isfinite(force).all() or travel[-1] <= 0.0:
         return 0.0, ()
     points = np.linspace(0.0, travel[-1], CURVE)

@@ -29,6 +29,7 @@ def run_study(
     resume: bool = False,
     progress: bool = True,
     page: bool = True,
+    on: str | None = None,
 ) -> StudyResult:
     """Run a study and write its tables, figures and page.
 
@@ -41,6 +42,7 @@ def run_study(
     resume : whether to keep finished runs of the same study in `out`
     progress : whether to show progress on standard error
     page : whether to draw figures and to write the page
+    on : cluster, see `fsm.run.workers.run_jobs`; default: this machine
 
     Raises
     ------
@@ -57,7 +59,7 @@ def run_study(
     with locked_folder(out, wait=ENDING if resume else 0.0):
         journal = Journal(out, problem, text, resume)
         nominal = _nominal(problem, scatters, journal)
-        runs, errors = _run(problem, design, scatters, journal, workers, progress)
+        runs, errors = _run(problem, design, scatters, journal, workers, on, progress)
         result = StudyResult(file, path, scatters, design, nominal, runs, errors)
         write_study(result, out, page)
     return result
@@ -103,7 +105,13 @@ def _nominal(problem: Problem, scatters: Sequence[Scatter], journal: Journal) ->
 
 
 def _run(
-    problem: Problem, design: Design, scatters: Sequence[Scatter], journal: Journal, workers: int | None, progress: bool
+    problem: Problem,
+    design: Design,
+    scatters: Sequence[Scatter],
+    journal: Journal,
+    workers: int | None,
+    on: str | None,
+    progress: bool,
 ) -> tuple[list[Run | None], list[str]]:
     """All runs of the design and their errors; finished runs of the journal are not repeated."""
     points = [dict(zip((one.path for one in scatters), row, strict=True)) for row in design.values.tolist()]
@@ -111,7 +119,7 @@ def _run(
     errors = [""] * len(runs)
     left = [k for k, run in enumerate(runs) if run is None]
     with _progress(len(runs), len(runs) - len(left), progress) as report:
-        for number, run, error in run_all(problem, [points[k] for k in left], workers) if left else ():
+        for number, run, error in run_all(problem, [points[k] for k in left], workers, on) if left else ():
             runs[left[number]], errors[left[number]] = run, error
             if run is not None:
                 journal.add(points[left[number]], run)

@@ -21,8 +21,8 @@ from fsm.io import atomic_write
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.results.writer import ResultWriter
+from fsm.run.rows import Job, solve_row
 from fsm.run.run_case import run_case
-from fsm.run.table import Job, run_row
 from tests.unit.test_results import LAYOUT, record
 
 CASES = Path(__file__).parents[2] / "folding_cases"
@@ -172,9 +172,21 @@ def test_rows_of_a_table(tmp_path: Path, stages: Counter[str]) -> None:
     (tmp_path / "table.csv").write_text("case,strip.thickness\na,3e-4\nb,2e-4\n", encoding="utf-8")
     for case in load_table(tmp_path / "table.csv"):
         stages.clear()
-        run_row(Job(case.loaded, tmp_path / case.name, False, ("paper", ".png"), False))
+        summary, _, _ = solve_row(Job(case.loaded, tmp_path / case.name))
         assert stages.pop("to the disk") == 2
         assert dict(stages) == {name: 1 for name in ONCE if name != "read_case"}
+        stages.clear()
+        files = set(tmp_path.rglob("*"))
+        light, curves, _ = solve_row(Job(case.loaded, curves=("force", "crease.2.angle", "no such")))
+        assert dict(stages) == {name: 1 for name in ONCE if name != "read_case"}  # nothing is written
+        assert set(tmp_path.rglob("*")) == files
+        timeless = [key for key in summary if not key.endswith("_s")]
+        assert {key: light[key] for key in timeless} == {key: summary[key] for key in timeless}
+        stored = read_solution(tmp_path / case.name / "result.h5")
+        assert set(curves) == {"force", "crease.2.angle"}
+        np.testing.assert_array_equal(curves["force"][1], stored.force_curve.force[:, 0])
+        angle = stored.channels["crease.2.angle"].values
+        np.testing.assert_array_equal(curves["crease.2.angle"], [stored.travel[:, 0], angle])
 
 
 def test_a_record_that_is_not_finite_is_no_result(tmp_path: Path) -> None:

@@ -16,19 +16,19 @@ from fsm.views.plots.study import plot_study, relative_changes, varied_column
 
 CASES = Path(__file__).parents[2] / "folding_cases" / "membrane_impact"
 ROWS: list[dict[str, Any]] = [
-    {"case": "10 N", "tension.pull": "10 N", "frequency_hz": 34.0, "amplitude_center": 1e-3, "amplitude_patch": 5e-4},
-    {"case": "12.5 N", "tension.pull": "12.5 N", "frequency_hz": 38.0, "amplitude_center": 9e-4, "amplitude_patch": 4e-4},
-    {"case": "15 N", "tension.pull": "15 N", "frequency_hz": 41.0, "amplitude_center": 8e-4, "amplitude_patch": 4e-4},
-    {"case": "20 N", "tension.pull": "20 N", "frequency_hz": 50.0, "amplitude_center": 7e-4, "amplitude_patch": 3e-4},
+    {"case": "10 N", "tension.pull": 10.0, "frequency_hz": 34.0, "amplitude_center": 1e-3, "amplitude_patch": 5e-4},
+    {"case": "12.5 N", "tension.pull": 12.5, "frequency_hz": 38.0, "amplitude_center": 9e-4, "amplitude_patch": 4e-4},
+    {"case": "15 N", "tension.pull": 15.0, "frequency_hz": 41.0, "amplitude_center": 8e-4, "amplitude_patch": 4e-4},
+    {"case": "20 N", "tension.pull": 20.0, "frequency_hz": 50.0, "amplitude_center": 7e-4, "amplitude_patch": 3e-4},
     {"case": "uniform", "frequency_hz": 44.0, "amplitude_center": 7e-4},
 ]
 
 
 def test_what_is_varied() -> None:
-    label, x = varied_column(ROWS, ["patch", "tension.pull"])
+    label, x = varied_column(ROWS, {"patch": "", "tension.pull": "N"})
     assert label == "tension.pull (N)"
     assert x == [10.0, 12.5, 15.0, 20.0, None]
-    assert varied_column(ROWS, []) == ("", [0.0, 1.0, 2.0, 3.0, 4.0])
+    assert varied_column(ROWS, {}) == ("", [0.0, 1.0, 2.0, 3.0, 4.0])
 
 
 def test_changes_count_from_the_first_row_of_the_reference() -> None:
@@ -70,7 +70,7 @@ def test_the_printed_table_of_films() -> None:
 @pytest.mark.parametrize("with_reference", [True, False])
 def test_the_figure(tmp_path: Path, with_reference: bool) -> None:
     reference = load_reference(CASES / "tension.csv") if with_reference else {}
-    plot_study(ROWS, ["tension.pull"], reference, tmp_path / "study.png")
+    plot_study(ROWS, {"tension.pull": "N"}, reference, tmp_path / "study.png")
     image = imread(tmp_path / "study.png")
     assert np.mean(image[..., :3].min(axis=-1) < 0.8) > 0.01
     assert (image.shape[0] > 800) == with_reference

@@ -7,21 +7,21 @@ import sys
 import types
 from pathlib import Path
 
+import pandas
 import pytest
 from click.testing import CliRunner
 
-import fsm.run.table
-from fsm.case.loading.table import load_table
+from fsm.case.loading.table import load_table, read_table
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError, FsmError, NotConverged
 from fsm.io.folder_lock import locked_folder
 from fsm.results.summary_file import write_summary
-from fsm.run.pool import JobOutcome
-from fsm.run.run_case import compile_case
-from fsm.run.table import RESOLVED, failures, run_table
+from fsm.run.rows import RESOLVED
+from fsm.run.run_case import Finished, compile_case
+from fsm.run.table import failures, merge_tables, run_table
 from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
 from fsm.run.table_text import format_table, progress_line
-from fsm.views.plots.drawing import drawing
+from fsm.run.workers import JobOutcome
 
 CASE = """
 [strip]
@@ -153,11 +153,12 @@ def fake_run(monkeypatch):
     """Stand-in for the solver and the processes: it stores its calls."""
     calls: list[tuple[str, bool]] = []
 
-    def run_in_locked_folder(loaded, out, *, progress, resume, figures, compiled):
-        calls.append((out.name, resume) if compiled is None else (out.name, resume, compiled[0].case is loaded.case))
+    def run_in_locked_folder(loaded, out, *, progress, resume, figures):
+        name = f"row {len(calls)}" if out is None else out.name
+        calls.append((name, resume))
         if figures:
             (out / "force.png").touch()
-        if out.name == "83 low":
+        if name == "83 low":
             raise NotConverged("panel 2 segment 1: no equilibrium at 27 mm\ntry more segments")
         summary = {
             "peak_force": 1.992,
@@ -172,10 +173,11 @@ def fake_run(monkeypatch):
             "wall_time_s": 3.5,
             "touches": [{"pair": "a"}],
         }
-        write_summary(summary, out / "summary.json")
-        return summary
+        if out is not None:
+            write_summary(summary, out / "summary.json")
+        return Finished(summary, None, [])  # type: ignore[arg-type]
 
-    def run_here(work, jobs, workers, copies):
+    def run_here(work, jobs, workers, copies, on):
         for index, job in enumerate(jobs):
             try:
                 yield JobOutcome(index, value=work(job))
@@ -189,7 +191,8 @@ def fake_run(monkeypatch):
     ahead.compile_ahead = lambda kinds, *_: calls.append(("compile ahead", *kinds))  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "fsm.run.warm_up", ahead)
     monkeypatch.setitem(sys.modules, "fsm.run.run_case", module)
-    monkeypatch.setattr("fsm.run.table.run_jobs", run_here)
+    monkeypatch.setattr("fsm.run.rows.run_jobs", run_here)
+    monkeypatch.setattr("fsm.run.table._plot_overlay", lambda *_: None)
     return calls
 
 
@@ -204,7 +207,7 @@ def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     ]
     assert [row["case"] for row in rows] == ["80 low", "80 high", "83 low", "base"]
     assert rows[0]["stage_contact_travel"] == 0.013
-    assert rows[0]["crease.stiffness"] == "2 N mm"
+    assert rows[0]["crease.stiffness"] == 2e-3
     assert rows[0]["warnings"] == ["coarse mesh"]
     assert "touches" not in rows[0]
     assert rows[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm\ntry more segments"
@@ -216,23 +219,16 @@ def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     assert [row["peak_force (N)"] for row in table] == ["1.992", "1.992", "", "1.992"]
     assert table[0]["stage_initial_deformation_travel (m)"] == "0.0"
     assert list(table[0])[:9] == [
-        "case", "peak_force (N)", "peak_travel (m)", "exit_code", "warnings", "error", "strip.fold_angle (deg)",
-        "crease.stiffness", "contact",
+        "case", "strip.fold_angle (rad)", "crease.stiffness (N m/rad)", "contact", "peak_force (N)", "peak_travel (m)",
+        "exit_code", "warnings", "error",
     ]  # fmt: skip
-    assert [row["strip.fold_angle (deg)"] for row in table] == ["80", "80", "83", ""]
+    angles = [float(row["strip.fold_angle (rad)"]) for row in table]
+    assert angles == [math.radians(80), math.radians(80), math.radians(83), math.radians(80)]  # the last of the base case
+    assert [row["contact"] for row in table] == ["", "", "none", ""]
     assert [row["warnings"] for row in table] == ["coarse mesh", "coarse mesh", "", "coarse mesh"]
     assert table[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm | try more segments"
     assert [row["exit_code"] for row in table] == ["0", "0", "3", "0"]
     assert (tmp_path / "out" / "80 low" / RESOLVED).read_text() == load_table(tmp_path / "table.csv")[0].loaded.text
-
-
-def test_rows_of_the_command_are_compiled_once(tmp_path, fake_run, monkeypatch):
-    """A worker of the command finds the compiled cases of its parent; they are forgotten at the end."""
-    monkeypatch.setattr("fsm.run.table.can_copy", lambda: True)
-    with drawing(two=True):
-        run_table(write(tmp_path), tmp_path / "out", progress=False, figures="none")
-    assert fake_run[1:] == [(name, False, True) for name in ("80 low", "80 high", "83 low", "base")]
-    assert not fsm.run.table._compiled
 
 
 def test_resume_runs_only_what_is_not_there_or_has_changed(tmp_path, fake_run):
@@ -271,6 +267,53 @@ def test_a_row_whose_folder_cannot_be_made_fails_alone(tmp_path, fake_run):
     assert [bool(row.get("error")) for row in rows] == [True, False, True, False]
     assert "80 low: the folder cannot be created" in rows[0]["error"]
     assert (tmp_path / "out" / "summary.csv").is_file()
+
+
+def test_rows_without_folders_are_resumed_from_the_store(tmp_path, fake_run):
+    path = write(tmp_path)
+    first = run_table(path, tmp_path / "out", progress=False, keep="none")
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["rows.db", "study.parquet", "summary.csv"]
+    assert first[0]["peak_force"] == 1.992 and len(fake_run) == 5
+    fake_run.clear()
+    path.write_text(TABLE.replace("80 high, 80 deg, 9e-3", "80 high, 80 deg, 8e-3"))
+    again = run_table(path, tmp_path / "out", resume=True, progress=False, keep="none")
+    assert [name for name, _ in fake_run[1:]] == ["row 1"]  # the changed row; no row failed
+    assert [row["crease.stiffness"] for row in again] == [2e-3, 8e-3, 2e-3, 9e-3]
+    table = pandas.read_parquet(tmp_path / "out" / "study.parquet")
+    assert list(table.columns) == list(pandas.read_csv(tmp_path / "out" / "summary.csv").columns)
+    assert table["crease.stiffness (N m/rad)"].tolist() == [2e-3, 8e-3, 2e-3, 9e-3]
+    assert table.dtypes["steps"] == "int64" and table["warnings"][0] == "coarse mesh"
+
+
+def test_parts_of_a_table_are_merged(tmp_path, fake_run):
+    """On machines without a scheduler."""
+    path, places = write(tmp_path), [tmp_path / "one", tmp_path / "two"]
+    whole = run_table(path, tmp_path / "out", progress=False, keep="none")
+    for number, place in enumerate(places, 1):
+        run_table(path, place, progress=False, keep="none", part=(number, 2))
+    command = [cli, ["table", "--merge", *map(str, places), "--out", str(tmp_path / "all")]]
+    assert CliRunner().invoke(*command).exit_code == 0
+    assert (tmp_path / "all" / "summary.csv").read_text() == (tmp_path / "out" / "summary.csv").read_text()
+    rows, missing = merge_tables(places[:1], tmp_path / "half")
+    assert [row["case"] for row in rows] == ["80 low", "83 low"] and missing == 2
+    assert rows == whole[::2]
+    path.write_text(TABLE.replace("80 low, 80 deg", "80 low, 81 deg"))
+    run_table(path, places[1], progress=False, keep="none")
+    with pytest.raises(CaseError, match="row 1 is '80 low', in another part another case"):
+        merge_tables(places, tmp_path / "all")
+    with pytest.raises(CaseError, match="this is no folder of `fsm table`"):
+        merge_tables([tmp_path], tmp_path / "all")
+
+
+def test_a_table_that_is_too_long_is_run_in_parts(tmp_path):
+    path = write(tmp_path, "case,strip.thickness\n" + "".join(f"{k},3e-4\n" for k in range(7)))
+    text = "has 7 rows; a run takes at most 3: run it in parts, --part 1/3 to 3/3"
+    with pytest.raises(CaseError, match=text):
+        read_table(path, most=3)
+    assert [case.name for case in read_table(path, part=(3, 3), most=3).cases] == ["2", "5"]
+    done = CliRunner().invoke(cli, ["table", str(path), "--out", str(tmp_path / "out"), "--part", "4/3"])
+    assert done.exit_code == 2
+    assert done.stderr == '--part: "4/3" is no part of a table; write K/N with K from 1 to N, for example 3/10\n'
 
 
 @pytest.mark.parametrize("name", ["summary.csv", "Overlay.png", "study.png", "extremes.csv"])
@@ -358,7 +401,7 @@ LOADED = {
 def test_a_run_without_a_drive_has_displacements_of_loads_in_place_of_a_peak(tmp_path):
     """The table had "peak 0.0000 N at 0.00 mm", and extremes of all channels in hundreds of columns."""
     row = {"case": "a", **flat_numbers(LOADED)}
-    write_summaries(tmp_path, [row], [])
+    write_summaries(tmp_path, [row], {})
     with (tmp_path / "summary.csv").open() as file:
         (found,) = csv.DictReader(file)
     assert list(found)[:8] == [

@@ -27,7 +27,7 @@ from fsm.calibrate.response import force_response
 from fsm.calibrate.study import MeasuredCurve
 from fsm.calibrate.uncertainty import Estimate
 from fsm.case.models.case import Case
-from fsm.run.pool import run_jobs
+from fsm.run.workers import run_jobs
 
 LEVEL = 0.95
 YOUNG, CREASE = 3e9, 0.02

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fsm.results.solution import Solution
-from fsm.run.pool import run_jobs
+from fsm.run.workers import run_jobs
 from validation.stress.attempt import Attempt, attempt
 from validation.stress.feasible import better_asked, turned_right_over
 from validation.stress.judge import free_of_ground, judge, momentum_error

@@ -7,6 +7,7 @@ import itertools
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from fsm.case.models.case import root
@@ -66,16 +67,17 @@ def apply_overrides(
     result: dict[str, Any] = copy.deepcopy(dict(data))
     faults: list[Fault] = []
     for path, text in pairs:
-        problem = check_path(path) or _put(result, _keys(path), text)
+        problem = check_path(path) or _put(result, keys_of(path), text)
         if problem:
             faults.append(Fault(f"{label}{path}", problem))
     return result, faults
 
 
+@lru_cache(maxsize=1000)
 def check_path(path: str) -> str:
     """Message about an impossible path; empty if a case can have a value there."""
     place, walked = root({}), ""
-    for key in _keys(path):
+    for key in keys_of(path):
         following = place.step(key)
         if following is None:
             return _no_such_place(
@@ -85,7 +87,8 @@ def check_path(path: str) -> str:
     return ""
 
 
-def _keys(path: str) -> list[str | int]:
+def keys_of(path: str) -> list[str | int]:
+    """Keys and item numbers of a dotted path."""
     return [int(key) if key.isascii() and key.isdigit() else key for key in path.split(".")]
 
 

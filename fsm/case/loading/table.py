@@ -23,12 +23,13 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from fsm.case.loading.load_case import LoadedCase, first_faults, read_case
-from fsm.case.loading.overrides import apply_overrides, check_path, split_override
+from fsm.case.loading.overrides import REMOVE, apply_overrides, check_path, keys_of, split_override
 from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.loading.toml_text import case_text
+from fsm.case.models.case import Case, root
 from fsm.case.schema.units import parse_unit
 from fsm.errors import CaseError, Fault
 from fsm.text.short_repr import ShortRepr
@@ -36,7 +37,9 @@ from fsm.text.short_repr import ShortRepr
 NAME = "case"
 BASE = "case.toml"
 
-COLLECTED, EXTREMES, OVERLAY, STUDY = "summary.csv", "extremes.csv", "overlay.png", "study.png"
+COLLECTED, EXTREMES, PARQUET, STORE = "summary.csv", "extremes.csv", "study.parquet", "rows.db"
+OVERLAY, STUDY, PEAKS = "overlay.png", "study.png", "peaks.png"
+_FILES = COLLECTED, EXTREMES, PARQUET, STORE, OVERLAY, STUDY, PEAKS
 """Files that a table writes next to the folders of its rows."""
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -52,16 +55,46 @@ class TableCase(ShortRepr):
 
     Attributes
     ----------
+    number : int
+        Number in the whole table, from 0.
     name : str
         Unique name, which is also the name of the row's folder.
     overrides : dict
         Text of each non-empty cell by its path.
-    loaded : LoadedCase
+    case : Case
+    path : Path
+        File of the base case.
     """
 
+    number: int
     name: str
     overrides: dict[str, str]
-    loaded: LoadedCase
+    case: Case
+    path: Path
+
+    @property
+    def loaded(self) -> LoadedCase:
+        """Case with its text, which is made here: a large table does not keep the texts of its cases."""
+        return LoadedCase(self.case, case_text(self.case), self.path)
+
+    def inputs(self, paths: Iterable[str]) -> dict[str, Any]:
+        """Values of some paths: numbers in SI, also those of the base case; texts as in the table."""
+        return {path: _value_at(self.case, path, self.overrides.get(path, "")) for path in paths}
+
+
+class Table(NamedTuple):
+    """Table, or a part of it.
+
+    Attributes
+    ----------
+    cases : rows of the part
+    rows : number of rows of the whole table
+    units : SI unit of each column by its path; empty for texts and numbers without a unit
+    """
+
+    cases: list[TableCase]
+    rows: int
+    units: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -86,18 +119,66 @@ def load_table(path: str | Path, overrides: Sequence[str] = ()) -> list[TableCas
         All faults of all rows, with row numbers as in a text editor. A fault that all rows share appears once, for the base
         case.
     """
+    return read_table(path, overrides).cases
+
+
+def read_table(
+    path: str | Path, overrides: Sequence[str] = (), part: tuple[int, int] = (1, 1), most: int | None = None
+) -> Table:
+    """Read a table and check the cases of a part of it.
+
+    Parameters
+    ----------
+    path, overrides : as for `load_table`
+    part : (int, int)
+        (3, 10): every tenth row, from the third.
+    most : int, optional
+        Largest number of rows of the part.
+
+    Raises
+    ------
+    CaseError
+        As `load_table`; or the part has too many rows.
+    """
     base, lines = _lines(path)
     rows, faults = _rows(lines)
+    taken = range(part[0] - 1, len(rows), part[1])
+    if most is not None and len(taken) > most:
+        parts = -(-len(rows) // most)
+        text = f"has {len(taken):,} rows; a run takes at most {most:,}: run it in parts, --part 1/{parts} to {parts}/{parts}"
+        faults = [Fault("", text)]
     split = [split_override(text) for text in overrides]
     faults += [item for item in split if isinstance(item, Fault)]
     if faults:
         raise CaseError(faults, str(path))
     file = Path(path).parent / base
     data, unknown = _base(file, [item for item in split if not isinstance(item, Fault)], str(path))
-    cases, faults = _read_rows(rows, data, [item for item in split if not isinstance(item, Fault)], file)
+    pairs = [item for item in split if not isinstance(item, Fault)]
+    cases, faults = _read_rows(rows, taken, data, pairs, file)
     if unknown or faults:
         raise CaseError(first_faults([*unknown, *faults]), str(path))
-    return cases
+    columns = dict.fromkeys(key for row in rows for key in row.values)
+    return Table(cases, len(rows), {path: _unit_at(data, rows, path) for path in columns})
+
+
+def _unit_at(base: Mapping[str, Any], rows: Sequence[_Row], path: str) -> str:
+    """SI unit of a column; a unit may depend on other keys of its section."""
+    row = next(row for row in rows if path in row.values)
+    place = root(apply_overrides(base, row.values.items())[0])
+    for key in keys_of(path):
+        place = place.step(key) or root({})
+    return place.unit()
+
+
+def _value_at(case: Any, path: str, cell: str) -> Any:
+    """Number of a case at a path (SI), or the text of the cell if there is no number."""
+    if cell.strip() == REMOVE:
+        return REMOVE
+    here = case
+    for key in keys_of(path):
+        inside = isinstance(here, tuple) and isinstance(key, int) and key < len(here)
+        here = here[key] if inside else getattr(here, str(key), None)
+    return here if isinstance(here, int | float | str) else cell
 
 
 def _lines(path: str | Path) -> tuple[str, list[tuple[int, list[str]]]]:
@@ -261,7 +342,7 @@ def _name_faults(rows: Sequence[_Row], named: bool) -> list[Fault]:
     first: dict[str, int] = {}
     for row in rows:
         key = row.name.casefold()
-        if key in (COLLECTED, EXTREMES, OVERLAY, STUDY):
+        if key in _FILES:
             text = f'the table writes a file with the name "{row.name}"; give another name'
             faults.append(Fault(f"row {row.number}", text))
         if key in first:
@@ -286,16 +367,18 @@ def _base(file: Path, pairs: Sequence[tuple[str, str]], source: str) -> tuple[di
 
 
 def _read_rows(
-    rows: Sequence[_Row], base: Mapping[str, Any], pairs: Sequence[tuple[str, str]], file: Path
+    rows: Sequence[_Row], taken: Iterable[int], base: Mapping[str, Any], pairs: Sequence[tuple[str, str]], file: Path
 ) -> tuple[list[TableCase], list[Fault]]:
     cases, faults = [], []
-    for row in rows:
-        data, wrong = apply_overrides(base, row.values.items(), label="")
-        data, _ = apply_overrides(data, pairs)
+    for number in taken:
+        row = rows[number]
+        data, wrong = apply_overrides(base, [*row.values.items(), *pairs], label="")
         case, found = read_case(data, file.parent)
+        own = {path for path, _ in pairs} - set(row.values)
+        wrong = [fault for fault in wrong if fault.path not in own]
         faults.append((row.number, [*wrong, *found]))
         if case is not None:
-            cases.append(TableCase(row.name, row.values, LoadedCase(case, case_text(case), file)))
+            cases.append(TableCase(number, row.name, row.values, case, file))
     return cases, _merge(faults, file)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from fsm.text.shown_units import shown_unit
 from fsm.views.plots.drawing import line_width, points
 from fsm.views.plots.style import COLOURS, GREY, WIDE, figure
 
@@ -21,19 +21,32 @@ STUDY_RESULTS: dict[str, tuple[float, str]] = {
 """Quantities of a summary that a study shows, with factor and label."""
 
 
-def varied_column(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> tuple[str, list[float | None]]:
-    """Label and numbers of the first column with different numbers in the same unit; None in rows without a number.
+def varied_column(rows: Sequence[Mapping[str, Any]], units: Mapping[str, str]) -> tuple[str, list[float | None]]:
+    """Label and numbers of the first input with different numbers; None in rows without a number.
 
-    If there is no such column, the label is empty and the numbers are the row numbers.
+    If there is no such input, the label is empty and the numbers are the row numbers.
     """
-    for column in columns:
-        cells = [re.fullmatch(r"\s*([-+.\deE]+)\s*(.*?)\s*", str(row.get(column, ""))) for row in rows]
-        found = [(float(cell[1]), cell[2]) if cell else None for cell in cells]
-        units = {one[1] for one in found if one}
-        if len(units) == 1 and len({one[0] for one in found if one}) > 1:
-            unit = units.pop()
-            return f"{column} ({unit})" if unit else column, [one[0] if one else None for one in found]
-    return "", [float(k) for k in range(len(rows))]
+    return (varied_inputs(rows, units) or [("", [float(k) for k in range(len(rows))])])[0]
+
+
+def varied_inputs(rows: Sequence[Mapping[str, Any]], units: Mapping[str, str]) -> list[tuple[str, list[float | None]]]:
+    """Label with unit, and numbers, of all inputs with different numbers.
+
+    Parameters
+    ----------
+    rows : rows of a table
+    units : SI units of the inputs by their paths
+    """
+    found = []
+    for path, unit in units.items():
+        cells = [row.get(path) for row in rows]
+        numbers = [float(cell) if isinstance(cell, int | float) else None for cell in cells]
+        known = [number for number in numbers if number is not None]
+        if len(set(known)) > 1:
+            shown = shown_unit(unit, max(map(abs, known)))
+            label = f"{path} ({shown.name})" if shown.name else path
+            found.append((label, [None if number is None else shown.factor * number for number in numbers]))
+    return found
 
 
 def relative_changes(
@@ -57,19 +70,22 @@ def relative_changes(
 
 
 def plot_study(
-    rows: Sequence[Mapping[str, Any]], columns: Sequence[str], reference: Mapping[str, Mapping[str, float]], path: str | Path
+    rows: Sequence[Mapping[str, Any]],
+    units: Mapping[str, str],
+    reference: Mapping[str, Mapping[str, float]],
+    path: str | Path,
 ) -> None:
     """Draw frequency and amplitudes over the varied quantity; below, draw their changes and the reference changes in %.
 
     Parameters
     ----------
     rows : rows of a table that have results
-    columns : dotted paths of the table
+    units : SI units of the inputs of the table by their paths
     reference : see `fsm.case.loading.table.load_reference`
     path : path of the figure
     """
     names = [name for name in STUDY_RESULTS if any(row.get(name) is not None for row in rows)]
-    label, x = varied_column(rows, columns)
+    label, x = varied_column(rows, units)
     compared = any(any(relative_changes(rows, reference, name)) for name in names)
     with figure(path, (WIDE[0], 4.8 if compared else 2.8)) as fig:
         axes = fig.subplots(2 if compared else 1, len(names), squeeze=False, sharex=True)

@@ -5,12 +5,12 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-import fsm.run.table
-from fsm.run.pool import run_jobs
+from fsm.run.workers import _Queue, run_jobs
 
 COPIES = [False, pytest.param(True, marks=pytest.mark.skipif(sys.platform != "linux", reason="workers are copies on Linux"))]
 
@@ -54,33 +54,52 @@ def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="workers are copies on Linux")
-def test_copies_find_what_their_parent_has(monkeypatch):
-    """As rows of a table find their compiled cases; a worker that is no copy imports modules anew."""
-    monkeypatch.setitem(fsm.run.table._compiled, "text", "compiled")
-    (outcome,) = run_jobs(eval, ["__import__('fsm.run.table').run.table._compiled.pop('text', None)"], 1, copies=True)
-    assert outcome.value == "compiled" and fsm.run.table._compiled == {"text": "compiled"}
+def test_copies_have_what_their_parent_has(monkeypatch):
+    """Its modules and kernels; a worker that is no copy imports modules anew."""
+    monkeypatch.setattr("fsm.run.workers.EARLIER", 7, raising=False)
+    (outcome,) = run_jobs(eval, ["__import__('fsm.run.workers').run.workers.EARLIER"], 1, copies=True)
+    assert outcome.value == 7
 
 
-@pytest.mark.nightly
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_workers_start_with_interrupts_held_back():
-    """Until the first job, and during the first job of a process, with which Python starts another process that lets
-    interrupts through."""
-    code = (
-        "import signal\n"
-        "from fsm.run import pool\n"
-        "start = pool._start\n"
-        "def look(*given):\n"
-        "    worker = start(*given)\n"
-        "    status = open(f'/proc/{worker.process.pid}/status').read()\n"
-        "    print(int(status.split('SigBlk:')[1].split()[0], 16) >> (signal.SIGINT - 1) & 1)\n"
-        "    return worker\n"
-        "pool._start = look\n"
-        "job = \"__import__('signal').pthread_sigmask(0, []) == set()\"\n"
-        "for outcome in pool.run_jobs(eval, [job] * 2, 2): print(outcome.value)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["1", "1", "True", "True"]
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
+def test_workers_start_with_interrupts_let_through():
+    """They were held back while the process was started."""
+    (outcome,) = run_jobs(eval, ["__import__('signal').pthread_sigmask(0, []) == set()"], 1)
+    assert outcome.value is True
+
+
+def test_a_job_whose_worker_dies_is_tried_again_once(tmp_path):
+    """Its companions in a chunk are not lost, and a worker that dies by chance costs nothing."""
+    chance = tmp_path / "once"
+    by_chance = f"__import__('os')._exit(9) if not __import__('os').path.exists({str(chance)!r}) else 5"
+    by_chance = by_chance.replace("__import__('os')._exit(9)", f"(open({str(chance)!r}, 'w'), __import__('os')._exit(9))")
+    jobs = ["1"] * 8 + [by_chance, "__import__('os')._exit(7)"] + ["2"] * 8
+    outcomes = sorted(run_jobs(eval, jobs, 1), key=lambda outcome: outcome.job)
+    assert [outcome.value for outcome in outcomes] == [1] * 8 + [5, None] + [2] * 8
+    assert [outcome.error for outcome in outcomes if outcome.error] == [("the worker process ended with code 7",)]
+
+
+def test_jobs_are_taken_when_workers_are_free():
+    """A generator of a million jobs is not read in advance."""
+    taken: list[int] = []
+
+    def jobs():
+        for number in range(10**6):
+            taken.append(number)
+            yield f"__import__('time').sleep(0.02) or {number}"
+
+    with closing(run_jobs(eval, jobs(), 1)) as outcomes:
+        assert [next(outcomes).value for _ in range(3)] == [0, 1, 2]
+    assert len(taken) < 70
+
+
+def test_short_jobs_travel_together_and_the_last_ones_are_shared():
+    queue = _Queue(iter(enumerate(range(1000))), 1000, 2)
+    assert len(queue.chunk()) == 1  # nothing is measured yet
+    queue.returned(1, 0.05)
+    assert len(queue.chunk()) == 10  # half a second
+    queue.left = 12
+    assert len(queue.chunk()) == 3  # both workers get as much
 
 
 @pytest.mark.skipif(not hasattr(os, "getpgrp"), reason="needs POSIX process groups")
@@ -101,7 +120,7 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path, copies):
         "except KeyboardInterrupt:\n    pathlib.Path({0!r} + '.saved').touch(); raise\n"
     )
     jobs = [job.format(str(tmp_path / name)) for name in "ab"]
-    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2, {copies}): print(outcome)"
+    code = f"from fsm.run.workers import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2, {copies}): print(outcome)"
     process = subprocess.Popen([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}, start_new_session=True)
     deadline = time.monotonic() + 60
     while len(list(tmp_path.iterdir())) < 2 and time.monotonic() < deadline:
@@ -136,7 +155,7 @@ def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path, copies):
         "except KeyboardInterrupt:\n    time.sleep(0.3); pathlib.Path({0!r} + '.saved').touch(); raise\n"
     )
     jobs = [job.format(str(tmp_path / name)) for name in "abc"]
-    code = f"from fsm.run.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2, {copies}): print(outcome)"
+    code = f"from fsm.run.workers import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2, {copies}): print(outcome)"
     process = subprocess.Popen(
         [sys.executable, "-c", code],
         stderr=subprocess.PIPE,
