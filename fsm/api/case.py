@@ -278,6 +278,38 @@ class Case:
 
             return sensitivity(self._tables, self.path, of, list(by), (), None if study is None else Path(study), workers)
 
+    def solve_for(
+        self, reach: str, by: str, between: tuple[float | str, float | str], out: str | Path | None = None
+    ) -> Case:
+        """Case with the value of a number for which a response has a given value, as ``fsm solve-for``.
+
+        Parameters
+        ----------
+        reach : str
+            Response and value: ``"peak_force=5 N"``.
+        by : str
+            Dotted path of the number.
+        between : (value, value)
+            Two values of the number on either side of the solution, as in a case file.
+        out : str or Path, optional
+            Folder for the history; absent: none is kept.
+
+        Raises
+        ------
+        CaseError
+            An argument is faulty, or the target is not between the responses at both ends.
+        NotConverged
+            A run failed, or the response jumps over the target.
+        """
+        from fsm.io.threads import one_thread
+
+        with one_thread(), tempfile.TemporaryDirectory(prefix="fsm-") as folder:
+            from fsm.studies.solve_for import solve_for
+
+            kept = Path(folder if out is None else out)
+            value, search = solve_for(self._tables, self.path, reach, by, between, kept, progress=False)
+        return self.set(by, f"{value!r} {search.problem.units[by]}".strip())
+
     def write(self, path: str | Path) -> Path:
         """Write the complete case as a TOML file, which needs no other files; return its path."""
         from fsm.io.atomic_write import atomic_write

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
-from fsm.calibrate.response import peak_response
 from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.models.optimise import Constraint, OptimiseFile
 from fsm.case.models.study import StudyResponse
@@ -28,13 +27,12 @@ from fsm.studies.journal import Journal
 from fsm.studies.problem import MASS, Problem, case_problem, function_problem, mass_of, nominal_value, si_value
 from fsm.studies.read import read_file
 from fsm.studies.search import EnoughRuns, Search
+from fsm.studies.sensitivity import differentiated_peak
 
 REPORT = "optimise.json"
 """File with the result."""
 _EXACT = ("peak_force", MASS)
 """Responses with derivatives."""
-_POINTS = 101
-"""Number of travels of the path whose peak is differentiated."""
 _MASS_STEP = 1e-4
 """Step of the differences of the mass, relative to the range of a variable."""
 
@@ -229,9 +227,7 @@ def _has_derivatives(problem: Problem, point: dict[str, float]) -> bool:
 
 
 def _peak_slopes(problem: Problem, point: dict[str, float]) -> np.ndarray:
-    case = problem.case(point).case
-    travel = np.linspace(0.0, case.drive[0].travel, _POINTS) if case.drive else np.zeros(0)
-    gradient = peak_response(case, travel, list(point)).gradient
+    gradient = differentiated_peak(problem.case(point).case, list(point)).gradient
     assert gradient is not None
     return np.asarray(gradient)
 

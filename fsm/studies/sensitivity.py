@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from fsm.calibrate.response import peak_response
+from fsm.calibrate.response import PeakResponse, peak_response
+from fsm.case.models.case import Case
 from fsm.case.models.study import StudyFile, StudyResponse
 from fsm.errors import CaseError, Fault, FsmError
 from fsm.studies.problem import Problem, Run, case_problem, evaluate, nominal_value
@@ -166,17 +167,32 @@ def response_named(name: str) -> StudyResponse:
     """Response of the command line: a number of the summary, or `max of CHANNEL`."""
     extreme, of, channel = name.partition(" of ")
     if of and extreme in ("max", "min"):
-        return StudyResponse(channel=channel, of=extreme)  # type: ignore[arg-type]
+        return StudyResponse(channel=channel, of=extreme)
     return StudyResponse(name=name)
 
 
-def _exact(case: Any, of: str, paths: Sequence[str], run: Run, warnings: list[str]) -> tuple[dict[str, float], str]:
+def differentiated_peak(case: Case, paths: Sequence[str]) -> PeakResponse:
+    """Peak of the force of the first drive with its exact derivatives.
+
+    Raises
+    ------
+    CaseError
+        The case has no such derivatives.
+    NotConverged
+        The equilibrium path could not be followed.
+    """
+    travel = case.drive[0].travel if case.drive else None
+    if travel is None:
+        raise CaseError(Fault("drive", "the peak has exact derivatives for a [[drive]] with a travel only"))
+    return peak_response(case, np.linspace(0.0, travel, _POINTS), list(paths))
+
+
+def _exact(case: Case, of: str, paths: Sequence[str], run: Run, warnings: list[str]) -> tuple[dict[str, float], str]:
     """Exact derivatives by path, as far as there are any, and the reason for those that are missing."""
     if of != "peak_force":
         return {}, "only the peak force has exact derivatives"
     try:
-        travel = np.linspace(0.0, case.drive[0].travel, _POINTS) if case.drive else np.zeros(0)
-        peak = peak_response(case, travel, list(paths))
+        peak = differentiated_peak(case, paths)
     except CaseError as error:
         return {}, "; ".join(str(fault) for fault in error.faults)
     except FsmError as error:

@@ -144,3 +144,11 @@ def test_a_mistake_in_a_file_gives_one_line(old: str, new: str, wanted: str, tmp
     assert code == 2, text
     assert wanted in text
     assert len(text.splitlines()) == 1, text
+
+
+def test_a_case_with_a_wanted_peak_in_python() -> None:
+    case = fsm.load(STRIP).set(
+        {"strip.segments_per_panel": 2, "drive.0.travel": "3 mm", "save.every": "1 mm", "contact": None}
+    )
+    solved = case.set("expect", None).solve_for("peak_force=0.08 N", "material.young", (2e9, "4 GPa"))
+    assert solved.run().summary["peak_force"] == pytest.approx(0.08, rel=1e-4)

@@ -10,6 +10,9 @@ from click.testing import CliRunner
 
 import fsm
 from fsm.cli.command_line import cli
+from fsm.errors import CaseError
+from fsm.studies.problem import numbers_of
+from fsm.studies.sensitivity import differentiated_peak
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 STRIP = CASES / "strip_trial" / "case.toml"
@@ -45,6 +48,30 @@ def test_differences_where_there_are_no_exact_derivatives() -> None:
     assert channel.elasticity(one) == pytest.approx(1.0, abs=1e-4)  # joints of facets are stiff, not rigid
     assert one.error <= 1e-6 * abs(one.slope)
     assert any("differences of runs in place of exact derivatives" in text for text in channel.warnings)
+
+
+def test_responses_of_joints() -> None:
+    """Largest reactions and the largest impulse of a latch are numbers with units."""
+    events = [
+        {"what": "latch closes", "impulse": 0.2},
+        {"what": "stop is hit", "impulse": 0.9},
+        {"what": "latch closes", "impulse": 0.3},
+    ]
+    summary = {
+        "drive": "crease 3", "peak_force": 2.0, "peak_kind": "static", "smallest_margin": 0.5, "joint_events": events,
+        "reactions": [{"joint": "root", "force": 26.0, "force_time": 1.0, "moment": 3.0, "moment_time": 1.0}],
+    }  # fmt: skip
+    found = numbers_of(summary)
+    assert found["force at root"] == (26.0, "N")
+    assert found["moment at root"] == (3.0, "N m")
+    assert found["latch_impulse"] == (0.3, "N m s")
+    assert found["smallest_margin"] == (0.5, "")
+    assert found["peak_force"] == (2.0, "N")
+
+
+def test_a_case_without_a_travel_has_no_exact_derivatives() -> None:
+    with pytest.raises(CaseError, match="for a .*drive.* with a travel only"):
+        differentiated_peak(fsm.load(CASES / "dropped_plates" / "case.toml").model, ["contact.stiffness"])
 
 
 def test_scatter_is_propagated_with_correlations(tmp_path: Path) -> None:

@@ -3,9 +3,9 @@
     python -m validation.intervals.chain [--studies 200] [--seed 1]
 
 In each study a crease has a true stiffness, and five specimens with a scatter of 4 % about it are tested, with noise.
-`fsm calibrate crease` gives the mean stiffness with its standard error. Thickness and Young's modulus are measured with known
-errors. `fsm study` varies the three, 256 runs, for a closed form of the force of a folded strip. The true force shall lie in the
-95 % band in 92 to 98 % of the studies. The bound is that of 200 studies: the standard deviation of the part is 1.5 %.
+`fsm calibrate crease` gives the mean stiffness with its standard error. Thickness and modulus are measured with known
+errors. `fsm study` varies the three, 256 runs, for a closed form of the force of a folded strip. The true force shall lie in
+the 95 % band in 92 to 98 % of the studies. The bound is that of 200 studies: the standard deviation of the part is 1.5 %.
 """
 
 from __future__ import annotations
