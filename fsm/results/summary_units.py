@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 _EXACT = {
     "joint_opening": "m", "decay_rate": "1/s", "largest_magnitude": "N", "free_from": "s", "max_stress": "Pa",
     "folded_strain_energy": "J",
@@ -20,6 +22,7 @@ _OF_DRIVE = ("peak_", "final_", "dynamic_peak_", "start_up_", "largest_magnitude
 """Beginnings of the numbers of the first drive, which are a moment and a turn if this drive turns."""
 
 
+@lru_cache(maxsize=10_000)
 def heading(key: str, turns: bool = False) -> str:
     """Heading of a number of a summary, with its unit in brackets: "peak_force (N)", "wall_time (s)".
 

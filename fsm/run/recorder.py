@@ -137,11 +137,8 @@ class RecordedSolve:
         )
         bar = Progress(progress, self.steps[-1].end, self.loaded.case.title or str(self.loaded.path), jit)
         resume_at = self.records if self.resumed else None
-        target = self.target
-        with (
-            Records(layout) if target is None else ResultWriter(target, layout, resume_at, samples_at=self.samples) as writer,
-            bar,
-        ):
+        target, done = self.target, self.samples
+        with Records(layout) if target is None else ResultWriter(target, layout, resume_at, samples_at=done) as writer, bar:
             try:
                 for number in range(self.number, len(self.steps)):
                     self.number = number

@@ -198,11 +198,12 @@ def _run_stages(
     case, source = loaded.case, str(loaded.path)
     if out is not None:
         (out / SUMMARY).unlink(missing_ok=True)
-    first = _run_analysis(loaded, deployment, None if out is None else out / "deploy", progress, resume, figures, warnings, begun)
+    places = (None, None) if out is None else (out / "deploy", out / "vibrate")
+    first = _run_analysis(loaded, deployment, places[0], progress, resume, figures, warnings, begun)
     begun = _clocks()
     assert isinstance(deployment, Deployment)
     vibration = VibrationAnalysis(case, source, film_of_deployment(case, first, deployment.system))
-    second = _run_analysis(loaded, vibration, None if out is None else out / "vibrate", progress, resume, figures, [], begun)
+    second = _run_analysis(loaded, vibration, places[1], progress, resume, figures, [], begun)
     summary = joined(first.summary, second.summary)
     if out is not None:
         write_summary(summary, out / SUMMARY)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -62,22 +62,25 @@ def write_summaries(folder: Path, rows: Sequence[Mapping[str, Any]], units: Mapp
     """
     if not rows:
         return
-    found = [_columns(row, set(units)) for row in rows]
-    first, loads, rest = ({name: None for row in found for name in row[part]} for part in range(3))
+    first, loads, rest = dict[str, None](), dict[str, None](), dict[str, None]()
+    for row in rows:
+        for known, found in zip((first, loads, rest), _columns(row, set(units)), strict=True):
+            known |= dict.fromkeys(found)
     inputs = {f"{path} ({unit})" if unit else path: path for path, unit in units.items()}
     columns = ["case", *inputs, *first, *loads, *_LAST_OF_FIRST, *rest]
-    lines = []
-    for row, parts in zip(rows, found, strict=True):
-        line: dict[str, Any] = {"case": row["case"], "exit_code": row.get("exit_code", 0)}
-        line |= {"warnings": _SEPARATOR.join(row.get("warnings", ()))}
-        line |= {"error": _SEPARATOR.join(str(row.get("error", "")).splitlines())}
-        line |= {name: row.get(path) for name, path in inputs.items()}
-        lines.append(parts[2] | parts[1] | parts[0] | line)
-    _write(folder / COLLECTED, {name: name for name in columns}, lines)
-    _write_parquet(folder / PARQUET, columns, lines)
+
+    def line(row: Mapping[str, Any]) -> dict[str, Any]:
+        first, loads, rest = _columns(row, set(units))
+        return rest | loads | first | {name: row.get(path) for name, path in inputs.items()} | {
+            "case": row["case"], "exit_code": row.get("exit_code", 0), "warnings": _SEPARATOR.join(row.get("warnings", ())),
+            "error": _SEPARATOR.join(str(row.get("error", "")).splitlines()),
+        }  # fmt: skip
+
+    _write(folder / COLLECTED, {name: name for name in columns}, map(line, rows))
+    _write_parquet(folder / PARQUET, columns, map(line, rows))
 
 
-def _write_parquet(path: Path, columns: Sequence[str], lines: Sequence[Mapping[str, Any]]) -> None:
+def _write_parquet(path: Path, columns: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> None:
     """Write lines as Parquet: numbers, truth values and texts; a column with texts among its numbers is text."""
     try:
         import pyarrow
@@ -85,9 +88,12 @@ def _write_parquet(path: Path, columns: Sequence[str], lines: Sequence[Mapping[s
     except ImportError:
         path.unlink(missing_ok=True)
         return
+    cells: dict[str, list[Any]] = {name: [] for name in columns}
+    for line in lines:
+        for name, values in cells.items():
+            values.append(line.get(name))
     arrays = {}
-    for name in columns:
-        values = [line.get(name) for line in lines]
+    for name, values in cells.items():
         kinds = {type(value) for value in values if value is not None and value != ""}
         if kinds <= {int, float}:
             kind = pyarrow.int64() if kinds == {int} else pyarrow.float64()
@@ -140,9 +146,9 @@ def write_extremes(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     _write(folder / EXTREMES, columns, lines)
 
 
-def _write(path: Path, columns: Mapping[str, str], lines: Sequence[Mapping[str, Any]]) -> None:
+def _write(path: Path, columns: Mapping[str, str], lines: Iterable[Mapping[str, Any]]) -> None:
     """Write lines as CSV; `columns` are the keys of the lines with their headings."""
     with atomic_write(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns.values())
-        writer.writerows([["" if line.get(name) is None else line[name] for name in columns] for line in lines])
+        writer.writerows(["" if line.get(name) is None else line[name] for name in columns] for line in lines)

@@ -22,6 +22,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from fsm.errors import FsmError, OutOfMemory, is_interrupt
+from fsm.io.gc_startup import collect_after_chunk
 from fsm.io.provenance import made_by
 from fsm.run.local_workers import LocalTeam, at_work
 
@@ -205,6 +206,7 @@ def run_chunk(message: bytes, count: int, versions: dict[str, str]) -> tuple[str
     with at_work():
         loaded = _run(pickle.loads, message)  # this imports the module of the function if necessary
         outcomes = [loaded] * count if loaded.error else [_run(loaded.value[0], job) for job in loaded.value[1]]
+        collect_after_chunk()
     return "", outcomes, time.perf_counter() - begun
 
 

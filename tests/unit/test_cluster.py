@@ -115,7 +115,7 @@ def test_jobs_of_slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_no_cluster_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fsm.run.cluster._WAIT", 0.3)
-    with pytest.raises(CaseError, match=r"--on tcp://127\.0\.0\.1:1: no cluster there \(.*\); start one, as `dask scheduler` does"):
+    with pytest.raises(CaseError, match=r"--on tcp://127\.0\.0\.1:1: no cluster there \(.*\); start one"):
         list(run_jobs(eval, ["1"], on="tcp://127.0.0.1:1"))
 
 
@@ -124,5 +124,5 @@ def test_a_worker_with_another_fsm_ends_the_jobs(monkeypatch: pytest.MonkeyPatch
     other, outcomes, _ = run_chunk(b"", 1, made_by() | {"fsm": "0.1.0", "numpy": "1.0"})
     assert "has fsm " in other and ", here 0.1.0; numpy " in other and not outcomes
     monkeypatch.setattr("fsm.run.workers.made_by", lambda: made_by() | {"fsm": "0.1.0"})
-    with pytest.raises(FsmError, match=r"a worker has another fsm: .* here 0\.1\.0; install the same versions on all machines"):
+    with pytest.raises(FsmError, match=r"a worker has another fsm: .* here 0\.1\.0; install the same versions"):
         list(run_jobs(eval, ["1"], 1))

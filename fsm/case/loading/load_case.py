@@ -121,7 +121,31 @@ def first_faults(faults: Sequence[Fault]) -> list[Fault]:
     return list(faults) if more <= 0 else [*faults[:_MOST_FAULTS], Fault("", f"and {more:,} more mistakes")]
 
 
-def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[Fault]]:
+class SharedSections:
+    """Sections that many cases have from one base case: each is validated once, and the cases share it.
+
+    Parameters
+    ----------
+    base : tables of the base case
+    """
+
+    def __init__(self, base: Mapping[str, Any]) -> None:
+        self._base = base
+        self._read: dict[tuple[str, str], tuple[Any, list[Fault]]] = {}
+
+    def read(self, name: str, data: Mapping[str, Any], system: str) -> tuple[Any, list[Fault]]:
+        """Validated section of a case, as `_read_section`."""
+        if data[name] is not self._base.get(name):
+            return _read_section(name, data, system)
+        if (name, system) not in self._read:
+            self._read[name, system] = _read_section(name, data, system)
+        value, faults = self._read[name, system]
+        return dict(value) if isinstance(value, dict) else value, list(faults)
+
+
+def read_case(
+    data: Mapping[str, Any], folder: Path, shared: SharedSections | None = None
+) -> tuple[Case | None, list[Fault]]:
     """Build a case from the tables of its file, section by section, so that all faults are found.
 
     Parameters
@@ -130,6 +154,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
         Tables from TOML, with overrides.
     folder : Path
         Folder to which names of data files are relative.
+    shared : SharedSections, optional
+        Sections of a base case that other cases have too.
 
     Returns
     -------
@@ -146,11 +172,12 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     if len(unknown) > MOST_UNKNOWN:
         faults.append(Fault("", f"and {len(unknown) - MOST_UNKNOWN:,} more unknown keys"))
     valid: dict[str, Any] = {}
+    read = _read_section if shared is None else shared.read
     for name in known:
         if name == "contact" and name in data and "strip" in data:
             data = {**data, name: contact_of_strip(data[name], valid.get("strip"), valid.get("material"))}
         if name in data:
-            valid[name], found = _read_section(name, data, system)
+            valid[name], found = read(name, data, system)
             faults += found
     data, found = _build(data, added, valid, system)
     faults += found

@@ -60,14 +60,18 @@ def apply_overrides(
     Returns
     -------
     dict
-        Case with all valid overrides.
+        Case with all valid overrides; sections without an override are those of `data`.
     list of Fault
         Faults of overrides with an impossible path.
     """
-    result: dict[str, Any] = copy.deepcopy(dict(data))
+    result: dict[str, Any] = dict(data)
     faults: list[Fault] = []
     for path, text in pairs:
-        problem = check_path(path) or _put(result, keys_of(path), text)
+        keys = keys_of(path)
+        section = str(keys[0])
+        if section in result and result[section] is data.get(section):
+            result[section] = copy.deepcopy(result[section])
+        problem = check_path(path) or _put(result, keys, text)
         if problem:
             faults.append(Fault(f"{label}{path}", problem))
     return result, faults

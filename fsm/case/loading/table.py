@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fsm.case.loading.load_case import LoadedCase, first_faults, read_case
+from fsm.case.loading.load_case import LoadedCase, SharedSections, first_faults, read_case
 from fsm.case.loading.overrides import REMOVE, apply_overrides, check_path, keys_of, split_override
 from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.loading.toml_text import case_text
@@ -369,11 +369,11 @@ def _base(file: Path, pairs: Sequence[tuple[str, str]], source: str) -> tuple[di
 def _read_rows(
     rows: Sequence[_Row], taken: Iterable[int], base: Mapping[str, Any], pairs: Sequence[tuple[str, str]], file: Path
 ) -> tuple[list[TableCase], list[Fault]]:
-    cases, faults = [], []
+    cases, faults, shared = [], [], SharedSections(base)
     for number in taken:
         row = rows[number]
         data, wrong = apply_overrides(base, [*row.values.items(), *pairs], label="")
-        case, found = read_case(data, file.parent)
+        case, found = read_case(data, file.parent, shared)
         own = {path for path, _ in pairs} - set(row.values)
         wrong = [fault for fault in wrong if fault.path not in own]
         faults.append((row.number, [*wrong, *found]))

@@ -191,9 +191,8 @@ class StaticSegments:
 
     def observation(self, record: np.ndarray) -> Observation:
         """See `fsm.solve.interface.system.StaticArrays`."""
-        drives = len(self._system.motions)
-        travel, force, sums = np.split(record[DRIVES:].copy(), [drives, 2 * drives])
-        pairs = sums.reshape(7, -1)
+        drives, own = len(self._system.motions), record[DRIVES:].copy()
+        travel, force, pairs = own[:drives], own[drives : 2 * drives], own[2 * drives :].reshape(7, -1)
         potential = {name: float(record[self.energies[name]]) for names in self._stored_by for name in names}
         kinetic, lost, put_in, kept, driven, loads, largest = record[
             [KINETIC, LOST, INPUT, KEPT_LOSS, DRIVEN, LOADS, LARGEST]

@@ -112,13 +112,14 @@ class PathRecorder:
         stiffness at rest in each state, if known.
         """
         curve, drives = self.statistics.points, len(self.last.drive.travel)
+        forces, pairs = DRIVES + drives, DRIVES + 2 * drives
         dissipated, count = self.energy_balance.pair_energy, len(rows)
         self._pivots = pivots if drives else None  # records of a path without drives have no count
         for number, row in enumerate(rows, start=1):
             balance, record, pair_energy, q = path.parts(row)
             before, self.time, self.q = (self.time, self.q), float(row[AT]), last if number == count else q
-            travel, force, sums = np.split(record[DRIVES:], [drives, 2 * drives])
-            pair_force = sums.reshape(7, -1)[PAIR_FORCE]
+            travel, force = record[DRIVES:forces], record[forces:pairs]
+            pair_force = record[pairs:].reshape(7, -1)[PAIR_FORCE]
             path_number = CurvePoint.path_after(curve, bool(row[MOVING_ON]))
             energies = float(record[PANELS]), float(record[CREASES])
             curve.append(CurvePoint(DriveState(travel, force), pair_force, self.time, path_number, *energies))
