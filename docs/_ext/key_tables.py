@@ -1,4 +1,4 @@
-"""Tables of keys in docs/case_file.md, from the models of a case.
+"""Tables of keys in docs/case_file.md and docs/studies.md, from the models of a case and of studies.
 
 A comment `<!-- keys strip -->` in the page stands above the table of the section `[strip]`; `<!-- keys -->` stands for the
 top level.
@@ -11,10 +11,11 @@ import re
 from pathlib import Path
 
 from fsm.case.models.case import root
+from fsm.case.models.study_files import FILES
 from fsm.case.schema.key_facts import facts_of, section_of
 from fsm.case.schema.schema import Place
 
-PAGE = Path(__file__).parents[1] / "case_file.md"
+PAGES = tuple(Path(__file__).parents[1] / name for name in ("case_file.md", "studies.md"))
 _TABLE = re.compile(r"^<!-- keys ?([\w.]*) -->\n\n((?:\|.*\n)*)", re.MULTILINE)
 
 
@@ -29,8 +30,9 @@ def with_tables(text: str) -> str:
 
 
 def _section(path: str) -> Place:
-    place: Place | None = root({})
-    for key in path.split(".") if path else ():
+    keys = path.split(".") if path else []
+    place: Place | None = Place(FILES[keys.pop(0)], None, {}) if keys and keys[0] in FILES else root({})
+    for key in keys:
         place = section_of(place.step(key)) if place is not None else None
     if place is None:
         raise ValueError(f"a case has no section {path!r}")
@@ -47,4 +49,5 @@ def _table(section: Place) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for page in PAGES:
+        page.write_text(with_tables(page.read_text(encoding="utf-8")), encoding="utf-8")

@@ -17,6 +17,7 @@ from fsm.errors import CaseError, ExpectationFailed, Fault
 
 if TYPE_CHECKING:
     from fsm.case.models.sheet import Sheet
+    from fsm.studies.sensitivity import Sensitivity
 
 _NAME = "case"
 """Name of a case without a file, in messages."""
@@ -238,6 +239,76 @@ class Case:
             except CaseError as error:
                 raise CaseError(error.faults, error.source or str(self.path)) from None
         return Result(folder, kept, allow_extensions=True)
+
+    def sensitivity(
+        self, of: str = "peak_force", by: Iterable[str] = (), *, study: str | Path | None = None, workers: int | None = 1
+    ) -> Sensitivity:
+        """Derivatives of a response with respect to numbers of the case, as ``fsm sensitivity``.
+
+        Parameters
+        ----------
+        of : str
+            Number of the summary, or ``"max of CHANNEL"``.
+        by : iterable of str
+            Dotted paths of numbers; absent: the parameters of the study.
+        study : str or Path, optional
+            Study file with the scatter of the numbers.
+        workers : int, optional
+            Number of processes for differences of runs; None: one for each core.
+
+        Raises
+        ------
+        CaseError
+            A path has no number, or the case has no such response.
+        FsmError
+            A run failed.
+
+        Examples
+        --------
+        >>> import fsm
+        >>> case = fsm.load("folding_cases/strip_trial/case.toml").set("strip.segments_per_panel", 2)
+        >>> found = case.set("drive.0.travel", "2 mm").sensitivity(by=["material.young", "crease.stiffness"])
+        >>> found["material.young"].exact
+        True
+        """
+        from fsm.io.threads import one_thread
+
+        with one_thread():
+            from fsm.studies.sensitivity import sensitivity
+
+            return sensitivity(self._tables, self.path, of, list(by), (), None if study is None else Path(study), workers)
+
+    def solve_for(
+        self, reach: str, by: str, between: tuple[float | str, float | str], out: str | Path | None = None
+    ) -> Case:
+        """Case with the value of a number for which a response has a given value, as ``fsm solve-for``.
+
+        Parameters
+        ----------
+        reach : str
+            Response and value: ``"peak_force=5 N"``.
+        by : str
+            Dotted path of the number.
+        between : (value, value)
+            Two values of the number on either side of the solution, as in a case file.
+        out : str or Path, optional
+            Folder for the history; absent: none is kept.
+
+        Raises
+        ------
+        CaseError
+            An argument is faulty, or the target is not between the responses at both ends.
+        NotConverged
+            A run failed, or the response jumps over the target.
+        """
+        from fsm.io.threads import one_thread
+
+        with one_thread(), tempfile.TemporaryDirectory(prefix="fsm-") as folder:
+            from fsm.studies.solve_for import solve_for
+
+            kept = Path(folder if out is None else out)
+            value, search = solve_for(self._tables, self.path, reach, by, between, kept, progress=False)
+        return self.set(by, f"{value!r} {search.problem.units[by]}".strip())
 
     def write(self, path: str | Path) -> Path:
         """Write the complete case as a TOML file, which needs no other files; return its path."""

@@ -26,6 +26,7 @@ from fsm.cli.options import (
     out_folder,
     set_option,
 )
+from fsm.cli.studies import optimise, sensitivity, solve_for, study
 from fsm.errors import CaseError, ExpectationFailed, FsmError, OutOfMemory, is_interrupt
 from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.io.interrupts import ignore_repeated_interrupts
@@ -460,7 +461,7 @@ def warmup() -> None:
     compile_ahead()
 
 
-for _command in (export, help_key, init, schema):
+for _command in (export, help_key, init, schema, optimise, sensitivity, solve_for, study):
     cli.add_command(_command)
 
 

@@ -10,6 +10,7 @@ from typing import Literal, get_args, get_origin
 
 from fsm.case.models.case import root
 from fsm.case.models.coupling import OWN_COUPLINGS
+from fsm.case.models.study_files import FILES
 from fsm.case.schema.key_facts import facts_of, plain, section_of
 from fsm.case.schema.schema import Place
 from fsm.case.schema.units import did_you_mean
@@ -37,11 +38,14 @@ def help_lines(key: str) -> list[str]:
     """
     if not key:
         *lines, hint = _section_lines("", root({}))
-        return [*lines[:-1], *(f"{name}  section of an extension" for name in BUILDERS), "", hint]
+        others = [f"{name}  file of fsm {name}" for name in FILES]
+        return [*lines[:-1], *(f"{name}  section of an extension" for name in BUILDERS), "", *others, "", hint]
     path = ".".join(part for part in key.strip("[]. ").split(".") if not part.isdigit())
     pages = _pages()
     if path in pages:
         return _page(path, *pages[path])
+    if path in FILES:
+        return [f"file of fsm {path}", "", *_section_lines(path, Place(FILES[path], None, {}))]
     if path in BUILDERS:
         return [f"[{path}]", "", *_section_lines(path, dict(_added())[path])]
     found = [known for known in pages if known.rpartition(".")[2] == path or known.endswith(f".{path}")]
@@ -55,7 +59,7 @@ def help_lines(key: str) -> list[str]:
 
 
 def all_keys() -> tuple[str, ...]:
-    """Paths of all keys of a case; the paths have no item numbers."""
+    """Paths of all keys of a case and of the files of studies; the paths have no item numbers."""
     return tuple(_pages())
 
 
@@ -67,7 +71,8 @@ def _pages() -> dict[str, tuple[Place, str]]:
 
 @cache
 def _own_pages() -> dict[str, tuple[Place, str]]:
-    return {path: (section, key) for path, section, key in _walk("", root({}))}
+    studies = (each for name, model in FILES.items() for each in _walk(name, Place(model, None, {})))
+    return {path: (section, key) for path, section, key in (*_walk("", root({})), *studies)}
 
 
 def _added() -> Iterator[tuple[str, Place]]:

@@ -255,11 +255,32 @@ def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
 
 def _rows(lines: list[tuple[int, list[str]]]) -> tuple[list[_Row], list[Fault]]:
     """Rows with names and values, and the faults of header and names."""
+    header, found, faults = _with_units(lines)
+    if not header:
+        return [], faults
+    rows = [_Row(number, _name(values), {k: v for k, v in values.items() if v and k != NAME}) for number, values in found]
+    return rows, _header_faults(header) + faults + _name_faults(rows, NAME in header)
+
+
+def read_rows(path: str | Path) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
+    """Header of a CSV file, and the cells of each row by the header with the units of a row of units; line numbers first.
+
+    Raises
+    ------
+    CaseError
+        The file cannot be read, has no rows, or a row has another number of cells than the header.
+    """
+    header, rows, faults = _with_units(_cells(read_text(path).splitlines()))
+    if faults:
+        raise CaseError(faults, str(path))
+    return header, rows
+
+
+def _with_units(lines: list[tuple[int, list[str]]]) -> tuple[list[str], list[tuple[int, dict[str, str]]], list[Fault]]:
+    """Header and rows, as `read_rows`, and faults of the number of cells."""
     if len(lines) < 2:
-        return [], [Fault("", "has no rows; give a header of dotted paths and one row for each case")]
-    header = lines[0][1]
-    faults = _header_faults(header)
-    rows, units = [], _units(header, lines[1][1])
+        return [], [], [Fault("", "has no rows; give a header of dotted paths and one row for each case")]
+    header, units, rows, faults = lines[0][1], _units(lines[0][1], lines[1][1]), [], []
     for number, cells in lines[2 if units else 1 :]:
         if len(cells) != len(header):
             faults.append(Fault(f"row {number}", f"has {len(cells)} cells; the header has {len(header)}"))
@@ -268,8 +289,8 @@ def _rows(lines: list[tuple[int, list[str]]]) -> tuple[list[_Row], list[Fault]]:
             key: f"{cell} {units[key]}" if key in units and _NUMBER.fullmatch(cell) else cell
             for key, cell in zip(header, cells, strict=True)
         }
-        rows.append(_Row(number, _name(values), {k: v for k, v in values.items() if v and k != NAME}))
-    return rows, faults + _name_faults(rows, NAME in header)
+        rows.append((number, values))
+    return header, rows, faults
 
 
 def _units(header: Sequence[str], cells: Sequence[str]) -> dict[str, str]:

@@ -1,0 +1,111 @@
+"""Derivatives of responses: exact ones against differences of runs, propagation of scatter, mistakes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import fsm
+from fsm.cli.command_line import cli
+from fsm.errors import CaseError
+from fsm.studies.problem import numbers_of
+from fsm.studies.sensitivity import differentiated_peak
+
+CASES = Path(__file__).parents[2] / "folding_cases"
+STRIP = CASES / "strip_trial" / "case.toml"
+
+
+def strip() -> fsm.Case:
+    small = {"strip.segments_per_panel": 4, "drive.0.travel": "30 mm", "solve.rtol": 1e-7, "expect": None}
+    return fsm.load(STRIP).set(small)
+
+
+def test_derivatives_of_the_peak_of_a_strip() -> None:
+    """All stiffnesses together scale the force: their relative derivatives add up to one, through contact too."""
+    paths = ["material.young", "crease.stiffness", "contact.stiffness", "strip.fold_angle"]
+    found = strip().sensitivity(by=paths)
+    assert all(one.exact for one in found.derivatives)
+    assert found.warnings == ()
+    assert sum(found.elasticity(found[path]) for path in paths[:3]) == pytest.approx(1.0, abs=2e-4)
+    angle = found["strip.fold_angle"]
+    fine = strip().set("save.every", "0.1 mm")  # the peak of a run is that of its records
+    peaks = [fine.set("strip.fold_angle", angle.value * (1.0 + k)).run().summary["peak_force"] for k in (-1e-4, 1e-4)]
+    assert angle.slope == pytest.approx((peaks[1] - peaks[0]) / (2e-4 * angle.value), rel=1e-3)
+
+
+def test_differences_where_there_are_no_exact_derivatives() -> None:
+    """The force at the end of the travel of a sheet of creases alone is proportional to their stiffness."""
+    case = fsm.load(CASES / "miura_push" / "case.toml").set({"sheet.columns": 2, "sheet.rows": 2, "drive.0.travel": 0.4})
+    found = case.sensitivity("peak_force", ["crease.stiffness_per_length"])
+    assert found.elasticity(found.derivatives[0]) == pytest.approx(1.0, abs=1e-5)
+    channel = case.sensitivity("max of energy.creases", ["crease.stiffness_per_length"])
+    (one,) = channel.derivatives
+    assert not one.exact
+    assert channel.unit == "J"
+    assert channel.elasticity(one) == pytest.approx(1.0, abs=1e-4)  # joints of facets are stiff, not rigid
+    assert one.error <= 1e-6 * abs(one.slope)
+    assert any("differences of runs in place of exact derivatives" in text for text in channel.warnings)
+
+
+def test_responses_of_joints() -> None:
+    """Largest reactions and the largest impulse of a latch are numbers with units."""
+    events = [
+        {"what": "latch closes", "impulse": 0.2},
+        {"what": "stop is hit", "impulse": 0.9},
+        {"what": "latch closes", "impulse": 0.3},
+    ]
+    summary = {
+        "drive": "crease 3", "peak_force": 2.0, "peak_kind": "static", "smallest_margin": 0.5, "joint_events": events,
+        "reactions": [{"joint": "root", "force": 26.0, "force_time": 1.0, "moment": 3.0, "moment_time": 1.0}],
+    }  # fmt: skip
+    found = numbers_of(summary)
+    assert found["force at root"] == (26.0, "N")
+    assert found["moment at root"] == (3.0, "N m")
+    assert found["latch_impulse"] == (0.3, "N m s")
+    assert found["smallest_margin"] == (0.5, "")
+    assert found["peak_force"] == (2.0, "N")
+
+
+def test_a_case_without_a_travel_has_no_exact_derivatives() -> None:
+    with pytest.raises(CaseError, match="for a .*drive.* with a travel only"):
+        differentiated_peak(fsm.load(CASES / "dropped_plates" / "case.toml").model, ["contact.stiffness"])
+
+
+def test_scatter_is_propagated_with_correlations(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(f"""
+case = "{STRIP}"
+correlation = [{{ between = ["material.young", "crease.stiffness"], value = 0.5 }}]
+[[parameter]]
+path = "material.young"
+distribution = "normal"
+sigma = "10 %"
+[[parameter]]
+path = "crease.stiffness"
+distribution = "normal"
+sigma = "20 %"
+""")
+    case = strip().set("drive.0.travel", "2 mm")
+    found = case.sensitivity(study=tmp_path / "study.toml")
+    young, crease = (found.elasticity(one) * part for one, part in zip(found.derivatives, (0.1, 0.2), strict=True))
+    wanted = found.value * np.sqrt(young**2 + crease**2 + young * crease)
+    assert found.deviation() == pytest.approx(wanted, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        (["--by", "strip.thicknes"], "strip.thicknes: unknown key; did you mean `strip.thickness`?"),
+        (["--by", "strip.panels"], "strip.panels: is 6, a whole number; only continuous numbers have derivatives"),
+        (["--by", "contact.law"], "contact.law: is not a number of the case"),
+        ([], "name the numbers to differentiate by"),
+        (["--by", "friction.mu_static"], "friction.mu_static: the case has no number there"),
+    ],
+)
+def test_a_mistake_gives_one_line(words: list[str], wanted: str) -> None:
+    found = CliRunner().invoke(cli, ["sensitivity", str(STRIP), *words])
+    assert found.exit_code == 2
+    assert wanted in found.output
+    assert len(found.output.splitlines()) == 1
