@@ -279,6 +279,11 @@ class SegmentForces(Configuration):
         still = [group for group in self.locking if group.still[0] > 0.0]
         return max((group.advance(self.at_rest, 0.0, LARGEST) for group in still), default=0.0)
 
+    @property
+    def per_moment(self) -> float:
+        """Inverse of the size of a structure with locked directions, 1/m: its moments count as reactions; else zero."""
+        return 1.0 / self.scales().extent if self.locking else 0.0
+
     def swap_multipliers(self) -> None:
         """See `System`."""
         for group in self.locking:
@@ -293,7 +298,7 @@ class SegmentForces(Configuration):
         for group in self.locking:
             if still:
                 group.sizes[:] = 1.0 / np.sum((group.gradients(poses) * span) ** 2, axis=(1, 2))
-            group.still[0] = self._energy_at_rest if still else 0.0
+            group.still[0], group.still[2] = self._energy_at_rest if still else 0.0, self.scales().extent
             group.lock(0.0)
         return before
 
