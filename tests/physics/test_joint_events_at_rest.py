@@ -99,6 +99,4 @@ def test_a_stop_is_hit_in_the_motion_after_a_slow_step(tmp_path: Path) -> None:
     assert (stop["what"], back["what"]) == ("stop is hit", "end step")
     assert stop["time"] == pytest.approx(100.0 + at, abs=1e-6)
     assert stop["rate_before"] == pytest.approx(rate, rel=1e-5)  # rtol^(2/3) of the motion, with a margin
-    after = 0.5 * np.arctan(0.2 * 2.0 / (0.6 * rate))  # the way back begins with the rate after the stop
-    assert back["time"] == pytest.approx(100.0 + at + after, abs=6e-3)  # the contact takes a time, too
     assert result.summary["step"][1]["end_time"] == back["time"]
