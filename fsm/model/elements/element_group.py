@@ -263,7 +263,7 @@ class ElementGroup(Group):
     @property
     def still(self) -> np.ndarray:
         """Energy scale of penalties at rest (J), 0 in motions, the part of the last change of the multipliers, and
-        the size of the structure (m).
+        the length of a body (m).
         """
         return np.zeros(3)
 

@@ -57,8 +57,8 @@ PROJECTION = 1e7
 """The same penalty of projections, and of accelerations at given positions and velocities. These are linear equations, so
 each solution reduces the error by this factor."""
 RIGID = 1e6
-"""Penalty at rest relative to the energy scale over the square of the motion that opens by one. Each iteration reduces
-errors of the multipliers by the ratio of the stiffness of an opening to its penalty."""
+"""Penalty at rest relative to the energy scale over the square of the motion that opens by one, lengths relative to those
+of bodies. Each iteration reduces errors of the multipliers by the ratio of the stiffness of an opening to its penalty."""
 
 _TURN = 2.0
 """Largest turn in a step, rad; angles are counted from step to step."""
@@ -170,7 +170,7 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     """Advance the multipliers by the part `per_second` of an increment of all bodies, which the rates of the model contain.
 
     The task t is `STEP`, or `AGAIN` to replace the last part by another one. `WORK` returns the work of the penalties along
-    the increment instead, and `LARGEST` the largest force of a multiplier, N; moments count over the size of the structure.
+    the increment instead, and `LARGEST` the largest force of a multiplier, N; moments count over the length of a body.
     """
     rates, bodies, gradient = floats_2d(table, RATES), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
