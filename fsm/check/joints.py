@@ -11,7 +11,7 @@ from fsm.case.derived.joint_frames import joint_axes
 from fsm.case.derived.joint_margin import margin_results
 from fsm.case.models.joint import TURNING, SceneJoint
 from fsm.check.view import CheckContext
-from fsm.model.faults.joint_state import JointsAtStart
+from fsm.model.plan.joint_state import JointsAtStart
 from fsm.text.margin_text import margin_texts, negative_margins
 from fsm.text.report_text import count
 from fsm.text.shown_units import shown, shown_points

@@ -15,7 +15,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive
 from fsm.case.models.materials import SplineCrease
 from fsm.case.models.scene import ForceElement, Scene
-from fsm.case.plan.method_selection import begins_in_motion, solve_of
+from fsm.case.plan.method_selection import solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import loads_of, with_paths_of_steps
 from fsm.check.contact import (
@@ -39,9 +39,9 @@ from fsm.model.bodies.drive import PrescribedMotion, run_up_of
 from fsm.model.faults.check_scene import check_scene
 from fsm.model.faults.crease_checks import crease_faults, crease_warnings
 from fsm.model.faults.gas_checks import gas_faults
-from fsm.model.faults.joint_state import JointsAtStart
 from fsm.model.faults.overlap import find_overlaps
 from fsm.model.plan.in_python import cost_in_python
+from fsm.model.plan.joint_state import JointsAtStart
 from fsm.model.plan.plan import plan_of
 from fsm.model.plan.plan_warnings import plan_warnings
 from fsm.model.plan.planned import PlannedStep
@@ -67,7 +67,7 @@ def describe(case: Case, source: str = "") -> list[str]:
     scene = build_scene(case)
     steep = crease_faults(scene, case.strip is not None)
     checked = _once_driven(scene) if case.step else scene
-    faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene), *_opened(case, scene)]
+    faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
     if faults:
         raise CaseError(with_paths_of_steps(case, faults), source)
     plan = plan_of(case, scene) if case.step else None  # the faults of the plan have the paths of the steps
@@ -75,6 +75,9 @@ def describe(case: Case, source: str = "") -> list[str]:
     if faults:
         raise CaseError(faults, source)
     view = CheckContext(case, scene, plan or plan_of(case, scene))
+    faults = list(_opened(view))
+    if faults:
+        raise CaseError(faults, source)
     return labelled(_SECTIONS, view)
 
 
@@ -103,9 +106,9 @@ def _overlaps(case: Case, scene: Scene) -> Iterator[Fault]:
         )
 
 
-def _opened(case: Case, scene: Scene) -> Iterator[Fault]:
-    if scene.joints and begins_in_motion(case):
-        yield from JointsAtStart(scene).velocity_faults()
+def _opened(view: CheckContext) -> Iterator[Fault]:
+    if view.scene.joints and view.plan.begins_in_motion:
+        yield from JointsAtStart(view.scene).velocity_faults()
 
 
 def _endless(case: Case, scene: Scene) -> Iterator[Fault]:
@@ -385,7 +388,7 @@ def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
     yield from margin_warnings(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
-    if view.scene.joints and begins_in_motion(view.case):
+    if view.scene.joints and view.plan.begins_in_motion:
         yield from JointsAtStart(view.scene).velocity_warnings()
     yield from plan_warnings(view.case, view.scene, view.plan if view.plan.written else None)
     yield from pulled_beyond_length(view)

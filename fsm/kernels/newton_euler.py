@@ -72,6 +72,16 @@ def largest_force(wrenches: np.ndarray) -> float:
 
 
 @kernel
+def largest_moment(wrenches: np.ndarray) -> float:
+    """Largest moment component in wrenches (n_bodies, 3 or 6)."""
+    largest = 0.0
+    for i in range(wrenches.shape[0]):
+        for k in range(3 if wrenches.shape[1] == 6 else 2, wrenches.shape[1]):
+            largest = max(largest, abs(wrenches[i, k]))
+    return largest
+
+
+@kernel
 def motion_energy(
     inertia: np.ndarray, rates: np.ndarray, wrenches: np.ndarray, driven: np.ndarray
 ) -> tuple[float, float, float]:

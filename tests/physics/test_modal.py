@@ -8,6 +8,7 @@ shear lowers the frequencies of Euler and Bernoulli by about (n pi)^2 EI/(2 GA),
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -291,6 +292,20 @@ def test_a_mode_that_lanczos_missed_is_found_out(monkeypatch: pytest.MonkeyPatch
     result = modes(system, 0.0, NOWHERE, 6)  # type: ignore[arg-type]
     assert len(calls) == 2
     assert result.squared == pytest.approx(dense(system, NOWHERE)[:6], rel=1e-10)
+
+
+def test_the_sign_of_a_mode_does_not_depend_on_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Solvers may give a mode of either sign."""
+    system, solver = Given(1, 6), modal._dense
+    before = modes(system, 0.0, NOWHERE, 18).shapes  # type: ignore[arg-type]
+
+    def turned(*arguments: Any) -> tuple[np.ndarray, np.ndarray]:
+        squared, shapes = solver(*arguments)
+        return squared, -shapes
+
+    monkeypatch.setattr(modal, "_dense", turned)
+    found = modes(system, 0.0, NOWHERE, 18).shapes  # type: ignore[arg-type]
+    np.testing.assert_array_equal(found, before)
 
 
 def test_no_modes_of_nothing() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+import fsm
 from fsm.builders.scene import build_scene
 from fsm.case.loading.load_case import read_case
 from fsm.case.models.loads import Drive, Load
@@ -122,3 +123,42 @@ def test_changing_loads(time: Ramp | Table) -> None:
 
 def test_constant_loads_are_statics() -> None:
     assert automatic_method(scene(loads=(Load(body="arm", force=(0.0, 0.0, 1.0), time=Constant()),)))[0] == "static"
+
+
+def pulled(speed: str = "1 mm/s", bent: float = 0.6, **keys: Any) -> dict[str, Any]:
+    """Two panels of 1 m, hinged to the ground and to each other, and a hand on a hinge at the end, which moves along x."""
+    spring = {"stiffness": 2.0, "rest": 0.2}
+    places = [[0.0, 0.0, 0.0], [0.8, 0.0, bent], [1.6, 0.0, 0.0]]
+    names = ["ground", "one", "two", "hand"]
+    joints: list[dict[str, Any]] = [
+        {"name": f"hinge {k}", "kind": "revolute", "first": names[k], "second": names[k + 1], "at": places[k],
+         "axis": [0.0, 1.0, 0.0]} | ({"spring": spring} if k < 2 else {}) for k in range(3)
+    ]  # fmt: skip
+    joints[1] |= keys.pop("middle", {})
+    bodies = [
+        {"name": name, "mass": 1.0, "inertia": [0.01, 0.1, 0.1], "position": [x, 0.0, z]}
+        for name, x, z in (("one", 0.4, 0.5 * bent), ("two", 1.2, 0.5 * bent), ("hand", 1.6, 0.0))
+    ]
+    drives = [{"body": "hand", "direction": [-1.0, 0.0, 0.0], "travel": 0.3, "speed": speed}]
+    scene = {"bodies": bodies, "joints": joints, "drives": drives} | keys.pop("scene", {})
+    return {"units": "SI", "gravity": [0.0, 0.0, 0.0], "scene": scene} | keys
+
+
+@pytest.mark.parametrize(
+    ("case", "method", "reason"),
+    [
+        (pulled(), "static", "the drive is slow: kinetic over elastic energy is 2e-06, below 1e-05"),
+        (pulled("1 m/s"), "explicit", "the drive is fast: kinetic over elastic energy is 2, above 1e-05"),
+        (pulled(scene={"drives": []}, solve={"end_time": 1.0}), "explicit", "there is no drive, so the motion is free"),
+        (pulled(middle={"motor": {"torque": 1.0}}), "explicit", "motors of joints are computed in motions"),
+        (pulled(event=[{"when": "time > 1", "do": "release hinge 2"}]), "explicit", "events happen in motions"),
+        (pulled(middle={"kind": "planar", "spring": None}), "explicit",
+         "neither joints nor springs hold 1 motion of the bodies"),
+    ],
+)  # fmt: skip
+def test_of_slow_pulls_with_joints(case: dict[str, Any], method: str, reason: str) -> None:
+    """The velocities that a drive gives to bodies on joints at the start are no initial velocities."""
+    joints = case["scene"]["joints"]
+    case["scene"]["joints"] = [{key: value for key, value in joint.items() if value is not None} for joint in joints]
+    lines = str(fsm.load(case).check()).splitlines()
+    assert f"method        {method}, selected by auto: {reason}" in lines

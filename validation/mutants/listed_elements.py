@@ -402,6 +402,20 @@ JOINTS = (
         physics_test("joints_at_rest", "test_hinge_with_a_spring_follows_a_growing_dead_load"),
     ),
     Mutant(
+        "latches that open keep their energy in the balance",
+        "fsm/model/elements/joint_laws.py",
+        "return float(0.5 * law[LATCH] *",
+        "return float(0.0 * law[LATCH] *",
+        physics_test("joint_events_at_rest", "test_a_driven_latch_opens_on_a_slow_path_and_loses_its_energy"),
+    ),
+    Mutant(
+        "slow steps that pass events",
+        "fsm/solve/stepping/path.py",
+        "if 0.0 < record[PART] < 1.0 and",
+        "if 0.0 > record[PART] and",
+        physics_test("joint_events_at_rest", "test_a_driven_latch_opens_on_a_slow_path_and_loses_its_energy"),
+    ),
+    Mutant(
         "latches that never close",
         "fsm/model/elements/joint_events.py",
         "memory[LATCHED * m + i] = 1.0",

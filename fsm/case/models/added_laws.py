@@ -40,7 +40,7 @@ def check_parameters(
     """Parameters of a law (or of another key) of an extension, in SI; other laws have no parameters."""
     known = added.get(law) if isinstance(law, str) else None
     if known is None or known.parameters is None:
-        if not value:
+        if not value or key not in info.data:  # the value of the key is wrong, which has its own fault
             return None
         _refuse(f"not used with {key} = {with_unit(law, None)}; only those of extensions have parameters; remove this key")
     try:

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from fsm.case.derived.frame_bodies import quaternion_matrix
-from fsm.case.models.case import Case
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.joint_action import LEAST_REBOUND
@@ -42,7 +41,7 @@ _MAX_PACE_OF_SHEETS = 1e-2
 the force. These parts have no dampers, so vibrations would not decay in a dynamic solution."""
 
 
-def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, str]:
+def automatic_method(scene: Scene, comes_to_rest: bool = False, unheld: int = 0) -> tuple[str, str]:
     """Method for `method = "auto"`.
 
     Parameters
@@ -50,17 +49,23 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     scene : Scene
     comes_to_rest : bool
         Whether the next stage starts at rest, so that inertia in this stage has no effect on it.
+    unheld : int
+        Number of motions at the start that neither ideal joints nor springs hold; used with ideal joints.
 
     Returns
     -------
     method, reason : str
     """
     dynamics = dynamic_method(scene)
-    if scene.joints:
-        slow = ", without stiff springs" if dynamics == "explicit" else ""
-        return dynamics, f"ideal joints are computed in motions{slow}"
     if not scene.drives:
         return dynamics, "there is no drive, so the motion is free"
+    if scene.actions:
+        return dynamics, "events happen in motions"
+    if any(joint.motor is not None for joint in scene.joints):
+        return dynamics, "motors of joints are computed in motions"
+    if scene.joints and unheld:
+        text = "1 motion of the bodies" if unheld == 1 else f"{unheld} motions of the bodies"
+        return dynamics, f"neither joints nor springs hold {text}"
     if any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies):
         return dynamics, "bodies have initial velocities"
     if not all(load.time is None or isinstance(load.time, Constant) for load in scene.loads):
@@ -117,7 +122,7 @@ def fastest_rate(scene: Scene) -> float:
         ends = [bodies[name] for name in (element.inner, element.outer) if name in bodies]
         mass, turn = sum(1.0 / body.mass for body in ends), sum(1.0 / min(body.inertia) for body in ends)
         compliances[element.name] = turn
-        stiffness = max(*element.rotation, _hinge_stiffness(element))
+        stiffness = max(*element.rotation, hinge_stiffness(element))
         fastest = max(
             fastest, _rate(max(element.translation), max(element.translation_damping), mass),
             _rate(stiffness, max(element.rotation_damping), turn),
@@ -126,19 +131,19 @@ def fastest_rate(scene: Scene) -> float:
         compliance = sum(1.0 / _inertia(bodies[name], joint) for name in (joint.first, joint.second) if name in bodies)
         compliances[joint.name] = compliance
         for action in (joint.spring, joint.stop, joint.latch):
-            fastest = max(fastest, _rate(_slope(action, "stiffness"), getattr(action, "damping", 0.0), compliance))
+            fastest = max(fastest, _rate(slope_of(action, "stiffness"), getattr(action, "damping", 0.0), compliance))
         if joint.friction is not None:
             fastest = max(fastest, _rate(0.0, joint.friction.steepest, compliance))
         if joint.stop is not None and joint.stop.restitution is not None:  # see `compile_joint_forces.rebound`
             stiffer = 2.0 / max(joint.stop.restitution, LEAST_REBOUND)
             fastest = max(fastest, _rate(stiffer * joint.stop.stiffness, 0.0, compliance))
-        fastest = max(fastest, _rate(0.0, max(_slope(joint.damper, "coefficient"), _governed(joint.motor)), compliance))
+        fastest = max(fastest, _rate(0.0, max(slope_of(joint.damper, "coefficient"), _governed(joint.motor)), compliance))
     for spring in scene.springs:
         compliance = sum(
             1.0 / bodies[name].mass + math.dist(point, bodies[name].position) ** 2 / min(bodies[name].inertia)
             for name, point in ((spring.first, spring.at), (spring.second, spring.to)) if name in bodies
         )  # fmt: skip
-        fastest = max(fastest, _rate(_slope(spring, "stiffness"), _slope(spring.damper, "coefficient"), compliance))
+        fastest = max(fastest, _rate(slope_of(spring, "stiffness"), slope_of(spring.damper, "coefficient"), compliance))
     for cord in scene.cords:
         compliance = sum(
             1.0 / bodies[name].mass + math.dist(point, bodies[name].position) ** 2 / min(bodies[name].inertia)
@@ -166,12 +171,13 @@ def _inertia(body: Body, joint: SceneJoint) -> float:
     return float(along**2 @ np.array(body.inertia))
 
 
-def _slope(law: Any, key: str) -> float:
+def slope_of(law: Any, key: str) -> float:
     """Coefficient of a law, or largest slope of its table."""
     rows = getattr(law, "table", None) or ()
     if isinstance(law, SplineCrease) and law.angle is not None and law.moment is not None:
         rows = tuple(zip(law.angle, (law.scale * moment for moment in law.moment), strict=True))
-    return max([float(getattr(law, key, None) or 0.0), *(abs((b[1] - a[1]) / (b[0] - a[0])) for a, b in pairwise(rows))])
+    slopes = (abs((b[1] - a[1]) / (b[0] - a[0])) for a, b in pairwise(rows))
+    return max([float(getattr(law, key, None) or 0.0), *slopes])
 
 
 def _governed(motor: Motor | None) -> float:
@@ -181,11 +187,6 @@ def _governed(motor: Motor | None) -> float:
     steepest = max(abs((b[1] - a[1]) / (b[0] - a[0])) for a, b in pairwise(motor.curve)) * motor.ratio**2
     largest = max(abs(effort) for _, effort in motor.curve) * motor.ratio
     return max(steepest, largest / (0.01 * abs(motor.speed)) if motor.speed else 0.0)
-
-
-def begins_in_motion(case: Case) -> bool:
-    """Whether a case without steps has initial velocities; equilibria have none."""
-    return not case.step and case.solve.method not in STATICS
 
 
 def solve_of(solve: Solve, scene: Scene | None) -> Solve:
@@ -204,13 +205,15 @@ def pace(scene: Scene) -> float:
     """Ratio of the kinetic energy of all free parts at drive speed to the elastic energy of the softest hinge at a rotation
     of 1 rad.
 
-    Hinges are force elements, the folds of trusses, and the creases of flexible facets. Facets without creases count as a
-    square plate that is bent by 1 rad. The ratio is infinite if none of these has a stiffness.
+    Hinges are force elements, springs of joints, the folds of trusses, and the creases of flexible facets. Facets without
+    creases count as a square plate that is bent by 1 rad. The ratio is infinite if none of these has a stiffness.
     """
     reach = max((math.dist(place, (0.0, 0.0, 0.0)) for place in _places(scene)), default=0.0)
     speed = max((drive.fastest * (1.0 if drive.turn is None else reach) for drive in scene.drives), default=0.0)
     mass = sum(body.mass for body in scene.bodies if not body.held) + sum(sum(truss.mass) for truss in scene.trusses)
-    hinges = [k for element in scene.elements if (k := _hinge_stiffness(element)) > 0.0]
+    hinges = [k for element in scene.elements if (k := hinge_stiffness(element)) > 0.0]
+    springs = [(slope_of(joint.spring, "stiffness"), joint.kind == "prismatic") for joint in scene.joints]
+    hinges += [k * (reach * reach if slides else 1.0) for k, slides in springs if k > 0.0]
     hinges += [k for truss in scene.trusses for k in truss.fold_stiffness if k > 0.0]
     if scene.facets is not None:
         mass += scene.facets.mass
@@ -226,6 +229,6 @@ def _places(scene: Scene) -> Iterator[tuple[float, ...]]:
         yield from (tuple(place) for place in scene.facets.mesh.positions.tolist())
 
 
-def _hinge_stiffness(element: ForceElement) -> float:
+def hinge_stiffness(element: ForceElement) -> float:
     """Stiffness about the crease axis, N m/rad; for a tabulated crease the slope between the ends of its curve."""
     return element.twist_stiffness if element.crease is None else element.crease.mean_stiffness

@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from fsm.case.schema.schema import Place, locate, tags
+from fsm.case.schema.synonyms import meant
 from fsm.case.schema.units import SYSTEMS, did_you_mean, parse_unit, unit_in, with_unit
 from fsm.errors import Fault
 
@@ -96,7 +97,8 @@ def _translate(detail: Any, place: Place | None, path: list[str | int], system: 
         return Fault(dotted(path), detail["msg"])
     requirement = _REQUIREMENTS.get(kind)
     text = requirement(context, place) if requirement else f"is not accepted ({detail['msg'].lower()})"
-    return Fault(dotted(path), f"{text}; it is {with_unit(value, unit, system)}")
+    remark = meant(value, str(context["expected"])) if kind == "literal_error" else ""
+    return Fault(dotted(path), f"{text}; it is {with_unit(value, unit, system)}{remark}")
 
 
 _BOUNDS = {

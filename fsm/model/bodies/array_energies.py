@@ -25,6 +25,7 @@ from fsm.model.bodies.arrays import (
     LOST_BY,
     MATRIX,
     PAIR_ENERGY,
+    PART_BY,
     POSES,
     RATES,
     STIFFNESS,
@@ -120,6 +121,17 @@ def present_powers(
     for k in range(count):
         drive_force[k] += record[DRIVES + count + k]
     return put_in + of_elements[2], lost
+
+
+@kernel
+def part_before_event(model: Segments, t: float, step: float) -> float:
+    """See `System.part_before_event`, at the present state."""
+    part = 2.0
+    for k in range(model.elements.shape[0]):
+        found = call_at(model.elements[k, PART_BY], model.table, model.element_tables[k], t, step)
+        if found > 0.0:
+            part = min(part, found)
+    return part
 
 
 @kernel

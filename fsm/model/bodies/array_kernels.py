@@ -12,8 +12,7 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
-from fsm.kernels.pointers import call_at
-from fsm.model.bodies.array_energies import accept_elements, energies, powers
+from fsm.model.bodies.array_energies import accept_elements, energies, part_before_event, powers
 from fsm.model.bodies.array_forces import force, place, renewed_force, retract
 from fsm.model.bodies.array_locked import add_inertia, advance, consistent, lock
 from fsm.model.bodies.arrays import (
@@ -23,7 +22,6 @@ from fsm.model.bodies.arrays import (
     KEPT_STIFFNESS,
     MASS,
     MATRIX,
-    PART_BY,
     STIFFNESS,
     TURNED,
     Segments,
@@ -147,11 +145,7 @@ def _part_of_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray, step:
     part = 1.0
     if model.groups.shape[0] > 0:
         part = model.by_contacts.part_of_step(model.table, model.groups, model.contact_laws, t, step)
-    for k in range(model.elements.shape[0]):
-        found = call_at(model.elements[k, PART_BY], model.table, model.element_tables[k], t, step)
-        if found > 0.0:
-            part = min(part, found)
-    return float(part)
+    return min(float(part), part_before_event(model, t, step))
 
 
 @kernel

@@ -9,10 +9,11 @@ from fsm.interactions.driven import driven_power, fill_reactions, place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
-from fsm.kernels.newton_euler import largest_force, support_reactions
+from fsm.kernels.newton_euler import largest_force, largest_moment, support_reactions
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.kernels.records import replaced
+from fsm.model.bodies.array_energies import part_before_event
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
 from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
@@ -133,6 +134,8 @@ def _end_of_step(
     t, per_second = floats_1d(table, INTERVAL)[0], per_second_of(table)
     sum_forces(model, t, per_second)
     write_record(model, t, per_second, integers_1d(table, FREE), record)
+    part = part_before_event(model, t, floats_1d(table, INTERVAL)[2])
+    record[path.PART] = part if part <= 1.0 else 0.0
     p, factors = pattern_of(table), floats_3d(table, FACTORS)
     record[path.NEGATIVE] = negative_of_last(
         model.equations, p, floats_3d(table, MATRIX), factors, model.flags, trial, accurate
@@ -219,7 +222,10 @@ def _add_motion(table: np.ndarray, t: float, moving: np.ndarray, record: np.ndar
     record[path.LOADS] += _power_of_loads(table, t)
     driving, record[path.DRIVEN] = driven_power(driven, inertia, rates, wrenches)
     record[path.INPUT] = record[path.LOADS] + driving
-    record[path.LARGEST] = largest_force(support_reactions(wrenches, moving))
+    reactions = support_reactions(wrenches, moving)
+    record[path.LARGEST] = max(
+        largest_force(reactions), floats_1d(table, INTERVAL)[5] * largest_moment(reactions)
+    )  # fmt: skip
     fill_reactions(driven, t, np.zeros(inertia.shape), wrenches, record[DRIVES:])
 
 

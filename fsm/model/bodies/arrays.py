@@ -85,9 +85,10 @@ class Arrays(NamedTuple):
     kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
     last_q : (nq,) array
         Configuration of the last state in statics.
-    interval : (5,) array
+    interval : (6,) array
         Time in statics, and time since the last state, first as zero if no force depends on rates; time of the last state
         (s). Part of the time in `System.progress`, per second; zero if the progress is the time.
+        Inverse of the length of bodies with locked directions (1/m), whose moments count as reactions; zero without.
     dof : (n_bodies,) int array, see `BodyPattern`
     stored : (4,) array, J and W
         Energies of elements in panels and in creases, power that elements put into the system, and power that their

@@ -12,15 +12,14 @@ from fsm.case.derived.frame_bodies import frame_faults
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
-from fsm.case.plan.method_selection import begins_in_motion
 from fsm.case.plan.step_items import with_paths_of_steps
 from fsm.errors import CaseError, Fault
 from fsm.model.compile.compile import compile_scene
 from fsm.model.faults.crease_checks import crease_faults, crease_warnings
 from fsm.model.faults.gas_checks import gas_faults
-from fsm.model.faults.joint_state import JointsAtStart
 from fsm.model.faults.overlap import find_overlaps, find_pierced
 from fsm.model.faults.separate import overlaps, separate, shallowest
+from fsm.model.plan.joint_state import JointsAtStart
 from fsm.model.plan.plan import plan_of
 from fsm.model.plan.plan_warnings import plan_warnings
 from fsm.model.plan.planned import Plan
@@ -73,7 +72,7 @@ def compile_planned(
         system = compile_whole(case, scene, plan)
     except CaseError as error:
         raise CaseError(with_paths_of_steps(case, error.faults), source) from None
-    if scene.joints and begins_in_motion(case) and system.nu:
+    if scene.joints and system.nu and not case.step and plan_of(case, scene).begins_in_motion:
         joints = JointsAtStart(scene)
         opened = list(joints.velocity_faults())
         if opened:

@@ -264,8 +264,10 @@ class ElementGroup(Group):
 
     @property
     def still(self) -> np.ndarray:
-        """Energy scale of penalties at rest (J), 0 in motions, then the part of the last change of the multipliers."""
-        return np.zeros(2)
+        """Energy scale of penalties at rest (J), 0 in motions, the part of the last change of the multipliers, and
+        the length of a body (m).
+        """
+        return np.zeros(3)
 
     @property
     def sizes(self) -> np.ndarray:
@@ -300,8 +302,8 @@ class ElementGroup(Group):
     # memory -----------------------------------------------------------------------------------------------------------
 
     def part_of_step(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
-        """Factor by which a step that ends at these poses is shortened; 1 to accept it."""
-        return self._alone.call("part", t, step, poses, rates, rates) or 1.0
+        """Part of a step that ends at these poses up to its first event; 2 without one."""
+        return self._alone.call("part", t, step, poses, rates, rates) or 2.0
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
         """Change the memory after an accepted step."""

@@ -33,31 +33,36 @@ from fsm.model.elements.joint_laws import (
     SLOWER,
     SLOWEST,
     STOP,
+    STRONG,
     TIME,
     UPPER,
     kept,
+    opens,
+    released,
     stops,
 )
 
 LATCHES, OPENS, HITS = range(3)
 """What happens."""
 WORDS = "latch closes", "latch opens", "stop is hit"
-_NEAR, _STRONG = 1e-9, 1e-6
-"""Distance beyond an event (rad or m; relative if larger than 1) and excess of an effort that count as at the event."""
+_NEAR = 1e-9
+"""Distance from an event that counts as at the event, rad or m; relative if larger than 1."""
 
 
 @kernel
 def _part_to(before: float, now: float, event: float, near: float) -> float:
-    """Part of a step after which a value that increases is just beyond an event; 1 if it is not passed in the step."""
-    if not (before < event - near and now > event + near):
+    """Part of a step after which a value that increases is just beyond an event: 1 at its end, 2 if it is later."""
+    if not (before < event - near and now >= event - near):
+        return 2.0
+    if now <= event + near:
         return 1.0
     return (event + 0.5 * near - before) / (now - before)
 
 
 @kernel
 def part_before_event(own: np.ndarray, i: int, c: float, rate: float) -> float:
-    """Part of a step, which ends at a coordinate and a rate, up to its first event; 1 without one."""
-    law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), 1.0
+    """Part of a step, which ends at a coordinate and a rate, up to its first event; 2 without one."""
+    law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), 2.0
     if law[STOP] > 0.0:
         part = min(part, _part_to(before, c, law[UPPER], _NEAR * max(1.0, abs(law[UPPER]))))
         part = min(part, _part_to(-before, -c, -law[LOWER], _NEAR * max(1.0, abs(law[LOWER]))))
@@ -67,7 +72,7 @@ def part_before_event(own: np.ndarray, i: int, c: float, rate: float) -> float:
             part = min(part, _part_to(sense * before, sense * c, sense * law[LATCH_AT], near))
         elif law[OPENS_AT] < np.inf:
             effort, most = -sense * stops(own, i, c, rate)[0], law[OPENS_AT]
-            part = min(part, _part_to(-sense * kept(own, BEFORE, i), effort, most, _STRONG * most))
+            part = min(part, _part_to(-sense * kept(own, BEFORE, i), effort, most, STRONG * most))
     return part
 
 
@@ -102,20 +107,22 @@ def _follow(own: np.ndarray, number: int, effort: float, impulse: float, touchin
 
 
 @kernel
-def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> None:
-    """Close and open the latch of a coordinate, and note events of latch and stop, at the end of a step."""
+def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> float:
+    """Close and open the latch of a coordinate, and note events of latch and stop, at the end of a step; returns the energy
+    of a latch that opens, J.
+    """
     law, memory, m = floats_2d(own, LAWS)[i], floats_1d(own, KEPT), integers_1d(own, KINDS).shape[0]
     before, c_before, impact = memory[BEFORE * m + i], memory[COORDINATE * m + i], memory[IMPACT * m + i]
     step = t - memory[TIME * m + i]
     memory[TIME * m + i] = t
     if law[STOP] == 0.0 and law[LATCH] == 0.0:
-        return
+        return 0.0
     if law[LATCH] > 0.0 and memory[LATCHED * m + i] == 0.0:
         past = law[LATCH_SENSE] * (c - law[LATCH_AT])
-        if past >= 0.0 and abs(rate) <= law[SLOWER]:
+        if past >= -_NEAR * max(1.0, abs(law[LATCH_AT])) and abs(rate) <= law[SLOWER]:
             memory[LATCHED * m + i] = 1.0
             way = law[LATCH_SENSE] * (c - c_before)
-            back = past / way if way > past else 0.0  # part of the step after the latch
+            back = max(past, 0.0) / way if way > past else 0.0  # part of the step after the latch
             speed = law[LATCH_SENSE] * impact
             speed += (1.0 - back) * (rate - speed)
             memory[IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[LATCH_AT])
@@ -139,9 +146,11 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> Non
         _follow(own, int(memory[which * m + i]), effort, impulse, touching)
     if not outside:
         memory[IN_STOP * m + i] = 0.0
-    if memory[LATCHED * m + i] > 0.0 and law[LATCH_SENSE] * effort < -law[OPENS_AT]:
+    opened = released(own, i, c, rate)
+    if opens(own, i, c, rate):
         memory[LATCHED * m + i] = -1.0
         memory[IN_LATCH * m + i] = 0.0
         _add(own, OPENS, i, t, rate, c)
         effort = stops(own, i, c, rate)[0]
     memory[BEFORE * m + i] = effort
+    return opened

@@ -8,6 +8,7 @@ which the coordinate has reached it, until its effort exceeds the one at which i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -43,9 +44,11 @@ from fsm.model.elements.joint_laws import (
     OPENS_AT,
     RATIO,
     REBOUND,
+    SLIDER,
     SLOWER,
     SPRING_BEGINS,
     SPRING_SLID,
+    SPRING_SLIDER,
     STOP_DAMPER,
     TABLES,
     UPPER,
@@ -54,6 +57,7 @@ from fsm.model.elements.joint_laws import (
     law_at,
     lost_in_step,
     motor,
+    released,
     remember,
     stops,
 )
@@ -138,10 +142,12 @@ def _keep(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Add the energy, which counts as energy of panels and joints."""
+    """Add the energy, which counts as energy of panels and joints; at rest, without that of latches that open here."""
     gradient, hessian, total, poses = np.empty(12), np.empty((0, 12)), 0.0, floats_2d(table, POSES)
     for i in range(bodies_of(own).shape[0]):
-        total += law_at(own, i, t, _coordinate(poses, own, i, gradient, hessian), 0.0, 0.0)[3]
+        c = _coordinate(poses, own, i, gradient, hessian)
+        total += law_at(own, i, t, c, 0.0, 0.0)[3]
+        total -= released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
     floats_1d(table, STORED)[0] += total
     return 0.0
 
@@ -156,7 +162,9 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
         rate = _rate_or_mean(table, own, i, c, gradient, per_second)
         total += law_at(own, i, t, middle, rate, per_second)[4]
         if per_second > 0.0:
-            kept_loss = lost_in_step(own, i, floats_1d(own, LAST)[i], c, rate) * per_second
+            kept_loss = lost_in_step(own, i, floats_1d(own, LAST)[i], c, rate)
+            kept_loss += released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
+            kept_loss *= per_second
             floats_1d(table, STORED)[3] += kept_loss
             total += kept_loss
         floats_1d(table, STORED)[2] += law_at(own, i, t, c, _rate(floats_2d(table, RATES), own, i, gradient), 0.0)[5]
@@ -166,11 +174,11 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 @kernel
 def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
     """Shorten a step that passes an event, so that it ends there."""
-    gradient, hessian, part = np.empty(12), np.empty((0, 12)), 1.0
+    gradient, hessian, part = np.empty(12), np.empty((0, 12)), 2.0
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
         part = min(part, part_before_event(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient)))
-    return part if part < 1.0 else 0.0
+    return part if part <= 1.0 else 0.0
 
 
 @kernel
@@ -180,8 +188,7 @@ def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
         rate = _rate(floats_2d(table, RATES), own, i, gradient)
-        note_events(own, i, t, c, rate)
-        remember(own, i, c, rate)
+        remember(own, i, c, rate, note_events(own, i, t, c, rate))
     return 0.0
 
 
@@ -255,6 +262,12 @@ class JointForceGroup(ElementGroup):
         tables = np.diff(self.first)[OF_DAMPER::TABLES]
         columns = [DAMPER, STOP_DAMPER, LATCH_DAMPER, REBOUND, FRICTION, FOLLOWS]
         return self.varies or bool(np.any(self.laws[:, columns]) or np.any(tables) or np.any(self.laws[:, MOTOR] > NO_MOTOR))
+
+    @cached_property
+    def looks_back(self) -> bool:
+        """See `ElementGroup`; also what is lost in a step: sliders, and latches that open."""
+        slides, opens = self.laws[:, [SLIDER, SPRING_SLIDER]], self.laws[:, OPENS_AT] < math.inf
+        return self.rate_dependent or bool(np.any(slides) or np.any(opens))
 
     def break_times(self) -> set[float]:
         """See `Group`."""

@@ -58,6 +58,8 @@ _ELASTIC = 0.8
 """Elastic limit of bristles, relative to their largest deflection."""
 _LEAST = 1e-6
 """Least column of gas, relative to that of the extended length; iterates may pass it."""
+STRONG = 1e-6
+"""Part of the largest effort of a latch within which it opens."""
 
 
 @kernel(inline=True)
@@ -175,6 +177,23 @@ def stops(own: np.ndarray, i: int, c: float, rate: float) -> Law:
         energy += stored
         lost += heat
     return effort, by_c, by_rate, energy, lost
+
+
+@kernel
+def opens(own: np.ndarray, i: int, c: float, rate: float) -> bool:
+    """Whether a latch opens."""
+    law = floats_2d(own, LAWS)[i]
+    strong = (1.0 - STRONG) * law[OPENS_AT]
+    return bool(kept(own, LATCHED, i) > 0.0 and law[LATCH_SENSE] * stops(own, i, c, rate)[0] < -strong)
+
+
+@kernel
+def released(own: np.ndarray, i: int, c: float, rate: float) -> float:
+    """Energy of a latch that opens when a step ends at this coordinate and rate, J; it is lost."""
+    law = floats_2d(own, LAWS)[i]
+    if not opens(own, i, c, rate):
+        return 0.0
+    return float(0.5 * law[LATCH] * max(law[LATCH_SENSE] * (law[LATCH_AT] - c) - law[PLAY], 0.0) ** 2)
 
 
 @kernel
@@ -348,18 +367,21 @@ def _loss(own: np.ndarray, i: int, c: float, rate: float) -> tuple[float, float,
 
 @kernel
 def lost_in_step(own: np.ndarray, i: int, before: float, c: float, rate: float) -> float:
-    """Energy that bristles and slider lose in a step between two coordinates, J. In motions its end is already accepted."""
-    law = floats_2d(own, LAWS)[i]
-    if not _remembers(law):
-        return 0.0
-    accepted = c == kept(own, COORDINATE, i) and before != c
-    return kept(own, LOST, i) if accepted else _loss(own, i, c, rate)[0]
+    """Energy that bristles and slider lose in a step between two coordinates, J. In motions its end is already accepted,
+    and the energy of a latch that has opened is a part of it.
+    """
+    if c == kept(own, COORDINATE, i) and before != c:
+        return kept(own, LOST, i)
+    return _loss(own, i, c, rate)[0] if _remembers(floats_2d(own, LAWS)[i]) else 0.0
 
 
 @kernel
-def remember(own: np.ndarray, i: int, c: float, rate: float) -> None:
-    """Write coordinate, bristles, sliders and the energy that they lost in the step to the memory."""
+def remember(own: np.ndarray, i: int, c: float, rate: float, opened: float) -> None:
+    """Write coordinate, bristles, sliders and the energy that they lost in the step to the memory, with the energy of a
+    latch that has `opened`, J.
+    """
     memory, m, law = floats_1d(own, KEPT), integers_1d(own, KINDS).shape[0], floats_2d(own, LAWS)[i]
+    memory[LOST * m + i] = 0.0
     if _remembers(law):
         memory[LOST * m + i], memory[EFFORT * m + i], memory[BENT * m + i] = _loss(own, i, c, rate)
         bristle = _bent(own, i, c)[0] if law[PRESLIDING] > 0.0 else 0.0
@@ -370,4 +392,5 @@ def remember(own: np.ndarray, i: int, c: float, rate: float) -> None:
             memory[SPRING_SLID * m + i] = _slid(own, i, c, law[SPRING_SLIDER], SPRING_SLID)[0]
     if law[LOWER] <= c <= law[UPPER]:
         memory[IMPACT * m + i] = abs(rate)
+    memory[LOST * m + i] += opened
     memory[COORDINATE * m + i], memory[RATE * m + i] = c, rate

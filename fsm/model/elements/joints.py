@@ -57,8 +57,8 @@ PROJECTION = 1e7
 """The same penalty of projections, and of accelerations at given positions and velocities. These are linear equations, so
 each solution reduces the error by this factor."""
 RIGID = 1e6
-"""Penalty at rest relative to the energy scale over the square of the motion that opens by one. Each iteration reduces
-errors of the multipliers by the ratio of the stiffness of an opening to its penalty."""
+"""Penalty at rest relative to the energy scale over the square of the motion that opens by one, lengths relative to those
+of bodies. Each iteration reduces errors of the multipliers by the ratio of the stiffness of an opening to its penalty."""
 
 _TURN = 2.0
 """Largest turn in a step, rad; angles are counted from step to step."""
@@ -170,15 +170,14 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     """Advance the multipliers by the part `per_second` of an increment of all bodies, which the rates of the model contain.
 
     The task t is `STEP`, or `AGAIN` to replace the last part by another one. `WORK` returns the work of the penalties along
-    the increment instead, and `LARGEST` the largest force of a multiplier, N.
+    the increment instead, and `LARGEST` the largest force of a multiplier, N; moments count over the length of a body.
     """
     rates, bodies, gradient = floats_2d(table, RATES), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
     felt, change, still, work = floats_1d(own, _FELT), floats_1d(own, _CHANGE), floats_1d(own, _STILL), 0.0
     if t == LARGEST:
         for i in range(effort.shape[0]):
-            size = gradient[i, 0] ** 2 + gradient[i, 1] ** 2 + gradient[i, 2] ** 2
-            work = max(work, abs(effort[i]) * np.sqrt(size))
+            work = max(work, abs(effort[i]) / np.sqrt(2.0 * floats_1d(own, _SIZES)[i]) / still[2])
         return work
     if t == WORK:
         for i in range(effort.shape[0]):
@@ -366,7 +365,7 @@ class JointGroup(ElementGroup):
         work = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 12)), np.zeros(n)]
         kept = np.zeros(n + len(self.turns))
         moved = self.program, *table_of(self.motors)
-        still = np.zeros(2), np.zeros(n), np.zeros(n)
+        still = np.zeros(3), np.zeros(n), np.zeros(n)
         return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *still, *moved, self.felt]
 
     @cached_property

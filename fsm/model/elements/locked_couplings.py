@@ -101,7 +101,9 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     effort, penalty, value = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
     change, still, work = floats_1d(own, _CHANGE), floats_1d(own, _STILL), 0.0
     if t == LARGEST:
-        return 0.0
+        for i in range(effort.shape[0]):
+            work = max(work, abs(effort[i]) / np.sqrt(2.0 * floats_1d(own, _SIZES)[i]) / still[2])
+        return work
     if t == WORK:
         for i in range(effort.shape[0]):
             work += penalty[i] * value[i] * _along(table, own, i)
@@ -184,7 +186,7 @@ _KERNELS = KERNELS._replace(accept=_accept, lock=_lock, advance=_advance, projec
 def _parameters(given: list[Any]) -> list[np.ndarray]:
     ratios = np.array([[1.0, -own["ratio"]] for own in given], dtype=float)
     n = len(given)
-    return [ratios, np.ones(n), *(np.zeros(n) for _ in range(4)), np.zeros(2), np.zeros(n), np.zeros(n)]
+    return [ratios, np.ones(n), *(np.zeros(n) for _ in range(4)), np.zeros(3), np.zeros(n), np.zeros(n)]
 
 
 LOCKED_GEAR = Coupling(2, _law, _parameters)

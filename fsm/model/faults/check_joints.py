@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
@@ -16,7 +17,7 @@ from fsm.errors import Fault
 from fsm.text.shown_units import shown
 
 _CLOSED = 1e-9
-"""Opening at the start, relative to the distance from `at` to `to`, that counts as closed."""
+"""Opening at the start that counts as closed, relative to the distances of `to` from `at` and from the body."""
 
 
 def joint_faults(scene: Scene) -> Iterator[Fault]:
@@ -29,6 +30,7 @@ def joint_faults(scene: Scene) -> Iterator[Fault]:
     yield from _names("joints", scene.joints)
     names = [GROUND, *(body.name for body in scene.bodies)]
     driven = {name for drive in scene.drives for name in drive.moved}
+    places = {body.name: body.position for body in scene.bodies}
     fixed = {GROUND, *driven, *(body.name for body in scene.bodies if body.held)}
     for i, joint in enumerate(scene.joints):
         path = f"scene.joints.{i}"
@@ -36,7 +38,7 @@ def joint_faults(scene: Scene) -> Iterator[Fault]:
         if {joint.first, joint.second} <= fixed:
             text = f"joint {joint.name!r} is between {joint.first!r} and {joint.second!r}, which are both held or driven; "
             yield Fault(path, text + "remove it, or free a body")
-        open_by = _opening(joint)
+        open_by = _opening(joint, places.get(joint.second, joint.at))
         if open_by > 0.0:
             what = "line" if joint.kind == "in-line" else "plane"
             text = f"the point is {shown(open_by, 'm')} off the {what} of joint {joint.name!r} at the start"
@@ -85,7 +87,7 @@ def _bodies(path: str, item: SceneJoint | SceneSpring | SceneCord, names: list[s
             yield Fault(f"{path}.{end}", f"no body is called {name!r}{nearest_name(name, names)}")
 
 
-def _opening(joint: SceneJoint) -> float:
+def _opening(joint: SceneJoint, place: tuple[float, ...]) -> float:
     """Distance of the point from the line or plane at the start, m; 0 for round-off."""
     if joint.kind not in WITH_TO or joint.kind == "distance":
         return 0.0
@@ -93,4 +95,5 @@ def _opening(joint: SceneJoint) -> float:
     way, axis = np.subtract(joint.to, joint.at), np.array(joint.axis) / np.linalg.norm(joint.axis)
     along = float(way @ axis)
     off = float(np.linalg.norm(way - along * axis)) if joint.kind == "in-line" else abs(along)
-    return off if off > _CLOSED * float(np.linalg.norm(way)) else 0.0
+    size = max(float(np.linalg.norm(way)), math.dist(joint.to, place))
+    return off if off > _CLOSED * size else 0.0

@@ -26,6 +26,7 @@ from fsm.errors import CaseError, Fault
 from fsm.model.bodies.drive import Travel, parts, program_of
 from fsm.model.bodies.time_function import time_function
 from fsm.model.plan.in_python import parts_in_python
+from fsm.model.plan.joint_state import JointsAtStart
 from fsm.model.plan.method_faults import method_faults
 from fsm.model.plan.planned import Plan, PlannedStep
 
@@ -75,7 +76,8 @@ def _short(case: Case, scene: Scene) -> Plan:
             raise CaseError(Fault("solve.end_time", text))
         end = max(program.end_time for program in programs) * (1.0 + HOLD if case.stages else 1.0)
     chosen = case.solve.method
-    method, reason = automatic_method(scene, bool(case.stages)) if chosen == "auto" else (chosen, "requested")
+    unheld = JointsAtStart(scene).unheld if scene.joints else 0
+    method, reason = automatic_method(scene, bool(case.stages), unheld) if chosen == "auto" else (chosen, "requested")
     if case.solve.force_limit is not None and method != "static":
         text = f'is used by method = "static" only; "auto" selects "{method}" ({reason}). Set solve.method = "static"'
         raise CaseError(Fault("solve.force_limit", f"{text}, or remove this key"))

@@ -69,6 +69,11 @@ class Plan:
     programs: tuple[Travel, ...]
     written: bool
 
+    @property
+    def begins_in_motion(self) -> bool:
+        """Whether a run without `[[step]]` has initial velocities; equilibria have none."""
+        return not self.written and self.steps[-1].kind == "dynamic"
+
     def name_for_joints(self, number: int) -> str:
         """Name of a step (number from 0) for its joints; joints of the first step also act while the initial equilibrium is
         computed.

@@ -161,7 +161,7 @@ def _arrays(
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
-        q[: system.n_free * bodies.pose.shape[1]].copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system)]),
+        q[: system.n_free * bodies.pose.shape[1]].copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system), system.per_moment]),
         pattern.dof, np.zeros(4), of_pattern, springs, loads,
         system.driven_arrays(),
     )  # fmt: skip

@@ -15,6 +15,7 @@ from fsm.kernels.body_poses import shift_body
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
     largest_force,
+    largest_moment,
     motion_energy,
     support_reactions,
 )
@@ -300,7 +301,8 @@ class SegmentSystem(SegmentForces):
         if u is not None and before is None:
             self._accelerate(t, reactions)
         pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
-        largest = max(float(largest_force(reactions)), self.largest_multiplier())
+        moment = largest_moment(reactions) * self.per_moment if self.locking else 0.0
+        largest = max(float(largest_force(reactions)), float(moment), self.largest_multiplier())
         return Observation(self.drive_state(t, reactions), energy, largest, pairs)
 
     # protocol: internal variables -------------------------------------------------------------------------------------
@@ -354,9 +356,13 @@ class SegmentSystem(SegmentForces):
             found = self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
         if found is not None or u is None:
             return found
-        elements = [group for group in self.groups if isinstance(group, ElementGroup) and group.has_events]
-        part = min((group.part_of_step(t, *self.place(t, q, u), step) for group in elements), default=1.0)
+        part = self.part_before_event(t, q, u, step)
         return StepRejection(part) if part < 1.0 else None
+
+    def part_before_event(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
+        """See `System`: events of elements."""
+        elements = [group for group in self.groups if isinstance(group, ElementGroup) and group.has_events]
+        return min((group.part_of_step(t, *self.place(t, q, u), step) for group in elements), default=2.0)
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: limit from impacts."""

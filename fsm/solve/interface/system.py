@@ -268,6 +268,10 @@ class System(Protocol):
         """
         return None
 
+    def part_before_event(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
+        """Part of a step of this length (s), which ends at this state, up to its first event; 2 without one."""
+        return 2.0
+
     def shortest_step(self) -> float:
         """Shortest step of error control, s, because the mesh does not resolve faster waves; 0 without a limit."""
         return 0.0

@@ -157,6 +157,8 @@ class SystemPath:
             return stepping.CROSSED
         self.observed = observed = self.system.observe(t, found.q, found.u, self._before)
         write_record(observed, record)
+        part = self.system.part_before_event(t, found.q, found.u, duration)
+        record[stepping.PART] = part if part <= 1.0 else 0.0
         record[stepping.OPENING], self.joint = self.system.max_joint_opening(t, found.q)
         if observed.energy.load_power is None:
             travel = observed.drive.travel - self.recorder.last.drive.travel

@@ -116,6 +116,7 @@ class PathSteps:
         self.far = min(_FAR * math.sqrt(settings.rtol), LARGEST_CORRECTION)
         self.reason: Reason | None = None
         self.lost: Mark | None = None
+        self.at_event = False  # the last step ends where an element changes, such as a latch that opens
         # kinetic energy of all bodies at the speed that the drives may cause; without drives, a part of the work of loads
         scales = self.newton.scales
         speed = scales.driven_velocity
@@ -248,6 +249,7 @@ class PathSteps:
         newton.iterations += int(counts[stepping.ITERATIONS])
         newton.evaluations += int(counts[stepping.EVALUATIONS])
         newton.solver.factorisations += int(counts[stepping.FACTORISATIONS])
+        self.at_event = bool(counts[stepping.AT_EVENT])
         counts[stepping.STEPS : stepping.LAST_ITERATIONS] = 0
 
     def _take(

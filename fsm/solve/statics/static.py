@@ -99,6 +99,8 @@ class _Follower(PathSteps):
                 reason = self.reason = self._march()
                 if reason is None:
                     self._judge_energy()
+                    if self.at_event:
+                        self._settle()
                 else:
                     self._pass_critical(reason)
             if self.lost is not None:
@@ -125,8 +127,8 @@ class _Follower(PathSteps):
         return not self._size(step) <= LARGEST_CORRECTION
 
     def _settle(self) -> None:
-        """Move from a start that is no equilibrium to a near equilibrium; the difference of the energies is
-        dissipated.
+        """Move from a start or from an event, where the state is no equilibrium any more, to a near equilibrium; the
+        difference of the energies is dissipated.
         """
         recorder, t = self.recorder, self.recorder.time
         if not self.system.nu or self.model.rests(t, recorder.q):
@@ -136,7 +138,8 @@ class _Follower(PathSteps):
         except NotConverged:
             return
         moved = self._size(self.system.difference(recorder.q, q))
-        if moved <= _SAME or moved > LARGEST_CORRECTION or negative_pivots(self.system, t, q, self.newton.solver):
+        same = moved <= _SAME and not self.at_event  # a motor or a support may have taken over
+        if same or moved > LARGEST_CORRECTION or negative_pivots(self.system, t, q, self.newton.solver):
             return
         observed = self.system.observe(t, q, None)
         if recorder.jump_admissible(t, q, observed):

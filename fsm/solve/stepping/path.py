@@ -29,6 +29,7 @@ from fsm.solve.stepping.path_state import (
     ACCEPTED,
     APART,
     AT,
+    AT_EVENT,
     BALANCE,
     BEFORE,
     COARSE,
@@ -38,6 +39,7 @@ from fsm.solve.stepping.path_state import (
     DOUBTFUL,
     DRIVES,
     EARLIER,
+    EVENT,
     FAR,
     FORCE_ROUND_OFF,
     HEAD_ON,
@@ -57,6 +59,7 @@ from fsm.solve.stepping.path_state import (
     OPENING,
     PAIR_DAMPING,
     PAIR_SLIDING,
+    PART,
     REACTION,
     REJECTED,
     RESTING,
@@ -230,7 +233,7 @@ def _work(model: Any, path: Path, t: float, record: np.ndarray) -> float:
         travel = record[DRIVES + k] - path.record[DRIVES + k]
         work += (0.5 * (path.record[force] + record[force]) - _bow(path, k, record)) * travel
     loads = record[LOADS] * (t - begin)
-    if loads != 0.0:  # mean of the loads at both ends of the step, along the same motion
+    if loads != 0.0 or path.record[LOADS] != 0.0:  # mean of the loads at both ends of the step, along the same motion
         loads = 0.5 * (loads + power_before(model, begin, path.q, t, path.found) * (t - begin))
     return float(work + loads)
 
@@ -375,6 +378,9 @@ def attempt(model: Any, path: Path, rules: PathRules, t: float, row: np.ndarray)
     outcome = look(model, path, rules, t, record)
     if outcome != ACCEPTED:
         return outcome
+    if 0.0 < record[PART] < 1.0 and duration > rules.smallest:
+        numbers[SIZE] = max(record[PART] * duration, rules.smallest)
+        return EVENT
     balance[ROUND_OFF] = max(balance[ROUND_OFF], numbers[FORCE_ROUND_OFF] * rules.length)
     # false without damping, since a motion would then not decay
     turnover = max(balance[TURNOVER], abs(record[STORED] - balance[START]))
@@ -447,10 +453,15 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
             taken += 1
             limit = drives > 0 and abs(path.record[DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT
             judged = numbers[TIME] >= rules.judged_from
+            if path.record[PART] > 0.0:
+                counts[AT_EVENT] = 1
+                break
             if limit or (judged and is_off(path.balance, numbers[REACTION], rules.extent, rules.abort)):
                 break
             continue
         counts[REJECTED] += 1
+        if outcome == EVENT:
+            continue
         numbers[SIZE] = CUT * duration
         if outcome in (INERTIA, APART) or numbers[SIZE] < rules.smallest:
             return outcome

@@ -10,33 +10,38 @@ from fsm.kernels.records import record
 
 (
     ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, APART, SLOWED, LACKS, DOUBTFUL,
-    UNABLE,
-) = range(15)  # fmt: skip
+    UNABLE, EVENT,
+) = range(16)  # fmt: skip
 """Outcomes of a step: acceptance, and the reasons for a rejection (`fsm.solve.statics.path_steps.Reason`).
 
 APART: a joint has opened too far. SLOWED is an unstable state that only dampers hold. LACKS: two bodies have met whose block
 the pattern lacks. DOUBTFUL: there are negative pivots, or their signs are not certain; the caller judges the stability
-(`counts[JUDGED]`). UNABLE: only the methods in Python can take this step."""
+(`counts[JUDGED]`). UNABLE: only the methods in Python can take this step. EVENT: the step passes
+an event, such as a latch that closes."""
 
 TIME, BEFORE, SIZE, COARSE_AT, COARSE_STEP, COARSE_ERROR, REACTION, FORCE_ROUND_OFF, FOUND_AT = range(9)
 """Indices of `Path.numbers`: time and the time before (s), size of the next step (s); time (s), size (s) and relative energy
 error of the last step whose energy balance was checked; largest reaction so far and round-off of the forces (N); time of the
 state in `Path.found` (s)."""
-KNOWN, STEPS, REJECTED, ITERATIONS, EVALUATIONS, FACTORISATIONS, LAST_ITERATIONS, EARLIER, RESTING, JUDGED = range(10)
+(
+    KNOWN, STEPS, REJECTED, ITERATIONS, EVALUATIONS, FACTORISATIONS, AT_EVENT, LAST_ITERATIONS, EARLIER, RESTING, JUDGED,
+) = range(11)  # fmt: skip
 """Indices of `Path.counts`: known states of the extrapolation; accepted and rejected steps; iterations, evaluations and
-factorisations; iterations of the last step; whether `earlier` and `resting` belong to this path (0 or 1); outcome plus
-one of the judgement of the state in `Path.found`, ACCEPTED or UNSTABLE, or zero."""
+factorisations; whether the last step ends at an event (0 or 1); iterations of the last step; whether `earlier` and
+`resting` belong to this path (0 or 1); outcome plus one of the judgement of the state in `Path.found`, ACCEPTED or UNSTABLE,
+or zero."""
 (
     PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
-    STORED, LARGEST, OPENING, BARS, HINGES, FILM, PATCH, CABLE, BEAM, DRIVES,
-) = range(23)  # fmt: skip
+    STORED, LARGEST, OPENING, BARS, HINGES, FILM, PATCH, CABLE, BEAM, PART, DRIVES,
+) = range(24)  # fmt: skip
 """Indices of a record of a state. PASSED is 1 if sides of a contact have passed through each other. NEGATIVE is the number
 of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at rest; both
 may be `UNKNOWN`. LOST, LOADS and INPUT are the powers of dampers and friction, of loads, and of loads and drives (W);
 KEPT_LOSS is the part of LOST whose forces also act at rest. Energies of contacts, weights, panels and creases, of the
 motion, of driven bodies, and the sum of all potential energies (J). LARGEST is the largest reaction (N), OPENING the largest
-separation of the sides of a joint (m). From BARS on: energies of the other kinds of elements of nodes (J). Travels, then
-forces of all drives follow, and seven values of each contact pair: the rows PAIR_FORCE to PAIR_GAP."""
+separation of the sides of a joint (m). From BARS on: energies of the other kinds of elements of nodes (J). PART is the part
+of the step up to its first event, 1 at its end, or zero without one. Travels, then forces of all drives follow, and seven
+values of each contact pair: the rows PAIR_FORCE to PAIR_GAP."""
 PAIR_FORCE, PAIR_AREA, PAIR_FRICTION, PAIR_CARRIED, PAIR_SLIDING, PAIR_DAMPING, PAIR_GAP = range(7)
 """Rows of the values of contact pairs in a record: normal force and magnitude of friction (N), area (m^2), sum of normal
 force times slip speed, powers of friction and damping (W), and gap (m)."""
@@ -150,11 +155,11 @@ class Path(NamedTuple):
         """State of zeros for systems of these sizes."""
         record = DRIVES + 2 * drives + 7 * pairs
         shapes: list[Any] = [
-            9, 10, 9, (2, pairs), nq, nq, KEPT, (KEPT, nq), (KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
+            9, 11, 9, (2, pairs), nq, nq, KEPT, (KEPT, nq), (KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
             efforts, record, nu, drives,
         ]  # fmt: skip
         arrays = [np.zeros(shape) for shape in shapes]
-        arrays[1] = np.zeros(10, dtype=np.int64)
+        arrays[1] = np.zeros(11, dtype=np.int64)
         return cls(*arrays)
 
     def rows(self, count: int) -> np.ndarray:

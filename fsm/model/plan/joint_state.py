@@ -14,8 +14,10 @@ import numpy as np
 
 from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.derived.joint_frames import LOCKED_PLACES, LOCKED_TURNS, joint_axes
+from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Scene
+from fsm.case.plan.method_selection import hinge_stiffness, slope_of
 from fsm.errors import Fault
 from fsm.kernels.programs import Program
 from fsm.model.bodies.drive import program_of, unit
@@ -95,8 +97,8 @@ class JointsAtStart:
         at, along, none = np.array(joint.at), joint_axes(joint)[2], np.zeros(3)
         if joint.kind == "prismatic":
             first, second = self._arm(joint.first, at), self._arm(joint.second, at)
-            return self._of_bodies(joint, -along, np.cross(along, first), along, np.cross(second, along))
-        return self._of_bodies(joint, none, -along, none, along)
+            return self._between(joint.first, joint.second, -along, np.cross(along, first), along, np.cross(second, along))
+        return self._between(joint.first, joint.second, none, -along, none, along)
 
     def _locked(
         self, joint: SceneJoint, axes: np.ndarray, first: np.ndarray, second: np.ndarray
@@ -115,12 +117,12 @@ class JointsAtStart:
 
     def _row(self, joint: SceneJoint, label: str, *parts: np.ndarray) -> np.ndarray:
         self.labels.append(f"{joint.name} ({label})")
-        return self._of_bodies(joint, *parts)
+        return self._between(joint.first, joint.second, *parts)
 
-    def _of_bodies(self, joint: SceneJoint, *parts: np.ndarray) -> np.ndarray:
+    def _between(self, first: str, second: str, *parts: np.ndarray) -> np.ndarray:
         """Row of rates from velocity and angular velocity of the first body, then of the second."""
         row = np.zeros((len(self.index), 6))
-        for name, part in ((joint.first, np.concatenate(parts[:2])), (joint.second, np.concatenate(parts[2:]))):
+        for name, part in ((first, np.concatenate(parts[:2])), (second, np.concatenate(parts[2:]))):
             if name != GROUND:
                 row[self.index[name]] += part
         return row.ravel()
@@ -160,6 +162,41 @@ class JointsAtStart:
     def degrees_of_freedom(self) -> int:
         """Degrees of freedom of all free bodies, less the locked directions that do not repeat others."""
         return 6 * int(self.free.sum()) - (len(self.labels) - len(self.repeated))
+
+    @cached_property
+    def unheld(self) -> int:
+        """Number of motions of the free bodies at the start that neither joints nor springs hold, without weights."""
+        rows = [*self.rows, *self._held()]
+        scaled = np.array(rows).reshape(len(rows), -1) @ self._roots
+        sizes = np.linalg.norm(scaled, axis=1, keepdims=True)
+        rank = np.linalg.matrix_rank(scaled / np.where(sizes > 0.0, sizes, 1.0), tol=_REPEATS) if scaled.size else 0
+        return 6 * int(self.free.sum()) - int(rank)
+
+    def _held(self) -> Iterator[np.ndarray]:
+        """Rows of motions against springs, couplings and force elements."""
+        joints = {joint.name: joint for joint in self.scene.joints}
+        for joint in joints.values():
+            if slope_of(joint.spring, "stiffness") > 0.0:
+                yield self._coordinate(joint)
+        for coupling in self.scene.couplings:
+            if not coupling.ideal and coupling.kind in OWN_COUPLINGS and all(name in joints for name in coupling.joints):
+                parts = zip(coupling.ratios, coupling.joints, strict=True)
+                yield np.sum([ratio * self._coordinate(joints[name]) for ratio, name in parts], axis=0)
+        for spring in self.scene.springs:
+            at, to = np.array(spring.at), np.array(spring.to)
+            if slope_of(spring, "stiffness") > 0.0 and np.any(to != at):
+                along = (to - at) / np.linalg.norm(to - at)
+                turns = np.cross(along, self._arm(spring.first, at)), np.cross(self._arm(spring.second, to), along)
+                yield self._between(spring.first, spring.second, -along, turns[0], along, turns[1])
+        for element in self.scene.elements:
+            ends, none = (element.inner, element.outer), np.zeros(3)
+            at = none if ends[1] == GROUND else np.array(self.scene.bodies[self.index[ends[1]]].position)
+            arms = [self._arm(name, at) for name in ends]
+            for along in np.eye(3):
+                if max(element.translation) > 0.0:
+                    yield self._between(*ends, -along, np.cross(along, arms[0]), along, np.cross(arms[1], along))
+                if max(*element.rotation, hinge_stiffness(element)) > 0.0:
+                    yield self._between(*ends, none, -along, none, along)
 
     # velocities -------------------------------------------------------------------------------------------------------
 
