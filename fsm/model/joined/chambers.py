@@ -26,7 +26,6 @@ from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.folds import FoldGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
 
-
 _MOST_KNOWN = 4
 """Number of states of the nodes whose volumes are kept; the work of loads needs those at both ends of a step."""
 

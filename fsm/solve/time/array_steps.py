@@ -20,7 +20,6 @@ from fsm.solve.stepping.model import DRIVES, ArrayModel
 from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEPPED, UNABLE
 from fsm.solve.time.system_model import SystemModel
 
-
 _PATTERNS, _SHORTER = 20, 0.25
 """Largest number of patterns for one step, as far as they lack pairs of bodies, and factor on the size of this step from
 the second one on."""
