@@ -6,7 +6,9 @@ tree. The supernode's own rows are eliminated, and the Schur complement of the o
 1983; Liu, 1992). Rows are exchanged only inside a panel, a few blocks of a supernode.
 
 The method has more operations than `fsm.kernels.block_lu`, since it does not skip zeros, but products of long matrices run
-several times as fast as products of blocks. The number of negative eigenvalues of A is the sum over its pivots.
+several times as fast as products of blocks. A pivot S has a factor M with M S M^T = E = diag(1, -1, ...), because with
+S^-1 the digits of soft directions beside stiff ones would be lost (`fsm.kernels.block_lu`). The number of negative
+eigenvalues of A is that of the entries -1.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import numpy as np
 
 from fsm.kernels.block_lu import TRUST_BELOW, backward_error
 from fsm.kernels.jit import kernel
-from fsm.kernels.small_blocks import is_zero, negative_eigenvalues
+from fsm.kernels.small_blocks import is_zero, sign_of_row, split_symmetric
 
 _STRIP = 48
 """Rows of the Schur complement that are computed at once, up to the diagonal of the last one."""
@@ -37,8 +39,8 @@ class Supernodes(NamedTuple):
     children : (m,) int array
         Number of children in the elimination tree.
     factors : (m + 1,) int array
-        First number of each supernode in the factors. A panel of w rows and r later rows has the inverse of its pivot
-        (w, w), and then its column (r, w).
+        First number of each supernode in the factors. A panel of w rows, with pivot S, and of r later rows, with column C,
+        has the factor M (w, w) of M S M^T = E, and then C M^T (r, w). The signs in E of all own rows come last.
     size, width : int
         Rows of a block, and largest number of blocks of a panel.
     largest, stacked : int
@@ -65,39 +67,6 @@ def count_nonzero(data: np.ndarray) -> int:
         if not is_zero(data[k]):
             count += 1
     return count
-
-
-@kernel
-def _invert(matrix: np.ndarray, exchanged: np.ndarray) -> bool:
-    """Invert in place (Gauss-Jordan with row exchanges). Return False if the matrix is singular."""
-    size = matrix.shape[0]
-    for k in range(size):
-        best, row = 0.0, k
-        for i in range(k, size):
-            if abs(matrix[i, k]) > best:
-                best, row = abs(matrix[i, k]), i
-        if not best > 0.0:
-            return False
-        exchanged[k] = row
-        if row != k:
-            for j in range(size):
-                matrix[k, j], matrix[row, j] = matrix[row, j], matrix[k, j]
-        scale = 1.0 / matrix[k, k]
-        matrix[k, k] = 1.0
-        for j in range(size):
-            matrix[k, j] *= scale
-        for i in range(size):
-            if i != k:
-                factor = matrix[i, k]
-                matrix[i, k] = 0.0
-                for j in range(size):
-                    matrix[i, j] -= factor * matrix[k, j]
-    for k in range(size - 1, -1, -1):
-        row = exchanged[k]
-        if row != k:
-            for i in range(size):
-                matrix[i, k], matrix[i, row] = matrix[i, row], matrix[i, k]
-    return True
 
 
 @kernel
@@ -132,7 +101,7 @@ def _add_child(rows: np.ndarray, local: np.ndarray, size: int, child: np.ndarray
 @kernel
 def _eliminate(own: int, step: int, size: int, front: np.ndarray, work: np.ndarray, factors: np.ndarray) -> bool:
     """Eliminate the first `own` rows of a front in panels of `step` rows; write the factors, return False if singular."""
-    exchanged, at = np.empty(step, dtype=np.int64), 0
+    spare, at, signs = np.empty((2, step * step)), 0, factors[factors.shape[0] - own :]
     for begin in range(0, own, step):
         end = min(begin + step, own)
         width, below = end - begin, front.shape[0] - end
@@ -140,18 +109,24 @@ def _eliminate(own: int, step: int, size: int, front: np.ndarray, work: np.ndarr
         for i in range(width):
             for j in range(i // size * size + size):
                 pivot[i, j] = pivot[j, i] = front[begin + i, begin + j]
-        if not _invert(pivot, exchanged):
+        other = spare[0, : width * width].reshape(width, width)
+        if not split_symmetric(pivot, other, spare[1, : width * width].reshape(width, width)):
             return False
+        for i in range(width):
+            signs[begin + i] = sign_of_row(pivot, other, i)
         at += width * width
         column = factors[at : at + below * width].reshape(below, width)
         at += below * width
         if below == 0:
             break
+        weighed = work[: below * width].reshape(below, width)
         for i in range(below):
             for j in range(width):
-                column[i, j] = front[end + i, begin + j]
-        weighed = work[: below * width].reshape(below, width)
-        np.dot(column, pivot, weighed)
+                weighed[i, j] = front[end + i, begin + j]
+        np.dot(weighed, pivot.T, column)
+        for i in range(below):
+            for j in range(width):
+                weighed[i, j] = signs[begin + j] * column[i, j]
         for top in range(0, below, _STRIP):
             bottom = min(top + _STRIP, below)
             change = work[below * width : below * width + (bottom - top) * bottom].reshape(bottom - top, bottom)
@@ -235,6 +210,16 @@ def _gather(nodes: Supernodes, s: int, y: np.ndarray, part: np.ndarray) -> int:
 
 
 @kernel
+def _signed(signs: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Rows of (w, k) numbers times their signs."""
+    out = np.empty(part.shape)
+    for i in range(part.shape[0]):
+        for c in range(part.shape[1]):
+            out[i, c] = signs[i] * part[i, c]
+    return out
+
+
+@kernel
 def solve_columns(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solve A X = B with the factors of `factorise_fronts`; B and X are (n d, k)."""
     size, count, step, columns = nodes.size, nodes.order.shape[0], nodes.width * nodes.size, right.shape[1]
@@ -246,6 +231,7 @@ def solve_columns(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> 
     for s in range(nodes.children.shape[0]):
         own, at = _gather(nodes, s, y, part), nodes.factors[s]
         whole = own + (nodes.start[s + 1] - nodes.start[s]) * size
+        signs = factors[nodes.factors[s + 1] - own : nodes.factors[s + 1]]
         for begin in range(0, own, step):
             end = min(begin + step, own)
             width, below = end - begin, whole - end
@@ -253,8 +239,9 @@ def solve_columns(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> 
             at += width * width
             column = factors[at : at + below * width].reshape(below, width)
             at += below * width
+            part[begin:end] = np.dot(pivot, part[begin:end])
             if below > 0:
-                part[end:whole] -= np.dot(column, np.dot(pivot, part[begin:end]))
+                part[end:whole] -= np.dot(column, _signed(signs[begin:end], part[begin:end]))
         for i in range(own):
             for c in range(columns):
                 y[nodes.first[s] * size + i, c] = part[i, c]
@@ -263,8 +250,9 @@ def solve_columns(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> 
                 for c in range(columns):
                     y[nodes.rows[k] * size + a, c] = part[own + (k - nodes.start[s]) * size + a, c]
     for s in range(nodes.children.shape[0] - 1, -1, -1):
-        own, at = _gather(nodes, s, y, part), nodes.factors[s + 1]
-        whole = own + (nodes.start[s + 1] - nodes.start[s]) * size
+        own = _gather(nodes, s, y, part)
+        whole, at = own + (nodes.start[s + 1] - nodes.start[s]) * size, nodes.factors[s + 1] - own
+        signs = factors[at : at + own]
         for begin in range((own - 1) // step * step, -1, -step):
             end = min(begin + step, own)
             width, below = end - begin, whole - end
@@ -274,7 +262,7 @@ def solve_columns(nodes: Supernodes, factors: np.ndarray, right: np.ndarray) -> 
             pivot = factors[at : at + width * width].reshape(width, width)
             if below > 0:
                 part[begin:end] -= np.dot(column.T, part[end:whole])
-            part[begin:end] = np.dot(pivot, part[begin:end])
+            part[begin:end] = np.dot(pivot.T, _signed(signs[begin:end], part[begin:end]))
         for i in range(own):
             for c in range(columns):
                 y[nodes.first[s] * size + i, c] = part[i, c]
@@ -312,16 +300,11 @@ def solve_by_fronts(
 
 @kernel
 def count_negative_pivots(nodes: Supernodes, factors: np.ndarray) -> int:
-    """Number of negative eigenvalues of A from its pivots, whose inverses have the same signs."""
-    step, total = nodes.width * nodes.size, 0
-    work = np.empty(step * step)
+    """Number of negative eigenvalues of A from the signs of its pivots."""
+    total = 0
     for s in range(nodes.children.shape[0]):
-        own, at = (nodes.first[s + 1] - nodes.first[s]) * nodes.size, nodes.factors[s]
-        whole = own + (nodes.start[s + 1] - nodes.start[s]) * nodes.size
-        for begin in range(0, own, step):
-            end = min(begin + step, own)
-            width = end - begin
-            pivot = factors[at : at + width * width].reshape(width, width)
-            total += negative_eigenvalues(pivot, work[: width * width].reshape(width, width))
-            at += width * (width + whole - end)
+        own = (nodes.first[s + 1] - nodes.first[s]) * nodes.size
+        for k in range(nodes.factors[s + 1] - own, nodes.factors[s + 1]):
+            if factors[k] < 0.0:
+                total += 1
     return total

@@ -20,7 +20,7 @@ from fsm.solve.simulate import simulate
 from fsm.solve.stepping import march as balances
 from fsm.solve.stepping.march import march
 from fsm.solve.stepping.model import STEADY
-from fsm.solve.stepping.outcomes import STEPPED
+from fsm.solve.stepping.outcomes import STEPPED, UNABLE
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 
 FLOOR = Obstacle(name="floor", shape="plane")
@@ -166,6 +166,25 @@ def test_bodies_that_meet_later() -> None:
     assert system.observe(0.15, solver.q, solver.u).pairs.force.shape == (6,)
     assert solver._arrays is not before
     assert balance[balances.WORST] < 1e-2 * balance[balances.TURNOVER]
+
+
+def test_a_step_whose_iterations_always_reach_other_bodies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Iterations that diverge reach bodies without a block each time; such a step is shortened like other failed steps."""
+    system = made("balls with friction", False, apart=0.1)
+    solver, balance = started(system, None)
+    solver.march(balance, 0.15, 3)
+    begun, tried = solver.t, []
+
+    def lacks(solver: GeneralizedAlpha, *_: Any) -> int:
+        assert len(tried) < 100
+        tried.append(solver.motion.sizes[solver.following])
+        return UNABLE
+
+    monkeypatch.setattr(GeneralizedAlpha, "_march", lacks)
+    monkeypatch.setattr(type(system), "lacks_arrays", lambda system: True)
+    solver.march(balance, 0.15, 2000)
+    assert tried[:3] == [tried[0], tried[0], 0.25 * tried[0]]
+    assert solver.steps == 4 and begun < solver.t < begun + tried[0]
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])

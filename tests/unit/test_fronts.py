@@ -179,3 +179,32 @@ def test_superlu_takes_over_where_a_front_is_singular_or_the_residual_is_poor(mo
     right, solver = np.arange(108.0), LinearSolver()
     solver.factorise(matrix)
     np.testing.assert_allclose(matrix.times(solver.solve(right)), right, atol=1e-7)
+
+
+def test_fronts_keep_the_digits_of_soft_directions_beside_stiff_ones() -> None:
+    """Links of a chain are 1e10 times as stiff along their directions as across. The backward error of a solution is
+    round-off; with inverses of the pivots, it is larger by the condition number of a pivot.
+    """
+    rng, count, size = np.random.default_rng(1), 40, 3
+    bodies = np.arange(count)
+    pattern = body_pattern(bodies, [np.column_stack([bodies[:-1], bodies[1:]])], size)
+    dense = np.zeros((count * size, count * size))
+    for i in range(count - 1):
+        way = rng.normal(size=size)
+        way /= np.linalg.norm(way)
+        link = 1e10 * np.outer(way, way) + np.eye(size)
+        for a, b, sign in ((i, i, 1.0), (i + 1, i + 1, 1.0), (i, i + 1, -1.0), (i + 1, i, -1.0)):
+            dense[a * size : a * size + size, b * size : b * size + size] += sign * link
+    dense[:size, :size] += np.eye(size)
+    data = np.array([
+        dense[r * size : r * size + size, c * size : c * size + size]
+        for r in range(count) for c in pattern.indices[pattern.indptr[r] : pattern.indptr[r + 1]]
+    ])  # fmt: skip
+    nodes = supernodes(pattern, eliminated(pattern))
+    factors = np.zeros(nodes.factors[-1])
+    assert factorise_fronts(nodes, pattern.indptr, pattern.indices, data, factors) == -1
+    assert count_negative_pivots(nodes, factors) == 0
+    right = dense @ rng.normal(size=count * size)
+    x = solve_columns(nodes, factors, right.reshape(-1, 1)).ravel()
+    error = np.abs(dense @ x - right) / (np.abs(dense) @ np.abs(x) + np.abs(right))
+    assert error.max() < 1e-13

@@ -30,7 +30,7 @@ from fsm.model.bodies.arrays import (
     pattern_of,
     springs_of,
 )
-from fsm.model.bodies.contact_arrays import restore_depths
+from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
 from fsm.solve.stepping.quasi_static import StaticCalls
 from fsm.solve.stepping.vectors import copy_into, subtracted
 
@@ -88,6 +88,8 @@ def add_damping(damping: np.ndarray, per_second: float, matrix: np.ndarray) -> N
 @kernel
 def _factorise(model: Segments) -> bool:
     table = model.table
+    if lack_pairs(model.groups):
+        return False
     matrix, per_second = floats_3d(table, MATRIX), per_second_of(table)
     copy_into(floats_3d(table, STIFFNESS), matrix)
     add_damping(floats_3d(table, DAMPING), per_second, matrix)

@@ -229,9 +229,13 @@ class ContactTable(ABC):
     def coupled(self) -> np.ndarray:
         """Pairs (m, 2) of bodies that contacts may couple until the next renewal."""
 
+    def coupled_first(self, poses: np.ndarray) -> np.ndarray:
+        """Pairs (m, 2) of bodies for which the first pattern of compiled steps has blocks."""
+        return self.pairs(poses)[0]
+
     @abstractmethod
     def coupled_ahead(self) -> np.ndarray:
-        """Pairs (m, 2) of bodies for which the pattern of compiled steps has blocks."""
+        """Pairs (m, 2) of bodies for which a further pattern of compiled steps has blocks."""
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """Pairs of bodies that contacts may couple until the next renewal, and a version number that changes when the pairs

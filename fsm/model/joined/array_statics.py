@@ -15,7 +15,7 @@ from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
 from fsm.model.bodies.array_statics import add_damping, advance_by, largest_force_along, per_second_of
 from fsm.model.bodies.array_statics import place_mean as place_mean_bodies
 from fsm.model.bodies.arrays import FREE, INTERVAL, POSES, RATES, springs_of
-from fsm.model.bodies.contact_arrays import restore_depths
+from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
 from fsm.model.joined.array_forces import (
     add_turning,
     condense,
@@ -100,6 +100,8 @@ def _linearised_force(model: Joined, q: np.ndarray, mixed: bool) -> np.ndarray:
 
 @kernel
 def _factorise(model: Joined) -> bool:
+    if lack_pairs(model.bodies.groups):
+        return False
     nodes = model.nodes.table
     matrix = floats_3d(nodes, MATRIX)
     copy_into(floats_3d(nodes, STIFFNESS), matrix)

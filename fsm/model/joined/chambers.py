@@ -26,6 +26,9 @@ from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.folds import FoldGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
 
+_MOST_KNOWN = 4
+"""Number of states of the nodes whose volumes are kept; the work of loads needs those at both ends of a step."""
+
 
 def cross_matrices(vectors: np.ndarray) -> np.ndarray:
     """Matrices (m, 3, 3) of v x."""
@@ -33,6 +36,12 @@ def cross_matrices(vectors: np.ndarray) -> np.ndarray:
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         out[:, a, b], out[:, b, a] = -vectors[:, c], vectors[:, c]
     return out
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross products (m, 3); NumPy's function takes several times as long for few vectors."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
 class _Lid:
@@ -59,7 +68,7 @@ class _Lid:
     def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
         """Add the forces of a pressure; the tip shares its force among the nodes."""
         arms, axes = self._arms(q), list(self._lid.axes)
-        sides = np.cross(arms[self._first], arms[self._second])
+        sides = _cross(arms[self._first], arms[self._second])
         own = self._on_nodes(sides, sides)
         own[:, axes] += self._lid.weights[:, None] * sides.sum(axis=0)[axes]
         np.add.at(force, self._entries, pressure / 6.0 * own)
@@ -122,15 +131,14 @@ class Surface:
         self.add_force(q, 1.0, out)
         return out
 
-    def volume(self, q: np.ndarray) -> float:
-        """Enclosed volume, m^3: the flux of the positions is their product with the forces of a unit pressure."""
-        unit, moved = np.zeros_like(q), q.copy()
-        for part in self._parts:
-            part.add_force(q, 1.0, unit)
+    def volume(self, q: np.ndarray, gradient: np.ndarray) -> float:
+        """Enclosed volume, m^3: the flux of the positions is their product with the forces of a unit pressure, the
+        gradient (n,) of the volume.
+        """
+        moved = q.copy()
         moved[self._positions[:, None] + np.arange(3)] -= self._chamber.origin
         axes = self._chamber.axes
-        flux = sum(float(unit[axis::3] @ moved[axis::3]) for axis in axes) / len(axes)
-        return self.sign * flux
+        return sum(float(gradient[axis::3] @ moved[axis::3]) for axis in axes) / len(axes)
 
     def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
         """Add the forces of a pressure."""
@@ -188,6 +196,19 @@ class OrificeArea:
         return out
 
 
+class _Volumes:
+    """Volumes (k,), m^3, and their gradients (k, n) at coordinates (n,) of the nodes; `states` are those of the gases that
+    are known there, by time and memory.
+    """
+
+    def __init__(self, surfaces: Sequence[Surface], nodes: np.ndarray) -> None:
+        self.nodes = nodes.copy()
+        self.gradients = np.array([surface.gradient(nodes) for surface in surfaces]).reshape(len(surfaces), len(nodes))
+        found = zip(surfaces, self.gradients, strict=True)
+        self.volumes = np.array([surface.volume(nodes, gradient) for surface, gradient in found])
+        self.states: list[tuple[float, np.ndarray, GasState]] = []
+
+
 class Chambers:
     """Chambers of a sheet with their gases.
 
@@ -206,15 +227,21 @@ class Chambers:
     ) -> None:  # fmt: skip
         self.names = tuple(gas.name for gas in gases)
         self._surfaces = surfaces
-        self._last: tuple[np.ndarray, np.ndarray] = start[:0], np.zeros(0)
+        self._known: list[_Volumes] = []
         self._areas = areas
         self.gases = Gases(gases, orifices, self.volumes(start), self.areas(start))
 
     def volumes(self, nodes: np.ndarray) -> np.ndarray:
         """Volumes (k,), m^3."""
-        if not np.array_equal(nodes, self._last[0]):
-            self._last = nodes.copy(), np.array([surface.volume(nodes) for surface in self._surfaces])
-        return self._last[1]
+        return self._at(nodes).volumes
+
+    def _at(self, nodes: np.ndarray) -> _Volumes:
+        """Volumes at coordinates of the nodes, of which the last ones are kept."""
+        for known in self._known:
+            if np.array_equal(nodes, known.nodes):
+                return known
+        self._known = [_Volumes(self._surfaces, nodes), *self._known[: _MOST_KNOWN - 1]]
+        return self._known[0]
 
     def areas(self, nodes: np.ndarray) -> np.ndarray:
         """Areas of the orifices (n,), m^2."""
@@ -222,7 +249,13 @@ class Chambers:
 
     def state(self, t: float, nodes: np.ndarray) -> GasState:
         """State of all gases at coordinates (n,) of the nodes."""
-        return self.gases.state(t, self.volumes(nodes), self.areas(nodes))
+        at, memory = self._at(nodes), self.gases.last
+        for time, last, known in at.states:
+            if time == t and last is memory:
+                return known
+        found = self.gases.state(t, at.volumes, self.areas(nodes))
+        at.states = [(t, memory, found), *at.states[:1]]
+        return found
 
     def commit(self, t: float, nodes: np.ndarray) -> None:
         """Accept a state."""
@@ -258,14 +291,11 @@ class Chambers:
 
     def add_force(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
         """Add the forces on the coordinates (n,) of the nodes."""
-        state = self.state(t, nodes)
-        for surface, pressure in zip(self._surfaces, state.pressure - self.gases.outside, strict=True):
-            surface.add_force(nodes, float(pressure), force)
+        force += (self.state(t, nodes).pressure - self.gases.outside) @ self._at(nodes).gradients
 
     def add_force_rate(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
         """Add the change of the forces with time at fixed nodes."""
-        for surface, rate in zip(self._surfaces, self.state(t, nodes).by_time, strict=True):
-            surface.add_force(nodes, float(rate), force)
+        force += self.state(t, nodes).by_time @ self._at(nodes).gradients
 
     def add_linearised(
         self, t: float, nodes: np.ndarray, slots: list[list[np.ndarray]], force: np.ndarray, stiffness: np.ndarray
@@ -276,12 +306,11 @@ class Chambers:
         """
         state = self.state(t, nodes)
         above = (state.pressure - self.gases.outside).tolist()
-        gradients = []
-        for surface, pressure, own in zip(self._surfaces, above, slots, strict=True):
-            gradients.append(surface.gradient(nodes))
-            force += pressure * gradients[-1]
+        gradients = self._at(nodes).gradients
+        for surface, pressure, gradient, own in zip(self._surfaces, above, gradients, slots, strict=True):
+            force += pressure * gradient
             surface.add_stiffness(nodes, pressure, own, stiffness)
-        found = LowRank(np.array(gradients), -state.by_volume) if np.any(state.by_volume) else None
+        found = LowRank(gradients, -state.by_volume) if np.any(state.by_volume) else None
         for k, area in enumerate(self._areas):
             if area.folds is not None:
                 weights = np.zeros((len(gradients) + 1, len(gradients) + 1))
@@ -295,8 +324,8 @@ class Chambers:
     def compressions(self, nodes: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
         """Stiffness -dp/dV (Pa/m^3) of the last accepted state and gradient (n,) of every chamber."""
         state = self.state(float(self.gases.memory()[0]), nodes)
-        for surface, stiffness in zip(self._surfaces, -np.diag(state.by_volume), strict=True):
-            yield float(np.nan_to_num(stiffness)), surface.gradient(nodes)
+        for gradient, stiffness in zip(self._at(nodes).gradients, -np.diag(state.by_volume), strict=True):
+            yield float(np.nan_to_num(stiffness)), gradient
 
     def energy(self, t: float, nodes: np.ndarray) -> float:
         """Energy of all gases, J."""
@@ -307,6 +336,4 @@ class Chambers:
         state = self.state(t, nodes)
         total = self.gases.power(t, state, before)
         above = np.where(self.gases.holds_pressure, state.pressure - self.gases.outside, 0.0)
-        for surface, pressure in zip(self._surfaces, above.tolist(), strict=True):
-            total += pressure * float(surface.gradient(nodes) @ rates) if pressure else 0.0
-        return total
+        return total + float(above @ (self._at(nodes).gradients @ rates))

@@ -161,7 +161,7 @@ class Gases:
         mass = pressure * volume / warmth + [supply.mass(0.0) for supply in self.supplies]
         pressure = np.where(volume > 0.0, mass * warmth / np.where(volume > 0.0, volume, 1.0), pressure)
         self._start = np.concatenate([[0.0], volume, mass, pressure * volume**self._ratio, area])
-        self._last = self._start.copy()
+        self.last = self._start.copy()
 
     # memory -----------------------------------------------------------------------------------------------------------
 
@@ -172,16 +172,16 @@ class Gases:
 
     def memory(self) -> np.ndarray:
         """Time, volumes, masses, p V^gamma and areas of orifices of the last accepted state."""
-        return self._last.copy()
+        return self.last.copy()
 
     def restore(self, memory: np.ndarray) -> None:
         """Set the memory; an empty array resets it."""
-        self._last = memory.copy() if len(memory) else self._start.copy()
+        self.last = memory.copy() if len(memory) else self._start.copy()
 
     def commit(self, t: float, volume: np.ndarray, area: np.ndarray) -> None:
         """Accept a state."""
         state = self.state(t, volume, area)
-        self._last = np.concatenate([[t], volume, state.mass, state.entropy, area])
+        self.last = np.concatenate([[t], volume, state.mass, state.entropy, area])
 
     def break_times(self) -> list[float]:
         """Times at which a supply is not smooth, s."""
@@ -191,10 +191,10 @@ class Gases:
 
     def state(self, t: float, volume: np.ndarray, area: np.ndarray) -> GasState:
         """State at a time (s), with given volumes (k,), m^3, and areas of orifices (n,), m^2."""
-        begin, count = float(self._last[0]), len(self.gases)
+        begin, count = float(self.last[0]), len(self.gases)
         given = np.array([supply.mass(t) - supply.mass(begin) for supply in self.supplies])
         flow = np.array([supply.flow(t) for supply in self.supplies])
-        before, mass, entropy = (self._last[1 + k * count : 1 + (k + 1) * count] for k in range(3))
+        before, mass, entropy = (self.last[1 + k * count : 1 + (k + 1) * count] for k in range(3))
         less = self._ratio - 1.0
         heat = less * self._heat_capacity * self._warmth  # (gamma - 1) c_p T of the supply
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -254,9 +254,9 @@ class Gases:
 
         `drivers` (k + n,) are the volumes and the areas of the orifices at the end; the first derivatives refer to these.
         """
-        count, begin = len(self.gases), float(self._last[0])
-        start = self._last[1 + count : 1 + 3 * count]
-        before = np.concatenate([self._last[1 : 1 + count], self._last[1 + 3 * count :]])
+        count, begin = len(self.gases), float(self.last[0])
+        start = self.last[1 + count : 1 + 3 * count]
+        before = np.concatenate([self.last[1 : 1 + count], self.last[1 + 3 * count :]])
         step = t - begin
         if abs(step) <= _NO_TIME:
             now = self._rates(t, drivers, start, [supply.flow(t) for supply in self.supplies])[0]
@@ -279,7 +279,7 @@ class Gases:
     def _pieces(self, t: float, drivers: np.ndarray, step: float) -> int:
         """Number of parts of a step in which masses and energies change by a moderate factor."""
         count = len(self.gases)
-        start = self._last[1 + count : 1 + 3 * count]
+        start = self.last[1 + count : 1 + 3 * count]
         rates = self._rates(t, drivers, start, [supply.flow(t) for supply in self.supplies])[0]
         sizes = start.reshape(2, -1)
         scale = np.maximum(sizes, 0.1 * sizes.mean(axis=1)[:, None]).ravel()

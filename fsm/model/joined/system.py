@@ -442,7 +442,7 @@ class JoinedSystem(JoinedConfiguration):
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
-        return JoinedStatics(self, self._current_pattern(self.bodies.pose), ready, self._static_model)
+        return JoinedStatics(self, self._first_pattern(), ready, self._static_model)
 
     def _static_model(
         self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel

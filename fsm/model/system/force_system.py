@@ -7,6 +7,7 @@ bodies have no degrees of freedom; the forces on them are summed like all others
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
@@ -496,6 +497,15 @@ class SegmentForces(Configuration):
         if self.spatial and rates is not self.at_rest:
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
+
+    def compiled_pattern(self, contacts: Sequence[np.ndarray]) -> BodyPattern:
+        """Pattern of compiled steps, with blocks for pairs of bodies in contact, (m, 2) arrays."""
+        near = [group.pairs(self.bodies.pose)[0] for group in (*self._springs, *self._others)]
+        return body_pattern(self._dof, [*near, *contacts], self.size)
+
+    def _first_pattern(self) -> BodyPattern:
+        """First pattern of compiled steps."""
+        return self.compiled_pattern([group.geometry.coupled_first(self.bodies.pose) for group in self.contacts])
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         if self._pattern is not None and self.fixed_pattern:

@@ -14,7 +14,7 @@ from fsm.kernels.pointers import enter
 from fsm.model.bodies.array_path import PATH
 from fsm.model.bodies.arrays import FACTORS, Arrays
 from fsm.model.bodies.group import PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern, body_pattern
+from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.elements.element_group import ElementArrays, ElementGroup
 from fsm.model.elements.elements import BushingGroup
 from fsm.model.system.arrays_of import change_pattern, segments_of
@@ -146,9 +146,7 @@ class StaticSegments:
         """See `fsm.solve.interface.system.StaticArrays`."""
         system = self._system
         if self.lacks:
-            joints = [group for group in system.groups if isinstance(group, BushingGroup | ElementGroup)]
-            own = [group.pairs(system.bodies.pose)[0] for group in joints]
-            self._change_pattern(_shared(body_pattern(self._pattern.dof, [*own, *self._contacts.pairs()], system.size)))
+            self._change_pattern(_shared(system.compiled_pattern(self._contacts.pairs())))
         self._use_factors()
         if not self.current:
             self._contacts.load(False)

@@ -23,7 +23,7 @@ from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import Group, PreviousPoses
 from fsm.model.bodies.loads import LoadGroup
-from fsm.model.bodies.pattern import BodyPattern, body_pattern
+from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
 from fsm.model.elements.element_group import ElementGroup
@@ -221,14 +221,12 @@ class SegmentSystem(SegmentForces):
         if self._array_model is None:
             from fsm.model.system.contact_arrays_of import ContactModel  # imports the kernels of all steps
 
-            pattern = self._current_pattern(self.bodies.pose)
+            pattern = self._first_pattern()
             pairs = len(self.pair_names)
             contacts = ContactModel(self.contacts, pattern, self.spatial, pairs)
             self._contact_model, self._array_model = contacts, self._arrays_of(pattern, ready, contacts)
         elif contacts is not None and contacts.lacks:
-            near = [pairs for group in self._others for pairs in [group.pairs(self.bodies.pose)[0]]]
-            near += [group.pairs(self.bodies.pose)[0] for group in self._springs]
-            pattern = body_pattern(self._dof, [*near, *contacts.pairs()], self.size)
+            pattern = self.compiled_pattern(contacts.pairs())
             contacts.index(pattern)
             self._array_model = self._arrays_of(pattern, ready, contacts)
         return self._array_model[0]
@@ -264,7 +262,7 @@ class SegmentSystem(SegmentForces):
             return None
         from fsm.model.system.static_arrays import StaticSegments  # imports the kernels of all steps
 
-        return StaticSegments(self, self._current_pattern(self.bodies.pose), ready)
+        return StaticSegments(self, self._first_pattern(), ready)
 
     def lacks_arrays(self) -> bool:
         """See `System`."""

@@ -96,7 +96,7 @@ def supernodes(pattern: BlockPattern, known: Elimination) -> Supernodes:
     stored = [int(np.sum(np.minimum(width, k - at) * (k + m - at))) for at, k, m in zip(begun, own, later, strict=True)]
     return Supernodes(
         known.order[steps], _offsets(own), _offsets(later), np.concatenate(rows).astype(np.int64), children,
-        _offsets(np.array(stored) * size**2), size, width, int((own + later).max()) * size, most,
+        _offsets(np.array(stored) * size**2 + own * size), size, width, int((own + later).max()) * size, most,
     )  # fmt: skip
 
 

@@ -133,6 +133,8 @@ def _look(model: StaticModel, path: Path, rules: PathRules, t: float, record: np
     if path.counts[JUDGED] != 0:
         return path.counts[JUDGED] - 1
     model.calls.end_of_step(model.arrays, path.found, rules.trial, ACCURATE, rules.rate_dependent, record)
+    if model.calls.lacks(model.arrays):
+        return LACKS
     if record[PASSED] > 0.0:
         return CROSSED
     if record[NEGATIVE] == UNKNOWN:

@@ -20,6 +20,10 @@ from fsm.solve.stepping.model import DRIVES, ArrayModel
 from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEPPED, UNABLE
 from fsm.solve.time.system_model import SystemModel
 
+_PATTERNS, _SHORTER = 20, 0.25
+"""Largest number of patterns for one step, as far as they lack pairs of bodies, and factor on the size of this step from
+the second one on."""
+
 
 @cache
 def _has_arrays(kind: type) -> bool:
@@ -66,6 +70,8 @@ class StepMethod(ABC):
     in_kernel: ClassVar[Any]
     """Functions with the arguments of `fsm.solve.stepping.generalized_alpha.take_step`, of `fsm.solve.stepping.march.march`,
     and of the latter for compiled models only."""
+    following: ClassVar[int]
+    """Index of the size of the next step in `motion.sizes`."""
     kept: ClassVar[tuple[str, ...]]
     """Fields of `motion` that a restart needs, besides q and u."""
 
@@ -152,10 +158,15 @@ class StepMethod(ABC):
         self.model.pair_energy = np.zeros((2, 1))
         if self._arrays is not None:
             system.to_arrays(self.controlled)
-            outcome = self._march(balance, until, most, records)
+            outcome, tries, last = self._march(balance, until, most, records), 0, -1
             while outcome == UNABLE and system.lacks_arrays():
+                tries, last = tries + 1 if self.steps == last else 1, self.steps
+                if tries > _PATTERNS:
+                    break
                 self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready)
                 self._without_factors()
+                if tries > 1 and self.controlled:  # the iterations diverge, and reach other bodies each time
+                    self.motion.sizes[self.following] *= _SHORTER
                 left = most - (self.steps - begun)
                 own = records[self.steps - begun :] if every else records
                 outcome = self._march(balance, until, left, own)

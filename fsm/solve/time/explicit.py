@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.solve.interface.system import System
 from fsm.solve.stepping.explicit import ExplicitMotion, ExplicitRules, march_explicit, march_explicit_arrays, take_step
-from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED
+from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED, STEP_SIZE
 from fsm.solve.time.array_steps import StepMethod
 
 
@@ -27,6 +27,7 @@ class Explicit(StepMethod):
 
     one_step, in_python = staticmethod(take_step), staticmethod(march_explicit)
     in_kernel = staticmethod(march_explicit_arrays)
+    following = STEP_SIZE
     kept = "rate", "sizes", "counts"
 
     def __init__(

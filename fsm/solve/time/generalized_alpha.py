@@ -83,6 +83,7 @@ class GeneralizedAlpha(StepMethod):
     """
 
     one_step, in_python, in_kernel = staticmethod(take_step), staticmethod(march), staticmethod(march_arrays)
+    following = stepping.STEP_SIZE
     kept = "rate", "a", "slope", "sizes", "counts"
 
     def __init__(

@@ -44,6 +44,7 @@ class MeanForce(StepMethod):
 
     one_step, in_python = staticmethod(take_step), staticmethod(march_mean_force)
     in_kernel = staticmethod(march_mean_force_arrays)
+    following = stepping.NEXT
     kept = "mean", "mean_before", "rate", "sizes", "counts"
 
     def __init__(

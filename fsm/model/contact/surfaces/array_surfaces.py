@@ -10,7 +10,6 @@ import numpy as np
 
 from fsm.interactions.search.box_tree import fit_tree, window_pieces
 from fsm.interactions.search.chord import chord_boxes, chords_planar, chords_spatial
-from fsm.interactions.search.contact_body_pairs import coupled_bodies
 from fsm.interactions.search.displacement_bound import furthest_motion
 from fsm.interactions.surfaces.closest_planar import find_contacts_planar, heights_planar, probe_points_planar
 from fsm.interactions.surfaces.closest_spatial import find_contacts_spatial, heights_spatial, probe_points_spatial
@@ -98,37 +97,26 @@ TAPERS, NEAR, HEIGHTS = OWN_STATE, OWN_STATE + 1, OWN_STATE + 2
 
 @kernel
 def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords: np.ndarray, dimension: int) -> None:
-    """Write the pieces within reach of each probe, and mark whether the pattern lacks one of the pairs of bodies.
-
-    The windows of a pattern that lacks pairs stay, until the pattern has blocks for all of them.
-    """
-    if g.state[LACKS] == 1:
-        return
+    """Write the pieces within reach of each probe."""
     own = surfaces_of(g)
     tips, reach, bulge = own.tips, own.reach, -np.inf
     # sum of the distance of pieces from their chords and the length of the tips beyond the ends
     for j in range(chords.shape[0]):
         bulge = max(bulge, chords[j, 2 * dimension + 1] - tips[j] / np.sqrt(chords[j, 2 * dimension]))
     low, high = chord_boxes(chords)
-    window, body, owners = own.window, own.body, own.owners
+    window = own.window
     apart = 2.0 * RENEWAL * g.numbers[MARGIN]
     window_pieces(
         points, own.first_piece, own.last_piece, chords, fit_tree(low, high), reach + bulge,
         2.0 * (apart + bulge), own.nearest, window,
     )  # fmt: skip
-    dof, indptr, indices = index_of(g)
-    state, pairs = g.state, coupled_bodies(body, window, owners, poses.shape[0])
-    for k in range(pairs.shape[0]):
-        row, column = dof[pairs[k, 0]], dof[pairs[k, 1]]
-        if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
-            state[LACKS] = 1
     near, count = own.near, 0
     for i in range(window.shape[0]):
         if window[i, 0] < window[i, 1]:
             near[count] = i
             count += 1
     copy_into(poses, g.reference)
-    state[NEAR], state[HEIGHTS], state[REFERRED] = count, 0, 1
+    g.state[NEAR], g.state[HEIGHTS], g.state[REFERRED] = count, 0, 1
 
 
 @kernel
@@ -256,10 +244,24 @@ def _tapered_spatial(
 
 
 @kernel
+def _check_pattern(g: ContactArrays, count: int) -> None:
+    """Mark a pattern that lacks a block of the contacts."""
+    dof, indptr, indices = index_of(g)
+    bodies = g.bodies
+    for i in range(count):
+        for j in range(bodies.shape[1]):
+            for k in range(j):
+                row, column = dof[bodies[i, j]], dof[bodies[i, k]]
+                if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
+                    g.state[LACKS] = 1
+
+
+@kernel
 def _tangent_planar(
     g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
     own = surfaces_of(g)
+    _check_pattern(g, count)
     tangent_gap_planar(
         poses, rates, g.bodies[:count], g.gradient[:count],
         (g.slot[:count], own.found_piece, own.found_side, own.found_at.reshape(-1)),
@@ -273,6 +275,7 @@ def _tangent_spatial(
     g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
     own = surfaces_of(g)
+    _check_pattern(g, count)
     tangent_gap_spatial(
         poses, rates, g.bodies[:count], g.gradient[:count],
         (g.slot[:count], own.found_piece, own.found_side, own.found_at),

@@ -14,11 +14,11 @@ from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.surfaces.array_surfaces import HEIGHTS, PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
 from fsm.model.contact.surfaces.corner_sides import Corners
 
+_AHEAD, _NEAR = 3, 0.25
+"""Number of further pieces, beyond the near ones, that a pattern couples with a probe, and gap over the margin up to which
+a further pattern has blocks. The pattern then remains valid while the probe slides or comes nearer."""
 _KEPT = 2
 """Number of earlier patterns whose pairs a new pattern keeps: predictions and rejected steps reach the same bodies again."""
-_AHEAD = 2
-"""Number of further pieces, beyond the near ones, that the pattern couples with a probe. The pattern then remains valid
-while the probe slides."""
 
 
 class Probes(NamedTuple):
@@ -149,19 +149,23 @@ class SurfaceContacts(ContactTable):
     def _coupled_by(self, window: np.ndarray) -> np.ndarray:
         return np.asarray(coupled_bodies(self.own.body, window, self.own.owners, len(self.common.committed)))
 
+    def coupled_first(self, poses: np.ndarray) -> np.ndarray:
+        """See `ContactTable`: the pairs of contacts with a gap below the margin."""
+        return self._coupled_near(poses, self.margin)
+
     def coupled_ahead(self) -> np.ndarray:
-        """See `ContactTable`: the pairs of the present windows with some more pieces, and those of the last
-        patterns.
-        """
-        own = self.own
-        first, last = own.window.T
-        near = last > first
-        wider = own.window.copy()
-        wider[near, 0] = np.maximum(first - _AHEAD, own.first_piece)[near]
-        wider[near, 1] = np.minimum(last + _AHEAD, own.last_piece)[near]
-        now = self._coupled_by(wider)
+        """See `ContactTable`: the pairs of contacts near the poses of the last search, and those of the last patterns."""
+        now = self._coupled_near(self.common.found_poses.copy(), _NEAR * self.margin)
         self._ahead = [now, *self._ahead[:_KEPT]]
         return np.concatenate(self._ahead)
+
+    def _coupled_near(self, poses: np.ndarray, below: float) -> np.ndarray:
+        """Pairs of contacts with a gap below a bound (m), and those with some more pieces."""
+        own, near = self.own, self.find(poses, below)
+        piece, window = own.found_piece[: len(near.slot)], np.zeros((len(own.body), 2), dtype=np.int64)
+        window[near.slot, 0] = np.maximum(piece - _AHEAD, own.first_piece[near.slot])
+        window[near.slot, 1] = np.minimum(piece + _AHEAD + 1, own.last_piece[near.slot])
+        return self._coupled_by(window)
 
     def size_for(self, bodies: int) -> None:
         """See `ContactTable`."""
