@@ -70,7 +70,7 @@ def test_responses_of_joints() -> None:
 
 
 def test_a_case_without_a_travel_has_no_exact_derivatives() -> None:
-    with pytest.raises(CaseError, match="for a .*drive.* with a travel only"):
+    with pytest.raises(CaseError, match=r"for a .*drive.* with a travel only"):
         differentiated_peak(fsm.load(CASES / "dropped_plates" / "case.toml").model, ["contact.stiffness"])
 
 
