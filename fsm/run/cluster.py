@@ -59,7 +59,10 @@ class ClusterTeam:
         """Send a call to the cluster."""
         return self.executor.submit(work, *arguments)
 
-    def lost(self, future: Future[Any], error: BaseException) -> str:
+    def back(self, call: Future[Any]) -> None:
+        """The scheduler itself knows which workers are free."""
+
+    def lost(self, call: Future[Any], error: BaseException) -> str:
         """Cause of a call that was lost; the scheduler replaces the worker."""
         if isinstance(error, ImportError):
             text = f"a worker has another fsm or none ({error}); install the same versions on all machines"

@@ -34,8 +34,6 @@ _one = threading.Lock()
 class _Worker:
     executor: ProcessPoolExecutor
     process: BaseProcess
-    call: Future[Any] | None = None
-    """Call that the worker has."""
 
 
 class LocalTeam:
@@ -50,7 +48,8 @@ class LocalTeam:
     def __init__(self, count: int, copies: bool) -> None:
         self.count = count
         self.context = multiprocessing.get_context("fork" if copies else "spawn")
-        self.workers: list[_Worker] = []
+        self.free: list[_Worker] = []
+        self.busy: dict[Future[Any], _Worker] = {}
 
     def room(self, sent: int) -> int:
         """Number of workers without a call: a worker has one call at a time, so that the call of one that dies is known."""
@@ -58,16 +57,18 @@ class LocalTeam:
 
     def submit(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Call a function in a worker without a call."""
-        for worker in self.workers:
-            if worker.call is None or worker.call.done():
-                try:
-                    worker.call = worker.executor.submit(work, *arguments)
-                    return worker.call
-                except BrokenExecutor:  # it has died while it had no call
-                    self.workers.remove(worker)
-                    return self.submit(work, *arguments)
-        self.workers.append(self._started())
-        return self.submit(work, *arguments)
+        while True:
+            worker = self.free.pop() if self.free else self._started()
+            try:
+                call = worker.executor.submit(work, *arguments)
+            except BrokenExecutor:  # it has died while it had no call
+                continue
+            self.busy[call] = worker
+            return call
+
+    def back(self, call: Future[Any]) -> None:
+        """Take a worker back whose call has ended."""
+        self.free.append(self.busy.pop(call))
 
     def _started(self) -> _Worker:
         """New worker process."""
@@ -79,10 +80,9 @@ class LocalTeam:
         (process,) = set(multiprocessing.active_children()) - before
         return _Worker(executor, process)
 
-    def lost(self, future: Future[Any], error: BaseException) -> str:
+    def lost(self, call: Future[Any], error: BaseException) -> str:
         """Forget a worker that has died, and give the cause."""
-        worker = next(worker for worker in self.workers if worker.call is future)
-        self.workers.remove(worker)
+        worker = self.busy.pop(call)
         worker.executor.shutdown(wait=False)
         worker.process.join(GRACE)
         code = worker.process.exitcode
@@ -93,12 +93,13 @@ class LocalTeam:
 
     def end(self, interrupted: bool) -> None:
         """End all workers; interrupt them before if they are at work."""
-        for worker in self.workers:
+        workers = [*self.free, *self.busy.values()]
+        for worker in workers:
             worker.executor.shutdown(wait=False, cancel_futures=True)
             if interrupted and worker.process.is_alive() and worker.process.pid is not None:
                 with contextlib.suppress(OSError):
                     os.kill(worker.process.pid, signal.SIGINT)
-        for worker in self.workers:
+        for worker in workers:
             worker.process.join(GRACE)
             if worker.process.is_alive():
                 worker.process.kill()

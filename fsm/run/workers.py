@@ -61,7 +61,10 @@ class Team(Protocol):
     def submit(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Send a call to a worker."""
 
-    def lost(self, future: Future[Any], error: BaseException) -> str:
+    def back(self, call: Future[Any]) -> None:
+        """Take a worker back whose call has ended."""
+
+    def lost(self, call: Future[Any], error: BaseException) -> str:
         """Replace the worker of a call that ended with an error of the machinery, and give the cause."""
 
     def end(self, interrupted: bool) -> None:
@@ -189,6 +192,7 @@ def _outcomes(team: Team, queue: _Queue, future: Future[Any], chunk: list[tuple[
                 queue.tried.add(number)
                 queue.again.append((number, job))
         return
+    team.back(future)
     if other:
         raise FsmError(f"a worker has another fsm: {other}; install the same versions on all machines")
     queue.returned(len(chunk), seconds)

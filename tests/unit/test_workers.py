@@ -5,11 +5,13 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import BrokenExecutor
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 
+from fsm.run.local_workers import LocalTeam
 from fsm.run.workers import _Queue, run_jobs
 
 COPIES = [False, pytest.param(True, marks=pytest.mark.skipif(sys.platform != "linux", reason="workers are copies on Linux"))]
@@ -77,6 +79,16 @@ def test_a_job_whose_worker_dies_is_tried_again_once(tmp_path):
     outcomes = sorted(run_jobs(eval, jobs, 1), key=lambda outcome: outcome.job)
     assert [outcome.value for outcome in outcomes] == [1] * 8 + [5, None] + [2] * 8
     assert [outcome.error for outcome in outcomes if outcome.error] == [("the worker process ended with code 7",)]
+
+
+def test_a_worker_that_has_died_gets_no_further_job():
+    """Its end may be seen after other calls are sent."""
+    team = LocalTeam(2, copies=False)
+    call = team.submit(os._exit, 7)
+    assert isinstance(call.exception(), BrokenExecutor)
+    assert team.submit(abs, -1).result() == 1
+    assert team.lost(call, call.exception()) == "the worker process ended with code 7"
+    team.end(interrupted=False)
 
 
 def test_jobs_are_taken_when_workers_are_free():
