@@ -10,9 +10,11 @@ import pytest
 from click.testing import CliRunner
 
 import fsm
+from fsm.case.models.optimise import OptimiseFile
 from fsm.cli.command_line import cli
 from fsm.errors import NotConverged
 from fsm.studies.optimise import optimise
+from fsm.studies.read import read_file
 
 STRIP = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SMALL = ["strip.segments_per_panel=2", "drive.0.travel=12 mm", "save.every=1 mm", "expect=none"]
@@ -152,3 +154,15 @@ def test_a_case_with_a_wanted_peak_in_python() -> None:
     )
     solved = case.set("expect", None).solve_for("peak_force=0.08 N", "material.young", (2e9, "4 GPa"))
     assert solved.run().summary["peak_force"] == pytest.approx(0.08, rel=1e-4)
+
+
+def test_the_file_that_init_writes(tmp_path: Path) -> None:
+    code, text = run("init", "optimise", str(tmp_path / "optimise.toml"))
+    assert code == 0
+    assert "next: fsm optimise" in text
+    found = read_file(tmp_path / "optimise.toml", OptimiseFile)
+    assert found.objective.key == "mass"
+    assert [one.path for one in found.variable] == ["strip.thickness", "crease.stiffness"]
+    code, text = run("help", "optimise.constraint")
+    assert code == 0
+    assert "prescribed value, in place of bounds" in text

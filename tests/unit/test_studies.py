@@ -136,7 +136,9 @@ def test_a_study_continues_after_a_line_that_was_cut(tmp_path: Path) -> None:
     again = study(tmp_path, OF_COUNTED, resume=True)
     assert len(calls.read_text()) == (33 - 20) + 8  # the missing runs and those that failed
     assert again.runs == first.runs
-    assert len(journal.read_text().splitlines()) == 33
+    calls.write_text("")
+    study(tmp_path, OF_COUNTED, resume=True)
+    assert len(calls.read_text()) == 8  # the cut line took no other with it
     calls.write_text("")
     (tmp_path / "model.py").write_text(counted.replace("2.0 * b", "3.0 * b"))
     assert study(tmp_path, OF_COUNTED, resume=True).nominal.responses["sum"] == pytest.approx(0.5 + 1.5)

@@ -22,6 +22,9 @@ from fsm.run.table import failures, merge_tables, run_table
 from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
 from fsm.run.table_text import format_table, progress_line
 from fsm.run.workers import JobOutcome
+from fsm.views.plots.drawing import drawing
+from fsm.views.plots.parameters import plot_parameters
+from fsm.views.plots.study import varied_inputs
 
 CASE = """
 [strip]
@@ -360,6 +363,23 @@ def test_figures_of_no_row_of_the_first_or_of_all(tmp_path, fake_run, figures, d
     done = CliRunner().invoke(cli, ["table", str(write(tmp_path)), "--out", str(tmp_path / "out"), "--figures", figures])
     assert done.exit_code == 3
     assert sorted(path.parent.name for path in (tmp_path / "out").glob("*/force.png")) == drawn
+    assert (tmp_path / "out" / "peaks.png").exists() == (figures != "none")
+
+
+def test_the_peak_over_each_parameter(tmp_path):
+    """A row without a number of a parameter, and one without a peak, are left out."""
+    rows = [
+        {"case": "a", "peak_force": 1.0, "strip.thickness": 2e-4, "crease.stiffness": 5e-3, "contact": "none"},
+        {"case": "b", "peak_force": 2.0, "strip.thickness": 3e-4, "crease.stiffness": 5e-3, "contact": ""},
+        {"case": "c", "peak_force": 3.0, "strip.thickness": "none", "crease.stiffness": 5e-3},
+        {"case": "d", "error": "no equilibrium", "strip.thickness": 4e-4},
+    ]
+    units = {"strip.thickness": "m", "crease.stiffness": "N m/rad", "contact": ""}
+    assert varied_inputs(rows[:3], units) == [("strip.thickness (mm)", [pytest.approx(0.2), pytest.approx(0.3), None])]
+    with drawing(suffix=".svg"):
+        plot_parameters(rows, units, tmp_path / "peaks.svg")
+    text = (tmp_path / "peaks.svg").read_text()
+    assert "strip.thickness (mm)" in text and "peak force (N)" in text and "crease.stiffness" not in text
 
 
 def test_printed_table():
