@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fsm.analyses.branch_points import branch_warnings
 from fsm.analyses.extrapolation_warnings import extrapolation_warnings
 from fsm.analyses.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.analyses.pulls import pull_warnings
@@ -56,6 +57,7 @@ def deploy_warnings(
             f"faces of {pair} penetrate by {shown(-solution.pair_gap.min(), 'm')}, more than a fifth of the thickness; "
             "raise contact.stiffness"
         )
+    found += branch_warnings(solution, system)
     found += _crossed(unwatched_crossings(solution, scene), solution)
     found += _stretched(solution, case, system, same_throughout) + _torn(summary, case, system)
     if case.sheet is not None:

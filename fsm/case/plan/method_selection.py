@@ -116,7 +116,8 @@ def fastest_rate(scene: Scene) -> float:
 
     The inertia of a hinge element is the smallest one of each body, that of a joint is about its axis.
     """
-    bodies, fastest = {body.name: body for body in scene.bodies if not body.held}, 0.0
+    driven, fastest = {name for drive in scene.drives for name in drive.moved}, 0.0
+    bodies = {body.name: body for body in scene.bodies if not (body.held or body.name in driven)}
     compliances: dict[str, float] = {}
     for element in scene.elements:
         ends = [bodies[name] for name in (element.inner, element.outer) if name in bodies]
