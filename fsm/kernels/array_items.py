@@ -11,10 +11,12 @@ import operator
 from typing import Any
 
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba import types as _types
+from numba.core import cgutils
 from numba.core.imputils import impl_ret_borrowed, lower_builtin
 from numba.np import arrayobj
 
+types: Any = _types
 _META, _PARENT, _COUNT, _SIZE, _DATA, _SHAPE, _STRIDES = range(7)
 """Members of an array in numba's data model."""
 

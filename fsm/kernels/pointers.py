@@ -47,7 +47,8 @@ class _Address(BaseFunction):  # type: ignore[misc, unused-ignore]
 
     def get_call_type(self, context: Any, arguments: Any, named: Any) -> Any:
         """Types of a call, whose first argument is the address."""
-        return super().get_call_type(context, arguments, named).replace(recvr=self)
+        called: Any = super().get_call_type(context, arguments, named)
+        return called.replace(recvr=self)
 
     def get_impl_key(self, signature: Any) -> Any:
         """Identification of the code of a call."""

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numba
 import numba.extending
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba.core import cgutils
 from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.core.typing.typeof import typeof_impl
@@ -23,6 +23,7 @@ from numba.np.arrayobj import make_array, populate_array
 
 K = TypeVar("K", bound=type)
 
+types: Any = numba.types
 _WORD = ir.IntType(64)
 
 

@@ -52,9 +52,8 @@ def write(model: Model) -> None:
 
 
 def test_kernels_read_and_write_the_fields_of_records() -> None:
-    model = Model(
-        np.arange(4.0), np.array([5, 6, 7]), 3, Pair(np.array([1.0, 2.0]), 0.5), Inner(np.arange(6.0).reshape(2, 3), True), None, 1.5
-    )
+    pair, inner = Pair(np.array([1.0, 2.0]), 0.5), Inner(np.arange(6.0).reshape(2, 3), True)
+    model = Model(np.arange(4.0), np.array([5, 6, 7]), 3, pair, inner, None, 1.5)
     whole = 6.0 + 4.5 + 1.0 + 5.0 + 7.0
     assert total(model) == whole
     values, rows = np.full(2, 10.0), np.full((4, 3), 20.0)
