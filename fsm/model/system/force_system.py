@@ -500,11 +500,10 @@ class SegmentForces(Configuration):
 
     def compiled_pattern(self, contacts: Sequence[np.ndarray]) -> BodyPattern:
         """Pattern of compiled steps, with blocks for pairs of bodies in contact, (m, 2) arrays."""
-        near = [group.pairs(self.bodies.pose)[0] for group in (*self._springs, *self._others)]
-        return body_pattern(self._dof, [*near, *contacts], self.size)
+        pairs = [group.pairs(self.bodies.pose)[0] for group in (*self._springs, *self._others)] + list(contacts)
+        return body_pattern(self._dof, pairs, self.size)
 
     def _first_pattern(self) -> BodyPattern:
-        """First pattern of compiled steps."""
         return self.compiled_pattern([group.geometry.coupled_first(self.bodies.pose) for group in self.contacts])
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
