@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from fsm.model.elements.element_group import ElementGroup
 from fsm.model.elements.joints import JointGroup
 from fsm.model.elements.locked_couplings import LockedCouplings
 
@@ -52,3 +53,18 @@ def _inertia(rows: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     sizes[sizes == 0.0] = math.inf
     scaled = rows / sizes[:, None]
     return np.asarray(np.diag(np.linalg.pinv(scaled @ scaled.T, _REPEATED, hermitian=True)) / sizes**2)
+
+
+def length_at(groups: Iterable[ElementGroup], poses: np.ndarray, dof: np.ndarray) -> float:
+    """Typical length of free bodies (`dof` >= 0) at locked directions, m: twice the median distance of these from centres of
+    mass, 0 without any.
+    """
+    arms = [np.zeros(0)]
+    for group in groups:
+        if group.bodies.shape[1] == 2:
+            rows = group.gradients(poses)
+            moved, turned = np.linalg.norm(rows[..., :3], axis=-1), np.linalg.norm(rows[..., 3:], axis=-1)
+            acts = (moved > 0.0) & (turned > 0.0) & (dof[group.bodies] >= 0)
+            arms.append(turned[acts] / moved[acts])
+    found = np.concatenate(arms)
+    return 2.0 * float(np.median(found)) if len(found) else 0.0

@@ -158,10 +158,11 @@ def _arrays(
     poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
     stiffness, damping, matrix = pattern.zeros(), pattern.zeros(), pattern.zeros()
     turned, kept = np.zeros((system.n_free if spatial else 0, 6, 6)), pattern.zeros()
+    per_moment = 1.0 / system.arm if system.locking else 0.0
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
-        q[: system.n_free * bodies.pose.shape[1]].copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system), system.per_moment]),
+        q[: system.n_free * bodies.pose.shape[1]].copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment]),
         pattern.dof, np.zeros(4), of_pattern, springs, loads,
         system.driven_arrays(),
     )  # fmt: skip

@@ -33,6 +33,7 @@ from fsm.model.contact.contact_set import ContactSet
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.element_group import ElementGroup
 from fsm.model.elements.elements import BushingGroup
+from fsm.model.elements.locked_inertia import length_at
 from fsm.model.plan.in_python import of_bodies
 from fsm.solve.interface.records import DriveState, Linearised, PreviousState
 from fsm.solve.interface.rest_scales import scales_at_rest
@@ -280,11 +281,6 @@ class SegmentForces(Configuration):
         still = [group for group in self.locking if group.still[0] > 0.0]
         return max((group.advance(self.at_rest, 0.0, LARGEST) for group in still), default=0.0)
 
-    @property
-    def per_moment(self) -> float:
-        """Inverse of the length of bodies with locked directions, 1/m: their moments count as reactions; else zero."""
-        return 1.0 / self._arm if self.locking else 0.0
-
     def swap_multipliers(self) -> None:
         """See `System`."""
         for group in self.locking:
@@ -295,27 +291,18 @@ class SegmentForces(Configuration):
         before = bool(self.locking) and bool(self.locking[0].still[0] > 0.0)
         if not self.locking or still == before:
             return before
-        length, poses = self._arm, self.bodies.pose
-        span = np.where(np.arange(self.size) < 3, length, 1.0)
+        span, poses = np.where(np.arange(self.size) < 3, self.arm, 1.0), self.bodies.pose
         for group in self.locking:
             if still:
                 group.sizes[:] = 1.0 / np.sum((group.gradients(poses) * span) ** 2, axis=(1, 2))
-            group.still[0], group.still[2] = self._energy_at_rest if still else 0.0, length
+            group.still[0], group.still[2] = self._energy_at_rest if still else 0.0, self.arm
             group.lock(0.0)
         return before
 
     @cached_property
-    def _arm(self) -> float:
-        """Typical length of the bodies at locked directions, m: twice the median distance of these from centres of mass."""
-        arms = [np.zeros(0)]
-        for group in self.locking:
-            if group.bodies.shape[1] == 2:
-                rows = group.gradients(self.bodies.pose)
-                moved, turned = np.linalg.norm(rows[..., :3], axis=-1), np.linalg.norm(rows[..., 3:], axis=-1)
-                acts = (moved > 0.0) & (turned > 0.0) & (self._dof[group.bodies] >= 0)
-                arms.append(turned[acts] / moved[acts])
-        found = np.concatenate(arms)
-        return 2.0 * float(np.median(found)) if len(found) else float(self.scales().length)
+    def arm(self) -> float:
+        """Typical length of the bodies at locked directions, m; moments over it count as reactions."""
+        return length_at(self.locking, self.bodies.pose, self._dof) or float(self.scales().length)
 
     @cached_property
     def _energy_at_rest(self) -> float:

@@ -299,7 +299,7 @@ class SegmentSystem(SegmentForces):
         if u is not None and before is None:
             self._accelerate(t, reactions)
         pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
-        moment = largest_moment(reactions) * self.per_moment if self.locking else 0.0
+        moment = largest_moment(reactions) / self.arm if self.locking else 0.0
         largest = max(float(largest_force(reactions)), float(moment), self.largest_multiplier())
         return Observation(self.drive_state(t, reactions), energy, largest, pairs)
 
