@@ -14,8 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import fsm
-from fsm.builders.scene import build_scene
-from fsm.case.plan.method_selection import automatic_method, fastest_rate
+from tests.physics.test_explicit import chosen
 
 FIRST, SECOND, MASS = 0.02, 0.05, 0.4
 METHODS = "generalized-alpha", "explicit"
@@ -196,9 +195,12 @@ def test_mistakes(change: dict[str, Any], text: str) -> None:
 
 def test_stiff_gears_take_implicit_steps() -> None:
     """The rate of a gear is sqrt(k (1/J_1 + n^2/J_2)); an ideal one has none."""
-    given = {"ratio": -3.0, "stiffness": 1e3}
-    scene = build_scene(fsm.load(wheels(given, 0.1)).model)
-    assert fastest_rate(scene) == pytest.approx(math.sqrt(1e3 * (1.0 / FIRST + 9.0 / SECOND)))
-    assert automatic_method(scene)[0] == "explicit"
-    stiff = build_scene(fsm.load(wheels(given | {"stiffness": 1e9}, 0.1)).model)
-    assert automatic_method(stiff)[0] == "generalized-alpha"
+    def found(stiffness: float, end: float) -> tuple[float, str, str]:
+        case = wheels({"ratio": -3.0, "stiffness": stiffness}, end)
+        case["solve"]["method"] = "auto"
+        return chosen(case)
+
+    rate, method, _ = found(1e3, 0.1)
+    assert rate == pytest.approx(math.sqrt(1e3 * (1.0 / FIRST + 9.0 / SECOND)))
+    assert method == "explicit"
+    assert found(1e13, 10.0)[1] == "generalized-alpha"

@@ -12,10 +12,12 @@ from scipy.integrate import solve_ivp
 
 import fsm
 from fsm.builders.scene import build_scene
-from fsm.case.plan.method_selection import automatic_method, fastest_rate
 from fsm.errors import CaseError
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.plan.in_python import InPython
+from fsm.model.plan.joint_state import JointsAtStart
+from fsm.model.plan.motion_method import MotionMethod
+from fsm.model.plan.plan import plan_of
 from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
@@ -110,24 +112,54 @@ def test_explicit_steps_in_python_are_the_compiled_ones() -> None:
 # choice -----------------------------------------------------------------------------------------------------------------
 
 
+def chosen(case: dict[str, Any]) -> tuple[float, str, str]:
+    """Largest rate of springs and dampers, the method of "auto", and its reason."""
+    model = fsm.load(case).model
+    scene = build_scene(model)
+    step = plan_of(model, scene).steps[-1]
+    return MotionMethod(JointsAtStart(scene)).fastest, step.method, step.reason
+
+
 @pytest.mark.parametrize(
     ("actions", "rate"),
     [
-        ({"spring": {"stiffness": 17.0}}, 10.0),
-        ({"damper": {"coefficient": 1.7}}, 10.0),
-        ({"stop": {"upper": 1.0, "stiffness": 1.7e5}}, 1e3),
+        ({"spring": {"stiffness": 67.0}}, 10.0),
+        ({"damper": {"coefficient": 6.7}}, 10.0),
+        ({"stop": {"upper": 1.0, "stiffness": 6.7e5}}, 1e3),
     ],
 )
-def test_the_rate_of_springs_decides(actions: dict[str, Any], rate: float) -> None:
-    """sqrt(k/I) and c/I with the moment of inertia about the axis; a body with a large axis of inertia across is slow."""
-    scene = build_scene(fsm.load(panel(**actions)).model)
-    assert fastest_rate(scene) == pytest.approx(rate)
-    assert automatic_method(scene)[0] == "explicit"
+def test_the_rate_of_springs_is_that_of_the_mechanism(actions: dict[str, Any], rate: float) -> None:
+    """sqrt(k/I) and c/I with the moment of inertia of all that turns about the hinge."""
+    found, method, reason = chosen(panel(**actions))
+    assert found == pytest.approx(rate)
+    assert method == "explicit"
+    assert f"{rate:.2g}/s" in reason
 
 
-def test_stiff_stops_take_implicit_steps() -> None:
-    case = panel(stop={"upper": 1.0, "stiffness": 1e8})
-    assert automatic_method(build_scene(fsm.load(case).model))[0] == "generalized-alpha"
+@pytest.mark.parametrize(
+    ("damper", "end", "method"),
+    [(2e4, 3.0, "explicit"), (2e4, 60.0, "explicit"), (2e5, 0.3, "explicit"), (2e5, 30.0, "generalized-alpha")],
+)
+def test_the_cost_decides(damper: float, end: float, method: str) -> None:
+    """Rates of 3e4/s and 3e5/s beside weights with 4/s: the latter needs 5e4 explicit steps each second, generalized-alpha
+    2e3, but a run of .3 s is cheap with both."""
+    case = panel(damper={"coefficient": damper})
+    case["solve"]["end_time"] = end
+    rate, found, reason = chosen(case)
+    assert rate == pytest.approx(damper / 0.67)
+    assert found == method
+    assert reason.startswith("there is no drive, so the motion is free; springs and dampers of up to ")
+
+
+def test_a_slow_motion_with_fast_dampers_is_for_implicit_steps() -> None:
+    """Without weight, a hinge that a motor opens in 200 s needs few steps of generalized-alpha."""
+    case = panel(damper={"coefficient": 3e3}, motor={"torque": 10.0})
+    case["solve"]["end_time"] = 200.0
+    fast = chosen(case)
+    case["gravity"] = [0.0, 0.0, 0.0]
+    assert (fast[1], chosen(case)[1]) == ("explicit", "explicit")
+    case["scene"]["joints"][0]["motor"] = {"torque": 1e-2}
+    assert chosen(case)[1] == "generalized-alpha"
 
 
 def test_contact_is_not_for_explicit_steps() -> None:

@@ -161,4 +161,6 @@ def test_of_slow_pulls_with_joints(case: dict[str, Any], method: str, reason: st
     joints = case["scene"]["joints"]
     case["scene"]["joints"] = [{key: value for key, value in joint.items() if value is not None} for joint in joints]
     lines = str(fsm.load(case).check()).splitlines()
-    assert f"method        {method}, selected by auto: {reason}" in lines
+    (line,) = [line for line in lines if line.startswith("method ")]
+    assert line.startswith(f"method        {method}, selected by auto: {reason}")
+    assert ("explicit steps" in line) == (method == "explicit")

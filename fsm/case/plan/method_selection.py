@@ -12,15 +12,9 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-
-from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.models.coupling import OWN_COUPLINGS
-from fsm.case.models.joint import SceneJoint
-from fsm.case.models.joint_action import LEAST_REBOUND
-from fsm.case.models.joint_motor import Motor
 from fsm.case.models.materials import SplineCrease
-from fsm.case.models.scene import Body, ForceElement, Scene
+from fsm.case.models.scene import ForceElement, Scene
 from fsm.case.models.solve import Solve
 from fsm.case.models.time_program import Constant
 
@@ -30,9 +24,6 @@ STATICS = "static", "arc-length"
 """Methods of equilibria."""
 WITH_JOINTS = "generalized-alpha", "newmark", "explicit", *STATICS
 """Methods that have ideal joints."""
-_FASTEST = 1e4
-"""Largest rate of springs and dampers, 1/s, for which explicit steps are selected. Their steps are at most 6 over this
-rate."""
 RTOL_OF_JOINTS = 1e-9
 """Relative tolerance with ideal joints. Nothing damps the errors of a mechanism, which add up over its turns: after some
 swings of a pendulum, positions are off by 1e-3 of its length at 1e-6, and by 1e-5 at 1e-9."""
@@ -83,12 +74,9 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False, unheld: int = 0)
 
 def dynamic_method(scene: Scene) -> str:
     """Method for motions: generalized-alpha is not used for undamped films and cables, because its numerical damping would
-    remove their vibration energy; explicit steps are for mechanisms without stiff springs.
+    remove their vibration energy. `fsm.model.plan.motion_method` takes explicit steps in its place where they cost less.
     """
-    if scene.flexible:
-        return "mean-force"
-    slow = scene.joints and not beyond_explicit(scene) and fastest_rate(scene) < _FASTEST
-    return "explicit" if slow else "generalized-alpha"
+    return "mean-force" if scene.flexible else "generalized-alpha"
 
 
 def beyond_explicit(scene: Scene) -> str:
@@ -111,67 +99,6 @@ def beyond_explicit(scene: Scene) -> str:
     return next((name for name, given in parts.items() if given), "")
 
 
-def fastest_rate(scene: Scene) -> float:
-    """Largest rate of one spring or damper between two bodies that are free otherwise, 1/s: sqrt(k/m), or c/m.
-
-    The inertia of a hinge element is the smallest one of each body, that of a joint is about its axis.
-    """
-    driven, fastest = {name for drive in scene.drives for name in drive.moved}, 0.0
-    bodies = {body.name: body for body in scene.bodies if not (body.held or body.name in driven)}
-    compliances: dict[str, float] = {}
-    for element in scene.elements:
-        ends = [bodies[name] for name in (element.inner, element.outer) if name in bodies]
-        mass, turn = sum(1.0 / body.mass for body in ends), sum(1.0 / min(body.inertia) for body in ends)
-        compliances[element.name] = turn
-        stiffness = max(*element.rotation, hinge_stiffness(element))
-        fastest = max(
-            fastest, _rate(max(element.translation), max(element.translation_damping), mass),
-            _rate(stiffness, max(element.rotation_damping), turn),
-        )  # fmt: skip
-    for joint in scene.joints:
-        compliance = sum(1.0 / _inertia(bodies[name], joint) for name in (joint.first, joint.second) if name in bodies)
-        compliances[joint.name] = compliance
-        for action in (joint.spring, joint.stop, joint.latch):
-            fastest = max(fastest, _rate(slope_of(action, "stiffness"), getattr(action, "damping", 0.0), compliance))
-        if joint.friction is not None:
-            fastest = max(fastest, _rate(0.0, joint.friction.steepest, compliance))
-        if joint.stop is not None and joint.stop.restitution is not None:  # see `compile_joint_forces.rebound`
-            stiffer = 2.0 / max(joint.stop.restitution, LEAST_REBOUND)
-            fastest = max(fastest, _rate(stiffer * joint.stop.stiffness, 0.0, compliance))
-        fastest = max(fastest, _rate(0.0, max(slope_of(joint.damper, "coefficient"), _governed(joint.motor)), compliance))
-    for spring in scene.springs:
-        compliance = sum(
-            1.0 / bodies[name].mass + math.dist(point, bodies[name].position) ** 2 / min(bodies[name].inertia)
-            for name, point in ((spring.first, spring.at), (spring.second, spring.to)) if name in bodies
-        )  # fmt: skip
-        fastest = max(fastest, _rate(slope_of(spring, "stiffness"), slope_of(spring.damper, "coefficient"), compliance))
-    for cord in scene.cords:
-        compliance = sum(
-            1.0 / bodies[name].mass + math.dist(point, bodies[name].position) ** 2 / min(bodies[name].inertia)
-            for name, point in cord.way if name in bodies
-        )  # fmt: skip
-        fastest = max(fastest, _rate(cord.stiffness, cord.damping, 4.0 * compliance))
-    for coupling in scene.couplings:
-        if coupling.kind in OWN_COUPLINGS and not coupling.ideal:
-            given, parts = coupling.parameters or {}, zip(coupling.ratios, coupling.joints, strict=True)
-            compliance = sum(ratio * ratio * compliances.get(name, 0.0) for ratio, name in parts)
-            fastest = max(fastest, _rate(given["stiffness"], given["damping"], compliance))
-    return fastest
-
-
-def _rate(stiffness: float, damping: float, compliance: float) -> float:
-    """Larger one of the rates of a spring and of a damper, 1/s, with the inverse of the inertia."""
-    return max(math.sqrt(stiffness * compliance), damping * compliance)
-
-
-def _inertia(body: Body, joint: SceneJoint) -> float:
-    """Mass, or moment of inertia about the axis of a joint through the centre of mass."""
-    if joint.kind == "prismatic" or joint.axis is None:
-        return body.mass
-    along = np.array(joint.axis) @ quaternion_matrix(body.orientation) / math.hypot(*joint.axis)
-    return float(along**2 @ np.array(body.inertia))
-
-
 def slope_of(law: Any, key: str) -> float:
     """Coefficient of a law, or largest slope of its table."""
     rows = getattr(law, "table", None) or ()
@@ -179,15 +106,6 @@ def slope_of(law: Any, key: str) -> float:
         rows = tuple(zip(law.angle, (law.scale * moment for moment in law.moment), strict=True))
     slopes = (abs((b[1] - a[1]) / (b[0] - a[0])) for a, b in pairwise(rows))
     return max([float(getattr(law, key, None) or 0.0), *slopes])
-
-
-def _governed(motor: Motor | None) -> float:
-    """Slope of the torque of a motor at the joint, by the rate: of its curve, and of its governor (1 % of the speed)."""
-    if motor is None or motor.curve is None:
-        return 0.0
-    steepest = max(abs((b[1] - a[1]) / (b[0] - a[0])) for a, b in pairwise(motor.curve)) * motor.ratio**2
-    largest = max(abs(effort) for _, effort in motor.curve) * motor.ratio
-    return max(steepest, largest / (0.01 * abs(motor.speed)) if motor.speed else 0.0)
 
 
 def solve_of(solve: Solve, scene: Scene | None) -> Solve:

@@ -14,17 +14,15 @@ import numpy as np
 
 from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.derived.joint_frames import LOCKED_PLACES, LOCKED_TURNS, joint_axes
-from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Scene
-from fsm.case.plan.method_selection import hinge_stiffness, slope_of
 from fsm.errors import Fault
 from fsm.kernels.programs import Program
 from fsm.model.bodies.drive import program_of, unit
 from fsm.model.bodies.time_function import motor_program
 from fsm.text.shown_units import shown
 
-_REPEATS = 1e-9
+REPEATS = 1e-9
 """Part of a direction, relative to its size, that does not follow from those before it, below which it repeats them."""
 _OPENS = 1e-9
 """Rate of an opening, relative to the speeds of its bodies, above which it opens."""
@@ -68,7 +66,7 @@ class JointsAtStart:
             if coupling.ideal:
                 self.labels.append(f"coupling {coupling.name}")
                 parts = zip(coupling.ratios, coupling.joints, strict=True)
-                rows.append(np.sum([ratio * self._coordinate(joints[name]) for ratio, name in parts], axis=0))
+                rows.append(np.sum([ratio * self.coordinate(joints[name]) for ratio, name in parts], axis=0))
         self.rows, self.rates = np.array(rows).reshape(len(rows), 6 * len(scene.bodies)), np.zeros(len(rows))
         for row, rate in self.wanted:
             self.rates[row] = rate
@@ -76,10 +74,10 @@ class JointsAtStart:
     def _rows(self, joint: SceneJoint) -> Iterator[np.ndarray]:
         at, axes = np.array(joint.at), joint_axes(joint)
         to = at if joint.to is None else np.array(joint.to)
-        first, second = self._arm(joint.first, to), self._arm(joint.second, to)
+        first, second = self.arm(joint.first, to), self.arm(joint.second, to)
         if joint.kind == "distance":
             line = (to - at) / np.linalg.norm(to - at)
-            base = np.cross(line, self._arm(joint.first, at))
+            base = np.cross(line, self.arm(joint.first, at))
             yield self._row(joint, "distance", -line, base, line, np.cross(second, line))
         yield from self._locked(joint, axes, first, second)
         if joint.pitch is not None:
@@ -90,15 +88,15 @@ class JointsAtStart:
             program = motor_program(joint.motor)
             self.wanted.append((len(self.labels), _first_speed(program)))
             self.labels.append(f"{joint.name} (motor)")
-            yield self._coordinate(joint)
+            yield self.coordinate(joint)
 
-    def _coordinate(self, joint: SceneJoint) -> np.ndarray:
+    def coordinate(self, joint: SceneJoint) -> np.ndarray:
         """Rate of the coordinate of a joint that turns or slides."""
         at, along, none = np.array(joint.at), joint_axes(joint)[2], np.zeros(3)
         if joint.kind == "prismatic":
-            first, second = self._arm(joint.first, at), self._arm(joint.second, at)
-            return self._between(joint.first, joint.second, -along, np.cross(along, first), along, np.cross(second, along))
-        return self._between(joint.first, joint.second, none, -along, none, along)
+            first, second = self.arm(joint.first, at), self.arm(joint.second, at)
+            return self.between(joint.first, joint.second, -along, np.cross(along, first), along, np.cross(second, along))
+        return self.between(joint.first, joint.second, none, -along, none, along)
 
     def _locked(
         self, joint: SceneJoint, axes: np.ndarray, first: np.ndarray, second: np.ndarray
@@ -111,15 +109,15 @@ class JointsAtStart:
             about = np.cross(axes[j], axes[k])
             yield self._row(joint, f"about e{4 - j - k}", none, about, none, -about)
 
-    def _arm(self, name: str, point: np.ndarray) -> np.ndarray:
+    def arm(self, name: str, point: np.ndarray) -> np.ndarray:
         """Vector from the centre of mass of a body to a point."""
         return point if name == GROUND else point - np.array(self.scene.bodies[self.index[name]].position)
 
     def _row(self, joint: SceneJoint, label: str, *parts: np.ndarray) -> np.ndarray:
         self.labels.append(f"{joint.name} ({label})")
-        return self._between(joint.first, joint.second, *parts)
+        return self.between(joint.first, joint.second, *parts)
 
-    def _between(self, first: str, second: str, *parts: np.ndarray) -> np.ndarray:
+    def between(self, first: str, second: str, *parts: np.ndarray) -> np.ndarray:
         """Row of rates from velocity and angular velocity of the first body, then of the second."""
         row = np.zeros((len(self.index), 6))
         for name, part in ((first, np.concatenate(parts[:2])), (second, np.concatenate(parts[2:]))):
@@ -128,7 +126,7 @@ class JointsAtStart:
         return row.ravel()
 
     @cached_property
-    def _roots(self) -> np.ndarray:
+    def roots(self) -> np.ndarray:
         """Matrix (6 n_bodies, 6 n_free) from coordinates whose squares are twice the kinetic energy to rates."""
         found = np.zeros((6 * len(self.free), 6 * int(self.free.sum())))
         for column, i in enumerate(np.flatnonzero(self.free).tolist()):
@@ -140,63 +138,37 @@ class JointsAtStart:
     @cached_property
     def _scaled(self) -> np.ndarray:
         """Rows in the coordinates of the kinetic energy, each of length 1."""
-        rows = self.rows @ self._roots
+        rows = self.rows @ self.roots
         sizes = np.linalg.norm(rows, axis=1, keepdims=True)
         return np.asarray(rows / np.where(sizes > 0.0, sizes, 1.0))
 
-    @cached_property
+    @property
     def repeated(self) -> list[str]:
         """Names of the locked directions that follow from those before them."""
-        basis, found = np.zeros((0, self._scaled.shape[1])), []
+        return self._independent[1]
+
+    @property
+    def basis(self) -> np.ndarray:
+        """Orthonormal rows of all locked directions in the coordinates of the kinetic energy."""
+        return self._independent[0]
+
+    @cached_property
+    def _independent(self) -> tuple[np.ndarray, list[str]]:
+        basis, found = np.zeros((0, self._scaled.shape[1])), list[str]()
         for label, row in zip(self.labels, self._scaled, strict=True):
             left = row - basis.T @ (basis @ row)
             left -= basis.T @ (basis @ left)
             size = float(np.linalg.norm(left))
-            if size <= _REPEATS:
+            if size <= REPEATS:
                 found.append(label)
             else:
                 basis = np.vstack([basis, left / size])
-        return found
+        return basis, found
 
     @property
     def degrees_of_freedom(self) -> int:
         """Degrees of freedom of all free bodies, less the locked directions that do not repeat others."""
         return 6 * int(self.free.sum()) - (len(self.labels) - len(self.repeated))
-
-    @cached_property
-    def unheld(self) -> int:
-        """Number of motions of the free bodies at the start that neither joints nor springs hold, without weights."""
-        rows = [*self.rows, *self._held()]
-        scaled = np.array(rows).reshape(len(rows), -1) @ self._roots
-        sizes = np.linalg.norm(scaled, axis=1, keepdims=True)
-        rank = np.linalg.matrix_rank(scaled / np.where(sizes > 0.0, sizes, 1.0), tol=_REPEATS) if scaled.size else 0
-        return 6 * int(self.free.sum()) - int(rank)
-
-    def _held(self) -> Iterator[np.ndarray]:
-        """Rows of motions against springs, couplings and force elements."""
-        joints = {joint.name: joint for joint in self.scene.joints}
-        for joint in joints.values():
-            if slope_of(joint.spring, "stiffness") > 0.0:
-                yield self._coordinate(joint)
-        for coupling in self.scene.couplings:
-            if not coupling.ideal and coupling.kind in OWN_COUPLINGS and all(name in joints for name in coupling.joints):
-                parts = zip(coupling.ratios, coupling.joints, strict=True)
-                yield np.sum([ratio * self._coordinate(joints[name]) for ratio, name in parts], axis=0)
-        for spring in self.scene.springs:
-            at, to = np.array(spring.at), np.array(spring.to)
-            if slope_of(spring, "stiffness") > 0.0 and np.any(to != at):
-                along = (to - at) / np.linalg.norm(to - at)
-                turns = np.cross(along, self._arm(spring.first, at)), np.cross(self._arm(spring.second, to), along)
-                yield self._between(spring.first, spring.second, -along, turns[0], along, turns[1])
-        for element in self.scene.elements:
-            ends, none = (element.inner, element.outer), np.zeros(3)
-            at = none if ends[1] == GROUND else np.array(self.scene.bodies[self.index[ends[1]]].position)
-            arms = [self._arm(name, at) for name in ends]
-            for along in np.eye(3):
-                if max(element.translation) > 0.0:
-                    yield self._between(*ends, -along, np.cross(along, arms[0]), along, np.cross(arms[1], along))
-                if max(*element.rotation, hinge_stiffness(element)) > 0.0:
-                    yield self._between(*ends, none, -along, none, along)
 
     # velocities -------------------------------------------------------------------------------------------------------
 
@@ -223,8 +195,8 @@ class JointsAtStart:
     @cached_property
     def _change(self) -> np.ndarray:
         """Change (6 n_bodies,) of the rates to the nearest ones, in the norm of the kinetic energy, that open no joint."""
-        found = np.linalg.lstsq(self.rows @ self._roots, self.rates - self.rows @ self._rates, rcond=_REPEATS)[0]
-        return np.asarray(self._roots @ found)
+        found = np.linalg.lstsq(self.rows @ self.roots, self.rates - self.rows @ self._rates, rcond=REPEATS)[0]
+        return np.asarray(self.roots @ found)
 
     def velocity_faults(self) -> Iterator[Fault]:
         """Joints that prescribed motions open at the start."""

@@ -18,7 +18,7 @@ from fsm.case.models.scene import Body, Scene
 from fsm.case.models.solve import Solve
 from fsm.case.models.steps import Kind, Step
 from fsm.case.models.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
-from fsm.case.plan.method_selection import automatic_method, dynamic_method, solve_of
+from fsm.case.plan.method_selection import STATICS, automatic_method, dynamic_method, solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import DrivePart, drive_parts, loads_of
 from fsm.case.schema.known_names import nearest_name
@@ -28,6 +28,7 @@ from fsm.model.bodies.time_function import time_function
 from fsm.model.plan.in_python import parts_in_python
 from fsm.model.plan.joint_state import JointsAtStart
 from fsm.model.plan.method_faults import method_faults
+from fsm.model.plan.motion_method import MotionMethod
 from fsm.model.plan.planned import Plan, PlannedStep
 
 ALL = "all"
@@ -76,8 +77,8 @@ def _short(case: Case, scene: Scene) -> Plan:
             raise CaseError(Fault("solve.end_time", text))
         end = max(program.end_time for program in programs) * (1.0 + HOLD if case.stages else 1.0)
     chosen = case.solve.method
-    unheld = JointsAtStart(scene).unheld if scene.joints else 0
-    method, reason = automatic_method(scene, bool(case.stages), unheld) if chosen == "auto" else (chosen, "requested")
+    solve = solve_of(case.solve, scene)
+    method, reason = _automatic(case, scene, end, solve.rtol) if chosen == "auto" else (chosen, "requested")
     if case.solve.force_limit is not None and method != "static":
         text = f'is used by method = "static" only; "auto" selects "{method}" ({reason}). Set solve.method = "static"'
         raise CaseError(Fault("solve.force_limit", f"{text}, or remove this key"))
@@ -86,7 +87,7 @@ def _short(case: Case, scene: Scene) -> Plan:
     release = 0.0 if case.release is None else case.release.hold_time
     loads = tuple(load for _, load in loads_of(case))
     motion = PlannedStep(
-        "deploy", kind, release, end, method, reason, solve_of(case.solve, scene), case.save, (True,) * len(programs), loads,
+        "deploy", kind, release, end, method, reason, solve, case.save, (True,) * len(programs), loads,
         held,
     )  # fmt: skip
     steps = [motion]
@@ -95,6 +96,15 @@ def _short(case: Case, scene: Scene) -> Plan:
     if start_of(case, scene)[0] == "equilibrium":
         steps.insert(0, _relaxing(motion))
     return Plan(tuple(steps), programs, False)
+
+
+def _automatic(case: Case, scene: Scene, end: float, rtol: float) -> tuple[str, str]:
+    """Method and reason of a case without steps that ends at this time (s)."""
+    if not scene.joints:
+        return automatic_method(scene, bool(case.stages))
+    motion = MotionMethod(JointsAtStart(scene))
+    method, reason = automatic_method(scene, bool(case.stages), motion.unheld)
+    return (method, reason) if method in STATICS else motion.choice(end, rtol, reason)
 
 
 def _relaxing(step: PlannedStep) -> PlannedStep:
@@ -189,7 +199,7 @@ class _Planner:
         said += [f"loads {load.target}{replaced.get(load.called, '')}" for load in new]
         solve = step.solve or self.case.solve
         solve = solve if step.kind == "static" else solve_of(solve, self.scene)
-        method, reason = self._method(step, solve)
+        method, reason = self._method(step, solve, end - start)
         if step.kind == "modes" and not self._has_free():
             text = "no body is free in this step, so there are no natural modes; release a body before this step"
             self.faults.append(Fault(f"step.{number}.kind", text))
@@ -235,7 +245,7 @@ class _Planner:
         programs = zip(self._programs(), self.acting, strict=True)
         return any(acts and program.gone(end) > program.gone(start) for program, acts in programs)
 
-    def _method(self, step: Step, solve: Solve) -> tuple[str, str]:
+    def _method(self, step: Step, solve: Solve, duration: float) -> tuple[str, str]:
         paths = ("static", "arc-length")
         if step.kind in ("relax", "modes"):
             return step.kind, ""
@@ -244,6 +254,8 @@ class _Planner:
         if not self._has_free():
             return "generalized-alpha", "no body is free"
         if solve.method == "auto" or solve.method in paths:
+            if self.scene.joints:
+                return MotionMethod(JointsAtStart(self.scene)).choice(duration, solve.rtol, "the step is dynamic")
             return dynamic_method(self.scene), "the step is dynamic"
         return solve.method, "requested"
 
