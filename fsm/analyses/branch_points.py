@@ -13,16 +13,16 @@ import numpy as np
 
 from fsm.model.elements.joints import JointGroup
 from fsm.model.elements.locked_couplings import LockedCouplings
+from fsm.model.plan.joint_state import MOST_FOLLOWED
 from fsm.model.system.system import SegmentSystem
 from fsm.results.solution import Solution
 from fsm.text.shown_units import shown
 
-_MOST = 40_000
-"""Largest product of locked directions and records that is looked at, in some seconds."""
 _REPEATED = 1e-9
 """Singular value relative to the largest that counts as zero."""
 _NEARER = 0.1
-"""Largest ratio of the smallest singular value at a branch point to those of the records beside it."""
+"""Largest ratio of the smallest singular value at a branch point to the larger one beside it; one of both records may be
+very near."""
 _SMALL_TURN = 0.5
 """Smallest cosine of the turns of the spaces between two records."""
 
@@ -38,51 +38,53 @@ class _Rows(NamedTuple):
 def branch_warnings(solution: Solution, system: SegmentSystem) -> list[str]:
     """Warning on the first branch point that a mechanism with loops passes, with its joint."""
     groups = [group for group in system.locking if isinstance(group, JointGroup)]
-    rows = sum(len(group.kinds) for group in groups)
-    loops = bool(groups) and len(groups[0].names) > system.n_free
-    if not loops or rows * len(solution.time) > _MOST or not _has_no_switch(system):
+    if not groups or len(groups[0].names) <= system.n_free or system.steps_of:  # no loop, or other joints in other steps
         return []
     group, rank = groups[0], 0
+    couplings = [each for each in system.locking if isinstance(each, LockedCouplings)]
+    names = [f"joint {group.names[of]!r}" for of in group.of.tolist()]
+    names += [f"coupling {name!r}" for each in couplings for name in each.names]
+    if len(names) * len(solution.time) > MOST_FOLLOWED:
+        return []
     found: list[tuple[float, str]] = []
     before: _Rows | None = None
-    poses_before = system.bodies.pose
-    for number, (t, q) in enumerate(zip(solution.time.tolist(), solution.q, strict=True)):
+    poses_before, t_before = system.bodies.pose, 0.0
+    for t, q in zip(solution.time.tolist(), solution.q, strict=True):
         poses = system.place(t, q, None)[0]
-        present = _rows(system, group, poses)
+        present = _rows(system, group, couplings, poses)
         rank = max(rank, len(present.sizes))
         if len(present.sizes) < rank:  # this record is a branch point
             continue
         if before is not None and len(before.sizes) == rank:
             part = _crossing(before, present)
             if part is not None:
-                middle = _rows(system, group, _between(poses_before, poses, part))
-                if len(middle.sizes) == rank and middle.sizes[-1] < _NEARER * min(before.sizes[-1], present.sizes[-1]):
-                    name = group.names[group.of[int(np.abs(middle.left[:, -1]).argmax())]]
-                    earlier = float(solution.time[number - 1])
-                    found.append((earlier + part * (t - earlier), name))
-        before, poses_before = present, poses
+                middle = _rows(system, group, couplings, _between(poses_before, poses, part), rank)
+                if middle.sizes[-1] < _NEARER * max(before.sizes[-1], present.sizes[-1]):
+                    name = names[int(np.abs(middle.left[:, -1]).argmax())]
+                    found.append((t_before + part * (t - t_before), name))
+        before, poses_before, t_before = present, poses, t
     if not found:
         return []
     (t, name), more = found[0], f", and {len(found) - 1} more later" if len(found) > 1 else ""
     return [
-        f"the loop of joint {name!r} passes a branch point near {shown(float(t), 's')}{more}: there the mechanism can go on "
+        f"the loop of {name} passes a branch point near {shown(float(t), 's')}{more}: there the mechanism can go on "
         "in another way; the run follows its velocities, and round-off or a small load may choose the other one"
     ]
 
 
-def _has_no_switch(system: SegmentSystem) -> bool:
-    """Whether the locked directions are the same in the whole run."""
-    return not system.steps_of and not any(isinstance(group, LockedCouplings) for group in system.locking)
-
-
-def _rows(system: SegmentSystem, group: JointGroup, poses: np.ndarray) -> _Rows:
-    """Rows at these poses, whose moments count over the length of bodies."""
-    parts = group.gradients(poses) * np.repeat([1.0, 1.0 / system.scales().length], 3)
-    matrix = np.zeros((len(parts), len(poses), 6))
-    np.add.at(matrix, (np.arange(len(parts))[:, None], group.bodies), parts)
-    matrix = matrix[:, system.bodies.free].reshape(len(parts), -1) * (group.active > 0.0)[:, None]
+def _rows(
+    system: SegmentSystem, group: JointGroup, couplings: list[LockedCouplings], poses: np.ndarray, rank: int = 0
+) -> _Rows:
+    """Rows at these poses, whose moments count over the length of bodies; at least `rank` singular values."""
+    own = group.gradients(poses)
+    matrix = np.zeros((len(own), len(poses), 6))
+    np.add.at(matrix, (np.arange(len(own))[:, None], group.bodies), own)
+    matrix = np.concatenate([matrix, *(each.gradients(poses) for each in couplings)])
+    matrix *= np.repeat([1.0, 1.0 / system.scales().length], 3)
+    active = np.concatenate([group.active, *(each.active for each in couplings)])
+    matrix = matrix[:, system.bodies.free].reshape(len(matrix), -1) * (active > 0.0)[:, None]
     left, sizes, right = np.linalg.svd(matrix, full_matrices=False)
-    count = int(np.sum(sizes > _REPEATED * sizes[:1].max(initial=0.0)))
+    count = max(rank, int(np.sum(sizes > _REPEATED * sizes[:1].max(initial=0.0))))
     return _Rows(left[:, :count], sizes[:count], right[:count])
 
 

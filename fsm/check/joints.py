@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from fsm.case.derived.joint_frames import joint_axes
 from fsm.case.derived.joint_margin import margin_results
+from fsm.case.derived.rebound import loss_of_rebound
 from fsm.case.models.joint import TURNING, SceneJoint
+from fsm.case.models.joint_action import LEAST_REBOUND
 from fsm.check.view import CheckContext
-from fsm.model.plan.joint_state import JointsAtStart
+from fsm.model.plan.joint_state import MOST_FOLLOWED, JointsAtStart
+from fsm.model.plan.motion_method import MotionMethod
 from fsm.text.margin_text import margin_texts, negative_margins
 from fsm.text.report_text import count
 from fsm.text.shown_units import shown, shown_points
@@ -21,6 +25,8 @@ _LISTED = 12
 _PLANES = ("y to z", "z to x", "x to y")
 _ALONG = 1e-9
 """Part of a unit vector across an axis, below which it is along it."""
+_NOTABLE = 0.01
+"""Relative change of a restitution for which the rate of the impact is stated."""
 _ACTIONS = ("spring", "damper", "friction", "stop", "latch", "harness", "motor")
 
 
@@ -35,12 +41,37 @@ def joint_lines(view: CheckContext) -> Iterator[str]:
     if len(joints) > _LISTED:
         yield f"and {len(joints) - _LISTED} more"
     found = JointsAtStart(view.scene)
+    yield from _rebounds(joints, MotionMethod(found))
     repeated = found.repeated
     left = count(found.degrees_of_freedom, "degree of freedom", "degrees of freedom")
     yield f"{left} at the start, after {count(len(found.labels), 'locked direction')}"
     if repeated:
         text = "follow from those before them; reactions among these directions are those of least size"
         yield f"{count(len(repeated), 'locked direction')} {text}: {', '.join(repeated)}"
+    if len(joints) > int(found.free.sum()) and len(found.labels) * view.records > MOST_FOLLOWED:
+        many = f"{count(len(found.labels), 'locked direction')} at {view.records} records, more than {MOST_FOLLOWED} in all"
+        yield f"branch points are not looked for: {many}; save less often"
+
+
+def _rebounds(joints: Sequence[SceneJoint], motion: MotionMethod) -> Iterator[str]:
+    """What a load changes in the restitution of stops."""
+    for joint in [each for each in joints if each.stop is not None and each.stop.restitution is not None][:_LISTED]:
+        assert joint.stop is not None and joint.stop.restitution is not None
+        e = max(joint.stop.restitution, LEAST_REBOUND)
+        inertia, effort = motion.at_joint(joint)
+        if e == 1.0 or math.isinf(inertia):
+            continue
+        letters, units = ("F", "m"), ("N", "m/s", "N s/m")
+        if joint.kind != "prismatic":
+            letters, units = ("M", "J"), ("N m", "rad/s", "N m s/rad")
+        loss, impedance = loss_of_rebound(e), math.sqrt(joint.stop.stiffness * inertia)
+        text = f"stop of {joint.name}: restitution {joint.stop.restitution:g} without a load; a load {letters[0]} towards it"
+        text += f" changes it by -{loss:.3g} {letters[0]}/(v sqrt(k {letters[1]})) in an impact at the rate v"
+        text += f", with sqrt(k {letters[1]}) = {impedance:.3g} {units[2]}"
+        if effort > 0.0:
+            least = loss * effort / (_NOTABLE * e * impedance)
+            text += f": {shown(effort, units[0])}, as at the start, by 1 % and more below {shown(least, units[1])}"
+        yield text
 
 
 def _joint_text(joint: SceneJoint) -> str:

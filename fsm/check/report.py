@@ -44,8 +44,6 @@ from fsm.model.plan.in_python import cost_in_python
 from fsm.model.plan.joint_state import JointsAtStart
 from fsm.model.plan.plan import plan_of
 from fsm.model.plan.plan_warnings import plan_warnings
-from fsm.model.plan.planned import PlannedStep
-from fsm.model.plan.save_times import save_times
 from fsm.text.report_text import count, labelled, triple
 from fsm.text.shown_units import shown, shown_points
 
@@ -288,7 +286,7 @@ def _compiled(view: CheckContext) -> Iterator[str]:
 def _saved(view: CheckContext) -> Iterator[str]:
     save = view.case.save
     motion = view.motions[0] if view.motions else None
-    records = sum(_records(view, step) for step in view.plan.steps)
+    records = view.records
     if save.every is not None and motion is not None:
         spacing = f"one every {shown(save.every, 'm')} of travel"
     elif save.interval is not None:
@@ -296,14 +294,6 @@ def _saved(view: CheckContext) -> Iterator[str]:
     else:
         spacing = "at equal intervals of travel" if motion else "at equal intervals of time"
     yield f"{count(records, 'record')}, {spacing}"
-
-
-def _records(view: CheckContext, step: PlannedStep) -> int:
-    """Number of records of a step; a step does not repeat the record at the end of the previous step."""
-    if step.end == step.start:
-        return int(step.kind == "relax" and step is not view.plan.steps[0])
-    acting = next((program for program, acts in zip(view.plan.programs, step.acting, strict=True) if acts), None)
-    return len(save_times(step.save, acting, step.end, step.start)) - int(step.start > 0.0)
 
 
 def _steps(view: CheckContext) -> Iterator[str]:

@@ -14,6 +14,7 @@ from fsm.case.models.loads import Drive
 from fsm.case.models.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.model.bodies.drive import PrescribedMotion, program_of, unit
 from fsm.model.plan.planned import Plan, PlannedStep
+from fsm.model.plan.save_times import save_times
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,18 @@ class CheckContext:
     def spatial(self) -> bool:
         """Whether the case is solved in space."""
         return self.case.solve.spatial or bool(self.reasons)
+
+    @cached_property
+    def records(self) -> int:
+        """Number of records of the run."""
+        return sum(self._records(step) for step in self.plan.steps)
+
+    def _records(self, step: PlannedStep) -> int:
+        """Number of records of a step; a step does not repeat the record at the end of the previous step."""
+        if step.end == step.start:
+            return int(step.kind == "relax" and step is not self.plan.steps[0])
+        acting = next((program for program, acts in zip(self.plan.programs, step.acting, strict=True) if acts), None)
+        return len(save_times(step.save, acting, step.end, step.start)) - int(step.start > 0.0)
 
     @cached_property
     def bodies(self) -> dict[str, Body]:

@@ -46,3 +46,45 @@ def test_a_flat_parallelogram_is_a_branch_point(tmp_path: Path, start: float) ->
 
 def test_a_linkage_that_is_never_flat_has_no_branch_point(tmp_path: Path) -> None:
     assert not warnings(linkage(0.5, 0.02, 0.4), tmp_path)
+
+
+def geared(longer: float) -> dict[str, Any]:
+    """Two cranks, which gears turn in opposite senses, and two couplers between them. Without `longer`, both couplers are in
+    line when the cranks are, and their joint may then move to either side."""
+    width, crank = 0.4, 0.15
+    coupler, angle = (0.5 * width + crank) * (1.0 + longer), -0.4
+    a, d = np.zeros(3), np.array([width, 0.0, 0.0])
+    along = crank * np.array([np.cos(angle), 0.0, np.sin(angle)])
+    b, e = a + along * [-1.0, 1.0, 1.0], d + along
+    top = 0.5 * (b + e) - [0.0, 0.0, np.sqrt(coupler**2 - (0.5 * (e - b)[0]) ** 2)]
+    bodies = [rod("left", a, b), rod("left coupler", b, top), rod("right coupler", top, e), rod("right", d, e)]
+    for body, arm, spin in ((bodies[0], 0.5 * (b - a), 20.0), (bodies[3], 0.5 * (e - d), -20.0)):
+        body["angular_velocity"] = [0.0, spin, 0.0]
+        body["velocity"] = np.cross(body["angular_velocity"], arm).tolist()
+    joints = [pin("a", "ground", "left", a), pin("b", "left", "left coupler", b)]
+    joints += [pin("c", "left coupler", "right coupler", top), pin("e", "right", "right coupler", e)]
+    joints += [pin("d", "ground", "right", d)]
+    gear = {"name": "gears", "kind": "gear", "joints": ["a", "d"], "parameters": {"ratio": -1.0}}
+    return {
+        "units": "SI", "gravity": [0.0, 0.0, 0.0], "scene": {"bodies": bodies, "joints": joints, "couplings": [gear]},
+        "solve": {"end_time": 0.3, "error_estimates": "off"}, "save": {"interval": 4e-3, "channels": ["joint.*"]},
+    }  # fmt: skip
+
+
+def test_a_geared_linkage_passes_a_branch_point(tmp_path: Path) -> None:
+    result = fsm.load(geared(0.0)).run(tmp_path, figures=False)
+    (text,) = [text for text in result.summary["warnings"] if "branch point" in text]
+    at = np.interp(0.4, np.asarray(result["joint.a.angle"].values).ravel(), result.time)
+    assert float(text.split(" near ")[1].split(" ms")[0]) == pytest.approx(1e3 * at, abs=0.1)
+    assert not warnings(geared(0.02), tmp_path / "never")
+
+
+def test_many_records_are_not_followed() -> None:
+    """Twenty locked directions at 2001 records, and fewer."""
+    case = linkage(0.5, 0.0, 0.4)
+    case["solve"]["end_time"] = 1.0
+    case["save"]["interval"] = 5e-4
+    text = "branch points are not looked for: 20 locked directions at 2001 records, more than 40000 in all; save less often"
+    assert text in str(fsm.load(case).check())
+    case["save"]["interval"] = 5.1e-4
+    assert "branch points" not in str(fsm.load(case).check())

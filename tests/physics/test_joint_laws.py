@@ -188,6 +188,27 @@ def test_a_stop_returns_with_its_restitution(restitution: float, tmp_path: Path)
     assert result.summary["energy_error"] < 1e-4
 
 
+@pytest.mark.parametrize("restitution", [0.3, 0.6, 0.9])
+def test_a_load_changes_the_restitution_as_stated(restitution: float, tmp_path: Path) -> None:
+    """Two moments of opposite sign: half the difference of the rates is the first-order change that `fsm check` states."""
+    stop = {"upper": 0.2, "stiffness": 4000.0, "restitution": restitution}
+    inertia, rate, load = 2.0, 1.5, 4.0
+    after = []
+    for moment in (-load, load):  # from the stop, towards it
+        case = flywheel(inertia, rate, 0.4, 1e-3, stop=stop, motor={"torque": moment})
+        case["scene"]["bodies"][0]["angular_velocity"][2] = math.sqrt(rate**2 - 2.0 * 0.2 * moment / inertia)
+        if moment == load:
+            (line,) = [each for each in str(fsm.load(case).check()).splitlines() if "stop of pin" in each]
+        result = run(case, tmp_path / str(moment))
+        angle, rates = of(result, "joint.pin.angle"), of(result, "joint.pin.rate")
+        left = np.flatnonzero((angle < 0.2) & (rates < 0.0))[0]  # energy of the way back to the stop
+        after.append(math.sqrt(rates[left] ** 2 + 2.0 * moment * (0.2 - angle[left]) / inertia))
+    changed = 0.5 * (after[1] - after[0]) / rate
+    stated = float(line.split("changes it by ")[1].split(" M/")[0]) * load / (rate * math.sqrt(4000.0 * inertia))
+    assert changed == pytest.approx(stated, rel=0.02)
+    assert "sqrt(k J) = 89.4 N m s/rad: 4 N m, as at the start, by 1 % and more below" in line
+
+
 def test_a_latch_opens_at_its_moment(tmp_path: Path) -> None:
     """Latched at 0.1 rad by a motor; then the motor pulls back, more and more, until the latch opens at 40 N m."""
     latch = {"at": 0.1, "stiffness": 5e4, "damping": 60.0, "rate_below": "none", "opens_at": "40 N m"}
@@ -205,6 +226,15 @@ def test_a_latch_opens_at_its_moment(tmp_path: Path) -> None:
 
 
 # motors, screw ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["generalized-alpha", "newmark"])
+def test_the_work_of_a_motor_whose_moment_jumps(method: str, tmp_path: Path) -> None:
+    """The speed grows and falls along straight lines: the moment jumps from 6.7 to -6.7 N m at once, so does the power."""
+    speed = {"speed": 1.0, "time": {"kind": "table", "time": [0.0, 0.3, 0.6], "value": [0.0, 1.0, 0.0]}}
+    case = flywheel(motor=speed, damper={"coefficient": 0.5})
+    case["solve"] |= {"method": method, "rtol": 1e-6}
+    assert run(case, tmp_path).summary["energy_error"] < 1e-4
 
 
 def test_a_motor_runs_up_along_its_curve(tmp_path: Path) -> None:

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from fsm.case.derived.rebound import rebound
 from fsm.interactions.openings import ALONG, CONSTANTS, LENGTH, TURN
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.programs import Piece, Program
 from fsm.model.bodies.pattern import body_pattern
-from fsm.model.compile.compile_joint_forces import rebound
 from fsm.model.elements import joint_laws as laws
 from fsm.model.elements.joint_forces import JointForceGroup
 

@@ -7,13 +7,12 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
+from fsm.case.derived.rebound import rebound
 from fsm.case.models.cord import SceneCord
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.joint_action import (
     LEAST_RATE,
-    LEAST_REBOUND,
     Friction,
     Latch,
     SlideSpring,
@@ -304,20 +303,3 @@ def _of_spring(spring: SceneSpring, ends: np.ndarray, poses: np.ndarray) -> _Row
         law[GAS_AT] = spring.length if gas.length is None else gas.length
         law[GAS], law[COLUMN], law[EXPONENT] = gas.force, gas.column, gas.exponent
     return row
-
-
-def rebound(restitution: float) -> float:
-    """Solution b of (1 + e) b = log((1 + b)/(1 - e b)), at most about 1/`LEAST_REBOUND`; 0 for e = 1."""
-    e = max(restitution, LEAST_REBOUND)
-    if e == 1.0:
-        return 0.0
-    most = (1.0 - 1e-15) / e
-
-    def left(b: float) -> float:
-        return (1.0 + e) * b - math.log1p(b) + math.log1p(-e * b)
-
-    if left(most) > 0.0:  # b is 1/e in all digits
-        return most
-    return float(brentq(left, 0.5 * (1.0 - e), most, xtol=1e-15 * most))
-
-

@@ -26,6 +26,8 @@ REPEATS = 1e-9
 """Part of a direction, relative to its size, that does not follow from those before it, below which it repeats them."""
 _OPENS = 1e-9
 """Rate of an opening, relative to the speeds of its bodies, above which it opens."""
+MOST_FOLLOWED = 40_000
+"""Largest product of locked directions and records up to which branch points are looked for, in some seconds."""
 _SOON = 1e-12
 """Time relative to the end of a motion at which its first speed is taken."""
 

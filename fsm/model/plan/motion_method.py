@@ -1,7 +1,7 @@
 """Method of motions with ideal joints by its cost: explicit steps of order 8, or generalized-alpha.
 
-Explicit steps are at most 6 over the largest rate of springs and dampers. Steps of generalized-alpha follow the motion: they are
-2 rtol^(1/3) over its pace. Both are estimates from the start. A wrong one costs time, and never accuracy.
+Explicit steps are at most 6 over the largest rate of springs and dampers. Steps of generalized-alpha follow the motion: they
+are 2 rtol^(1/3) over its pace. Both are estimates from the start. A wrong one costs time, and never accuracy.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
-from fsm.case.models.joint_action import LEAST_REBOUND
+from fsm.case.models.joint_action import LEAST_REBOUND, SlideSpring, TurnSpring
 from fsm.case.models.joint_motor import Motor
 from fsm.case.models.scene import GROUND
 from fsm.case.plan.method_selection import beyond_explicit, hinge_stiffness, slope_of
@@ -85,6 +85,16 @@ class MotionMethod:
     def _allowed(self) -> np.ndarray:
         """These rows without their parts along locked directions."""
         return np.asarray(self._rows - (self._rows @ self.start.basis.T) @ self.start.basis)
+
+    def at_joint(self, joint: SceneJoint) -> tuple[float, float]:
+        """Inertia (kg or kg m^2) that moves with the coordinate of a joint, infinite if it cannot move, and the largest
+        effort of its spring or motor at the start.
+        """
+        found = self._of_joint(joint)
+        row = found.row @ self.start.roots
+        row = row - self.start.basis.T @ (self.start.basis @ row)
+        compliance = float(row @ row)
+        return 1.0 / compliance if compliance > 0.0 else math.inf, found.effort
 
     @cached_property
     def fastest(self) -> float:
@@ -170,7 +180,7 @@ class MotionMethod:
         stiffness = holds
         for one in (joint.stop, joint.latch):
             if one is not None:
-                rebound = getattr(one, "restitution", None)  # see `compile_joint_forces.rebound`
+                rebound = getattr(one, "restitution", None)  # see `fsm.case.derived.rebound`
                 stiffness += one.stiffness * (1.0 if rebound is None else 2.0 / max(rebound, LEAST_REBOUND))
                 damping += getattr(one, "damping", 0.0)
         if joint.friction is not None:
@@ -227,12 +237,13 @@ def _largest(law: Any, key: str) -> float:
 
 
 def _effort(joint: SceneJoint) -> float:
-    """Effort of the spring of a joint at the start."""
+    """Size of the effort of the spring of a joint at the start."""
     spring = joint.spring
-    load = getattr(spring, "moment", None) or getattr(spring, "force", None) or 0.0
-    rest = getattr(spring, "rest", None)
-    bent = 0.0 if rest is None else getattr(spring, "stiffness", 0.0) * (joint.angle - rest)
-    return max(abs(load), abs(bent), _largest(spring, "table"))
+    if not isinstance(spring, TurnSpring | SlideSpring):
+        return slope_of(spring, "stiffness") * abs(joint.angle - (getattr(spring, "rest_angle", None) or 0.0))
+    load = spring.moment if isinstance(spring, TurnSpring) else spring.force
+    bent = 0.0 if spring.rest is None else spring.stiffness * (joint.angle - spring.rest)
+    return max(abs(load or 0.0), abs(bent), _largest(spring, "table"))
 
 
 def _governed(motor: Motor | None) -> float:

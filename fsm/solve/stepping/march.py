@@ -12,7 +12,7 @@ from fsm.kernels.pointers import borrowed
 from fsm.solve.stepping.generalized_alpha import TIME, Motion, Rules, take_step
 from fsm.solve.stepping.model import TIME as AT
 from fsm.solve.stepping.model import TURNOVER as BEFOREHAND
-from fsm.solve.stepping.model import energies
+from fsm.solve.stepping.model import consistent, energies
 from fsm.solve.stepping.outcomes import STEPPED
 from fsm.solve.stepping.vectors import copy_into
 
@@ -84,8 +84,10 @@ def march(
         if not begin < until:
             break
         for b in rules.breaks:
-            if b == begin:  # powers may jump at this time
-                balance[POWER] = energies(model, np.nextafter(begin, math.inf), motion.q, motion.u, 0.0, record)[3]
+            if b == begin:  # powers may jump at this time, with the multipliers of locked directions
+                after = np.nextafter(begin, math.inf)
+                consistent(model, after, motion.q, motion.u, motion.rate.copy())
+                balance[POWER] = energies(model, after, motion.q, motion.u, 0.0, record)[3]
         outcome = take_step(model, motion, rules, until)
         if outcome != STEPPED:
             return outcome
