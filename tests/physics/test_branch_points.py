@@ -48,15 +48,18 @@ def test_a_linkage_that_is_never_flat_has_no_branch_point(tmp_path: Path) -> Non
     assert not warnings(linkage(0.5, 0.02, 0.4), tmp_path)
 
 
-def geared(longer: float) -> dict[str, Any]:
+def geared(longer: float, phase: float) -> dict[str, Any]:
     """Two cranks, which gears turn in opposite senses, and two couplers between them. Without `longer`, both couplers are in
-    line when the cranks are, and their joint may then move to either side."""
-    width, crank = 0.4, 0.15
-    coupler, angle = (0.5 * width + crank) * (1.0 + longer), -0.4
+    line after 0.4 rad, where the tips of the cranks are farthest apart; their joint may then move to either side."""
+    width, crank, begin = 0.4, 0.15, -0.4 - 0.5 * phase
+    left = crank * np.array([-np.cos(begin + phase), 0.0, np.sin(begin + phase)])
+    right = crank * np.array([np.cos(begin), 0.0, np.sin(begin)])
+    coupler = 0.5 * np.hypot(width + 2.0 * crank * np.cos(0.5 * phase), 2.0 * crank * np.sin(0.5 * phase)) * (1.0 + longer)
     a, d = np.zeros(3), np.array([width, 0.0, 0.0])
-    along = crank * np.array([np.cos(angle), 0.0, np.sin(angle)])
-    b, e = a + along * [-1.0, 1.0, 1.0], d + along
-    top = 0.5 * (b + e) - [0.0, 0.0, np.sqrt(coupler**2 - (0.5 * (e - b)[0]) ** 2)]
+    b, e = a + left, d + right
+    apart = 0.5 * (e - b)
+    down = np.cross(apart, [0.0, 1.0, 0.0]) / np.linalg.norm(apart)
+    top = 0.5 * (b + e) - np.sqrt(coupler**2 - apart @ apart) * down
     bodies = [rod("left", a, b), rod("left coupler", b, top), rod("right coupler", top, e), rod("right", d, e)]
     for body, arm, spin in ((bodies[0], 0.5 * (b - a), 20.0), (bodies[3], 0.5 * (e - d), -20.0)):
         body["angular_velocity"] = [0.0, spin, 0.0]
@@ -71,12 +74,14 @@ def geared(longer: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def test_a_geared_linkage_passes_a_branch_point(tmp_path: Path) -> None:
-    result = fsm.load(geared(0.0)).run(tmp_path, figures=False)
+@pytest.mark.parametrize("phase", [0.0, 0.8])
+def test_a_geared_linkage_passes_a_branch_point(phase: float, tmp_path: Path) -> None:
+    """With a phase, only the gear makes it singular; without one, a state between two records is so exactly."""
+    result = fsm.load(geared(0.0, phase)).run(tmp_path, figures=False)
     (text,) = [text for text in result.summary["warnings"] if "branch point" in text]
     at = np.interp(0.4, np.asarray(result["joint.a.angle"].values).ravel(), result.time)
     assert float(text.split(" near ")[1].split(" ms")[0]) == pytest.approx(1e3 * at, abs=0.1)
-    assert not warnings(geared(0.02), tmp_path / "never")
+    assert not warnings(geared(0.02, phase), tmp_path / "never")
 
 
 def test_many_records_are_not_followed() -> None:

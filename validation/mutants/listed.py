@@ -350,4 +350,84 @@ SOLVERS = (
     ),
 )
 
-MUTANTS = (*STRIPS, *LAWS, *SHEETS, *SOLVERS, *ELEMENTS)
+CHOICES = (
+    Mutant(
+        "critical modes against their sign",
+        "fsm/solve/statics/critical.py",
+        "mode * span / mode[",
+        "mode * span / -mode[",
+        physics_test("paths", "test_column_buckles_to_the_side_asked_for"),
+    ),
+    Mutant(
+        "signs of modes by round-off",
+        "fsm/solve/equations/linear.py",
+        "np.argmax(size > (1.0 - _SAME) * size.max(axis=-1, keepdims=True), axis=-1)",
+        "np.argmax(size, axis=-1)",
+        unit_test("modes_sign", "test_equal_entries_give_the_first"),
+    ),
+    Mutant(
+        "words of other programs for kinds of joints not known",
+        "fsm/case/schema/synonyms.py",
+        "word == known or word in words",
+        "word == known",
+        unit_test("synonyms", "test_a_joint_under_another_name"),
+    ),
+    Mutant(
+        "belts not known",
+        "fsm/case/schema/synonyms.py",
+        "if word in _LOOPS and",
+        "if not word and",
+        unit_test("synonyms", "test_a_coupling_under_another_name"),
+    ),
+    Mutant(
+        "statics with motors of joints",
+        "fsm/case/plan/method_selection.py",
+        "if any(joint.motor is not None for joint in scene.joints):",
+        "if any(joint.motor is not None for joint in scene.joints[:0]):",
+        unit_test("method_selection", "test_of_slow_pulls_with_joints"),
+    ),
+    Mutant(
+        "statics of bodies that nothing holds",
+        "fsm/case/plan/method_selection.py",
+        "if scene.joints and unheld:",
+        "if scene.joints and unheld < 0:",
+        unit_test("method_selection", "test_of_slow_pulls_with_joints"),
+    ),
+    Mutant(
+        "explicit steps at any cost",
+        "fsm/model/plan/motion_method.py",
+        "if explicit <= _WORTH * implicit:",
+        "if explicit > 0.0:",
+        physics_test("explicit", "test_the_cost_decides"),
+    ),
+    Mutant(
+        "rates of springs of free bodies",
+        "fsm/model/plan/motion_method.py",
+        "self._rows - (self._rows @ self.start.basis.T) @ self.start.basis",
+        "self._rows",
+        physics_test("explicit", "test_the_rate_of_springs_is_that_of_the_mechanism"),
+    ),
+    Mutant(
+        "a load towards a stop makes its return faster",
+        "fsm/case/derived/rebound.py",
+        "float(-(1.0 - b * e)",
+        "float((1.0 - b * e)",
+        physics_test("joint_laws", "test_a_load_changes_the_restitution_as_stated"),
+    ),
+    Mutant(
+        "power of motors before their jump in the step after it",
+        "fsm/solve/stepping/march.py",
+        "                consistent(model, after, motion.q, motion.u, motion.rate.copy())\n",
+        "",
+        physics_test("joint_laws", "test_the_work_of_a_motor_whose_moment_jumps"),
+    ),
+    Mutant(
+        "branch points without gears",
+        "fsm/analyses/branch_points.py",
+        "[each for each in system.locking if isinstance(each, LockedCouplings)]",
+        "list[LockedCouplings]()",
+        physics_test("branch_points", "test_a_geared_linkage_passes_a_branch_point"),
+    ),
+)
+
+MUTANTS = (*STRIPS, *LAWS, *SHEETS, *SOLVERS, *CHOICES, *ELEMENTS)
