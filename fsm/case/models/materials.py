@@ -24,8 +24,8 @@ from fsm.case.schema.units import (
 )
 
 _LAW = (
-    '"linear": M = k (psi - rest); "spline": a measured curve from `data` or lists; "family": a curve from a `file` of '
-    "`fsm calibrate crease`"
+    '"linear": M = k (psi - rest); "spline": a measured curve from `data`, the `library` or lists; "family": a curve from '
+    "a `file` of `fsm calibrate crease`"
 )
 _REST = "crease angle at which the angle of the data is zero; all data must lie at crease angles from 0 to pi"
 _SCALE = "factor on the moment, for example for another width"
@@ -76,7 +76,9 @@ class LinearCrease(Model):
     law: Literal["linear"] = Field(
         default="linear",
         description=_LAW,
-        json_schema_extra={"default": 'needed, except beside `stiffness_per_length` ("linear") and `file` ("family")'},
+        json_schema_extra={
+            "default": 'needed, except beside `stiffness_per_length` ("linear"), `library` ("spline") and `file` ("family")'
+        },
     )
     stiffness: AngularStiffness = Field(
         ge=0,
@@ -123,12 +125,17 @@ class SplineCrease(Model):
     """Measured crease moment M(psi), interpolated.
 
     The data are in a CSV file (see `fsm.case.loading.crease_data`) with the columns (angle, moment) or (angle, force,
-    lever_arm), or in lists. An angle of the data is the opening: the rotation of the crease from its rest angle towards
-    flat. A positive moment resists the opening.
+    lever_arm), in the library of the package, or in lists. An angle of the data is the opening: the rotation of the crease
+    from its rest angle towards flat. A positive moment resists the opening.
     """
 
     law: Literal["spline"] = Field(description=_LAW)
     data: Path | None = Field(default=None, description="CSV file, relative to the case file")
+    library: str | None = Field(
+        default=None,
+        description="name of a measured law of the package; `fsm help library` lists them. Beside `angle` and `moment`, as "
+        "in the copy of a case in a result, it only names their source",
+    )
     angle_unit: Annotated[str, AfterValidator(_angle_unit)] | None = Field(
         default=None,
         description="unit of angles if the header of the file has none",
@@ -165,8 +172,9 @@ class SplineCrease(Model):
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         listed = self.angle is not None and self.moment is not None
-        if (self.data is None) == (not listed) or (self.angle is None) != (self.moment is None):
-            raise ValueError("give either `data` (a CSV file) or both `angle` and `moment`")
+        found = listed or self.library is not None
+        if (self.data is not None) == found or (self.angle is None) != (self.moment is None):
+            raise ValueError("give `data` (a CSV file), `library` (a name), or both `angle` and `moment`")
         if self.data is None and (self.angle_unit or self.moment_unit):
             raise ValueError("`angle_unit` and `moment_unit` are used with `data` only; give units in the lists instead")
         return self
@@ -244,7 +252,7 @@ UNREAD = "is read with a case file only; in Python, get the curve with `fsm.case
 """Message for a family crease that was not replaced by its curve."""
 
 
-_ONE_LAW = {"file": "family", "stiffness_per_length": "linear"}
+_ONE_LAW = {"file": "family", "stiffness_per_length": "linear", "library": "spline"}
 """Keys that only one law has, by the name of this law."""
 
 
