@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from fsm.errors import CaseError, Fault
-
 _FOLDER = Path(__file__).parent
 
 
@@ -57,23 +55,3 @@ def entries() -> dict[str, Entry]:
     """All entries by their names."""
     tables = tomllib.loads((_FOLDER / "catalogue.toml").read_text(encoding="utf-8"))
     return {name: Entry(name=name, **table) for name, table in tables.items()}
-
-
-def entry(name: str, path: str = "crease.library") -> Entry:
-    """Entry of a name.
-
-    Parameters
-    ----------
-    name : str
-    path : str
-        Dotted path of the key, for messages.
-
-    Raises
-    ------
-    CaseError
-        No entry has this name.
-    """
-    if name not in entries():
-        known = ", ".join(entries())
-        raise CaseError(Fault(path, f'"{name[:60]}" is not in the library; it has: {known} (`fsm help library`)'))
-    return entries()[name]

@@ -16,7 +16,7 @@ from fsm.case.loading.json_schema import case_schema
 from fsm.case.loading.load_case import load_case
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.library import entries, entry
+from fsm.library import entries
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 HINGE = CASES / "strip_hinge"
@@ -32,6 +32,11 @@ bodies = [
     { name = "b", mass = 0.001, inertia = [1e-6, 1e-6, 1e-6], position = [0.04, 0, 0] },
 ]
 """
+WING = (
+    (Path(fsm.__file__).parent / "cli" / "templates" / "wing.toml")
+    .read_text(encoding="utf-8")
+    .replace('spring = { stiffness = "0.1 N m/rad", rest = "-90 deg" }', 'spring = { library = "kapton" }')
+)
 HINGED = '{ name = "pin", kind = "revolute", first = "a", second = "b", at = [0.02, 0, 0], axis = [0, 1, 0], spring = '
 
 
@@ -52,12 +57,12 @@ def strip(folder: Path, law: str = LAW) -> Path:
 
 def stated(monkeypatch: pytest.MonkeyPatch, **sizes: float) -> None:
     """Let the source of the entry state sizes."""
-    monkeypatch.setitem(entries(), NAME, dataclasses.replace(entry(NAME), **sizes))
+    monkeypatch.setitem(entries(), NAME, dataclasses.replace(entries()[NAME], **sizes))
 
 
 @pytest.mark.parametrize("name", list(entries()))
 def test_every_entry_is_whole(name: str) -> None:
-    found = entry(name)
+    found = entries()[name]
     texts = [getattr(found, field.name) for field in dataclasses.fields(found) if field.name not in ("thickness", "width")]
     page = command("help", "library").output
     own = page[page.index(f"\n{name}\n") :]
@@ -108,7 +113,8 @@ def test_an_entry_runs_in_a_strip(tmp_path: Path) -> None:
             SCENE + 'elements = [{ name = "c", outer = "a", inner = "b", crease = { library = "kapton" } }]',
             "scene.elements.0.crease.library",
         ),
-        (SCENE + f'joints = [{HINGED} {{ library = "kapton" }} }}]', "scene.joints.0.spring.library"),
+        (SCENE + f'joints = [{HINGED} {{ library = "kapton" }} }}]', "scene.joints.0.spring: library"),
+        (WING, "wing.hinge.spring.library"),
     ],
 )
 def test_an_unknown_name_lists_the_names(text: str, place: str, tmp_path: Path) -> None:
@@ -117,8 +123,8 @@ def test_an_unknown_name_lists_the_names(text: str, place: str, tmp_path: Path) 
         path.write_text(text, encoding="utf-8")
     with pytest.raises(CaseError) as caught:
         load_case(path)
-    told = [str(fault) for fault in caught.value.faults]
-    assert [line for line in told if place in line and '"kapton" is not in the library' in line and NAME in line], told
+    (told,) = [str(fault) for fault in caught.value.faults if "kapton" in str(fault)]
+    assert place in told and '"kapton" is not in the library, which has ' + NAME in told
     assert command("check", str(path)).exit_code == 2
 
 
@@ -126,12 +132,20 @@ def test_one_source_of_a_curve(tmp_path: Path) -> None:
     found = command("check", str(strip(tmp_path, LAW + f'\ndata = "{(HINGE / "hinge.csv").as_posix()}"')))
     assert found.exit_code == 2
     assert "give `data` (a CSV file), `library` (a name), or both `angle` and `moment`" in found.output
+    found = command("check", str(strip(tmp_path, LAW + '\nfile = "crease.h5"')))
+    assert "crease.library: not used with the other keys here, which mean another law; remove this key" in found.output
 
 
 def test_a_check_names_source_and_thickness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = str(strip(tmp_path))
     told = command("check", path).output
-    for text in ("thickness not stated", entry(NAME).scatter, entry(NAME).source, "Apache-2.0", entry(NAME).assumed):
+    for text in (
+        "thickness not stated",
+        entries()[NAME].scatter,
+        entries()[NAME].source,
+        "Apache-2.0",
+        entries()[NAME].assumed,
+    ):
         assert text in told
     assert f"{NAME}: the thickness of the test is not stated; here it is 0.3 mm" in told
     stated(monkeypatch, thickness=0.2e-3)
@@ -162,3 +176,11 @@ def test_editors_accept_a_name(tmp_path: Path) -> None:
 
     given = tomllib.loads(strip(tmp_path).read_text(encoding="utf-8"))
     assert not list(jsonschema.Draft7Validator(case_schema()).iter_errors(given))
+
+
+def test_the_picture_of_the_page_is_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (CASES.parent / "docs" / "library.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```\{executed\} python library.png\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "docs/library.md", "exec"), {})
+    assert (tmp_path / "library.png").stat().st_size > 5000

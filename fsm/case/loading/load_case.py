@@ -28,7 +28,7 @@ from fsm.case.models.solve import Save, Solve
 from fsm.case.schema.faults import MOST_UNKNOWN, faults_of, unknown_key
 from fsm.case.schema.units import SYSTEMS
 from fsm.errors import CaseError, Fault
-from fsm.library import entry
+from fsm.library import entries
 from fsm.registry import BUILDERS, load_extensions
 from fsm.text.short_repr import ShortRepr
 
@@ -430,7 +430,7 @@ def _read_curve(
             return found, _rest_angle_faults(found, path)
         width = crease.width
         if crease.library is not None and crease.angle is None:
-            tested = entry(crease.library, f"{path}.library")
+            tested = entries()[crease.library]
             curve = read_crease_data(tested.file, crease, system, f"{path}.library")
             width = width or (tested.width if isinstance(tested.width, float) else None)
         elif crease.data is not None:

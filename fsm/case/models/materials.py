@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import (
@@ -22,6 +22,7 @@ from fsm.case.schema.units import (
     Time,
     to_si,
 )
+from fsm.library import entries
 
 _LAW = (
     '"linear": M = k (psi - rest); "spline": a measured curve from `data`, the `library` or lists; "family": a curve from '
@@ -131,11 +132,6 @@ class SplineCrease(Model):
 
     law: Literal["spline"] = Field(description=_LAW)
     data: Path | None = Field(default=None, description="CSV file, relative to the case file")
-    library: str | None = Field(
-        default=None,
-        description="name of a measured law of the package; `fsm help library` lists them. Beside `angle` and `moment`, as "
-        "in the copy of a case in a result, it only names their source",
-    )
     angle_unit: Annotated[str, AfterValidator(_angle_unit)] | None = Field(
         default=None,
         description="unit of angles if the header of the file has none",
@@ -154,6 +150,11 @@ class SplineCrease(Model):
     moment: tuple[Moment, ...] | None = Field(
         default=None, description="moments of the curve", json_schema_extra={"range": "as many as angles"}
     )
+    library: str | None = Field(
+        default=None,
+        description="name of a measured law of the package; `fsm help library` lists them. Beside `angle` and `moment`, as "
+        "in the copy of a case in a result, it only names their source",
+    )
     interpolation: Literal["cubic", "pchip"] = Field(
         default="cubic", description="not-a-knot spline, or PCHIP, which keeps monotone data monotone"
     )
@@ -168,6 +169,14 @@ class SplineCrease(Model):
     reversal: Annotated[Angle, Field(gt=0)] | None = Field(
         default=None, description=_REVERSAL, json_schema_extra={"default": "2 % of the range"}
     )
+
+    @field_validator("library")
+    @classmethod
+    def _in_library(cls, name: str | None, info: ValidationInfo) -> str | None:
+        if name is not None and name not in entries() and info.data.get("angle") is None:
+            known = ", ".join(entries())
+            raise ValueError(f'"{name[:60]}" is not in the library, which has {known}; see `fsm help library`')
+        return name
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
