@@ -20,7 +20,7 @@ from fsm.library import entries
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 HINGE = CASES / "strip_hinge"
-NAME = "origami-hinge-rheometer"
+NAME = "origami-hinge-unit075"
 LAW = f'library = "{NAME}"'
 DATA = f'law = "spline"\ndata = "{(HINGE / "hinge.csv").as_posix()}"\nrest_angle = "214 deg"'
 """The same curve from the file of the test: no moment at 54 degrees of the test, 160 degrees from flat."""
