@@ -162,6 +162,15 @@ def test_a_slow_motion_with_fast_dampers_is_for_implicit_steps() -> None:
     assert chosen(case)[1] == "generalized-alpha"
 
 
+def test_held_bodies_have_no_inertia_in_the_choice() -> None:
+    """A held body without mass carries a hinge with a stiff stop."""
+    case = panel(stop={"upper": 1.0, "stiffness": 1e12})
+    base = {"name": "base", "mass": 0.0, "inertia": [0.0, 0.0, 0.0], "held": True, "position": [0.0, 0.0, -1.0]}
+    case["scene"]["bodies"].append(base)
+    case["scene"]["joints"][0]["first"] = "base"
+    assert chosen(case)[1] == "generalized-alpha"
+
+
 def test_contact_is_not_for_explicit_steps() -> None:
     plate = {"length": 0.1, "width": 0.1, "thickness": 0.01}
     bodies = [

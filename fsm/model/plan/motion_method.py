@@ -18,7 +18,7 @@ from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.joint_action import LEAST_REBOUND, SlideSpring, TurnSpring
 from fsm.case.models.joint_motor import Motor
-from fsm.case.models.scene import GROUND
+from fsm.case.models.scene import GROUND, Body
 from fsm.case.plan.method_selection import beyond_explicit, hinge_stiffness, slope_of
 from fsm.model.plan.joint_state import REPEATS, JointsAtStart
 from fsm.text.shown_units import shown
@@ -115,11 +115,10 @@ class MotionMethod:
         inertia; at least one turn in the duration (s).
         """
         scene, size = self.scene, self._size
-        free = [body for body, is_free in zip(scene.bodies, self.start.free, strict=True) if is_free]
         paces = [2.0 * math.pi / duration, math.sqrt(math.hypot(*scene.gravity) / size)]
-        for body in free:
+        for body in self._free:
             paces += [math.hypot(*body.velocity) / size, math.hypot(*body.angular_velocity)]
-        inertias = {body.name: (body.mass, max(body.inertia)) for body in free}
+        inertias = {body.name: (body.mass, max(body.inertia)) for body in self._free}
         for load in scene.loads:
             if load.body in inertias:
                 mass, inertia = inertias[load.body]
@@ -131,12 +130,16 @@ class MotionMethod:
                 paces.append(abs(joint.motor.speed) / (size if joint.kind == "prismatic" else 1.0))
         return max(paces)
 
+    @property
+    def _free(self) -> list[Body]:
+        return [body for body, is_free in zip(self.scene.bodies, self.start.free, strict=True) if is_free]
+
     @cached_property
     def _size(self) -> float:
         """Extent of bodies and joints; of one body without an extent, its radius of gyration, m."""
         places = [body.position for body in self.scene.bodies] + [joint.at for joint in self.scene.joints]
         extent = float(np.ptp(np.array(places), axis=0).max())
-        gyration = min(math.sqrt(max(body.inertia) / body.mass) for body in self.scene.bodies)
+        gyration = min(math.sqrt(max(body.inertia) / body.mass) for body in self._free)
         return max(extent, gyration)
 
     def choice(self, duration: float, rtol: float, known: str) -> tuple[str, str]:
@@ -149,12 +152,12 @@ class MotionMethod:
         if missing:
             return "generalized-alpha", f"explicit steps do not have {missing}"
         explicit = duration * self.fastest / _STABLE
-        implicit = duration * self.pace(duration) / (_STEPS * rtol ** (1.0 / 3.0))
         if self.fastest == 0.0:
             return "explicit", "without springs and dampers explicit steps are long"
         stiff = f"springs and dampers of up to {self.fastest:.2g}/s"
         if explicit <= _FEW:
             return "explicit", f"{stiff} allow explicit steps of {shown(_STABLE / self.fastest, 's')}"
+        implicit = duration * self.pace(duration) / (_STEPS * rtol ** (1.0 / 3.0))
         need = f"{stiff} need about {_rounded(explicit)} explicit steps"
         others = f"{_rounded(implicit)} of generalized-alpha"
         if explicit <= _WORTH * implicit:
