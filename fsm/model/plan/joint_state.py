@@ -138,26 +138,17 @@ class JointsAtStart:
         return found
 
     @cached_property
-    def _scaled(self) -> np.ndarray:
+    def scaled(self) -> np.ndarray:
         """Rows in the coordinates of the kinetic energy, each of length 1."""
         rows = self.rows @ self.roots
         sizes = np.linalg.norm(rows, axis=1, keepdims=True)
         return np.asarray(rows / np.where(sizes > 0.0, sizes, 1.0))
 
-    @property
+    @cached_property
     def repeated(self) -> list[str]:
         """Names of the locked directions that follow from those before them."""
-        return self._independent[1]
-
-    @property
-    def basis(self) -> np.ndarray:
-        """Orthonormal rows of all locked directions in the coordinates of the kinetic energy."""
-        return self._independent[0]
-
-    @cached_property
-    def _independent(self) -> tuple[np.ndarray, list[str]]:
-        basis, found = np.zeros((0, self._scaled.shape[1])), list[str]()
-        for label, row in zip(self.labels, self._scaled, strict=True):
+        basis, found = np.zeros((0, self.scaled.shape[1])), []
+        for label, row in zip(self.labels, self.scaled, strict=True):
             left = row - basis.T @ (basis @ row)
             left -= basis.T @ (basis @ left)
             size = float(np.linalg.norm(left))
@@ -165,7 +156,7 @@ class JointsAtStart:
                 found.append(label)
             else:
                 basis = np.vstack([basis, left / size])
-        return basis, found
+        return found
 
     @property
     def degrees_of_freedom(self) -> int:

@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import solve
 
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
@@ -32,6 +33,8 @@ _WORTH = 5.0
 thousand and more, for which generalized-alpha would need thirty times its steps."""
 _TURNED = 0.1
 """Part of the compliance of free bodies that a mechanism has in some of its positions; at the start it may have none."""
+_HELD = 1e-6
+"""Part of the compliance of free bodies below which a coordinate cannot move."""
 _FEW = 20_000
 """Number of explicit steps that are taken in any case, since they need some seconds at most."""
 
@@ -84,7 +87,13 @@ class MotionMethod:
     @cached_property
     def _allowed(self) -> np.ndarray:
         """These rows without their parts along locked directions."""
-        return np.asarray(self._rows - (self._rows @ self.start.basis.T) @ self.start.basis)
+        return self._without_locked(self._rows)
+
+    def _without_locked(self, rows: np.ndarray) -> np.ndarray:
+        """Rows (m, n) without their parts along locked directions; the latter may repeat each other."""
+        locked = self.start.scaled
+        products = locked @ locked.T + REPEATS * np.eye(len(locked))
+        return np.asarray(rows - solve(products, locked @ rows.T, assume_a="pos").T @ locked)
 
     def at_joint(self, joint: SceneJoint) -> tuple[float, float]:
         """Inertia (kg or kg m^2) that moves with the coordinate of a joint, infinite if it cannot move, and the largest
@@ -92,9 +101,9 @@ class MotionMethod:
         """
         found = self._of_joint(joint)
         row = found.row @ self.start.roots
-        row = row - self.start.basis.T @ (self.start.basis @ row)
-        compliance = float(row @ row)
-        return 1.0 / compliance if compliance > 0.0 else math.inf, found.effort
+        allowed = self._without_locked(row[None])[0]
+        compliance, free = float(allowed @ allowed), float(row @ row)
+        return 1.0 / compliance if compliance > _HELD * free else math.inf, found.effort
 
     @cached_property
     def fastest(self) -> float:
@@ -107,8 +116,11 @@ class MotionMethod:
         if not self._rows.size:
             return 0.0
         factors = np.sqrt(np.array(coefficients))[:, None]
-        held, free = (float(np.linalg.norm(factors * rows, 2)) ** 2 for rows in (self._allowed, self._rows))
-        return max(held, _TURNED * free)
+        found = []
+        for rows in (factors * self._allowed, factors * self._rows):
+            products = rows @ rows.T if len(rows) < rows.shape[1] else rows.T @ rows
+            found.append(float(np.linalg.eigvalsh(products)[-1]))
+        return max(found[0], _TURNED * found[1], 0.0)
 
     def pace(self, duration: float) -> float:
         """Rate of the motion, 1/s: of velocities and motors at the start, and of weights, loads and efforts over size and
