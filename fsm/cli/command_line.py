@@ -41,13 +41,33 @@ Exit codes: 0 done; 1 internal error; 2 wrong usage or case file; 3 not converge
 """
 
 
+@contextmanager
+def _one_line(root: click.Context | None = None) -> Iterator[None]:
+    """Report a wrong word of the command line in one line; a command without words shows its help."""
+    try:
+        yield
+    except click.exceptions.NoArgsIsHelpError:
+        raise
+    except click.UsageError as error:
+        inner = root.invoked_subcommand if root is not None else None
+        command = error.ctx.command_path if error.ctx is not None else f"fsm {inner or ''}".rstrip()
+        text = error.format_message().rstrip(".")
+        _end([f"{command}: {text[:1].lower()}{text[1:]}; `{command} --help` lists arguments and options"], error.exit_code)
+
+
 class Group(click.Group):
     """Group of commands that end with an exit code and one line for each mistake, never with a traceback."""
+
+    def make_context(self, *arguments: Any, **extra: Any) -> click.Context:
+        """Read the words before the name of a command."""
+        with _one_line():
+            return super().make_context(*arguments, **extra)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command and report its errors."""
         try:
-            return super().invoke(ctx)
+            with _one_line(ctx):
+                return super().invoke(ctx)
         except (click.exceptions.Exit, click.ClickException, click.Abort):
             raise
         except KeyboardInterrupt:
@@ -230,9 +250,11 @@ def table(
 
     folder = out_folder(out)
     if merge:
+        if part is not None:
+            raise click.UsageError("--merge joins parts that have run; leave --part out")
         rows, missing = merge_tables([Path(name) for name in tables], folder)
     elif len(tables) > 1:
-        raise click.UsageError(f"give one table; {len(tables)} are given")
+        raise click.UsageError(f"{len(tables)} tables are given; give one, or --merge for folders of parts")
     else:
         shown = not quiet
         parts, missing = part_of(part), 0
