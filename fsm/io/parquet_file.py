@@ -12,8 +12,8 @@ from fsm.io.atomic_write import atomic_write
 def write_parquet(path: Path, heading: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
     """Write a heading and rows atomically, if pyarrow is installed; else an earlier file is deleted.
 
-    Columns are numbers, truth values or texts; a column with texts among its numbers is text. None is an empty cell, and so is
-    an empty text among numbers.
+    Columns are numbers, truth values or texts; a column with texts among its numbers is text. None is an empty cell, and so
+    is an empty text among numbers.
     """
     try:
         import pyarrow
