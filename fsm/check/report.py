@@ -31,6 +31,7 @@ from fsm.check.facets import pressure_line
 from fsm.check.flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
 from fsm.check.gas import gas_lines
 from fsm.check.joints import joint_lines, margin_lines, margin_warnings
+from fsm.check.library import library_lines, library_warnings
 from fsm.check.numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
 from fsm.check.sheet import sheet_lines, sheet_support_lines
 from fsm.check.view import CheckContext
@@ -387,6 +388,7 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
 def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
     yield from margin_warnings(view)
+    yield from library_warnings(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
     if view.scene.joints and view.plan.begins_in_motion:
         yield from JointsAtStart(view.scene).velocity_warnings()
@@ -403,6 +405,7 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("supports", sheet_support_lines),
     ("material", material_lines),
     ("creases", crease_lines),
+    ("library", library_lines),
     ("films", film_lines),
     ("cables", cable_lines),
     ("beams", beam_lines),

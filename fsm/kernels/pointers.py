@@ -12,6 +12,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numba
 import numba.extending
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils
 from numba.core.imputils import lower_builtin
@@ -93,7 +94,11 @@ class Pointer:
 
     def __new__(cls, function: Any, *arguments: Any) -> Pointer:
         """Find or compile the kernel."""
-        kinds = tuple(numba.typeof(argument) for argument in arguments)
+        return cls.for_kinds(function, _kinds(arguments))
+
+    @classmethod
+    def for_kinds(cls, function: Any, kinds: tuple[Any, ...]) -> Pointer:
+        """Find or compile the kernel for arguments of these types of numba."""
         key = (function, *map(id, kinds))  # equal types are one object, and their hashes take long
         found = cls._made.get(key)
         if found is None:
@@ -107,9 +112,8 @@ class Pointer:
         return found
 
     @classmethod
-    def is_compiled_elsewhere(cls, function: Any, *arguments: Any) -> bool:
+    def is_compiled_elsewhere(cls, function: Any, kinds: tuple[Any, ...]) -> bool:
         """Whether another process compiles this kernel now."""
-        kinds = tuple(numba.typeof(argument) for argument in arguments)
         if (function, *map(id, kinds)) in cls._made:
             return False
         return bool(function.by_address(kinds).is_compiled_elsewhere())
@@ -119,7 +123,6 @@ class Pointer:
         """Type of the first argument, for numba."""
         return self._numba_type_.sig.args[0]
 
-
     def entry(self, function: Any, *arguments: Any) -> Any:
         """Entry point of a kernel for arguments of these types, remembered with this pointer.
 
@@ -127,7 +130,7 @@ class Pointer:
         """
         found = self._entries.get(function)
         if found is None:
-            kinds = tuple(numba.typeof(argument) for argument in arguments)
+            kinds = _kinds(arguments)
             function.compile(kinds)
             found = self._entries[function] = function.overloads[kinds].entry_point
         return found
@@ -156,9 +159,35 @@ class AbsentPointer:
 
     address = 1
 
+    _made: ClassVar[dict[tuple[int, ...], Any]] = {}
+
     def __init__(self, result: Any, *arguments: Any) -> None:
-        kinds = (numba.typeof(argument) for argument in arguments)
-        self._numba_type_ = _Address(numba.typeof(result)(*kinds))
+        kinds = _kinds((result, *arguments))
+        key = (*map(id, kinds),)
+        if key not in self._made:
+            self._made[key] = kinds, _Address(kinds[0](*kinds[1:]))
+        self._numba_type_ = self._made[key][1]
+
+
+_known_kinds: dict[Any, Any] = {}
+
+
+def _kinds(arguments: Sequence[Any]) -> tuple[Any, ...]:
+    """Types of arguments, for numba, which takes 20 us to find that of an array."""
+    found = []
+    for argument in arguments:
+        kind = argument.__class__
+        if kind is np.ndarray:
+            key: Any = (argument.dtype, argument.ndim, argument.flags.num)
+        elif kind is float or kind is bool:
+            key = kind
+        else:
+            found.append(numba.typeof(argument))
+            continue
+        if key not in _known_kinds:
+            _known_kinds[key] = numba.typeof(argument)
+        found.append(_known_kinds[key])
+    return tuple(found)
 
 
 def pointers(kernels: T, arguments: T) -> T:
@@ -174,11 +203,13 @@ def pointers_to(wanted: Sequence[tuple[Any, ...]]) -> list[Any]:
 
     Kernels that another process compiles now come last, so that two processes seldom wait for each other.
     """
-    found, left = [None] * len(wanted), [*range(len(wanted))][:: -1 if _backwards else 1]
+    typed = [(function, _kinds(arguments)) for function, *arguments in wanted]
+    found: list[Any] = [None] * len(typed)
+    left = [*range(len(typed))][:: -1 if _backwards else 1]
     for waits in (False, True):
         for k in [*left]:
-            if waits or not Pointer.is_compiled_elsewhere(*wanted[k]):
-                found[k] = Pointer(*wanted[k])  # type: ignore[call-overload]
+            if waits or not Pointer.is_compiled_elsewhere(*typed[k]):
+                found[k] = Pointer.for_kinds(*typed[k])
                 left.remove(k)
     return found
 

@@ -20,7 +20,7 @@ from fsm.case.schema.units import Unit
 
 _QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[^\d\s]?.*$"
 """Pattern of a number with a unit."""
-_COMPLETED = {"Contact": {"stiffness"}, "LinearCrease": {"stiffness"}, "FamilyCrease": {"file"}}
+_COMPLETED = {"Contact": {"stiffness"}, "LinearCrease": {"stiffness"}, "FamilyCrease": {"file"}, "SplineCrease": {"law"}}
 """Required keys that the reader of a case derives from other keys."""
 _LIMITS = {Gt: ("gt", "exclusiveMinimum"), Ge: ("ge", "minimum"), Lt: ("lt", "exclusiveMaximum"), Le: ("le", "maximum")}
 

@@ -8,6 +8,7 @@ from functools import cache, reduce
 from operator import or_
 from typing import Literal, get_args, get_origin
 
+from fsm.case.loading.library_help import library_lines
 from fsm.case.models.case import root
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.study_files import FILES
@@ -39,8 +40,11 @@ def help_lines(key: str) -> list[str]:
     if not key:
         *lines, hint = _section_lines("", root({}))
         others = [f"{name}  file of fsm {name}" for name in FILES]
-        return [*lines[:-1], *(f"{name}  section of an extension" for name in BUILDERS), "", *others, "", hint]
+        added = (f"{name}  section of an extension" for name in BUILDERS)
+        return [*lines[:-1], *added, "", *others, "library  measured laws of creases and hinges", "", hint]
     path = ".".join(part for part in key.strip("[]. ").split(".") if not part.isdigit())
+    if path == "library":
+        return library_lines()
     pages = _pages()
     if path in pages:
         return _page(path, *pages[path])

@@ -28,6 +28,7 @@ from fsm.case.models.solve import Save, Solve
 from fsm.case.schema.faults import MOST_UNKNOWN, faults_of, unknown_key
 from fsm.case.schema.units import SYSTEMS
 from fsm.errors import CaseError, Fault
+from fsm.library import entries
 from fsm.registry import BUILDERS, load_extensions
 from fsm.text.short_repr import ShortRepr
 
@@ -427,7 +428,12 @@ def _read_curve(
         if isinstance(crease, FamilyCrease):
             found = _from_family(crease, folder, path)
             return found, _rest_angle_faults(found, path)
-        if crease.data is not None:
+        width = crease.width
+        if crease.library is not None and crease.angle is None:
+            tested = entries()[crease.library]
+            curve = read_crease_data(tested.file, crease, system, f"{path}.library")
+            width = width or (tested.width if isinstance(tested.width, float) else None)
+        elif crease.data is not None:
             curve = read_crease_data(folder / crease.data, crease, system, f"{path}.data")
         else:
             angle, moment = crease.angle or (), crease.moment or ()
@@ -441,6 +447,7 @@ def _read_curve(
         "moment_unit": None,
         "angle": curve.angle,
         "moment": curve.moment,
+        "width": width,
     }
     if crease.unloading is not None and crease.angle is not None and crease.angle[-1] < crease.angle[0]:
         read["unloading"] = crease.unloading[::-1]

@@ -41,12 +41,12 @@ def check_table(table: tuple[tuple[float, ...], ...] | None, of: str) -> None:
 
 
 def _named(written: Any) -> Any:
-    """Section with a law: that of a spring, unless it names another or has the file of a crease."""
+    """Section with a law: that of a spring, unless it names another, or a file or the library has the crease."""
     if isinstance(written, Mapping) and "stiffness_per_length" in written:
         raise ValueError("`stiffness_per_length` is for the creases of a sheet; give `stiffness`")
     if not isinstance(written, Mapping) or "law" in written:
         return written
-    return {"law": "family" if "file" in written else "spring", **written}
+    return {"law": "family" if "file" in written else "spline" if "library" in written else "spring", **written}
 
 
 class _Spring(Model):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import (
@@ -22,10 +22,11 @@ from fsm.case.schema.units import (
     Time,
     to_si,
 )
+from fsm.library import entries
 
 _LAW = (
-    '"linear": M = k (psi - rest); "spline": a measured curve from `data` or lists; "family": a curve from a `file` of '
-    "`fsm calibrate crease`"
+    '"linear": M = k (psi - rest); "spline": a measured curve from `data`, the `library` or lists; "family": a curve from '
+    "a `file` of `fsm calibrate crease`"
 )
 _REST = "crease angle at which the angle of the data is zero; all data must lie at crease angles from 0 to pi"
 _SCALE = "factor on the moment, for example for another width"
@@ -76,7 +77,9 @@ class LinearCrease(Model):
     law: Literal["linear"] = Field(
         default="linear",
         description=_LAW,
-        json_schema_extra={"default": 'needed, except beside `stiffness_per_length` ("linear") and `file` ("family")'},
+        json_schema_extra={
+            "default": 'needed, except beside `stiffness_per_length` ("linear"), `library` ("spline") and `file` ("family")'
+        },
     )
     stiffness: AngularStiffness = Field(
         ge=0,
@@ -123,8 +126,8 @@ class SplineCrease(Model):
     """Measured crease moment M(psi), interpolated.
 
     The data are in a CSV file (see `fsm.case.loading.crease_data`) with the columns (angle, moment) or (angle, force,
-    lever_arm), or in lists. An angle of the data is the opening: the rotation of the crease from its rest angle towards
-    flat. A positive moment resists the opening.
+    lever_arm), in the library of the package, or in lists. An angle of the data is the opening: the rotation of the crease
+    from its rest angle towards flat. A positive moment resists the opening.
     """
 
     law: Literal["spline"] = Field(description=_LAW)
@@ -147,6 +150,11 @@ class SplineCrease(Model):
     moment: tuple[Moment, ...] | None = Field(
         default=None, description="moments of the curve", json_schema_extra={"range": "as many as angles"}
     )
+    library: str | None = Field(
+        default=None,
+        description="name of a measured law of the package; `fsm help library` lists them. Beside `angle` and `moment`, as "
+        "in the copy of a case in a result, it only names their source",
+    )
     interpolation: Literal["cubic", "pchip"] = Field(
         default="cubic", description="not-a-knot spline, or PCHIP, which keeps monotone data monotone"
     )
@@ -162,11 +170,20 @@ class SplineCrease(Model):
         default=None, description=_REVERSAL, json_schema_extra={"default": "2 % of the range"}
     )
 
+    @field_validator("library")
+    @classmethod
+    def _in_library(cls, name: str | None, info: ValidationInfo) -> str | None:
+        if name is not None and name not in entries() and info.data.get("angle") is None:
+            known = ", ".join(entries())
+            raise ValueError(f'"{name[:60]}" is not in the library, which has {known}; see `fsm help library`')
+        return name
+
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         listed = self.angle is not None and self.moment is not None
-        if (self.data is None) == (not listed) or (self.angle is None) != (self.moment is None):
-            raise ValueError("give either `data` (a CSV file) or both `angle` and `moment`")
+        found = listed or self.library is not None
+        if (self.data is not None) == found or (self.angle is None) != (self.moment is None):
+            raise ValueError("give `data` (a CSV file), `library` (a name), or both `angle` and `moment`")
         if self.data is None and (self.angle_unit or self.moment_unit):
             raise ValueError("`angle_unit` and `moment_unit` are used with `data` only; give units in the lists instead")
         return self
@@ -244,7 +261,7 @@ UNREAD = "is read with a case file only; in Python, get the curve with `fsm.case
 """Message for a family crease that was not replaced by its curve."""
 
 
-_ONE_LAW = {"file": "family", "stiffness_per_length": "linear"}
+_ONE_LAW = {"file": "family", "stiffness_per_length": "linear", "library": "spline"}
 """Keys that only one law has, by the name of this law."""
 
 

@@ -74,7 +74,8 @@ def _extra(data: Mapping[str, Any], section: Sequence[str | int], path: list[str
     if place and any(key in model.model_fields for model in place.all_models()):
         tag = place.discriminator()
         law = place.value.get(tag) if isinstance(place.value, Mapping) else None
-        return Fault(dotted(path), f"not used with {tag} = {with_unit(law, None)}; remove this key"), ""
+        other = f"the other keys here, which mean another {tag}" if law is None else f"{tag} = {with_unit(law, None)}"
+        return Fault(dotted(path), f"not used with {other}; remove this key"), ""
     message = unknown_key(key, known)
     meant = re.search(r"did you mean `(\w+)`", message)
     return Fault(dotted(path), message), meant[1] if meant else ""
