@@ -11,13 +11,13 @@ not available.
 
 dh/dp and dr/dp at a fixed configuration are differences of systems compiled with other p. Stiffness, damping and factors
 move nothing and enter h linearly, or nearly so: (h(p (1 + d)) - h(p))/(p d) with d = 1e-7 has an error of d/2 times the
-second derivative and a round-off of 1e-16/d of the largest effort, both about 1e-7, for one compilation. Lengths and angles move
-bodies and rest states; there one-sided differences are wrong by 0.1 %, because stiff springs stretch. Their differences are
-central, p (1 + d) and p (1 - d) with d = 1e-6, with an error of d^2 times the third derivative. Contact forces are nonlinear
-over a micrometre, but they are not differences of large numbers. They have d = 1e-8 where plates change, and are central too
-where bodies move or contacts depend on rates. A number that does not change a kind of forces needs no compilation for it.
-No further equilibrium has to be solved. The rates of one-sided differences are those of the constant previous state; the
-effect of its change is a central difference too.
+second derivative and a round-off of 1e-16/d of the largest effort, both about 1e-7, for one compilation. Lengths and
+angles move bodies and rest states; there one-sided differences are wrong by 0.1 %, because stiff springs stretch. Their
+differences are central, p (1 + d) and p (1 - d) with d = 1e-6, with an error of d^2 times the third derivative. Contact
+forces are nonlinear over a micrometre, but they are not differences of large numbers. They have d = 1e-8 where plates
+change, and are central too where bodies move or contacts depend on rates. A number that does not change a kind of forces
+needs no compilation for it. No further equilibrium has to be solved. The rates of one-sided differences are those of the
+constant previous state; the effect of its change is a central difference too.
 """
 
 from __future__ import annotations
