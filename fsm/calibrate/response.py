@@ -19,6 +19,7 @@ from fsm.model.compile.compile_case import path_settings
 from fsm.model.elements.hysteresis import HysteresisGroup
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.equations.newton import equilibrium
+from fsm.solve.outcome.run_io import CurvePoint
 from fsm.solve.statics.static import follow
 from fsm.text.short_repr import ShortRepr
 
@@ -156,6 +157,8 @@ class _Path:
         Force of the first drive in every state.
     rows : list of int
         Index of the state at every requested time.
+    points : list of CurvePoint
+        Points that the solver adds before it reports a state.
     """
 
     system: SegmentSystem
@@ -163,16 +166,14 @@ class _Path:
     state: list[tuple[float, np.ndarray, np.ndarray]] = field(default_factory=list)
     force: list[float] = field(default_factory=list)
     rows: list[int] = field(default_factory=list)
+    points: list[CurvePoint] = field(default_factory=list)
 
     def add_state(self, t: float, q: np.ndarray) -> None:
         """Add the state that the solver reached at time t."""
         if len(self.rows) < len(self.times) and self.times[len(self.rows)] <= t + 1e-9 * self.times[-1]:
             self.rows.append(len(self.state))
-        before = u = None
-        if self.state and self.system.rate_dependent:
-            before = self.state[-1][:2]
-            u = self.system.difference(before[1], q) / (t - before[0])
-        self.force.append(float(self.system.balance(t, q, u, before)[1][0]))
+        observed = self.points and self.points[-1].time == t  # but not the start
+        self.force.append(float(self.points[-1].drive.force[0] if observed else self.system.balance(t, q, None)[1][0]))
         self.state.append((t, q.copy(), self.system.memory()))
 
     def restore(self, row: int) -> tuple[float, np.ndarray]:
@@ -213,7 +214,7 @@ def _follow(case: Case, system: SegmentSystem, travel: np.ndarray) -> _Path:
     if times[-1] > 0.0:
         settings = path_settings(case, system, float(times[-1]))
         add = lambda end: path.add_state(end.time, end.q)  # noqa: E731
-        follow(system, settings, times.tolist(), lambda saved: None, add, start, each_step=True)
+        follow(system, settings, times.tolist(), lambda saved: None, add, start, points=path.points, each_step=True)
     return path
 
 

@@ -9,39 +9,55 @@ Dampers and friction compute rates as differences from the previous state. Then 
 previous state: A dx_k = dh/dp + (dh/dx_{k-1}) dx_{k-1}. The adjoint of this recursion would run backwards in time and is
 not available.
 
-dh/dp and dr/dp at a fixed configuration are central differences of two systems compiled with p (1 + d) and p (1 - d).
-Stiffness, damping and factors enter h linearly. The differences are exact except for round-off, about 1e-16/d of the
-largest effort, with d = 1e-6. Lengths and angles move bodies and rest states; their differences have an additional error of
-d^2 times the third derivative. Contact forces are nonlinear over a micrometre, but they are not differences of large
-numbers. The differences are computed separately with d = 1e-8. No further equilibrium has to be solved.
+dh/dp and dr/dp at a fixed configuration are differences of systems compiled with other p. Stiffness, damping and factors
+move nothing and enter h linearly, or nearly so: (h(p (1 + d)) - h(p))/(p d) with d = 1e-7 has an error of d/2 times the
+second derivative and a round-off of 1e-16/d of the largest effort, both about 1e-7, for one compilation. Lengths and
+angles move bodies and rest states; there one-sided differences are wrong by 0.1 %, because stiff springs stretch. Their
+differences are central, p (1 + d) and p (1 - d) with d = 1e-6, with an error of d^2 times the third derivative. Contact
+forces are nonlinear over a micrometre, but they are not differences of large numbers. They have d = 1e-8 where plates
+change, and are central too where bodies move or contacts depend on rates. A number that does not change a kind of forces
+needs no compilation for it. No further equilibrium has to be solved. The rates of one-sided differences are those of the
+constant previous state; the effect of its change is a central difference too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import splu
 
 from fsm.builders.scene import build_scene
 from fsm.calibrate.parameters import value_at, with_values
+from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
 from fsm.errors import CaseError, Fault
 from fsm.kernels.blocks import BlockMatrix
-from fsm.model.compile.compile import compile_scene
+from fsm.model.compile.compile import SceneCompiler
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 
-_RELATIVE_STEP = 1e-6
-"""Relative step of a parameter in the central differences."""
+_STEP = 1e-7
+"""Relative step of a parameter that moves nothing, in one-sided differences."""
+_MOVING_STEP = 1e-6
+"""Relative step of a parameter that moves bodies or points, in central differences."""
 _CONTACT_STEP = 1e-8
-"""Relative step of a parameter in the central differences of contact forces."""
-_CONTACT_PARTS = ("bodies", "surfaces", "obstacles", "pairs", "contact", "friction")
-"""Parts of the scene that contacts depend on."""
-_OTHER_PARTS = ("bodies", "elements", "loads", "drives", "gravity")
+"""Relative step of a parameter in the differences of contact forces whose sides change."""
+_CONTACT_PARTS = ("surfaces", "groups", "obstacles", "pairs", "contact", "friction")
+"""Parts of the scene that contacts alone depend on."""
+_OTHER_PARTS = tuple(name for name in Scene.model_fields if name not in _CONTACT_PARTS)
 """Parts of the scene that other forces depend on."""
+_FACTORS = ("bodies", "elements", "loads", "gravity")
+"""Parts whose numbers move nothing, except the places below."""
+_SIDES = ("surfaces", "groups", "obstacles", "pairs", "drives")
+"""Parts of the scene that move the sides of contacts."""
+_PLACES = ("position", "orientation", "held")
+"""Places of bodies."""
+_POINTS = ("point_inner", "point_outer", "axes_inner", "axes_outer")
+"""Places of elements."""
 _EQUILIBRIUM = 1e-4
 """Largest ratio of the residual of an equilibrium to the largest drive force; a state with a larger ratio is in motion."""
 _ROUND_OFF = 1e-13
@@ -50,32 +66,36 @@ _ROUND_OFF = 1e-13
 
 @dataclass(frozen=True)
 class SystemPair:
-    """Two systems, compiled with the parameter increased and decreased by `step` (SI)."""
+    """Two systems, compiled with the parameter increased by `up` and decreased by `down` (SI).
+
+    If `down` is 0, the previous state is kept constant; else it changes with the parameter too.
+    """
 
     more: SegmentSystem
     less: SegmentSystem
-    step: float
+    up: float
+    down: float
 
 
 @dataclass(frozen=True)
 class VariedParameter:
-    """Systems for the central differences of one parameter.
+    """Systems for the differences of one parameter.
 
     Attributes
     ----------
     path : str
-    others, contacts : SystemPair or None
-        Systems for all forces except contact forces, and for contact forces. None if neither the parameter nor the previous
-        state changes these forces.
+    others, contacts : tuple of SystemPair
+        Systems for all forces except contact forces, and for contact forces, whose differences add up. Empty if neither the
+        parameter nor the previous state changes these forces.
     """
 
     path: str
-    others: SystemPair | None
-    contacts: SystemPair | None
+    others: tuple[SystemPair, ...]
+    contacts: tuple[SystemPair, ...]
 
 
 def vary_parameters(case: Case, scene: Scene, system: SegmentSystem, paths: Sequence[str]) -> list[VariedParameter]:
-    """Compile the case with every parameter slightly larger and slightly smaller.
+    """Compile the case with every parameter slightly changed.
 
     Parameters
     ----------
@@ -98,28 +118,62 @@ def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str) -> VariedP
     def changed(step: float) -> Scene:
         return build_scene(with_values(case, {path: value + step}))
 
-    def pair(step: float, more: Scene, less: Scene) -> SystemPair:
-        systems = [compile_scene(one, case.solve.spatial) for one in (more, less)]
-        if any(one.nq != system.nq for one in systems):
+    def compiled(one: Scene, left_out: dict[str, Any]) -> SegmentSystem:
+        spatial = case.solve.spatial or bool(out_of_plane(one))
+        found = SceneCompiler(one.model_copy(update=left_out), spatial).system()  # `scene` has no faults
+        if found.nq != system.nq:
             raise CaseError(Fault(path, "changes the number of degrees of freedom; it cannot be varied continuously"))
-        return SystemPair(systems[0], systems[1], step)
+        return found
 
-    step = _RELATIVE_STEP * size
-    more = changed(step)
-    others = contacts = None
-    if system.rate_dependent or not _same(scene, more, _OTHER_PARTS):
-        less = changed(-step)
-        others = pair(step, *(one.model_copy(update={"contact": None, "friction": None}) for one in (more, less)))
-    rates = any(group.rate_dependent for group in system.contacts)
-    if system.contacts and (rates or not _same(scene, more, _CONTACT_PARTS)):
-        contact_step = _CONTACT_STEP * size
-        both = changed(contact_step), changed(-contact_step)
-        contacts = pair(contact_step, *(one.model_copy(update={"elements": (), "loads": ()}) for one in both))
+    def pair(left_out: dict[str, Any], step: float) -> tuple[SystemPair, ...]:
+        return (SystemPair(compiled(changed(step), left_out), compiled(changed(-step), left_out), step, step),)
+
+    def carried(rates: bool, step: float) -> tuple[SystemPair, ...]:
+        """Differences due to the previous state alone."""
+        return (SystemPair(system, system, step, step),) if rates else ()
+
+    more = changed(_STEP * size)
+    places_are_same = _same_items(scene.bodies, more.bodies, _PLACES)
+    alone: dict[str, Any] = {"contact": None, "friction": None}
+    rates = system.rate_dependent
+    if _same(scene, more, _OTHER_PARTS):
+        others = carried(rates, _MOVING_STEP * size)
+    elif places_are_same and _only_factors(scene, more):
+        others = SystemPair(compiled(more, alone), system, _STEP * size, 0.0), *carried(rates, _MOVING_STEP * size)
+    else:
+        others = pair(alone, _MOVING_STEP * size)
+    contacts: tuple[SystemPair, ...] = ()
+    if system.contacts:
+        rates = any(group.rate_dependent for group in system.contacts)
+        step, only_contacts = _CONTACT_STEP * size, {"elements": (), "loads": ()}
+        still = places_are_same and _same(scene, more, _SIDES)
+        same_plates = _same_items(scene.bodies, more.bodies, ("plate",))
+        if still and same_plates and _same(scene, more, _CONTACT_PARTS):
+            contacts = carried(rates, step)
+        elif still and same_plates and not rates:
+            contacts = (SystemPair(compiled(more, only_contacts), system, _STEP * size, 0.0),)
+        elif still and not rates:
+            contacts = (SystemPair(compiled(changed(step), only_contacts), system, step, 0.0),)
+        else:
+            contacts = pair(only_contacts, step)
     return VariedParameter(path, others, contacts)
 
 
-def _same(one: Scene, other: Scene, parts: tuple[str, ...]) -> bool:
+def _same(one: Scene, other: Scene, parts: Sequence[str]) -> bool:
     return all(getattr(one, name) == getattr(other, name) for name in parts)
+
+
+def _same_items(some: Sequence[Any], others: Sequence[Any], names: Sequence[str]) -> bool:
+    """Whether items of two scenes are equal in some of their fields."""
+    return len(some) == len(others) and all(
+        getattr(one, name) == getattr(other, name) for one, other in zip(some, others, strict=True) for name in names
+    )
+
+
+def _only_factors(one: Scene, other: Scene) -> bool:
+    """Whether scenes with bodies at the same places differ in stiffness, damping, mass and loads alone."""
+    same_points = _same_items(one.elements, other.elements, _POINTS)
+    return same_points and _same(one, other, [name for name in _OTHER_PARTS if name not in _FACTORS])
 
 
 class PathSensitivity:
@@ -221,20 +275,28 @@ class PathSensitivity:
         system, memory = self.system, self.system.memory()
         by_parameter = np.zeros((system.nu, len(self.varied)))
         drive_force = np.zeros((len(system.motions), len(self.varied)))
+        unvaried: dict[bool, tuple[np.ndarray, np.ndarray]] = {}
+
+        def efforts(varied: SegmentSystem, step: float, k: int, contacts: bool) -> tuple[np.ndarray, np.ndarray]:
+            """Force and reaction after a change of the parameter; the previous state of parameter `k` changes by `step`."""
+            if varied is system and step == 0.0:
+                if contacts not in unvaried:
+                    unvaried[contacts] = varied.balance(t, q, u, before, contacts)
+                return unvaried[contacts]
+            if contacts and len(memory):
+                varied.restore(memory)
+            previous, rate = before, u
+            if step and before is not None and last_derivative is not None:
+                previous = (before[0], system.retract(before[1], step * last_derivative[:, k]))
+                rate = system.difference(previous[1], q) / (t - before[0])
+            return varied.balance(t, q, rate, previous, contacts)
+
         for k, one in enumerate(self.varied):
-            for pair, contacts in ((one.others, False), (one.contacts, True)):
-                if pair is None:
-                    continue
-                for varied, step in ((pair.more, pair.step), (pair.less, -pair.step)):
-                    if contacts and len(memory):
-                        varied.restore(memory)
-                    previous, rate = before, u
-                    if before is not None and last_derivative is not None:
-                        previous = (before[0], system.retract(before[1], step * last_derivative[:, k]))
-                        rate = system.difference(previous[1], q) / (t - before[0])
-                    force, reaction = varied.balance(t, q, rate, previous, contacts)
-                    by_parameter[:, k] += force / (2.0 * step)
-                    drive_force[:, k] += reaction / (2.0 * step)
+            for pair, contacts in [*((pair, False) for pair in one.others), *((pair, True) for pair in one.contacts)]:
+                carried = pair.up if pair.down else 0.0
+                more, less = efforts(pair.more, carried, k, contacts), efforts(pair.less, -pair.down, k, contacts)
+                by_parameter[:, k] += (more[0] - less[0]) / (pair.up + pair.down)
+                drive_force[:, k] += (more[1] - less[1]) / (pair.up + pair.down)
         return by_parameter, drive_force
 
     def _matrix(

@@ -2,32 +2,31 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 import click
 
 from fsm.calibrate.kinds import CALIBRATIONS
 from fsm.cli.export import export
+from fsm.cli.group import Group, end_with, say
 from fsm.cli.help_key import help_key, schema
 from fsm.cli.init import init
 from fsm.cli.options import (
     Command,
     add_source,
     debug_option,
-    debugging,
     drawing_options,
     figure_file,
     out_folder,
     set_option,
 )
 from fsm.cli.studies import optimise, sensitivity, solve_for, study
-from fsm.errors import CaseError, ExpectationFailed, FsmError, OutOfMemory, is_interrupt
+from fsm.errors import CaseError, ExpectationFailed
 from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.io.interrupts import ignore_repeated_interrupts
 from fsm.io.threads import one_thread
@@ -39,59 +38,6 @@ EXIT_CODES = """
 Exit codes: 0 done; 1 internal error; 2 wrong usage or case file; 3 not converged; 4 a number outside [expect];
 5 energy balance outside its bound; 130 interrupted (continue with --resume).
 """
-
-
-class Group(click.Group):
-    """Group of commands that end with an exit code and one line for each mistake, never with a traceback."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command and report its errors."""
-        try:
-            return super().invoke(ctx)
-        except (click.exceptions.Exit, click.ClickException, click.Abort):
-            raise
-        except KeyboardInterrupt:
-            _end(["interrupted"], 130)
-        except FsmError as error:
-            _trace(ctx)
-            _end(error.lines() if isinstance(error, CaseError) else str(error).splitlines(), error.exit_code)
-        except OSError as error:
-            if error.errno == errno.EPIPE:  # `fsm check ... | head` closes the pipe; click then ends without a message
-                raise
-            _trace(ctx)
-            _end([_file_error(error)], 2)
-        except Exception as error:
-            if is_interrupt(error):
-                _end(["interrupted"], 130)
-            _trace(ctx)
-            if isinstance(error, MemoryError):
-                _end([str(OutOfMemory(error))], OutOfMemory.exit_code)
-            hint = "" if debugging(ctx) else "; repeat the command with --debug and report its output to the developers"
-            text = " ".join(str(error).split())
-            _end([f"internal error: {type(error).__name__}: {text}{hint}"], 1)
-
-
-def _say(lines: Iterable[str]) -> None:
-    for line in lines:
-        click.echo(line)
-
-
-def _end(lines: list[str], code: int) -> NoReturn:
-    for line in lines:
-        click.echo(line, err=True)
-    raise click.exceptions.Exit(code)
-
-
-def _trace(ctx: click.Context) -> None:
-    if debugging(ctx):
-        import traceback
-
-        click.echo(traceback.format_exc(), err=True)
-
-
-def _file_error(error: OSError) -> str:
-    reason = error.strerror or str(error)
-    return f"{error.filename}: {reason}" if error.filename else reason
 
 
 def spatial_option(command: Command) -> Command:
@@ -174,12 +120,12 @@ def run(
             from fsm.results.summary_file import SUMMARY, read_summary
             from fsm.run.summary_text import summary_lines
 
-            _say(summary_lines(read_summary(folder / SUMMARY), folder))
+            say(summary_lines(read_summary(folder / SUMMARY), folder))
         raise
     if not quiet:
         from fsm.run.summary_text import summary_lines
 
-        _say(summary_lines(summary, folder))
+        say(summary_lines(summary, folder))
 
 
 @cli.command()
@@ -230,9 +176,11 @@ def table(
 
     folder = out_folder(out)
     if merge:
+        if part is not None:
+            raise click.UsageError("--merge joins parts that have run; leave --part out")
         rows, missing = merge_tables([Path(name) for name in tables], folder)
     elif len(tables) > 1:
-        raise click.UsageError(f"give one table; {len(tables)} are given")
+        raise click.UsageError(f"{len(tables)} tables are given; give one, or --merge for folders of parts")
     else:
         shown = not quiet
         parts, missing = part_of(part), 0
@@ -240,14 +188,14 @@ def table(
     if not quiet:
         click.echo(format_table(rows))
         if not merge:
-            _say(format_comparison(tables[0], rows).splitlines())
+            say(format_comparison(tables[0], rows).splitlines())
         click.echo(f"results: {folder}")
     failed = [row for row in rows if row.get("error")]
     if failed:
         lines = [f"{row['case']}: {line}" for row in failed for line in row["error"].splitlines()]
-        _end([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(rows))
+        end_with([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(rows))
     if missing:
-        _end([f"{missing} rows of the table are in no part; run them, and merge again"], 3)
+        end_with([f"{missing} rows of the table are in no part; run them, and merge again"], 3)
 
 
 @cli.command()
@@ -267,7 +215,7 @@ def check(case: str, out: str | None, overrides: tuple[str, ...], spatial: bool)
 
     with add_source(case):
         lines = describe(loaded.case)
-    _say(lines)
+    say(lines)
     if out is not None:
         with imports_outside_gc(), plain_matplotlib():
             from fsm.views.pictures.mechanism_picture import draw_mechanism
@@ -445,7 +393,7 @@ def calibrate(
     found = getattr(calibration, function)(Path(data), options)
     write_calibration(found, folder, options)
     if not quiet:
-        _say([*table_lines(found, options), f"results  {folder}"])
+        say([*table_lines(found, options), f"results  {folder}"])
 
 
 calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))

@@ -47,7 +47,7 @@ def atomic_write(path: str | Path, *, to_disk: bool = False) -> Iterator[Path]:
     except OSError as error:
         with suppress(OSError):
             part.unlink(missing_ok=True)
-        if error.filename == str(part):
+        if error.errno is not None and error.filename in (None, str(part)):  # a full disk names no file
             raise type(error)(error.errno, error.strerror, str(target)) from error
         raise
     except BaseException:

@@ -65,9 +65,15 @@ class RowStore:
             raise CaseError(f"has no {STORE}: this is no folder of `fsm table`", str(folder))
         with self._errors():
             self._file = sqlite3.connect(self.path, isolation_level=None)
-            # no other process writes: the folder is locked; the log of changes survives a kill
-            self._file.executescript("PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;")
-            self._file.executescript(_TABLES)
+            try:
+                # no other process writes: the folder is locked; the log of changes survives a kill
+                self._file.executescript(
+                    "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
+                )
+                self._file.executescript(_TABLES)
+            except BaseException:
+                self._file.close()  # else this process keeps the file locked
+                raise
 
     def __enter__(self) -> Self:
         return self
@@ -138,7 +144,8 @@ class RowStore:
         try:
             yield
         except BaseException:
-            self._file.execute("ROLLBACK")
+            if self._file.in_transaction:  # a full disk ends it
+                self._file.execute("ROLLBACK")
             raise
         self._file.execute("COMMIT")
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from fsm.case.loading.table import COLLECTED, EXTREMES, PARQUET
 from fsm.io.atomic_write import atomic_write
+from fsm.io.parquet_file import write_parquet
 from fsm.results.summary_units import heading
 from fsm.text.load_names import load_units
 from fsm.text.shown_units import turns
@@ -77,33 +78,7 @@ def write_summaries(folder: Path, rows: Sequence[Mapping[str, Any]], units: Mapp
         }  # fmt: skip
 
     _write(folder / COLLECTED, {name: name for name in columns}, map(line, rows))
-    _write_parquet(folder / PARQUET, columns, map(line, rows))
-
-
-def _write_parquet(path: Path, columns: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> None:
-    """Write lines as Parquet: numbers, truth values and texts; a column with texts among its numbers is text."""
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        path.unlink(missing_ok=True)
-        return
-    cells: dict[str, list[Any]] = {name: [] for name in columns}
-    for line in lines:
-        for name, values in cells.items():
-            values.append(line.get(name))
-    arrays = {}
-    for name, values in cells.items():
-        kinds = {type(value) for value in values if value is not None and value != ""}
-        if kinds <= {int, float}:
-            kind = pyarrow.int64() if kinds == {int} else pyarrow.float64()
-            arrays[name] = pyarrow.array([None if value == "" else value for value in values], kind)
-        elif kinds == {bool}:
-            arrays[name] = pyarrow.array([None if value == "" else value for value in values])
-        else:
-            arrays[name] = pyarrow.array([None if value is None else str(value) for value in values])
-    with atomic_write(path) as part:
-        parquet.write_table(pyarrow.table(arrays), part, compression="zstd")
+    write_parquet(folder / PARQUET, columns, ([cells.get(name) for name in columns] for cells in map(line, rows)))
 
 
 def _columns(row: Mapping[str, Any], paths: set[str]) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:

@@ -21,7 +21,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
-from fsm.errors import FsmError, OutOfMemory, is_interrupt
+from fsm.errors import CaseError, FsmError, OutOfMemory, is_interrupt
 from fsm.io.gc_startup import collect_after_chunk
 from fsm.io.provenance import made_by
 from fsm.run.local_workers import LocalTeam, at_work
@@ -126,7 +126,7 @@ def run_jobs(
 
     Raises
     ------
-    FsmError
+    CaseError
         The cluster cannot be reached or has ended, or one of its workers has another version of fsm or its libraries.
 
     Notes
@@ -194,7 +194,7 @@ def _outcomes(team: Team, queue: _Queue, future: Future[Any], chunk: list[tuple[
         return
     team.back(future)
     if other:
-        raise FsmError(f"a worker has another fsm: {other}; install the same versions on all machines")
+        raise CaseError(f"a worker has another fsm: {other}; install the same versions on all machines")
     queue.returned(len(chunk), seconds)
     for (number, _), outcome in zip(chunk, outcomes, strict=True):
         yield replace(outcome, job=number)

@@ -8,22 +8,24 @@ from typing import Any
 
 import numpy as np
 
+from fsm.case.loading.table import PARQUET
 from fsm.io.atomic_write import atomic_write
 from fsm.io.csv_file import write_csv
 from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib
 from fsm.io.hdf5_checked import fixed_text, written_from_memory
 from fsm.io.json_values import finite_values
+from fsm.io.parquet_file import write_parquet
 from fsm.io.provenance import provenance
 from fsm.studies.problem import CURVE
 from fsm.studies.result import RANDOM, StudyResult
 
 REPORT, TABLE, ARRAYS, PAGE = "study.json", "study.csv", "study.h5", "report.html"
-"""Files of a study."""
+"""Files of a study, beside `PARQUET`."""
 
 
 def write_study(result: StudyResult, folder: Path, page: bool = True) -> None:
     """Write all files of a study into its folder; figures and page only if wanted."""
-    _write_table(result, folder / TABLE)
+    _write_table(result, folder)
     _write_arrays(result, folder / ARRAYS)
     with atomic_write(folder / REPORT) as part:
         text = json.dumps(finite_values(contents(result)), indent=2, ensure_ascii=False, allow_nan=False)
@@ -39,21 +41,23 @@ def _head(name: str, unit: str) -> str:
     return f"{name} ({unit})" if unit else name
 
 
-def _write_table(result: StudyResult, path: Path) -> None:
-    """Write one row for each run: parameters with all digits, responses and the cause of a failure."""
+def _write_table(result: StudyResult, folder: Path) -> None:
+    """Write one row for each run, as CSV and Parquet: parameters with all digits, responses and the cause of a failure."""
     keys = [one.key for one in result.file.response]
     head = ["run", *(_head(one.path, one.unit) for one in result.scatters)]
     head += [*(_head(key, result.nominal.units[key]) for key in keys), "snaps", "error"]
     rows = [
         [
-            number, *map(repr, values), *(["" if run is None else run.responses[key] for key in keys]),
-            "" if run is None else run.snaps, error,
+            number, *values, *([None if run is None else run.responses[key] for key in keys]),
+            None if run is None else run.snaps, error,
         ]
         for number, (values, run, error) in enumerate(
             zip(result.design.values.tolist(), result.runs, result.errors, strict=True)
         )
     ]  # fmt: skip
-    write_csv(path, head, rows)
+    write_parquet(folder / PARQUET, head, rows)
+    last = 1 + len(result.scatters)
+    write_csv(folder / TABLE, head, ([row[0], *map(repr, row[1:last]), *row[last:]] for row in rows))
 
 
 def _write_arrays(result: StudyResult, path: Path) -> None:

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 from fsm.case.loading.table import load_table
 from fsm.cli.command_line import cli
-from fsm.errors import CaseError, FsmError
+from fsm.errors import CaseError
 from fsm.io.provenance import made_by
 from fsm.run.rows import Job, Row, run_rows
 from fsm.run.workers import run_chunk, run_jobs
@@ -124,5 +124,5 @@ def test_a_worker_with_another_fsm_ends_the_jobs(monkeypatch: pytest.MonkeyPatch
     other, outcomes, _ = run_chunk(b"", 1, made_by() | {"fsm": "0.1.0", "numpy": "1.0"})
     assert "has fsm " in other and ", here 0.1.0; numpy " in other and not outcomes
     monkeypatch.setattr("fsm.run.workers.made_by", lambda: made_by() | {"fsm": "0.1.0"})
-    with pytest.raises(FsmError, match=r"a worker has another fsm: .* here 0\.1\.0; install the same versions"):
+    with pytest.raises(CaseError, match=r"a worker has another fsm: .* here 0\.1\.0; install the same versions"):
         list(run_jobs(eval, ["1"], 1))

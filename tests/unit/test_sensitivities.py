@@ -9,8 +9,13 @@ import pytest
 from click.testing import CliRunner
 
 import fsm
+from fsm.builders.scene import build_scene
+from fsm.calibrate.parameters import value_at
+from fsm.calibrate.response import force_response
+from fsm.calibrate.sensitivity import vary_parameters
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
+from fsm.model.compile.compile import SceneCompiler, compile_scene
 from fsm.studies.problem import numbers_of
 from fsm.studies.sensitivity import differentiated_peak
 
@@ -34,6 +39,42 @@ def test_derivatives_of_the_peak_of_a_strip() -> None:
     fine = strip().set("save.every", "0.1 mm")  # the peak of a run is that of its records
     peaks = [fine.set("strip.fold_angle", angle.value * (1.0 + k)).run().summary["peak_force"] for k in (-1e-4, 1e-4)]
     assert angle.slope == pytest.approx((peaks[1] - peaks[0]) / (2e-4 * angle.value), rel=1e-3)
+
+
+def test_one_sided_differences_are_as_exact_as_central_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The force scales with all stiffnesses together; the bending stiffness grows with the cube of the thickness."""
+    case = strip().set({"solve.rtol": 1e-8, "material.damping": None, "strip.segments_per_panel": 2})._loaded.case
+    paths = ["material.young", "crease.stiffness", "contact.stiffness", "strip.thickness", "strip.width"]
+    values = [value_at(case, path) for path in paths]
+
+    def parts() -> np.ndarray:
+        found = force_response(case, np.linspace(0.002, 0.03, 8), paths)
+        assert found.jacobian is not None
+        return found.jacobian * values / found.force[:, None]
+
+    part = parts()
+    still = np.isfinite(part).all(axis=1)
+    assert still.sum() > 5
+    assert part[still, :3].sum(axis=1) == pytest.approx(1.0, abs=1e-6)
+    monkeypatch.setattr("fsm.calibrate.sensitivity._only_factors", lambda one, other: False)
+    assert part[still] == pytest.approx(parts()[still], abs=1e-6)
+
+
+COMPILATIONS = {
+    "material.young": 1, "crease.stiffness": 1, "contact.stiffness": 1, "strip.thickness": 2, "strip.fold_angle": 4,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("path", COMPILATIONS)
+def test_a_number_needs_compilations_for_what_it_changes(path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system at the nominal values serves all numbers; bodies that move need central differences."""
+    case, count = strip()._loaded.case, []
+    scene = build_scene(case)
+    system = compile_scene(scene)
+    parts = SceneCompiler.parts
+    monkeypatch.setattr(SceneCompiler, "parts", lambda self: (count.append(1), parts(self))[1])
+    vary_parameters(case, scene, system, [path])
+    assert len(count) == COMPILATIONS[path]
 
 
 def test_differences_where_there_are_no_exact_derivatives() -> None:

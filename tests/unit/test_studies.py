@@ -8,6 +8,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 from click.testing import CliRunner
 from scipy import stats
@@ -111,6 +112,11 @@ def test_failed_runs_are_counted_by_cause_and_left_out(tmp_path: Path) -> None:
     assert fitted.determination == pytest.approx(1.0)
     rows = list(csv.DictReader((tmp_path / "out" / "study.csv").open()))
     assert [bool(row["error"]) for row in rows] == too_large.tolist()
+    table = pandas.read_parquet(tmp_path / "out" / "study.parquet")
+    assert list(table.columns) == list(rows[0])
+    assert table[["a", "b"]].to_numpy().tolist() == found.design.values.tolist()
+    assert table["sum"].isna().tolist() == too_large.tolist()
+    assert table["error"].tolist() == [row["error"] for row in rows]
     write_figures_and_page(found, tmp_path / "out", tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert "Failed runs" in page

@@ -283,6 +283,7 @@ def test_rows_without_folders_are_resumed_from_the_store(tmp_path, fake_run):
     assert [name for name, _ in fake_run[1:]] == ["row 1"]  # the changed row; no row failed
     assert [row["crease.stiffness"] for row in again] == [2e-3, 8e-3, 2e-3, 9e-3]
     table = pandas.read_parquet(tmp_path / "out" / "study.parquet")
+    assert table["error"].tolist() == [""] * 4  # a column of texts also without an error
     assert list(table.columns) == list(pandas.read_csv(tmp_path / "out" / "summary.csv").columns)
     assert table["crease.stiffness (N m/rad)"].tolist() == [2e-3, 8e-3, 2e-3, 9e-3]
     assert table.dtypes["steps"] == "int64" and table["warnings"][0] == "coarse mesh"
@@ -314,9 +315,36 @@ def test_a_table_that_is_too_long_is_run_in_parts(tmp_path):
     with pytest.raises(CaseError, match=text):
         read_table(path, most=3)
     assert [case.name for case in read_table(path, part=(3, 3), most=3).cases] == ["2", "5"]
+    with pytest.raises(CaseError, match="has 4 rows; a run takes at most 3: run it in parts, --part 1/3 to 3/3"):
+        read_table(path, part=(1, 2), most=3)
     done = CliRunner().invoke(cli, ["table", str(path), "--out", str(tmp_path / "out"), "--part", "4/3"])
     assert done.exit_code == 2
     assert done.stderr == '--part: "4/3" is no part of a table; write K/N with K from 1 to N, for example 3/10\n'
+
+
+def test_a_table_of_a_million_rows_is_counted_and_not_read(tmp_path):
+    path = write(tmp_path, "case,strip.thickness\n" + "".join(f"row {k},0.0003\n" for k in range(10**6)))
+    assert path.stat().st_size > 16 * 2**20  # a case file has at most 16 MB
+    text = "has 1,000,000 rows; a run takes at most 200,000: run it in parts, --part 1/5 to 5/5"
+    with pytest.raises(CaseError, match=text):
+        run_table(path, tmp_path / "out")
+
+
+WRONG_WORDS = {
+    ("--part", "1/2", "--merge"): "fsm table: --merge joins parts that have run; leave --part out",
+    ("b.csv",): "fsm table: 2 tables are given; give one, or --merge for folders of parts",
+    ("--figures", "some"): "fsm table: invalid value for '--figures': 'some' is not one of 'none', 'first', 'all'",
+    ("--keep",): "fsm table: option '--keep' requires an argument",
+    ("--fast",): "fsm table: no such option '--fast'",
+}
+
+
+@pytest.mark.parametrize("words", WRONG_WORDS)
+def test_a_wrong_word_of_the_command_line_is_one_line(words):
+    done = CliRunner().invoke(cli, ["table", "a.csv", "--out", "out", *words], prog_name="fsm")
+    assert (done.exit_code, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
+    assert done.stderr.startswith(WRONG_WORDS[words])
+    assert done.stderr.endswith("; `fsm table --help` lists arguments and options\n")
 
 
 @pytest.mark.parametrize("name", ["summary.csv", "Overlay.png", "study.png", "extremes.csv"])

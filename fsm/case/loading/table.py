@@ -42,6 +42,8 @@ OVERLAY, STUDY, PEAKS = "overlay.png", "study.png", "peaks.png"
 _FILES = COLLECTED, EXTREMES, PARQUET, STORE, OVERLAY, STUDY, PEAKS
 """Files that a table writes next to the folders of its rows."""
 
+_MOST_TEXT = 256 * 2**20
+"""Largest size of a table, bytes; a part of a long table reads the whole file."""
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _COMMA = re.compile(r"([-+]?\d*),(\d+)((?![\d.,]).*)")
 """Number with one comma, and what follows it."""
@@ -141,12 +143,10 @@ def read_table(
         As `load_table`; or the part has too many rows.
     """
     base, lines = _lines(path)
-    rows, faults = _rows(lines)
+    if most is not None:
+        _check_length(lines, part, most, str(path))
+    rows, faults = _rows(_cells(lines))
     taken = range(part[0] - 1, len(rows), part[1])
-    if most is not None and len(taken) > most:
-        parts = -(-len(rows) // most)
-        text = f"has {len(taken):,} rows; a run takes at most {most:,}: run it in parts, --part 1/{parts} to {parts}/{parts}"
-        faults = [Fault("", text)]
     split = [split_override(text) for text in overrides]
     faults += [item for item in split if isinstance(item, Fault)]
     if faults:
@@ -181,11 +181,22 @@ def _value_at(case: Any, path: str, cell: str) -> Any:
     return here if isinstance(here, int | float | str) else cell
 
 
-def _lines(path: str | Path) -> tuple[str, list[tuple[int, list[str]]]]:
-    """File name of the base case, and the rows of cells with their numbers, header first."""
-    text = read_text(path)
-    lines = text.splitlines()
-    return _named(lines, "base") or BASE, _cells(lines)
+def _check_length(lines: Sequence[str], part: tuple[int, int], most: int, source: str) -> None:
+    """Refuse a part with too many rows; a long table is counted, and not read."""
+    kept = _kept(lines)
+    first = _cells([line for _, line in kept[:2]])
+    rows = len(kept) - 1 - bool(len(first) == 2 and _units(first[0][1], first[1][1]))
+    taken = len(range(part[0] - 1, rows, part[1]))
+    if taken > most:
+        parts = -(-rows // most)
+        text = f"has {taken:,} rows; a run takes at most {most:,}: run it in parts, --part 1/{parts} to {parts}/{parts}"
+        raise CaseError(text, source)
+
+
+def _lines(path: str | Path) -> tuple[str, list[str]]:
+    """File name of the base case, and the lines of a table."""
+    lines = read_text(path, _MOST_TEXT).splitlines()
+    return _named(lines, "base") or BASE, lines
 
 
 def _named(lines: Sequence[str], key: str) -> str:
@@ -199,13 +210,14 @@ def _named(lines: Sequence[str], key: str) -> str:
     return ""
 
 
+def _kept(lines: Sequence[str]) -> list[tuple[int, str]]:
+    """Lines that are neither comments nor empty, with their numbers."""
+    return [(n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+
+
 def _cells(lines: Sequence[str]) -> list[tuple[int, list[str]]]:
     """Cells of all lines that are neither comments nor empty, with line numbers."""
-    kept = [
-        (n, line)
-        for n, line in enumerate(lines, 1)
-        if line.strip(" \t,;") and not line.lstrip().startswith("#")
-    ]
+    kept = _kept(lines)
     header = kept[0][1] if kept else ""
     separator = next((mark for mark in (";", "\t") if mark in header), ",")
     rows = []
@@ -234,7 +246,7 @@ def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
     CaseError
         The file cannot be read, or a cell is not a number.
     """
-    name = _named(read_text(path).splitlines(), "reference")
+    name = _named(read_text(path, _MOST_TEXT).splitlines(), "reference")
     if not name:
         return {}
     file = Path(path).parent / name
@@ -270,7 +282,7 @@ def read_rows(path: str | Path) -> tuple[list[str], list[tuple[int, dict[str, st
     CaseError
         The file cannot be read, has no rows, or a row has another number of cells than the header.
     """
-    header, rows, faults = _with_units(_cells(read_text(path).splitlines()))
+    header, rows, faults = _with_units(_cells(read_text(path, _MOST_TEXT).splitlines()))
     if faults:
         raise CaseError(faults, str(path))
     return header, rows

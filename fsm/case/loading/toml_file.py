@@ -73,8 +73,8 @@ def _below(item: object) -> Iterable[object]:
     return [each for each in inner if isinstance(each, dict | list)]
 
 
-def read_text(path: str | Path) -> str:
-    """Text of a file.
+def read_text(path: str | Path, most: int = _MOST_TEXT) -> str:
+    """Text of a file of at most `most` bytes.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def read_text(path: str | Path) -> str:
         The file cannot be read, or it is not UTF-8 text.
     """
     try:
-        return read_input_file(path, _MOST_TEXT).decode("utf-8-sig")
+        return read_input_file(path, most).decode("utf-8-sig")
     except (OSError, ValueError) as error:
         if isinstance(error, UnicodeDecodeError):
             raise CaseError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", str(path)) from None
