@@ -103,7 +103,7 @@ class Search:
         head = [
             "run", *(_head(path, self.problem.units[path]) for path in self.paths),
             *(_head(one, units[one]) for one in keys),
-            "all bounds kept", "error",
+            "all bounds kept" if target is None else "within the tolerance", "error",
         ]  # fmt: skip
         rows = []
         every = zip(self.points, self.runs, feasible.tolist(), self.errors, strict=True)

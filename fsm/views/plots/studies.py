@@ -207,7 +207,7 @@ def plot_search(
     values : (n,) array
         Response of every run.
     feasible : (n,) array of bool
-        Whether a run keeps all constraints.
+        Whether a run keeps all constraints, or is within the tolerance of the target.
     target : value that is searched for, or None
     variables : varied numbers of all runs
     """
@@ -217,7 +217,8 @@ def plot_search(
         shown = figure_unit(unit, values)
         number = np.arange(1, len(values) + 1)
         axes[0].plot(number, shown.factor * values, color=GREY, linewidth=line_width(0.8))
-        for mask, colour, label in ((feasible, COLOURS[0], "all bounds kept"), (~feasible, COLOURS[1], "a bound is missed")):
+        good, other = ("all bounds kept", "a bound is missed") if target is None else ("within the tolerance", "outside")
+        for mask, colour, label in ((feasible, COLOURS[0], good), (~feasible, COLOURS[1], other)):
             if mask.any():
                 axes[0].plot(number[mask], shown.factor * values[mask], "o", color=colour, markersize=points(4), label=label)
         if target is not None:
