@@ -82,6 +82,13 @@ def cli() -> None:
 @method_option
 @resume_option
 @click.option("--watch", is_flag=True, help="Serve a page on this computer that follows the run.")
+@click.option(
+    "--figures",
+    type=click.Choice(["none", "all"]),
+    default="all",
+    show_default=True,
+    help="Whether figures are drawn. `fsm plot` draws them later.",
+)
 @drawing_options
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @debug_option
@@ -93,6 +100,7 @@ def run(
     method: str | None,
     resume: bool,
     watch: bool,
+    figures: str,
     quiet: bool,
 ) -> None:
     """Solve a case and write its results and plots."""
@@ -101,20 +109,20 @@ def run(
 
     settings = [*overrides, *_solve_overrides(spatial, method)]
     loaded = load_case(case, settings)
-    folder = out_folder(out)
+    folder, drawn = out_folder(out), figures == "all"
 
     with imports_outside_gc():
         from fsm.views.plots.figures import drawn_beside
 
     shown = _watched(folder, loaded.case.title or case) if watch else nullcontext(not quiet)
     try:
-        with drawn_beside():
+        with drawn_beside() if drawn else nullcontext():
             with imports_outside_gc():
                 from fsm.run.compile_beside import compiled_beside
                 from fsm.run.run_case import run_case
 
             with compiled_beside(["--case", case, *settings]), add_source(case), shown as progress:
-                summary = run_case(loaded, folder, progress=progress, resume=resume)
+                summary = run_case(loaded, folder, progress=progress, resume=resume, figures=drawn)
     except ExpectationFailed:  # the run itself is complete and its files are written
         if not quiet:
             from fsm.results.summary_file import SUMMARY, read_summary

@@ -159,6 +159,9 @@ def test_expectation_missed(tmp_path: Path) -> None:
     assert sorted(path.name for path in out.iterdir()) == WRITTEN
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert read_solution(out / "result.h5").summary["peak_force"] == summary["peak_force"]
+    result, out = run(tmp_path, options=("--quiet", "--figures", "none"))  # figures of the earlier run would be out of date
+    assert result.exit_code == 0, result.output
+    assert sorted(path.name for path in out.iterdir()) == [name for name in WRITTEN if not name.endswith(".png")]
 
 
 def test_expectation_of_what_never_happens(tmp_path: Path) -> None:
