@@ -11,6 +11,7 @@ import numpy as np
 from fsm.builders.patterns.foldability import foldability
 from fsm.builders.patterns.of_sheet import pattern_of
 from fsm.builders.patterns.places import place_of
+from fsm.builders.sheet.reach import taut_travels
 from fsm.builders.sheet.sheet import rigid_factor
 from fsm.builders.sheet.sheet_bars import bar_areas
 from fsm.builders.sheet.sheet_joints import sheet_joints
@@ -108,10 +109,12 @@ def _bar_lines(case: Case, pattern: Pattern) -> Iterator[str]:
 
 
 def sheet_support_lines(view: CheckContext) -> Iterator[str]:
-    """Lines on the vertices of supports and drives."""
+    """Lines on the travels at which the sheet is taut, and on the vertices of supports and drives."""
     case = view.case
     if case.sheet is None:
         return
+    for drive, travel in taut_travels(case):
+        yield f"{drive.called}: the sheet is taut at {shown(travel, 'm')} of travel, and more travel stretches its facets"
     if case.sheet.facets == "flexible":
         yield from facet_support_lines(view)
         return

@@ -62,12 +62,15 @@ def _pressed_zigzag(dice: Dice) -> Drawn:
 
 
 def _pressed_tube(dice: Dice) -> Drawn:
-    """A Miura tube that is folded, pressed together, or pulled out."""
+    """A Miura tube that is folded, pressed together, or pulled out, by at most nine tenths of the way until it is flat."""
     kinds = "bars", "bars", "flexible"
     sheet, of, thickness, plate, size, columns, fold = _miura_tube(dice, dice.between(60.0, 86.0), kinds)
     length, room = columns * size * math.cos(fold), 6.0 * columns * thickness
     push = dice.chance(0.6)
-    travel = max(length - room, 0.1 * length) * dice.between(0.5, 1.0) if push else dice.between(0.2, 0.6) * columns * size
+    sector = math.radians(float(sheet["sector_angle"].split()[0]))
+    along = math.cos(fold) * math.tan(sector)
+    full = columns * size * (math.sin(sector) - along / math.hypot(1.0, along))
+    travel = max(length - room, 0.1 * length) * dice.between(0.5, 1.0) if push else dice.between(0.3, 0.9) * full
     tables: Tables = {"sheet": sheet, "material": of | {"damping": _damping(dice)}, "crease": draw_crease(dice, plate, size)}
     pull = draw_drive(dice, "right", [-1 if push else 1, 0, 0], travel)
     return Drawn(tables | _contact(dice, tables["crease"], thickness) | {"drive": [pull], "solve": {"method": "static"}})

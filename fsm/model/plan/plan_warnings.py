@@ -1,23 +1,38 @@
-"""Warnings on loads and drives of a plan that have no effect or do not reach their end."""
+"""Warnings on loads and drives of a plan that have no effect, do not reach their end, or stretch a sheet."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
+from fsm.builders.sheet.reach import taut_travels
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
 from fsm.case.plan.step_items import loads_of
 from fsm.model.bodies.drive import program_of
 from fsm.model.plan.planned import Plan
+from fsm.text.shown_units import shown
 
 _SHORT = 1e-6
 """Fraction of a travel that may be missing when the travel counts as complete."""
 
 
 def plan_warnings(case: Case, scene: Scene, plan: Plan | None) -> list[str]:
-    """Warnings on loads without effect and on drives that `solve.end_time` stops; `plan`: of a case with `[[step]]`."""
-    return [*_loads_on_held(case, scene, plan), *_stopped_drives(case, scene)]
+    """Warnings on loads without effect, drives that `solve.end_time` stops, and drives that stretch a sheet.
+
+    `plan` is that of a case with `[[step]]`.
+    """
+    return [*_loads_on_held(case, scene, plan), *_stopped_drives(case, scene), *_stretched_sheets(case)]
+
+
+def _stretched_sheets(case: Case) -> Iterator[str]:
+    """Warning for each drive that pulls a folded sheet beyond its full length."""
+    for drive, travel in taut_travels(case):
+        if drive.size > travel:
+            yield (
+                f"drive {drive.called!r}: the sheet is taut from {shown(travel, 'm')} of travel on, and the rest of the "
+                f"{shown(drive.size, 'm')} stretches its facets; give a shorter travel"
+            )
 
 
 def _loads_on_held(case: Case, scene: Scene, plan: Plan | None) -> Iterator[str]:
