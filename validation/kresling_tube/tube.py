@@ -1,4 +1,4 @@
-"""Printed Kresling tube: geometry by its construction, and its case of bars and hinges."""
+"""Printed Kresling tube: geometry by its construction, and its case between two plates."""
 
 from __future__ import annotations
 
@@ -10,13 +10,19 @@ import numpy as np
 from fsm.case.loading.load_case import LoadedCase, load_case
 from fsm.run.run_case import run_case
 
-__all__ = ["COMPRESSED", "RADIUS", "SIDES", "WALL", "angles", "force", "height", "preset", "tube_case", "wall_thickness"]
+__all__ = ["COMPRESSED", "MESH", "RADIUS", "SIDES", "YOUNG", "angles", "force", "height", "tube_case", "wall_thickness"]
 
 SIDES = 6
 RADIUS, WALL, COMPRESSED = 30e-3, 1e-3, 10e-3
 """Circumradius of the outer polygons, wall along the radius, height of the compressed tube, m; from the script."""
 POISSON, DENSITY = 0.45, 1200.0
-"""Values of a polyurethane. These values do not affect the force: the stiffnesses are calibrated, and the test is slow."""
+"""Values of a polyurethane. The density has no influence, because the test is slow."""
+YOUNG = 100e6
+"""Young's modulus of the runs, Pa. All stiffness is proportional to it, and so is the force."""
+MESH = 7.5e-3
+"""Largest cell, m."""
+WELDED = 200.0
+"""Stiffness of the folds of flexible facets, over that of a wall as long as a cell: the wall is printed in one piece."""
 
 
 def angles(ratio: float) -> tuple[float, float]:
@@ -43,124 +49,106 @@ def wall_thickness(ratio: float) -> float:
     return float(np.abs((facet - inner) @ normal).mean() / np.linalg.norm(normal))
 
 
-def preset(ratio: float, young: float, thickness: float) -> float:
-    """Stiffness of a fold that is as stiff as the sheet, N m/rad per m: 0.55 G (L/t)^(1/3)/L, mean of the creases.
+def tube_case(
+    path: Path, ratio: float, thickness: float, travel: float, facets: str = "flexible", fold: float = 0.0,
+    mesh: float = MESH,
+) -> LoadedCase:  # fmt: skip
+    """Write the case of a tube that is compressed by `travel` between two plates, and read it.
 
-    Liu and Paulino (2017), G = E t^3/(12 (1 - nu^2)).
-    """
-    rigidity = young * thickness**3 / (12.0 * (1.0 - POISSON**2))
-    lengths = np.array([RADIUS, *_slanted(ratio)])
-    return float(0.55 * rigidity * np.mean((lengths / thickness) ** (1.0 / 3.0) / lengths))
-
-
-def tube_case(path: Path, ratio: float, young: float, thickness: float, crease: float, travel: float) -> LoadedCase:
-    """Write the case of a tube between two plates that is compressed by `travel`, and read it.
+    The lower edge is held, and clamped if the facets are flexible. The upper edge is on a rigid plate that can rotate.
 
     Parameters
     ----------
     path : of the case file
     ratio : ratio of angles of the tube
-    young : of the bars, Pa
-    thickness : m
-    crease : N m/rad per m
+    thickness : of the wall, m
     travel : m
+    facets : kind of facets
+    fold : stiffness of the folds, N m/rad per m; 0: flexible facets without hinges between them
+    mesh : largest cell of flexible facets, m
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    vertices, faces = _surface(ratio)
-    edges, letters, folds = _folds(vertices, faces)
-    bottom = [*range(1, SIDES + 1), 2 * SIDES + 1]
-    top = [*range(SIDES + 1, 2 * SIDES + 1), 2 * SIDES + 2]
+    top, flexible = height(ratio), facets == "flexible"
+    rigidity = YOUNG * thickness**3 / (12.0 * (1.0 - POISSON**2))
     path.write_text(
-        f"""# Kresling tube with a plate at each end. The lower plate is held, the upper one comes down and can rotate.
+        f"""# Kresling tube between two plates. The lower plate is held; the upper one comes down and can rotate.
 [sheet]
-facets = "bars"
+kind = "kresling"
+sides = {SIDES}
+rows = 1
+radius = {RADIUS - 0.5 * WALL!r}   # of the middle surface
+height = {top!r}
+twist = {angles(ratio)[0]!r}
+facets = "{facets}"
 thickness = {thickness!r}
-vertices = {vertices.tolist()}
-faces = {faces}
-edges = {edges}
-assignment = {str(letters).replace("'", '"')}
-angles = {folds}
+{f"mesh_size = {mesh!r}" if flexible else ""}
 
 [[sheet.support]]
-at = "vertices {", ".join(map(str, bottom))}"
+at = "edge bottom"
+{"clamped = true" if flexible else ""}
 
 [material]
-young = {young!r}
+young = {YOUNG!r}
 poisson = {POISSON}
 density = {DENSITY}
+damping = "0.1 s"
 
 [crease]
-stiffness_per_length = {crease!r}
+stiffness_per_length = {fold or WELDED * rigidity / mesh!r}
+
+[[scene.bodies]]
+name = "plate"
+mass = "5 g"
+inertia = [1e-6, 1e-6, 1e-6]
+position = [0, 0, {top!r}]
+
+[[scene.seams]]
+name = "upper edge"
+film = "sheet"
+edge = "top"
+bodies = ["plate"]
+stiffness = "1 GPa"
+
+[[scene.bodies]]
+name = "machine"
+mass = "5 g"
+inertia = [1e-6, 1e-6, 1e-6]
+position = [0, 0, {top!r}]
+
+[[scene.elements]]
+name = "bearing of the plate"
+inner = "machine"
+outer = "plate"
+translation = [1e7, 1e7, 1e7]
+rotation = [1e3, 1e3, 0]
 
 [[drive]]
-at = "vertices {", ".join(map(str, top))}"
+body = "machine"
 direction = [0, 0, -1]
-guide = false
 speed = "1 mm/s"
 travel = {travel!r}
 
 [solve]
 method = "static"
-end_time = {travel / 1e-3!r}
+rtol = 1e-3
 """,
         encoding="utf-8",
     )
     return load_case(path)
 
 
-def force(folder: Path, ratio: float, young: float, thickness: float, crease: float, travel: np.ndarray) -> np.ndarray:
-    """Force at increasing travels, N; the results are in `folder`."""
+def force(
+    folder: Path, ratio: float, thickness: float, travel: np.ndarray, facets: str = "flexible", fold: float = 0.0,
+    mesh: float = MESH,
+) -> np.ndarray:  # fmt: skip
+    """Force with `YOUNG` at increasing travels, N; the results are in `folder`."""
     longer = 1.02 * float(travel[-1])  # the drive begins gently, so it is one hundredth of its travel late
-    loaded = tube_case(folder / "case.toml", ratio, young, thickness, crease, longer)
+    loaded = tube_case(folder / "case.toml", ratio, thickness, longer, facets, fold, mesh)
     run_case(loaded, folder, progress=False, figures=False)
     found = np.genfromtxt(folder / "force.csv", delimiter=",", skip_header=1)
     return np.interp(travel, found[:, 0], found[:, 1])
 
 
-def _slanted(ratio: float) -> tuple[float, float]:
-    """Lengths of both slanted edges, m."""
-    printed = angles(ratio)[0]
-    turns = (printed, printed + 2.0 * math.pi / SIDES)
-    first, second = (math.sqrt(height(ratio) ** 2 + 2.0 * RADIUS**2 * (1.0 - math.cos(turn))) for turn in turns)
-    return first, second
-
-
 def _ring(radius: float, z: float, turn: float) -> np.ndarray:
     at = 2.0 * np.pi * np.arange(SIDES) / SIDES + turn
     return np.column_stack([radius * np.cos(at), radius * np.sin(at), np.full(SIDES, z)])
-
-
-def _surface(ratio: float) -> tuple[np.ndarray, list[list[int]]]:
-    """Vertices and outward triangles of the middle surface: bottom ring, top ring, centres of both plates."""
-    middle = RADIUS - 0.5 * WALL
-    top = height(ratio)
-    vertices = np.vstack([_ring(middle, 0.0, 0.0), _ring(middle, top, angles(ratio)[0]), [[0.0, 0.0, 0.0], [0.0, 0.0, top]]])
-    faces: list[list[int]] = []
-    for i in range(SIDES):
-        j = (i + 1) % SIDES
-        faces += [[i, j, SIDES + j], [i, SIDES + j, SIDES + i]]
-        faces += [[j, i, 2 * SIDES], [SIDES + i, SIDES + j, 2 * SIDES + 1]]
-    return vertices, faces
-
-
-def _folds(vertices: np.ndarray, faces: list[list[int]]) -> tuple[list[list[int]], list[str], list[float]]:
-    """Edges, letters and fold angles of a closed surface; lines of the plates are bend lines."""
-    corners = vertices[np.array(faces)]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    found: dict[tuple[int, int], list[int]] = {}
-    for number, face in enumerate(faces):
-        for u, v in zip(face, [*face[1:], face[0]], strict=True):
-            found.setdefault((min(u, v), max(u, v)), []).append(number)
-    edges, letters, folds = [], [], []
-    for (u, v), (one, other) in found.items():
-        face = faces[one]
-        forward = face[(face.index(u) + 1) % 3] == v
-        along = (vertices[v] - vertices[u]) * (1.0 if forward else -1.0)
-        sine = np.cross(normals[one], normals[other]) @ along / np.linalg.norm(along)
-        angle = -math.atan2(float(sine), float(normals[one] @ normals[other]))
-        flat = abs(angle) < 1e-9
-        edges.append([u, v])
-        letters.append("J" if flat else "V" if angle > 0.0 else "M")
-        folds.append(0.0 if flat else angle)
-    return edges, letters, folds
