@@ -30,6 +30,10 @@ def lattice_overlap(solution: Solution, scene: Scene) -> str:
         return ""
     ends = np.array([[number[e.inner], number[e.outer]] for e in hinges])
     points = np.array([[e.point_inner, e.point_outer] for e in hinges])[..., ::2]
+    # a beam begins inside its square, whose corner is meant here
+    sides = np.array([[body.plate.length, body.plate.thickness] for body in scene.bodies if body.plate])
+    beams = np.array([e.bends for e in hinges])
+    points[beams] = 0.5 * np.sign(points[beams]) * sides[ends[beams]]
     free = None
     for record, shape in enumerate(solution.shape[:, :, :2, ::2]):
         middle, half = shape.mean(axis=1), 0.5 * (shape[:, 1] - shape[:, 0])

@@ -98,17 +98,27 @@ def _hinge(
     second: tuple[int, int],
     point_second: tuple[float, float, float],
 ) -> ForceElement:
+    axial, shear, rotational = lattice.stiffness
     beta = lattice.damping
     return ForceElement(
         name=f"hinge {first[0]}.{first[1]} - {second[0]}.{second[1]}",
         inner=block_name(*second),
         outer=block_name(*first),
-        point_inner=point_second,
-        point_outer=point_first,
-        translation=(lattice.axial, 0.0, lattice.shear),
-        rotation=(0.0, lattice.rotational, 0.0),
-        translation_damping=(beta * lattice.axial, 0.0, beta * lattice.shear),
-        rotation_damping=(0.0, beta * lattice.rotational, 0.0),
+        point_inner=_clamped(lattice, second, point_second),
+        point_outer=_clamped(lattice, first, point_first),
+        translation=(axial, 0.0, shear),
+        rotation=(0.0, rotational, 0.0),
+        translation_damping=(beta * axial, 0.0, beta * shear),
+        rotation_damping=(0.0, beta * rotational, 0.0),
         frame="chord",
+        bends=lattice.hinge_young is not None,
         kind="crease",
     )
+
+
+def _clamped(lattice: Lattice, square: tuple[int, int], corner: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Point where the hinge at a corner of a square begins: the corner, moved into the square along the hinge."""
+    turn = _turn(lattice, *square)
+    depth = lattice.clamp / math.hypot(corner[0], corner[2])
+    along = math.cos(turn) * corner[0] + math.sin(turn) * corner[2], math.cos(turn) * corner[2] - math.sin(turn) * corner[0]
+    return corner[0] - depth * along[0], 0.0, corner[2] - depth * along[1]

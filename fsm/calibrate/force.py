@@ -19,7 +19,7 @@ from fsm.calibrate.identify import ForceTest, Identification, Parameter, Prior, 
 from fsm.calibrate.parameters import unit_of, value_at, with_values
 from fsm.calibrate.report import Calibration, Options, quantities_of
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import MeasuredCurve, Predict, Study, read_study
+from fsm.calibrate.study import MeasuredCurve, Predict, Study, StudyParameter, StudyPrior, Value, read_study
 from fsm.calibrate.uncertainty import Estimate
 from fsm.case.loading.load_case import load_case
 from fsm.case.loading.toml_file import read_toml
@@ -84,8 +84,9 @@ def run_study(
     result.plots.append(("fit.png", partial(plot_tests, plots)))
     if study.predict is not None:
         misfit = relative_misfit(tests, found)
+        left_out = left_out_errors(tests, parameters, priors, found, options.seed) if study.predict.leave_out else {}
         _predict(
-            result, study.predict, study, path, estimate, misfit, options,
+            result, study.predict, study, path, estimate, misfit, left_out, options,
             lambda done: report_progress(part + (1.0 - part) * done),
         )  # fmt: skip
     return result
@@ -102,7 +103,7 @@ def read_tests(study: Study, path: Path) -> tuple[list[ForceTest], list[Paramete
     tests = _tests(study, path)
     units = str(read_toml(path.parent / study.case).get("units", "SI"))
     parameters = [_parameter(one, number, tests[0].case, units, path) for number, one in enumerate(study.parameter)]
-    return tests, parameters, [_prior(one, tests[0].case, units) for one in study.prior]
+    return tests, parameters, [_prior(one, number, tests[0].case, units, path) for number, one in enumerate(study.prior)]
 
 
 def _test_plot(test: ForceTest, band: Band, added: np.ndarray, level: float) -> TestPlot:
@@ -191,25 +192,35 @@ def _mean_curve(
     return at, mean, np.sqrt(variance / len(numbers)), values
 
 
-def _parameter(one: Any, number: int, case: Case, units: str, path: Path) -> Parameter:
+def _parameter(one: StudyParameter, number: int, case: Case, units: str, path: Path) -> Parameter:
     value, unit = value_at(case, one.path), unit_of(case, one.path)
-    numbers = {}
-    for key in ("lower", "upper", "start"):
-        given = getattr(one, key)
-        try:
-            numbers[key] = value if given is None else to_si(given, unit, units)
-        except ValueError as error:
-            raise CaseError(Fault(f"parameter.{number}.{key}", str(error)), str(path)) from None
-    if not numbers["lower"] < numbers["upper"]:
-        raise CaseError(Fault(f"parameter.{number}", f"lower = {one.lower} is not below upper = {one.upper}"), str(path))
-    lower, upper, start = numbers["lower"], numbers["upper"], numbers["start"]
+    lower, upper = _bounds(one, unit, units, f"parameter.{number}", path)
+    start = value if one.start is None else _in_si(one.start, unit, units, f"parameter.{number}.start", path)
     return Parameter(one.path, lower, upper, min(max(start, lower), upper))
 
 
-def _prior(one: Any, case: Case, units: str) -> Prior:
-    scale = to_si(1.0, unit_of(case, one.above), units) / to_si(1.0, unit_of(case, one.below), units)
-    width = math.log(one.upper / one.lower)
-    return Prior(one.above, one.below, scale * math.sqrt(one.lower * one.upper), width / math.sqrt(12.0))
+def _prior(one: StudyPrior, number: int, case: Case, units: str, path: Path) -> Prior:
+    place = f"prior.{number}"
+    lower, upper = _bounds(one, unit_of(case, one.above), units, place, path)
+    if lower <= 0.0:
+        raise CaseError(Fault(f"{place}.lower", f"is {one.lower}; the bounds of a prior must be greater than 0"), str(path))
+    scale = to_si(1.0, unit_of(case, one.below), units) if one.below else 1.0
+    return Prior(one.above, one.below, math.sqrt(lower * upper) / scale, math.log(upper / lower) / math.sqrt(12.0))
+
+
+def _bounds(one: StudyParameter | StudyPrior, unit: str, units: str, place: str, path: Path) -> tuple[float, float]:
+    """Bounds in SI units."""
+    lower, upper = (_in_si(getattr(one, key), unit, units, f"{place}.{key}", path) for key in ("lower", "upper"))
+    if not lower < upper:
+        raise CaseError(Fault(place, f"lower = {one.lower} is not below upper = {one.upper}"), str(path))
+    return lower, upper
+
+
+def _in_si(value: Value, unit: str, units: str, place: str, path: Path) -> float:
+    try:
+        return to_si(value, unit, units)
+    except ValueError as error:
+        raise CaseError(Fault(place, str(error)), str(path)) from None
 
 
 def _parameter_estimate(found: Identification, count: int) -> Estimate:
@@ -253,10 +264,14 @@ def _predict(
     path: Path,
     estimate: Estimate,
     misfit: float,
+    left_out: dict[str, float],
     options: Options,
     report_progress: Callable[[float], None],
 ) -> None:
-    """Add a prediction with its band to the result; `misfit` is the relative model discrepancy in the tests."""
+    """Add a prediction with its band to the result.
+
+    `misfit` is the relative model discrepancy in the tests, and `left_out` the result of `left_out_errors`.
+    """
     values = dict(zip(estimate.names, estimate.values.tolist(), strict=True))
     case = with_values(load_case(path.parent / study.case, request.set).case, values)
     travel = np.linspace(0.0, value_at(case, "drive.0.travel"), request.points)
@@ -272,12 +287,20 @@ def _predict(
         zero=request.zero, drag=request.drag, drag_over=request.drag_over,
     )  # fmt: skip
     discrepancy = misfit * float(np.sqrt(np.mean(band.force**2)))
-    added = ((size * shape) ** 2 for _, shape, size in test.added_forces)
+    added = [(size * shape) ** 2 for _, shape, size in test.added_forces]
+    if left_out:
+        transfer = float(np.sqrt(np.mean(np.square(list(left_out.values())))))
+        added.append((transfer * band.force) ** 2)
+        each = ", ".join(f"{name} {100 * size:.2g} %" for name, size in left_out.items())
+        result.lines.append(
+            f"{request.name}: the band includes the error of the model for a new loading, {100 * transfer:.2g} % of the "
+            f"force; error of each test predicted from the others, beyond its scatter: {each}"
+        )
     band = widen_band(band, np.sqrt(sum(added, np.full(len(travel), discrepancy**2))), options.level)
     result.numbers["prediction"] = {
         "name": request.name, "displacement_m": band.travel, "force_N": band.force, "low_N": band.low, "high_N": band.high,
         "linear_low_N": linear.low, "linear_high_N": linear.high, "peak_N": band.peak, "samples": band.samples,
-        "lost": band.failed, "misfit": misfit,
+        "lost": band.failed, "misfit": misfit, "left_out": left_out,
     }  # fmt: skip
     value, low, high = band.peak
     result.lines.append(
@@ -294,6 +317,29 @@ def relative_misfit(tests: list[ForceTest], found: Identification) -> float:
     """Root mean square of the model discrepancy relative to the force, over all tests."""
     parts = [size**2 / np.mean(test.force**2) for test, size in zip(tests, found.discrepancy.tolist(), strict=True)]
     return float(np.sqrt(np.mean(parts)))
+
+
+def left_out_errors(
+    tests: list[ForceTest], parameters: list[Parameter], priors: list[Prior], whole: Identification, seed: int = 0
+) -> dict[str, float]:
+    """Error of every test predicted from the other tests, relative to its force (root mean square along the curve).
+
+    The variances of the test itself (scatter, zero error, drag) are subtracted; the result is at least 0. The uncertainty of
+    parameters that the other tests determine badly counts as an error. The search begins at the fit to all tests, `whole`.
+    """
+    values = dict(zip(whole.estimate.names, whole.estimate.values.tolist(), strict=True))
+    begun = [replace(one, start=min(max(values[one.path], one.lower), one.upper)) for one in parameters]
+    errors = {}
+    for test in tests:
+        found = identify([other for other in tests if other is not test], begun, priors, 1, seed)
+        fitted = dict(zip(found.estimate.names, found.estimate.values.tolist(), strict=True))
+        case = with_values(test.case, {one.path: fitted[one.path] for one in parameters})
+        error = force_response(case, test.travel).force - test.force
+        own = sum(((size * shape) ** 2 for _, shape, size in test.added_forces), np.zeros(len(error)))
+        scatter = test.scatter()
+        own += np.diag(scatter) if scatter is not None else 0.0
+        errors[test.name] = math.sqrt(max(float(np.mean(error**2 - own) / np.mean(test.force**2)), 0.0))
+    return errors
 
 
 def _write_prediction(band: Band, path: Path) -> None:

@@ -4,7 +4,7 @@ The residuals of a test at the travels s_i are (F(s_i; p) + b + d (1 - exp(-s_i/
 sigma_i. Here b is a zero error of the load cell, and d is a drag: a force that hysteresis adds after the loading has begun.
 If the study gives standard deviations sigma_b or sigma_d, b or d is estimated too, with a residual b/sigma_b or d/sigma_d.
 The scatter of neighbouring points may have the correlation exp(-|s_i - s_j|/l). Residuals are then multiplied by the inverse
-Cholesky factor of the correlation matrix. A prior for a ratio p_j/p_k adds the residual (log(p_j/p_k) - log m)/s.
+Cholesky factor of the correlation matrix. A prior for r = p_j or r = p_j/p_k adds the residual (log r - log m)/s.
 
 Derivatives come from `fsm.calibrate.sensitivity`. The unknown of a positive parameter is its logarithm. The search begins at
 several points within the bounds, and the best minimum is the result. The covariance contains the scatter of whole repeats
@@ -49,10 +49,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Prior:
-    """Prior of the ratio of two parameters: its median, and the standard deviation of its logarithm."""
+    """Prior of a parameter, or of the ratio of two: its median, and the standard deviation of its logarithm."""
 
     above: str
-    below: str
+    below: str | None
     median: float
     deviation: float
 
@@ -203,7 +203,8 @@ class _Problem:
         parts.append(np.array([size / deviation for size, (_, _, _, deviation) in zip(sizes, self.additions, strict=True)]))
         value = dict(zip(self.paths, self.to_parameters(unknowns).tolist(), strict=True))
         parts.append(np.array([
-            math.log(value[prior.above] / value[prior.below] / prior.median) / prior.deviation for prior in self.priors
+            math.log(value[prior.above] / (value[prior.below] if prior.below else 1.0) / prior.median) / prior.deviation
+            for prior in self.priors
         ]))  # fmt: skip
         return np.concatenate(parts)
 
@@ -236,6 +237,8 @@ class _Problem:
         prior_rows = np.zeros((len(self.priors), count + len(self.additions)))
         for row, prior in enumerate(self.priors):
             for path, sign in ((prior.above, 1.0), (prior.below, -1.0)):
+                if path is None:
+                    continue
                 at = self.paths.index(path)
                 prior_rows[row, at] = sign * chain[at] / values[at] / prior.deviation
         return np.concatenate([*parts, addition_rows, prior_rows])

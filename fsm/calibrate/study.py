@@ -34,24 +34,26 @@ class StudyParameter(Model):
 
 
 class StudyPrior(Model):
-    """Prior knowledge of the ratio of two parameters.
+    """Prior knowledge of a parameter, or of the ratio of two parameters.
 
     Attributes
     ----------
-    above, below : paths of numerator and denominator
-    lower, upper : bounds of the ratio, in the case's units
+    above, below : paths of numerator and denominator; without `below` the prior is for the parameter `above`
+    lower, upper : bounds of the parameter or ratio; numbers in the case's units, or, for a parameter, texts with a unit
         Its logarithm has the mean and the standard deviation of a uniform distribution between the bounds.
     """
 
     above: str
-    below: str
-    lower: Annotated[float, Field(gt=0)]
-    upper: Annotated[float, Field(gt=0)]
+    below: str | None = None
+    lower: Value
+    upper: Value
 
     @model_validator(mode="after")
-    def _order(self) -> Self:
-        if self.upper <= self.lower:
-            raise ValueError(f"upper = {self.upper:g} must be greater than lower = {self.lower:g}")
+    def _numbers(self) -> Self:
+        for key in ("lower", "upper"):
+            value = getattr(self, key)
+            if self.below is not None and isinstance(value, str):
+                raise ValueError(f"{key} = {value!r} bounds a ratio; give a number in the units of the case")
         return self
 
 
@@ -100,6 +102,8 @@ class Predict(Model):
         Number of samples of the Monte Carlo band; 0: linear band.
     zero, drag, drag_over : N, N, m
         Scatter as in `MeasuredCurve`; it widens the band to a band of measured forces.
+    leave_out : bool
+        Predict every test from the others; the error beyond the scatter of the test widens the band.
     """
 
     name: str
@@ -109,6 +113,7 @@ class Predict(Model):
     zero: Annotated[Force, Field(ge=0)] = 0.0
     drag: Annotated[Force, Field(ge=0)] = 0.0
     drag_over: Annotated[Length, Field(gt=0)] = 1e-3
+    leave_out: bool = False
 
 
 class Study(Model):
@@ -137,8 +142,10 @@ class Study(Model):
                 raise ValueError(f"{section} {twice[0]!r} is given twice; delete or rename one")
         for prior in self.prior:
             for path in (prior.above, prior.below):
-                if path not in paths:
+                if path is not None and path not in paths:
                     raise ValueError(f"a prior names {path!r}, which is not the path of a [[parameter]]")
+        if self.predict is not None and self.predict.leave_out and len(self.curve) < 2:
+            raise ValueError("predict.leave_out predicts every test from the others; add a [[curve]] or remove this key")
         return self
 
 

@@ -59,9 +59,12 @@ def lattice_lines(view: CheckContext) -> Iterator[str]:
     turned = f"rotated by {shown(lattice.angle, 'rad')}"
     size = f"{lattice.columns} x {lattice.rows} squares, spacing {shown(lattice.spacing, 'm')}"
     yield f"{size}, {turned}, {shown(lattice.depth, 'm')} deep, {lattice.density:g} kg/m^3"
-    rotational = shown(lattice.rotational, "N m/rad")
-    springs = f"axial {lattice.axial:.4g} N/m, shear {lattice.shear:.4g} N/m, rotational {rotational}"
+    axial, shear, rotational = lattice.stiffness
+    springs = f"axial {axial:.4g} N/m, shear {shear:.4g} N/m, rotational {shown(rotational, 'N m/rad')}"
     yield f"hinges of {shown(lattice.hinge_length, 'm')}: {springs}; damping {shown(lattice.damping, 's')}"
+    if lattice.hinge_thickness is not None:
+        length = shown(lattice.hinge_length + 2.0 * lattice.clamp, "m")
+        yield f"hinges are beams, {shown(lattice.hinge_thickness, 'm')} thick, free length {length} between their clamps"
 
 
 def body_lines(view: CheckContext) -> Iterator[str]:

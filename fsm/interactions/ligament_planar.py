@@ -6,6 +6,13 @@ length l and the direction of the given scene. The deformations are symmetric in
     x1 = |d| - l ,      x3 = l (alpha - (phi_a + phi_b)/2 - gamma_0) ,      psi = phi_a - phi_b + psi_0
 
 alpha is the angle of the chord, d = |d| (cos alpha, -sin alpha). The law is e = k (x - x0) + c x' with x0 = 0.
+
+The chord of a bent beam is shorter than the beam. A ligament whose `bent` length is b = l, and not 0, is such a beam, and
+
+    x1 = |d| - l + b (gamma^2/10 + psi^2/24) ,      gamma = x3/l .
+
+This is the difference between the lengths of a beam with a cubic deflection and of its chord, to second order.
+
 With n = d/|d|, w = (n_z, -n_x), the arms s_a, s_b of the two points, and W s = (s_z, -s_x),
 
     D = d(d)/dx = (I, W s_a, -I, -W s_b)                             coordinates (x, z, phi) of a, then of b
@@ -22,7 +29,7 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-_STIFFNESS, _DAMPING = 7, 10
+_STIFFNESS, _DAMPING, _BENT = 7, 10, 13
 
 
 def ligament_constants_planar(
@@ -32,10 +39,12 @@ def ligament_constants_planar(
     point_outer: np.ndarray,
     stiffness: np.ndarray,
     damping: np.ndarray,
+    bends: np.ndarray,
 ) -> np.ndarray:
-    """Constants (m, 13) of all ligaments for the kernels; the given poses are the stress-free state.
+    """Constants (m, 14) of all ligaments for the kernels; the given poses are the stress-free state.
 
-    Columns: inner point (2), outer point (2), l, gamma_0, psi_0, and k, c of (x1, x3, psi).
+    Columns: inner point (2), outer point (2), l, gamma_0, psi_0, k and c of (x1, x3, psi), and b, which is l where `bends`
+    (m,) is true and 0 elsewhere.
     """
     ends = []
     for point, body in ((point_inner, bodies[:, 0]), (point_outer, bodies[:, 1])):
@@ -45,7 +54,9 @@ def ligament_constants_planar(
     dx, dz = ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]
     inner, outer = poses[bodies[:, 0], 2], poses[bodies[:, 1], 2]
     gamma = np.arctan2(-dz, dx) - 0.5 * (inner + outer)
-    return np.column_stack([point_inner, point_outer, np.hypot(dx, dz), gamma, outer - inner, stiffness, damping])
+    length = np.hypot(dx, dz)
+    bent = np.where(bends, length, 0.0)
+    return np.column_stack([point_inner, point_outer, length, gamma, outer - inner, stiffness, damping, bent])
 
 
 @kernel(inline=True)
@@ -62,7 +73,7 @@ def _chord(poses: np.ndarray, a: int, b: int, row: np.ndarray) -> tuple[float, f
 def _measure(
     poses: np.ndarray, a: int, b: int, row: np.ndarray, value: np.ndarray, gradient: np.ndarray
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Compute deformations (3,) and gradients (3, 6) in place; return s_a, s_b, n and |d|."""
+    """Compute deformations (3,) and gradients (3, 6) of a straight ligament in place; return s_a, s_b, n and |d|."""
     ax, az, bx, bz, dx, dz = _chord(poses, a, b, row)
     length = np.hypot(dx, dz)
     nx, nz = dx / length, dz / length
@@ -79,6 +90,16 @@ def _measure(
         gradient[2, j] = 0.0
     gradient[2, 2], gradient[2, 5] = 1.0, -1.0
     return ax, az, bx, bz, nx, nz, length
+
+
+@kernel(inline=True)
+def _shorten(row: np.ndarray, value: np.ndarray, gradient: np.ndarray) -> tuple[float, float]:
+    """Add the shortening of the chord by bending to x1 and its gradient, in place; return its slopes by x3 and by psi."""
+    by_shear, by_turn = 0.2 * row[_BENT] * value[1] / row[4] ** 2, row[_BENT] * value[2] / 12.0
+    value[0] += 0.5 * (by_shear * value[1] + by_turn * value[2])
+    for j in range(6):
+        gradient[0, j] += by_shear * gradient[1, j] + by_turn * gradient[2, j]
+    return by_shear, by_turn
 
 
 @kernel(inline=True)
@@ -103,13 +124,14 @@ def measure_ligament_planar(
     poses, rates : (n_bodies, 3) arrays
     bodies : (m, 2) int array
         Inner and outer body.
-    constants : (m, 13) array of `ligament_constants_planar`
+    constants : (m, 14) array of `ligament_constants_planar`
     """
     count = bodies.shape[0]
     value, rate, gradient = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3, 6))
     for i in range(count):
         a, b = bodies[i, 0], bodies[i, 1]
         _measure(poses, a, b, constants[i], value[i], gradient[i])
+        _shorten(constants[i], value[i], gradient[i])
         for k in range(3):
             rate[i, k] = 0.0
             for c in range(3):
@@ -205,6 +227,11 @@ def linearise_ligament_planar(
         row = constants[i]
         ax, az, bx, bz, nx, nz, length = _measure(poses, a, b, row, value, gradient)
         _second(ax, az, bx, bz, nx, nz, length, row[4], gradient, second[0], second[1])
+        by_shear, _ = _shorten(row, value, gradient)
+        for m in range(6):
+            for n in range(6):
+                bending = 0.2 * gradient[1, m] * gradient[1, n] / row[4] ** 2 + gradient[2, m] * gradient[2, n] / 12.0
+                second[0, m, n] += row[_BENT] * bending + by_shear * second[1, m, n]
         speed[:3] = rates[a]
         speed[3:] = rates[b]
         block_k[:] = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from click.testing import CliRunner
 
 from fsm.calibrate.data import read_table
 from fsm.calibrate.force import QUANTITIES, force_test, read_tests
+from fsm.calibrate.identify import identify
 from fsm.calibrate.parameters import unit_of
 from fsm.calibrate.response import force_response
 from fsm.calibrate.study import MeasuredCurve, read_study
@@ -112,6 +114,36 @@ def test_units_of_the_case_hold_in_the_study(study: Path) -> None:
     assert tests[0].deviation[0] == pytest.approx(0.005 / 1.959964) and tests[0].known
 
 
+def test_a_prior_of_one_parameter_has_its_units(study: Path) -> None:
+    ratio, alone = 'below = "lattice.axial"\nlower = 0.00375\nupper = 0.375', 'lower = 1\nupper = "4 N/mm"'
+    study.write_text(study.read_text().replace(ratio, alone))
+    tests, parameters, priors = read_tests(read_study(study), study)
+    assert (priors[0].below, priors[0].median) == (None, pytest.approx(2000.0))
+    sharp = identify(tests, parameters, [replace(priors[0], deviation=1e-4)])
+    assert sharp.estimate.values[1] == pytest.approx(2000.0, rel=1e-3)
+
+
+def test_the_error_of_a_test_predicted_from_another_widens_the_band(study: Path) -> None:
+    """The second test is made 1.2 times as stiff, so each is predicted from the other with an error of 20 or 17 %."""
+    rows = np.loadtxt(study.parent / "pull.csv", delimiter=",", skiprows=1)
+    heading = "displacement [mm],force [N],half_band [N]"
+    np.savetxt(study.parent / "other.csv", rows * [1.0, 1.2, 1.0], delimiter=",", header=heading, comments="")
+    text = study.read_text().replace("[[parameter]]", '[[curve]]\nname = "other"\ndata = "other.csv"\n[[parameter]]', 1)
+    text = text.replace('zero = "10 mN"\n', "").split("[[prior]]")[0]
+    text += '[predict]\nname = "again"\npoints = 5\nsamples = 0\n'
+    bands = []
+    for key in ("", "leave_out = true\n"):
+        study.write_text(text + key)
+        code, told, out = run(study, "--quiet")
+        assert code == 0, told
+        table = np.genfromtxt(out / "prediction.csv", delimiter=",", names=True)
+        bands.append((table["high_N"] - table["force_N"])[-1] / table["force_N"][-1])
+    left_out = json.loads((out / "calibration.json").read_text())["prediction"]["left_out"]
+    assert left_out == {"pull": pytest.approx(0.2, abs=0.003), "other": pytest.approx(1.0 - 1.0 / 1.2, abs=0.003)}
+    transfer = 1.96 * np.sqrt((0.2**2 + (1.0 - 1.0 / 1.2) ** 2) / 2.0)
+    assert bands[1] == pytest.approx(np.hypot(bands[0], transfer), rel=0.02)
+
+
 def test_units_are_those_of_the_variant_that_the_case_has() -> None:
     """Where a section has variants, and where a unit depends on an exponent beside it."""
     changes = ["contact.exponent=2", "contact.stiffness=1e12", 'crease={law="linear",stiffness=0.009}']
@@ -155,7 +187,9 @@ def test_what_the_data_know_nothing_of_is_told(study: Path) -> None:
         ('"lattice.axial"', '"lattice.axil"', "no number there"),
         ('"lattice.axial"', '"lattice.rows"', "whole number"),
         ('above = "lattice.shear"', 'above = "lattice.angle"', "'lattice.angle', which is not the path of a [[parameter]]"),
-        ("upper = 0.375", "upper = 1e-4", "must be greater than lower"),
+        ("upper = 0.375", "upper = 1e-4", "prior.0: lower = 0.00375 is not below upper = 0.0001"),
+        ("upper = 0.375", 'upper = "1 N"', "bounds a ratio; give a number"),
+        ("points = 5\n", "leave_out = true\n", "predicts every test from the others; add a [[curve]]"),
         ('data = "pull.csv"', 'data = "push.csv"', "push.csv"),
         ('case = "case.toml"', 'case = "cast.toml"', "cast.toml"),
         ("points = 5\n", 'set = { "lattice.axial" = 20 }\n', "predict.set: must be a list of texts as --set takes them"),

@@ -163,9 +163,16 @@ ARRAYS = (
     Mutant(
         "shear of lattice hinges as stiff as their stretch",
         "fsm/builders/lattice.py",
-        "translation=(lattice.axial, 0.0, lattice.shear)",
-        "translation=(lattice.axial, 0.0, lattice.axial)",
+        "translation=(axial, 0.0, shear)",
+        "translation=(axial, 0.0, axial)",
         physics_test("rotating_squares", "test_forces_are_those_of_another_program"),
+    ),
+    Mutant(
+        "shortening of bent hinges in pure bending twice too large",
+        "fsm/interactions/ligament_planar.py",
+        "row[_BENT] * value[2] / 12.0",
+        "row[_BENT] * value[2] / 6.0",
+        unit_test("ligament", "test_a_bent_ligament_is_nearly_the_elastica"),
     ),
     Mutant(
         "one r_x for both halves of a bar at its middle hinge",

@@ -19,10 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from fsm.builders.scene import build_scene
-from fsm.calibrate.band import linear_band
 from fsm.calibrate.force import calibrate_force, read_tests
 from fsm.calibrate.identify import ForceTest, Identification, Parameter, Prior, identify
-from fsm.calibrate.parameters import value_at, with_values
+from fsm.calibrate.parameters import with_values
 from fsm.calibrate.report import Calibration, Options, table_lines, write_calibration
 from fsm.calibrate.response import force_response, peak_response
 from fsm.calibrate.study import read_study
@@ -33,10 +32,11 @@ from fsm.model.compile.compile import compile_scene
 from fsm.model.compile.compile_case import path_settings
 from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.statics.static import follow
-from validation.rotating_squares.check import FOLDER, GRADIENTS, HERE, SHEAR, SOURCE, STRIP, STUDY, TRAVEL
+from validation.rotating_squares.check import FOLDER, GRADIENTS, HERE, SHEAR, STRIP, STUDY, TRAVEL
+from validation.rotating_squares.dense import Squares, beams
 
-UNITS = np.array([1e-3, 1e-3, 1e3])
-"""N/m, N/m, N m/rad as N/mm, N/mm, N mm/rad."""
+UNITS = np.array([1e-9, 1e3])
+"""Pa and m as GPa and mm."""
 
 
 def main() -> int:
@@ -53,9 +53,11 @@ def main() -> int:
         shutil.copy(options.out / "prediction.csv", HERE / "shear_prediction.csv")
     tests, parameters, priors = read_tests(read_study(STUDY), STUDY)
     begun = time.perf_counter()
-    identify(tests, parameters, priors, starts=3)
-    print(f"\nthree parameters on two curves, three starts, warm: {time.perf_counter() - begun:.1f} s")
+    whole = identify(tests, parameters, priors, starts=3)
+    print(f"\ntwo parameters on two curves, three starts, warm: {time.perf_counter() - begun:.1f} s")
     _choices(tests, parameters, priors)
+    _left_out(tests, parameters, priors)
+    _height(whole)
     _gaps(found)
     _cost()
     return 0
@@ -63,47 +65,78 @@ def main() -> int:
 
 def _choices(tests: list[ForceTest], parameters: list[Parameter], priors: list[Prior]) -> None:
     """Predictions with other assumptions at the end of the shear travel."""
-    print("\n| choice | axial, N/mm | shear, N/mm | rotational, N mm/rad | shear l^2/rotational | force at 3.75 mm, N |")
+    print("\n| choice | modulus, GPa | clamp, mm | shear l^2/rotational | sum of squares | force at 3.75 mm, N |")
     print("|---|---|---|---|---|---|")
-    length = value_at(tests[0].case, "lattice.hinge_length")
-    wide = [replace(p, upper=10.0 * p.upper) for p in parameters]
 
-    def row(label: str, found: Identification) -> None:
+    def row(label: str, found: Identification, **values: float) -> None:
         own = _own(found.estimate)
-        band = _shear_end(own)
-        k = own.values * UNITS
-        ratio = own.values[1] * length**2 / own.values[2]
-        shown = f"{k[0]:.4g} | {k[1]:.4g} | {k[2]:.3g} | {ratio:.3g} | {band[0]:.3f} ({band[1]:.3f} to {band[2]:.3f})"
+        force = _shear_end(own, **values)
+        young, clamp = own.values * UNITS
+        ratio = 12.0 * (2.25 / (2.25 + 2.0 * clamp)) ** 2
+        shown = (
+            f"{young:.3g} | {clamp:.3g} | {ratio:.3g} | {found.cost:.3g} | {force:.3f}"
+        )
         print(f"| {label} | {shown} |")
+
+    def changed(**values: float) -> list[ForceTest]:
+        return [replace(t, case=with_values(t.case, values)) for t in tests]
 
     row("as in the study", identify(tests, parameters, priors))
     row("no drag", identify([replace(t, drag=0.0) for t in tests], parameters, priors))
     row("no drag, no zero", identify([replace(t, drag=0.0, zero=0.0) for t in tests], parameters, priors))
-    row("scatter of each point its own", identify([replace(t, correlation_length=0.0) for t in tests], parameters, priors))
-    narrow = [replace(t, deviation=t.deviation / 1.96) for t in tests]
-    row("half band as 95 %", identify(narrow, parameters, priors))
-    for ratio in (4.0, 6.93, 12.0):
-        fixed = Prior("lattice.shear", "lattice.rotational", ratio / length**2, 1e-3)
-        row(f"shear l^2/rotational = {ratio:g}", identify(tests, wide, [fixed]))
-    row("no prior", identify(tests, wide, []))
-    whole = Estimate(tuple(SOURCE), np.array(list(SOURCE.values())), np.zeros((3, 3)))
-    end = _shear_end(whole)[0]
-    print(f"| the source's own fit, to all its tests | 120 | 1.192 | 1.50 | 4.01 | {end:.3f} |")
+    row("separate scatter of each point", identify([replace(t, correlation_length=0.0) for t in tests], parameters, priors))
+    narrow = [replace(t, deviation=t.deviation / np.sqrt(3.0)) for t in tests]
+    row("scatter of the mean of three samples", identify(narrow, parameters, priors))
+    for young in (3e9, 4e9, 5e9):
+        row(f"modulus {1e-9 * young:g} GPa", identify(tests, parameters, [Prior("lattice.hinge_young", None, young, 1e-3)]))
+    row("no prior", identify(tests, parameters, []))
+    for angle in (19.0, 21.0):
+        case = {"lattice.angle": np.deg2rad(angle)}
+        row(f"squares rotated by {angle:g} degrees", identify(changed(**case), parameters, priors), **case)
 
 
 def _own(estimate: Estimate) -> Estimate:
-    return replace(estimate, names=estimate.names[:3], values=estimate.values[:3], covariance=estimate.covariance[:3, :3])
+    return replace(estimate, names=estimate.names[:2], values=estimate.values[:2], covariance=estimate.covariance[:2, :2])
 
 
 def _shear(values: dict[str, float]) -> Case:
-    return with_values(load_case(FOLDER / "case.toml", SHEAR).case, values)
+    return with_values(load_case(FOLDER / "shims.toml", SHEAR).case, values)
 
 
-def _shear_end(estimate: Estimate) -> tuple[float, float, float]:
-    """Force at 3.75 mm and its linear band."""
-    case = _shear(dict(zip(estimate.names, estimate.values.tolist(), strict=True)))
-    band = linear_band(force_response(case, np.linspace(0.0, 3.75e-3, 6), list(estimate.names)), estimate)
-    return float(band.force[-1]), float(band.low[-1]), float(band.high[-1])
+def _shear_end(estimate: Estimate, **values: float) -> float:
+    """Force at 3.75 mm."""
+    case = _shear({**dict(zip(estimate.names, estimate.values.tolist(), strict=True)), **values})
+    return float(force_response(case, np.linspace(0.0, 3.75e-3, 6)).force[-1])
+
+
+def _left_out(tests: list[ForceTest], parameters: list[Parameter], priors: list[Prior]) -> None:
+    """Each test predicted from the other one."""
+    print("\n| fit to | modulus, GPa | clamp, mm | error of the other test (rms), % | force at 3.75 mm, N |")
+    print("|---|---|---|---|---|")
+    for test, other in (tests, tests[::-1]):
+        found = identify([test], parameters, priors)
+        own = _own(found.estimate)
+        values = dict(zip(own.names, own.values.tolist(), strict=True))
+        force = force_response(with_values(other.case, values), other.travel).force
+        error = 100.0 * np.sqrt(np.mean((force - other.force) ** 2) / np.mean(other.force**2))
+        young, clamp = own.values * UNITS
+        print(f"| {test.name} | {young:.3g} | {clamp:.3g} | {error:.3g} | {_shear_end(own):.3f} |")
+
+
+def _height(found: Identification) -> None:
+    """Shear force with the top row at constant height, and free to move normal to the rows; error of the cubic."""
+    young, clamp = found.estimate.values[:2] * np.array([1e-6, 1e3])
+    travel = [1.25, 2.5, 3.75]
+    print("\n| top row | " + " | ".join(f"{at:g} mm, N" for at in travel) + " |")
+    print("|---|---|---|---|")
+    for label, terms, free in (
+        ("constant height", 1, False),
+        ("constant height, further shape", 2, False),
+        ("free", 1, True),
+    ):
+        law = beams(young, 0.127, 8.1, clamp, terms=terms)
+        shown = " | ".join(f"{force:.4f}" for force in Squares(law, clamp, free).forces((1.0, 0.0), travel))
+        print(f"| {label} | {shown} |")
 
 
 def _gaps(found: Calibration) -> None:
@@ -113,7 +146,7 @@ def _gaps(found: Calibration) -> None:
     quantities = {one.name: one.value for one in found.quantities if one.name.startswith("lattice.")}
     study = read_study(STUDY)
     for name, changes in (*((curve.name, curve.set) for curve in study.curve), ("shear", SHEAR)):
-        case = with_values(load_case(FOLDER / "case.toml", changes).case, quantities)
+        case = with_values(load_case(FOLDER / "shims.toml", changes).case, quantities)
         system = compile_scene(build_scene(case))
         motion = system.motions[0]
         times = [motion.time_of(s) for s in np.linspace(0.0, motion.travel, 6)[1:]]

@@ -7,9 +7,11 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.schema.model import Model
-from fsm.case.schema.units import Angle, AngularStiffness, Count, Density, Length, Stiffness, Time
+from fsm.case.schema.units import Angle, AngularStiffness, Count, Density, Length, Stiffness, Stress, Time
 
 MOST_SQUARES = 20_000
+_SPRINGS = ("axial", "shear", "rotational")
+_BEAM = ("hinge_young", "hinge_thickness")
 
 Edge = Literal["bottom", "top", "left", "right"]
 
@@ -20,7 +22,7 @@ class Lattice(Model):
 
     Square (i, j) has its centre at (i, j) times the spacing. The square is rotated by (-1)^(i + j + 1) times the angle.
     Each of its four corners (right, top, left, bottom) has the distance `hinge_length` from a corner of a neighbour. A
-    ligament joins each pair of corners.
+    ligament joins each pair of corners. Its stiffness is given by three springs or follows from a beam.
     """
 
     columns: Count = Field(ge=1, le=1000, description="number of squares along x")
@@ -30,15 +32,54 @@ class Lattice(Model):
     angle: Angle = Field(
         ge=0, lt=0.7853981633974483, description="rotation of every square, from the position with corners along x and z"
     )
-    axial: Stiffness = Field(gt=0, description="stiffness of a hinge against a change of its length")
-    shear: Stiffness = Field(ge=0, description="stiffness of a hinge against a displacement of its ends across it")
-    rotational: AngularStiffness = Field(ge=0, description="stiffness of a hinge against a relative rotation of its squares")
+    axial: Stiffness | None = Field(
+        default=None, gt=0, description="stiffness of a hinge against a change of its length",
+        json_schema_extra={"default": "needed without `hinge_young`"},
+    )  # fmt: skip
+    shear: Stiffness | None = Field(
+        default=None, ge=0, description="stiffness of a hinge against a displacement of its ends across it",
+        json_schema_extra={"default": "needed without `hinge_young`"},
+    )  # fmt: skip
+    rotational: AngularStiffness | None = Field(
+        default=None, ge=0, description="stiffness of a hinge against a relative rotation of its squares",
+        json_schema_extra={"default": "needed without `hinge_young`"},
+    )  # fmt: skip
+    hinge_young: Stress | None = Field(
+        default=None, gt=0,
+        description="Young's modulus of hinges that are beams as wide as `depth`, in place of the three stiffnesses",
+    )  # fmt: skip
+    hinge_thickness: Length | None = Field(
+        default=None,
+        gt=0,
+        description="thickness of these beams",
+        json_schema_extra={"default": "needed with `hinge_young`"},
+    )
+    hinge_clamp: Length | None = Field(
+        default=None, gt=0,
+        description="depth inside each square at which these beams are clamped; their free length is `hinge_length` + 2 "
+        "`hinge_clamp`",
+        json_schema_extra={"default": "0, at the corners"},
+    )  # fmt: skip
     depth: Length = Field(gt=0, description="size normal to the plane")
     density: Density = Field(gt=0, description="density of the squares")
     damping: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time of the hinges")
     held: tuple[Edge, ...] | None = Field(
         default=None, description="edges whose squares do not move", json_schema_extra={"default": '["bottom"]'}
     )
+
+    @model_validator(mode="after")
+    def _one_kind_of_hinge(self) -> Self:
+        springs = [key for key in _SPRINGS if getattr(self, key) is not None]
+        beam = [key for key in (*_BEAM, "hinge_clamp") if getattr(self, key) is not None]
+        if springs and beam:
+            raise ValueError(
+                f"{springs[0]} is a spring and {beam[0]} belongs to a beam; give {', '.join(_SPRINGS)} or {', '.join(_BEAM)}"
+            )
+        for key in _BEAM if beam else _SPRINGS:
+            if getattr(self, key) is None:
+                other = "" if beam else f", or give {' and '.join(_BEAM)}"
+                raise ValueError(f"{key} is missing; add it{other}")
+        return self
 
     @model_validator(mode="after")
     def _sized(self) -> Self:
@@ -49,6 +90,22 @@ class Lattice(Model):
         if self.columns * self.rows > MOST_SQUARES:
             raise ValueError(f"columns x rows = {self.columns * self.rows:,} squares; at most {MOST_SQUARES:,} are allowed")
         return self
+
+    @property
+    def clamp(self) -> float:
+        """Depth inside each square at which its hinges begin, m."""
+        return self.hinge_clamp or 0.0
+
+    @property
+    def stiffness(self) -> tuple[float, float, float]:
+        """Stiffness of a hinge along its chord (N/m), across it (N/m) and against rotation (N m/rad); 12 EI/l^3 = shear."""
+        if self.hinge_young is None or self.hinge_thickness is None:
+            assert self.axial is not None and self.shear is not None and self.rotational is not None
+            return self.axial, self.shear, self.rotational
+        length = self.hinge_length + 2.0 * self.clamp
+        axial = self.hinge_young * self.depth * self.hinge_thickness / length
+        rotational = axial * self.hinge_thickness**2 / 12.0
+        return axial, 12.0 * rotational / length**2, rotational
 
     @property
     def held_edges(self) -> tuple[Edge, ...]:

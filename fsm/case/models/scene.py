@@ -162,6 +162,11 @@ class ForceElement(Model):
         description='definition of the deformation. "outer": relative position in the axes of the outer body. "chord": '
         "ligament between two points at a distance, symmetric in both bodies, in the plane only",
     )
+    bends: bool = Field(
+        default=False,
+        description='with `frame = "chord"`: the ligament is a beam, whose chord shortens when it bends '
+        '(docs/calibration.md, "Hinged lattices")',
+    )
     swing_axes: Literal["outer", "half-way"] | None = Field(
         default=None,
         description='axes of the swing (s1, s3). "outer": axes of the outer body, for hinges and universal joints. '

@@ -322,6 +322,7 @@ class SceneCompiler:
             np.array([self._vector(e.point_outer) for e in elements], dtype=float),
             np.array([[*e.translation, *e.rotation] for e in elements])[:, keep],
             np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])[:, keep],
+            np.array([e.bends for e in elements]),
             tuple(e.name for e in elements),
         )
 

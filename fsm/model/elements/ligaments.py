@@ -78,13 +78,13 @@ _KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost)
 
 @dataclass(frozen=True)
 class LigamentGroup(ElementGroup):
-    """Linear ligaments in the plane.
+    """Ligaments in the plane: linear springs, or beams whose chord shortens when they bend.
 
     Attributes
     ----------
     bodies : (m, 2) int array
     geometry : tuple
-        One array, the (m, 13) constants of `ligament_constants_planar`.
+        One array, the (m, 14) constants of `ligament_constants_planar`.
     rest : (m, 3) array, m and rad
     names : names of the elements
     """
@@ -104,16 +104,18 @@ class LigamentGroup(ElementGroup):
         point_outer: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
+        bends: np.ndarray,
         names: tuple[str, ...] = (),
     ) -> LigamentGroup:
         """Create ligaments that are stress-free at the given poses."""
-        constants = ligament_constants_planar(poses, bodies, point_inner, point_outer, stiffness, damping)
+        constants = ligament_constants_planar(poses, bodies, point_inner, point_outer, stiffness, damping, bends)
         return cls(bodies, (constants,), np.ascontiguousarray(constants[:, 7:10]), names)
 
     @property
     def constants(self) -> np.ndarray:
-        """Constants (m, 13) of the kernels."""
+        """Constants (m, 14) of the kernels."""
         return self.geometry[0]
+
     kernels = _KERNELS
 
     @property
@@ -129,7 +131,7 @@ class LigamentGroup(ElementGroup):
     @cached_property
     def rate_dependent(self) -> bool:
         """See `Group`."""
-        return bool(np.any(self.constants[:, 10:]))
+        return bool(np.any(self.constants[:, 10:13]))
 
     @property
     def measure(self) -> Callable[..., Any]:

@@ -71,6 +71,8 @@ def _references(scene: Scene) -> Iterator[Fault]:
             text = f"{element.crease_flexibility:g} rad/(N m) is in series with a missing `crease`; remove this key"
             yield Fault(f"scene.elements.{i}.crease_flexibility", text)
         ligament = 'not available for a ligament (frame = "chord"), which is always linear; remove this key'
+        if element.bends and element.frame != "chord":
+            yield Fault(f"scene.elements.{i}.bends", 'is for ligaments; add `frame = "chord"` or remove this key')
         if element.latch and element.law is not None:
             yield Fault(f"scene.elements.{i}.latch", "not available with `law`; remove one of them")
         if element.frame == "chord" and element.law is not None:
