@@ -18,8 +18,6 @@ PERIODS, ROWS, SPACING = 5, 31, 3.8e-3
 SLIT, LIGAMENT = 17.2e-3, 4.4e-3
 EXTENSION = 73e-3
 """Largest extension of the whole sheet, m."""
-_DAMPING = 1e-3
-"""Kelvin-Voigt time, s. It ends the motion after a snap; its force on the path is below 1e-4 of the force of the sheet."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +27,7 @@ class Sheet:
     Attributes
     ----------
     mesh_size : m
+    grading : of the cells towards the ends of slits, `mesh_grading`
     half_width : whether the middle of the width is a plane of symmetry of the model
     half_length : line across the middle of the length: "rotation" by half a turn about this line (all rows tilt in one
         sense), "mirror" (both halves tilt in opposite senses), or None, the whole length
@@ -41,6 +40,7 @@ class Sheet:
     """
 
     mesh_size: float = 1.9e-3
+    grading: float = 0.0
     half_width: bool = True
     half_length: Literal["rotation", "mirror"] | None = "rotation"
     thickness: float = 0.1e-3
@@ -84,9 +84,10 @@ def sheet_case(sheet: Sheet) -> dict[str, Any]:
             "kind": "slits", "periods": sheet.periods / sheet.sides, "rows": (sheet.rows + 1) // 2 if middle else sheet.rows,
             "spacing": SPACING, "slit_length": SLIT, "ligament": LIGAMENT, "slit_width": sheet.slit_width,
             "margin": [sheet.clear, 0.0 if middle else sheet.clear], "facets": "flexible", "mesh_size": sheet.mesh_size,
+            "mesh_grading": [sheet.grading, sheet.grading],
             "thickness": sheet.thickness, "support": supports,
         },
-        "material": {"young": sheet.young, "poisson": 0.3, "density": 1400.0, "damping": _DAMPING},
+        "material": {"young": sheet.young, "poisson": 0.3, "density": 1400.0},
         "drive": [
             {"edge": "bottom", "direction": [0.0, -1.0, 0.0], "speed": "1 mm/s", "travel": travel, "guide": False,
              "run_up": 0.0}
