@@ -34,7 +34,11 @@ _THICKNESS = 3.0 * 0.03
 _ZERO = 0.5e-3
 """Uncertainty of the extension at which the sheet begins to carry load, with slip in the clamps, m."""
 _RELAXED = 0.05
-"""Part of the force that a polymer may lose by relaxation and by strains above its yield point; it widens the band below."""
+"""Part of the force that a polymer may lose by relaxation; it widens the band below."""
+_YIELDED = (0.0, 0.028, 0.13, 0.329), (0.0, 20e-3, 50e-3, 73e-3)
+"""Part of the area with bending strains above 2 %, at extensions (m). The lower bound loses half of this part of the force,
+because polymers yield there; the prediction is elastic.
+"""
 
 Terms = dict[str, tuple[np.ndarray, np.ndarray]]
 """Contributions to the band, N: distances below and above the prediction, by name."""
@@ -63,7 +67,7 @@ def predicted(folder: Path) -> tuple[np.ndarray, Terms]:
         return np.divide(one, other, out=np.ones_like(one), where=other > 0.0)
 
     refined = ratio(*_FINER)
-    force = forces(BEST, folder) * refined
+    force = np.maximum(forces(BEST, folder), 0.0) * refined + 0.0
     slope = np.gradient(force, AT)
     terms: Terms = {
         "Young's modulus": _either(_YOUNG * force),
@@ -74,7 +78,8 @@ def predicted(folder: Path) -> tuple[np.ndarray, Terms]:
         "slits without width": _upward((ratio(*_NARROW) - 1.0) * force),
         "slits twice as wide": _upward((ratio(*_WIDE) - 1.0) * force),
         "both senses of tilt": _upward((ratio("two-senses", "mesh-2") - 1.0) * force),
-        "relaxation and yield": (_RELAXED * force, np.zeros_like(force)),
+        "relaxation": (_RELAXED * force, np.zeros_like(force)),
+        "yield": (0.5 * np.interp(AT, _YIELDED[1], _YIELDED[0]) * force, np.zeros_like(force)),
     }
     return force, terms
 

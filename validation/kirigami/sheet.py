@@ -111,7 +111,7 @@ def curve(sheet: Sheet, folder: Path) -> dict[str, Any]:
         found: dict[str, Any] = json.loads(done.read_text(encoding="utf-8"))
         if found["model"] == model:
             return found
-    result = fsm.load(sheet_case(sheet)).run(folder, resume=(folder / "result.h5").is_file(), figures=False)
+    result = fsm.load(sheet_case(sheet)).run(folder, resume=(folder / "checkpoint.h5").is_file(), figures=False)
     travel, force = (np.asarray(values) for values in result.force())
     summary = result.summary
     found = {
