@@ -31,6 +31,7 @@ NOT_IN_GALLERY = {
     "faults": "kills and full disks, with a summary of its own: python -m validation.faults",
     "errors": "a campaign of random cases that compares stated errors with real ones: python -m validation.errors",
     "mutants": "faults put in on purpose, which the tests and this page must catch: python -m validation.mutants",
+    "kirigami": "a prediction whose measured curve is not used here: python -m validation.kirigami.predict",
     "gallery": "the gallery itself",
 }
 """Folders without checks on the page, each with its reason."""

@@ -11,6 +11,7 @@ from fsm.builders.patterns.cuts import open_cuts
 from fsm.builders.patterns.foldability import bad_lines
 from fsm.builders.patterns.folding import fold_pattern
 from fsm.builders.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
+from fsm.builders.patterns.slits import slits
 from fsm.case.models.case import Case
 from fsm.case.models.sheet import Sheet
 from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern, edge_groups
@@ -95,6 +96,10 @@ def _generated(sheet: Sheet) -> Pattern:
         return flasher(sides, given("outer_radius"), given("height"))
     if sheet.kind == "tube":
         return tube(rows, given("radius"), given("height"))
+    if sheet.kind == "slits":
+        shift = 0.5 if sheet.shift is None else sheet.shift
+        sizes = given("spacing"), given("slit_length"), given("ligament"), sheet.slit_width or 0.0
+        return slits(given("periods"), rows, *sizes, shift, sheet.margin)
     return yoshimura(sides, rows, given("radius"), given("height"))
 
 

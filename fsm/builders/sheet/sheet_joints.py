@@ -134,6 +134,11 @@ def _kinds(pattern: Pattern) -> str:
 def _crease_per_length(case: Case) -> float:
     """Stiffness of creases over their length, N m/rad per m; for a measured curve, it is the mean slope."""
     crease = case.crease
+    if crease is None:
+        assert case.sheet is not None
+        if case.sheet.crease:
+            raise CaseError(Fault("crease", "section [crease] is missing; a sheet with [[sheet.crease]] needs this section"))
+        return 0.0  # no edge folds
     if isinstance(crease, LinearCrease):
         if crease.stiffness_per_length is None:
             text = f"{crease.stiffness:g} N m/rad is for a whole strip; give crease.stiffness_per_length (N m/rad per m)"

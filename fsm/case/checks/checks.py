@@ -97,8 +97,8 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
             yield Fault(name, f"the squares of a lattice are rigid and have no contact; remove section [{name}]")
     for part in ("strip", "sheet"):
         for name in ("material", "crease") if part in sections.written else ():
-            shell = part == "sheet" and (sections.sheet is None or sections.sheet.is_shell)
-            if name not in sections.written and not (shell and name == "crease"):
+            smooth = part == "sheet" and (sections.sheet is None or sections.sheet.has_no_creases)
+            if name not in sections.written and not (smooth and name == "crease"):
                 yield Fault(name, f"section [{name}] is missing; a {part} needs this section")
 
 

@@ -256,9 +256,9 @@ class Case(Model):
             text = "give [strip], [lattice], [sheet] or [scene]; beside a [strip] or a [sheet], a [scene] adds its parts"
             raise ValueError(text)
         for name, part in (("strip", self.strip), ("sheet", self.sheet)):
-            shell = self.sheet is not None and self.sheet.is_shell
-            if part is not None and (self.material is None or (self.crease is None and not shell)):
-                raise ValueError(f"[{name}] needs [material]" + ("" if shell else " and [crease]"))
+            creased = self.sheet is None or not self.sheet.has_no_creases
+            if part is not None and (self.material is None or (self.crease is None and creased)):
+                raise ValueError(f"[{name}] needs [material]" + (" and [crease]" if creased else ""))
         return self
 
 

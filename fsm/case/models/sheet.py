@@ -19,7 +19,7 @@ Cells = Annotated[Count, Field(ge=1, le=1000)]
 Grading = Annotated[Number, Field(ge=0, le=1)]
 Kind = Literal[
     "miura", "zigzag", "waterbomb", "kresling", "yoshimura", "cone", "flasher", "tube",
-    "miura-tube", "plate", "tape-spring", "stem", "lenticular",
+    "miura-tube", "slits", "plate", "tape-spring", "stem", "lenticular",
 ]  # fmt: skip
 SHELLS = ("plate", "tape-spring", "stem", "lenticular")
 """Kinds without a crease pattern: plates and booms."""
@@ -38,13 +38,16 @@ _KEYS: dict[str, tuple[str, ...]] = {
     "flasher": ("sides", "outer_radius", "height"),
     "tube": ("rows", "radius", "height"),
     "miura-tube": ("columns", "a", "b", "sector_angle", "fold_angle"),
+    "slits": ("periods", "rows", "spacing", "slit_length", "ligament"),
     "plate": ("length", "width"),
     **dict.fromkeys(BOOMS, ("length", "radius", "subtended_angle")),
 }
 """Required keys of each kind."""
 _ANNULUS = ("inner_radius", "outer_radius")
 """Required keys of a plate that is an annulus."""
-_OPTIONAL = {"plate": ("radius",), "annulus": ("slit",), "kresling": ("taper",)}
+_OPTIONAL = {
+    "plate": ("radius",), "annulus": ("slit",), "kresling": ("taper",), "slits": ("slit_width", "shift", "margin"),
+}  # fmt: skip
 """Optional keys of some kinds."""
 _OF_FILE = ("vertices", "edges", "assignment", "angles", "faces")
 """Keys of a pattern that is written in the case."""
@@ -57,7 +60,8 @@ class Sheet(Model):
         default=None,
         description="crease pattern, a plate without creases, or a [boom](booms.md); give this, `pattern` or `vertices`. "
         '"miura", "zigzag", "waterbomb": sheets; "kresling", "yoshimura": tubes; "tube": Z-folded tube; "miura-tube": '
-        'tube of two Miura sheets; "cone": pleated; "flasher": wraps around a hub; "tape-spring", "stem", "lenticular": '
+        'tube of two Miura sheets; "cone": pleated; "flasher": wraps around a hub; "slits": flat sheet with rows of '
+        '[slits](sheets.md#sheets-with-slits); "tape-spring", "stem", "lenticular": '
         "booms",
     )
     columns: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
@@ -67,8 +71,8 @@ class Sheet(Model):
     )
     rows: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
         default=None,
-        description="number of panels or cells along y, or of storeys of a tube",
-        json_schema_extra={"default": 'needed by "miura", "waterbomb", "kresling", "yoshimura", "tube"'},
+        description="number of panels or cells along y, of storeys of a tube, or of rows of slits",
+        json_schema_extra={"default": 'needed by "miura", "waterbomb", "kresling", "yoshimura", "tube", "slits"'},
     )
     a: Annotated[Length, Field(gt=0)] | None = Field(
         default=None,
@@ -146,6 +150,44 @@ class Sheet(Model):
         default=None,
         description='annular "plate": whether it is cut along the positive x axis',
         json_schema_extra={"default": "false"},
+    )
+    periods: Annotated[Number, Field(gt=0, le=1000)] | None = Field(
+        default=None,
+        description='"slits": width of the sheet over `slit_length` + `ligament`; 0.5 is enough for a part between two '
+        "planes of symmetry",
+        json_schema_extra={"default": 'needed by "slits"'},
+    )
+    spacing: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"slits": distance of the middles of neighbouring rows',
+        json_schema_extra={"default": 'needed by "slits"'},
+    )
+    slit_length: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"slits": length of a slit, along x',
+        json_schema_extra={"default": 'needed by "slits"'},
+    )
+    ligament: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description='"slits": length of the sheet between two slits of a row',
+        json_schema_extra={"default": 'needed by "slits"'},
+    )
+    slit_width: Annotated[Length, Field(ge=0)] | None = Field(
+        default=None,
+        description='"slits": size of a slit along y; 0: a cut, without width',
+        json_schema_extra={"default": "0", "range": "< `spacing`"},
+    )
+    shift: Annotated[Number, Field(ge=0, lt=1)] | None = Field(
+        default=None,
+        description='"slits": shift of rows 1, 3, ... along x, over `slit_length` + `ligament`; rows 2, 4, ... begin with '
+        "half of a ligament",
+        json_schema_extra={"default": "0.5"},
+    )
+    margin: tuple[Annotated[Length, Field(ge=0)], Annotated[Length, Field(ge=0)]] | None = Field(
+        default=None,
+        description='"slits": distances of the middles of the first and of the last row from the edges "bottom" and "top"; '
+        "0: the row lies on the edge, for a part of a sheet that ends in a row",
+        json_schema_extra={"default": "`spacing` twice"},
     )
     pattern: Path | None = Field(
         default=None,
@@ -282,7 +324,8 @@ class Sheet(Model):
             missing = [f"`{name}`" for name in needed if getattr(self, name) is None]
             if missing:
                 raise ValueError(f"{self._source} needs {', '.join(missing)}")
-        own = {name for names in _KEYS.values() for name in names} | {*_OF_FILE, *_ANNULUS, "slit", "taper"}
+        own = {name for names in _KEYS.values() for name in names} | {*_OF_FILE, *_ANNULUS}
+        own |= {name for names in _OPTIONAL.values() for name in names}
         allowed = {*needed, *self._optional, "vertices"} if self.pattern is None else set()
         for name in sorted(own - allowed):
             if getattr(self, name) is not None:
@@ -296,6 +339,11 @@ class Sheet(Model):
     def is_shell(self) -> bool:
         """Whether the sheet is a plate or a boom, without a crease pattern."""
         return self.kind in SHELLS
+
+    @property
+    def has_no_creases(self) -> bool:
+        """Whether the sheet has no edges that fold, so that it needs no crease law."""
+        return self.is_shell or self.kind == "slits"
 
     @property
     def is_boom(self) -> bool:
