@@ -333,7 +333,7 @@ class SegmentForces(Configuration):
             for row, gradient, ends in zip(rows[first:], found, group.bodies.tolist(), strict=False):
                 row[ends if found.shape[1] == 2 else slice(None)] += gradient
             first += len(found)
-        return rows[:, self.bodies.free].reshape(len(rows), self.nu)
+        return np.array([self._folded(q, row[self._ordered].ravel()) for row in rows]).reshape(len(rows), self.nu)
 
     # mixed Newton method ----------------------------------------------------------------------------------------------
 
