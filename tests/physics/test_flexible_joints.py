@@ -74,7 +74,7 @@ def test_tip_on_a_sprung_hinge_is_that_of_the_elastica(part: str, tmp_path: Path
     force, spring = 15.0, 40.0
     root, tip = ("start", "end") if part == "beam" else ("left", "right")
     joint = hinge("root", "ground", f"{part}.{root}", 0.0, spring={"stiffness": spring, "rest": 0.0})
-    parts = {"beams": [beam()]} if part == "beam" else {"films": [film(width=_W, mesh=[8, 1])]}
+    parts = {"beams": [beam(elements=16)]} if part == "beam" else {"films": [film(width=_W, mesh=[16, 1])]}
     frames = [{"name": "tip", "on": part} | ({"at": [1.0]} if part == "beam" else {"edge": tip})]
     load = [{"body": "tip", "force": [0.0, 0.0, -force], "time": {"kind": "ramp", "end": 1.0}}]
     save = {"points": {"tip": {"body": "tip"}}, "channels": ["point.tip.position", "joint.root*"]}
@@ -102,3 +102,95 @@ def test_heavy_beam_swings_as_a_rod(tmp_path: Path) -> None:
     assert force == pytest.approx(weight * math.hypot(2.5 * math.sin(angle[-1]), 0.25 * math.cos(angle[-1])), rel=0.02)
     assert np.abs(result["joint.root.position"].values).max() < 1e-9
     assert result.summary["energy_error"] < 1e-3
+
+
+_PANEL = {"panels": 2, "length": 0.8, "width": 1.6, "thickness": 0.01, "mass": 3.5, "gap": 1e-3}
+
+
+def clamped_by_springs(stiffness: float, young: float) -> float:
+    """First frequency, Hz, of two Euler-Bernoulli beams in a row on torsion springs at the base and between them."""
+    length, line_mass = _PANEL["length"], _PANEL["mass"] / _PANEL["length"]
+    bending = young * _PANEL["width"] * _PANEL["thickness"] ** 3 / 12.0
+
+    def determinant(frequency: float) -> float:
+        b, none = ((2.0 * math.pi * frequency) ** 2 * line_mass / bending) ** 0.25, np.zeros(4)
+
+        def at(x: float, order: int) -> np.ndarray:
+            c, s, ch, sh = math.cos(b * x), math.sin(b * x), math.cosh(b * x), math.sinh(b * x)
+            return b**order * np.array([[c, s, ch, sh], [-s, c, sh, ch], [-c, -s, ch, sh], [s, -c, sh, ch]][order])
+
+        rows = np.array([
+            [*at(0.0, 0), *none], [*(bending * at(0.0, 2) - stiffness * at(0.0, 1)), *none],
+            [*at(length, 0), *-at(0.0, 0)],
+            [*(bending * at(length, 2) + stiffness * at(length, 1)), *-stiffness * at(0.0, 1)],
+            [*at(length, 2), *-at(0.0, 2)], [*at(length, 3), *-at(0.0, 3)], [*none, *at(length, 2)], [*none, *at(length, 3)],
+        ])  # fmt: skip
+        return float(np.linalg.det(rows / np.abs(rows).max(axis=1, keepdims=True)))
+
+    return brentq(determinant, 0.5, 5.0)
+
+
+@pytest.mark.parametrize(("kind", "mesh", "within"), [("beam", [4, 1], 1e-4), ("film", [4, 6], 5e-3)])
+def test_deployed_wing_vibrates_as_beams_on_springs(kind: str, mesh: list[int], within: float, tmp_path: Path) -> None:
+    flexible = {"kind": kind, "young": 5e9, "mesh": mesh, "poisson": 0.0}
+    keys = {"stowed": [0.0, 0.0], "hinge": {"spring": {"stiffness": 1e3, "rest": 0.0}}, "flexible": flexible}
+    given = {"units": "SI", "wing": _PANEL | keys, "step": [{"kind": "modes", "modes": 1}]}
+    found = fsm.load(given).run(tmp_path, figures=False).summary["step"][0]["frequencies_hz"][0]
+    assert found == pytest.approx(clamped_by_springs(1e3, 5e9), rel=within)
+
+
+def test_stiff_panels_unfold_and_latch_as_rigid_ones(tmp_path: Path) -> None:
+    """Differences of angles are proportional to 1/E; energy is accounted for in the impacts of latches and stops."""
+    hinge_keys = {
+        "spring": {"stiffness": 0.1, "rest": -0.5 * math.pi}, "damper": {"coefficient": 0.4},
+        "stop": {"lower": 0.0, "stiffness": 1e3, "damping": 10.0}, "latch": {"at": 0.0, "stiffness": 1e3, "damping": 10.0},
+    }  # fmt: skip
+    found = {}
+    for young in (0.0, 5e8, 5e9):
+        keys = {"hinge": hinge_keys} | ({"flexible": {"young": young, "mesh": [2, 1]}} if young else {})
+        given = {
+            "units": "SI", "wing": _PANEL | keys, "solve": {"end_time": 4.9, "error_estimates": "off"},
+            "save": {"interval": 0.1, "channels": ["joint.*"]},
+        }  # fmt: skip
+        found[young] = fsm.load(given).run(tmp_path / str(young), figures=False)
+    before = found[0.0].solution.time < 4.5
+    angles = {young: result["joint.hinge 2.angle"].values[before] for young, result in found.items()}
+    soft, stiff = (np.abs(angles[young] - angles[0.0]).max() for young in (5e8, 5e9))
+    assert stiff < 1e-3 and 0.7 < math.log10(soft / stiff) < 1.3
+    latches = {young: result.summary["joint_events"][0] for young, result in found.items()}
+    assert latches[5e9]["what"] == "latch closes" and latches[5e9]["joint"] == "hinge 2"
+    assert latches[5e9]["time"] == pytest.approx(latches[0.0]["time"], abs=1e-3)
+    assert latches[5e9]["rate_before"] == pytest.approx(latches[0.0]["rate_before"], rel=1e-2)
+    assert max(result.summary["energy_error"] for result in found.values()) < 1e-3
+
+
+def sheet_case(**joint: Any) -> dict[str, Any]:
+    keys = {"name": "j", "kind": "spherical", "first": "ground", "second": "corner", "at": [0.0, 0.0, 0.0]} | joint
+    point = {"name": "t", "points": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], "bars": [[0, 1]], "stiffness": [1e4], "mass": [1.0, 1.0]}
+    return case([keys], {"end_time": 1.0}, trusses=[point], frames=[{"name": "corner", "on": "t", "point": 0}])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (sheet_case(kind="revolute", axis=[0.0, 1.0, 0.0]), "is a point without axes, which carries no moment; use kind"),
+        (sheet_case(at=[0.1, 0.0, 0.0]), "`at` is 0.1 m off it|`at` is 100 mm off it"),
+        (case([hinge("j", "ground", "beam.middle", 0.0)], {"end_time": 1.0}, beams=[beam()]), "no body is called 'beam.middle'"),
+        (
+            case([hinge("j", "ground", "beam.end", 1.0)], {"end_time": 1.0, "method": "mean-force"}, beams=[beam()]),
+            '"mean-force" has no ideal joints',
+        ),
+        (
+            case([], {"end_time": 1.0}, films=[film()], frames=[{"name": "f", "on": "film", "edge": "left", "at": [0.0, 0.0]}]),
+            "a frame on an `edge` has no `at`",
+        ),
+        (
+            {"units": "SI", "wing": _PANEL | {"flexible": {"young": 1e9}, "hinge_axis": [0.0, 0.0, 1.0]}},
+            'beams bend in the x-z plane; give hinge_axis = \\[0, 1, 0\\], or flexible.kind = "film"',
+        ),
+    ],
+    ids=["moment on a point", "off a point", "no such end", "mean force", "edge and point", "beams across"],
+)  # fmt: skip
+def test_wrong_uses_are_refused(given: dict[str, Any], said: str, tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match=said):
+        fsm.load(given).run(tmp_path, figures=False)

@@ -87,17 +87,18 @@ class FlexiblePanels(Model):
     The panels keep their mass, without the inertia of their thickness against rotation.
     """
 
-    kind: Literal["film", "beam"] = Field(
-        default="film",
-        description='"film": panels bend and twist; "beam": they bend about the hinge lines only, which is faster and needs '
-        "hinge lines along y and no second row",
+    kind: Literal["beam", "film"] = Field(
+        default="beam",
+        description='"beam": panels bend about their hinge lines only, which must be along y; "film": they bend and twist, and '
+        "steps take much longer",
     )
     young: Stress = Field(
         gt=0, description="Young's modulus of a homogeneous panel of `thickness` with the bending stiffness of the real one"
     )
     poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="films: Poisson's ratio")
     mesh: tuple[Elements, Elements] = Field(
-        default=(4, 2), description="number of elements of each panel along its length, and with films along its width"
+        default=(4, 4), description="number of elements of each panel along its length, and with films along its width; elements "
+        "of films are best about square"
     )
     viscosity: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time, as of films and beams")
     parts: tuple[str, ...] | None = Field(

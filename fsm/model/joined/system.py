@@ -141,6 +141,11 @@ class JoinedSystem(JoinedConfiguration):
         """See `System`."""
         return super().lock(by_acceleration + self.wave_factor if by_acceleration > 0.0 else 0.0)
 
+    @cached_property
+    def arm(self) -> float:
+        """See `SegmentForces`; frames are at their joints, at no distance from them."""
+        return float(self.scales().length)
+
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
         """See `System`."""
         if not self.locking:
