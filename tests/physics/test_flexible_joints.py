@@ -166,8 +166,8 @@ def test_stiff_panels_unfold_and_latch_as_rigid_ones(tmp_path: Path) -> None:
 
 def sheet_case(**joint: Any) -> dict[str, Any]:
     keys = {"name": "j", "kind": "spherical", "first": "ground", "second": "corner", "at": [0.0, 0.0, 0.0]} | joint
-    point = {"name": "t", "points": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], "bars": [[0, 1]], "stiffness": [1e4], "mass": [1.0, 1.0]}
-    return case([keys], {"end_time": 1.0}, trusses=[point], frames=[{"name": "corner", "on": "t", "point": 0}])
+    bar = {"name": "t", "points": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], "bars": [[0, 1]], "stiffness": [1e4]}
+    return case([keys], {"end_time": 1.0}, trusses=[bar | {"mass": [1.0, 1.0]}], frames=[{"name": "corner", "on": "t", "point": 0}])
 
 
 @pytest.mark.parametrize(
@@ -175,13 +175,19 @@ def sheet_case(**joint: Any) -> dict[str, Any]:
     [
         (sheet_case(kind="revolute", axis=[0.0, 1.0, 0.0]), "is a point without axes, which carries no moment; use kind"),
         (sheet_case(at=[0.1, 0.0, 0.0]), "`at` is 0.1 m off it|`at` is 100 mm off it"),
-        (case([hinge("j", "ground", "beam.middle", 0.0)], {"end_time": 1.0}, beams=[beam()]), "no body is called 'beam.middle'"),
+        (
+            case([hinge("j", "ground", "beam.middle", 0.0)], {"end_time": 1.0}, beams=[beam()]),
+            "no body is called 'beam.middle'",
+        ),
         (
             case([hinge("j", "ground", "beam.end", 1.0)], {"end_time": 1.0, "method": "mean-force"}, beams=[beam()]),
             '"mean-force" has no ideal joints',
         ),
         (
-            case([], {"end_time": 1.0}, films=[film()], frames=[{"name": "f", "on": "film", "edge": "left", "at": [0.0, 0.0]}]),
+            case(
+                [], {"end_time": 1.0}, films=[film()],
+                frames=[{"name": "f", "on": "film", "edge": "left", "at": [0.0, 0.0]}],
+            ),
             "a frame on an `edge` has no `at`",
         ),
         (

@@ -110,7 +110,8 @@ def part_places(scene: Scene) -> dict[str, SceneFrame]:
 def _named_places(scene: Scene) -> list[SceneFrame]:
     """Frames at ends and edges of flexible parts that joints, springs and cords name."""
     known = {GROUND, *(body.name for body in scene.bodies), *(frame.name for frame in scene.frames)}
-    sides = [name for one in (*scene.joints, *scene.springs, *scene.cords) for name in (one.first, one.second)]
+    sides = [name for of in (scene.joints, scene.springs, scene.cords) for one in of for name in (one.first, one.second)]
+    sides += [pulley.body for cord in scene.cords for pulley in cord.over]
     places = part_places(scene) if any("." in name for name in sides) else {}
     return [places[name] for name in dict.fromkeys(sides) if name not in known and name in places]
 

@@ -89,16 +89,17 @@ class FlexiblePanels(Model):
 
     kind: Literal["beam", "film"] = Field(
         default="beam",
-        description='"beam": panels bend about their hinge lines only, which must be along y; "film": they bend and twist, and '
-        "steps take much longer",
+        description='"beam": panels bend about their hinge lines only, which must be along y; "film": they bend and twist, '
+        "and steps take much longer",
     )
     young: Stress = Field(
         gt=0, description="Young's modulus of a homogeneous panel of `thickness` with the bending stiffness of the real one"
     )
     poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="films: Poisson's ratio")
     mesh: tuple[Elements, Elements] = Field(
-        default=(4, 4), description="number of elements of each panel along its length, and with films along its width; elements "
-        "of films are best about square"
+        default=(4, 4),
+        description="number of elements of each panel along its length, and with films along its width; elements of films "
+        "are best about square",
     )
     viscosity: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time, as of films and beams")
     parts: tuple[str, ...] | None = Field(

@@ -12,9 +12,9 @@ from fsm.kernels.body_poses import retract_poses, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_forces import add_tangents_by_deformations, sum_tangents_by_rates
 from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
+from fsm.model.bodies.array_locked import do_along_rates
 from fsm.model.bodies.array_statics import add_damping, advance_by, largest_force_along, per_second_of
 from fsm.model.bodies.array_statics import place_mean as place_mean_bodies
-from fsm.model.bodies.array_locked import do_along_rates
 from fsm.model.bodies.arrays import AGAIN, FREE, INTERVAL, POSES, RATES, STEP, WORK, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
 from fsm.model.joined.array_forces import (

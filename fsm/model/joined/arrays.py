@@ -90,9 +90,8 @@ class Joined(NamedTuple):
 
 
 AT, _FRAMES = 0, len(FrameArrays._fields)
-NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS, ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED, PLACES, WAVES = range(
-    _FRAMES, _FRAMES + 14
-)
+NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS = range(_FRAMES, _FRAMES + 7)
+ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED, PLACES, WAVES = range(_FRAMES + 7, _FRAMES + 14)
 """Rows of `Joined.table`; the bodies of the frames are in row `AT`."""
 
 

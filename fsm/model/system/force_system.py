@@ -333,7 +333,8 @@ class SegmentForces(Configuration):
             for row, gradient, ends in zip(rows[first:], found, group.bodies.tolist(), strict=False):
                 row[ends if found.shape[1] == 2 else slice(None)] += gradient
             first += len(found)
-        return np.array([self._folded(q, row[self._ordered].ravel()) for row in rows]).reshape(len(rows), self.nu)
+        folded = [self._folded(q, row) for row in rows[:, self._ordered].reshape(len(rows), -1)]
+        return np.array(folded).reshape(len(rows), self.nu)
 
     # mixed Newton method ----------------------------------------------------------------------------------------------
 
