@@ -167,7 +167,8 @@ def test_stiff_panels_unfold_and_latch_as_rigid_ones(tmp_path: Path) -> None:
 def sheet_case(**joint: Any) -> dict[str, Any]:
     keys = {"name": "j", "kind": "spherical", "first": "ground", "second": "corner", "at": [0.0, 0.0, 0.0]} | joint
     bar = {"name": "t", "points": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], "bars": [[0, 1]], "stiffness": [1e4]}
-    return case([keys], {"end_time": 1.0}, trusses=[bar | {"mass": [1.0, 1.0]}], frames=[{"name": "corner", "on": "t", "point": 0}])
+    frame = {"name": "corner", "on": "t", "point": 0}
+    return case([keys], {"end_time": 1.0}, trusses=[bar | {"mass": [1.0, 1.0]}], frames=[frame])
 
 
 @pytest.mark.parametrize(
