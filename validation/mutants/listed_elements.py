@@ -316,7 +316,7 @@ JOINED = (
         "fsm/case/derived/wing_scene.py",
         "names[int((x if along else y) > 0.0)]",
         "names[int((x if along else y) < 0.0)]",
-        physics_test("flexible_joints", "test_stiff_panels_unfold_and_latch_as_rigid_ones"),
+        physics_test("flexible_joints", "test_deployed_wing_vibrates_as_beams_on_springs"),
     ),
     Mutant(
         "inertia of the mean-force method halved",
