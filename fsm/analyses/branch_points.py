@@ -36,9 +36,11 @@ class _Rows(NamedTuple):
 
 
 def branch_warnings(solution: Solution, system: SegmentSystem) -> list[str]:
-    """Warning on the first branch point that a mechanism with loops passes, with its joint."""
+    """Warning on the first branch point that a mechanism of rigid bodies with loops passes, with its joint."""
     groups = [group for group in system.locking if isinstance(group, JointGroup)]
     if not groups or len(groups[0].names) <= system.n_free or system.steps_of:  # no loop, or other joints in other steps
+        return []
+    if system.of_vectors:
         return []
     group, rank = groups[0], 0
     couplings = [each for each in system.locking if isinstance(each, LockedCouplings)]

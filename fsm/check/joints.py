@@ -40,6 +40,9 @@ def joint_lines(view: CheckContext) -> Iterator[str]:
     yield from (_joint_text(joint) for joint in joints[:_LISTED])
     if len(joints) > _LISTED:
         yield f"and {len(joints) - _LISTED} more"
+    if view.scene.flexible:
+        yield "degrees of freedom and repeated directions are not counted beside films, cables, beams, trusses and facets"
+        return
     found = JointsAtStart(view.scene)
     yield from _rebounds(joints, MotionMethod(found))
     repeated = found.repeated

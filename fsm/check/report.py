@@ -106,7 +106,7 @@ def _overlaps(case: Case, scene: Scene) -> Iterator[Fault]:
 
 
 def _opened(view: CheckContext) -> Iterator[Fault]:
-    if view.scene.joints and view.plan.begins_in_motion:
+    if view.scene.joints and not view.scene.flexible and view.plan.begins_in_motion:
         yield from JointsAtStart(view.scene).velocity_faults()
 
 
@@ -380,7 +380,7 @@ def _warnings(view: CheckContext) -> Iterator[str]:
     yield from margin_warnings(view)
     yield from library_warnings(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
-    if view.scene.joints and view.plan.begins_in_motion:
+    if view.scene.joints and not view.scene.flexible and view.plan.begins_in_motion:
         yield from JointsAtStart(view.scene).velocity_warnings()
     yield from plan_warnings(view.case, view.scene, view.plan if view.plan.written else None)
     yield from pulled_beyond_length(view)

@@ -305,6 +305,27 @@ CHANNELS = (
 
 JOINED = (
     Mutant(
+        "frames whose maps do not turn in accelerations",
+        "fsm/model/joined/array_locked.py",
+        "rates[f.bodies[i], k] += turns[j, k, c] * now[3 * rows[j] + c]",
+        "rates[f.bodies[i], k] += 0.0 * turns[j, k, c] * now[3 * rows[j] + c]",
+        unit_test("joined_joints", "test_projected_states_open_no_joint"),
+    ),
+    Mutant(
+        "edges of films with half of their turn along the edge",
+        "fsm/model/compile/compile_joined.py",
+        "mean = weight * membrane_shape(x, y, b, c)",
+        "mean = 0.5 * weight * membrane_shape(x, y, b, c)",
+        physics_test("flexible_joints", "test_tip_on_a_sprung_hinge_is_that_of_the_elastica"),
+    ),
+    Mutant(
+        "hinges of flexible panels on the wrong edges",
+        "fsm/case/derived/wing_scene.py",
+        "names[int((x if along else y) > 0.0)]",
+        "names[int((x if along else y) < 0.0)]",
+        physics_test("flexible_joints", "test_deployed_wing_vibrates_as_beams_on_springs"),
+    ),
+    Mutant(
         "inertia of the mean-force method halved",
         "fsm/solve/stepping/vectors.py",
         "out[i] = (2.0 / h) * (x[i] / h - u[i])",

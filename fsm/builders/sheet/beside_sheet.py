@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -19,16 +19,21 @@ from fsm.builders.patterns.places import Place, place_of
 from fsm.builders.sheet.sheet_loads import facet_name, facets_of_vertices
 from fsm.case.derived.frame_bodies import as_assembled, nearest_body, quaternion_matrix
 from fsm.case.models.case import Case
+from fsm.case.models.cord import SceneCord
 from fsm.case.models.facet_mesh import MeshPoint
 from fsm.case.models.flexible import SceneFrame, SceneSeam
 from fsm.case.models.flexible_facets import SHEET, FlexibleFacets
+from fsm.case.models.joint import SceneJoint
 from fsm.case.models.loads import Load
 from fsm.case.models.point_element import BodyPoint, PointElement
 from fsm.case.models.scene import GROUND, Body, ForceElement, Quaternion, Scene
 from fsm.case.models.sheet_parts import Box
+from fsm.case.models.spring import SceneSpring
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.case.schema.known_names import nearest_name
 from fsm.errors import CaseError, Fault
+
+_Between = TypeVar("_Between", SceneJoint, SceneSpring, SceneCord)
 
 
 def with_sheet_frames(case: Case, scene: Scene, more: Scene) -> tuple[Scene, Scene]:
@@ -267,6 +272,9 @@ class _OnFacets(_OnVertices):
                 "elements": tuple(self._element(element, turned) for element in scene.elements),
                 "point_elements": tuple(self._point_element(element) for element in scene.point_elements),
                 "loads": tuple(self._load(load) for load in scene.loads),
+                "joints": tuple(self._named(joint) for joint in scene.joints),
+                "springs": tuple(self._named(spring) for spring in scene.springs),
+                "cords": tuple(self._named(cord) for cord in scene.cords),
             }
         )
 
@@ -280,6 +288,19 @@ class _OnFacets(_OnVertices):
                 point = self.points[name]
                 update |= {end: point.facet, f"point_{end}": _moved(point, getattr(element, f"point_{end}"))}
         return element.model_copy(update=update)
+
+    def _named(self, item: _Between) -> _Between:
+        """Joint, spring or cord on facets; its points are in inertial axes, so they stay."""
+        update: dict[str, object] = {}
+        for end in ("first", "second"):
+            if getattr(item, end) in self.points:
+                update[end] = self.points[getattr(item, end)].facet
+        if isinstance(item, SceneCord):
+            update["over"] = tuple(
+                pulley.model_copy(update={"body": self.points[pulley.body].facet}) if pulley.body in self.points else pulley
+                for pulley in item.over
+            )
+        return item.model_copy(update=update)
 
     def _point_element(self, element: PointElement) -> PointElement:
         ends = tuple(self._body_point(end) for end in element.points)

@@ -63,10 +63,11 @@ def cable_axes(cable: SceneCable | SceneBeam, normal: tuple[float, float, float]
 def with_frames(scene: Scene) -> Scene:
     """Scene in which the frames are massless held bodies at their initial positions.
 
-    Each seam becomes frames and springs, and each contact point becomes a frame. The scene must pass `frame_faults` without
+    Each seam becomes frames and springs. Each contact point, and each end or edge that a joint, a spring or a cord names,
+    becomes a frame. The scene must pass `frame_faults` without
     a fault.
     """
-    frames = list(scene.frames)
+    frames = [*scene.frames, *_named_places(scene)]
     elements = list(scene.elements)
     for seam in scene.seams:
         if not any(frame.name.startswith(f"{seam.name} (") for frame in frames):
@@ -90,6 +91,29 @@ def with_frames(scene: Scene) -> Scene:
         for element in scene.elements
     )
     return scene.model_copy(update={"bodies": all_bodies, "elements": joined})
+
+
+def part_places(scene: Scene) -> dict[str, SceneFrame]:
+    """Frames at all ends of cables and beams and at all edges of films, by the names that joints have for them."""
+    found = {}
+    for name, line in scene.lines.items():
+        upright = abs(line.end[2] - line.start[2]) > 0.9 * math.dist(line.start, line.end)
+        normal = (1.0, 0.0, 0.0) if upright else (0.0, 0.0, 1.0)
+        for end, at in (("start", 0.0), ("end", unstressed_length(line))):
+            found[f"{name}.{end}"] = SceneFrame(name=f"{name}.{end}", on=name, at=(at,), normal=normal)
+    for film in scene.films:
+        for edge in ("left", "right", "bottom", "top"):
+            found[f"{film.name}.{edge}"] = SceneFrame(name=f"{film.name}.{edge}", on=film.name, edge=edge)
+    return found
+
+
+def _named_places(scene: Scene) -> list[SceneFrame]:
+    """Frames at ends and edges of flexible parts that joints, springs and cords name."""
+    known = {GROUND, *(body.name for body in scene.bodies), *(frame.name for frame in scene.frames)}
+    sides = [name for of in (scene.joints, scene.springs, scene.cords) for one in of for name in (one.first, one.second)]
+    sides += [pulley.body for cord in scene.cords for pulley in cord.over]
+    places = part_places(scene) if any("." in name for name in sides) else {}
+    return [places[name] for name in dict.fromkeys(sides) if name not in known and name in places]
 
 
 def as_assembled(element: ForceElement, turned: dict[str, Quaternion]) -> ForceElement:
@@ -207,6 +231,10 @@ def _is_frame(body: Body) -> bool:
 
 
 def _film_faults(frame: SceneFrame, film: SceneFilm, path: str) -> Iterator[Fault]:
+    if frame.edge is not None:
+        if frame.at:
+            yield Fault(f"{path}.at", "a frame on an `edge` has no `at`; remove one of them")
+        return
     if len(frame.at) != 2:
         yield Fault(f"{path}.at", f"{len(frame.at)} numbers; give (x, y) from the centre of the film, in m")
         return
@@ -218,6 +246,8 @@ def _film_faults(frame: SceneFrame, film: SceneFilm, path: str) -> Iterator[Faul
 
 def _cable_faults(frame: SceneFrame, cable: SceneCable | SceneBeam, path: str) -> Iterator[Fault]:
     length, what = unstressed_length(cable), "beam" if isinstance(cable, SceneBeam) else "cable"
+    if frame.edge is not None:
+        yield Fault(f"{path}.edge", f"a {what} has no edges; give `at`, the distance from its start, in m")
     if len(frame.at) != 1:
         yield Fault(f"{path}.at", f"{len(frame.at)} numbers; give the distance from the start of the {what}, in m")
     elif not -1e-9 * length <= frame.at[0] <= (1.0 + 1e-9) * length:
@@ -246,9 +276,16 @@ def _frame_body(frame: SceneFrame, scene: Scene, inside: dict[str, SheetPoint]) 
 
 
 def _on_film(frame: SceneFrame, film: SceneFilm) -> Body:
-    local = [frame.at[0] * (1.0 + film.strain[0]), frame.at[1] * (1.0 + film.strain[1]), 0.0]
+    at = edge_middle(film, frame.edge) if frame.edge is not None else frame.at
+    local = [at[0] * (1.0 + film.strain[0]), at[1] * (1.0 + film.strain[1]), 0.0]
     place = np.array(film.position) + quaternion_matrix(film.orientation) @ np.array(local)
     return _body(frame.name, place, film.orientation)
+
+
+def edge_middle(film: SceneFilm, edge: str) -> tuple[float, float]:
+    """Middle (x, y) of an edge of a film, m."""
+    b, c = 0.5 * film.length, 0.5 * film.width
+    return {"left": (-b, 0.0), "right": (b, 0.0), "bottom": (0.0, -c), "top": (0.0, c)}[edge]
 
 
 def _on_cable(frame: SceneFrame, cable: SceneCable | SceneBeam) -> Body:

@@ -39,13 +39,14 @@ def mechanism_size(scene: Scene) -> float:
 def mechanism_lines(scene: Scene) -> Iterator[MechanismLine]:
     """Lines of bodies without plate and solid from their centre of mass to each of their joints, and lines along axes.
 
-    A body with its joints at its centre of mass only is a cross.
+    Frames have no lines. A body with its joints at its centre of mass only is a cross.
     The line of a joint that slides belongs to its second body, others to its first.
     """
     if not scene.joints:
         return
     size = mechanism_size(scene)
     shown = {body.name for body in scene.bodies if body.plate} | {obstacle.body for obstacle in scene.obstacles}
+    shown |= {frame.name for frame in scene.frames}  # their parts are drawn
     for body in scene.bodies:
         own = [joint.at for joint in scene.joints if joint.first == body.name]
         own += [joint.at if joint.to is None else joint.to for joint in scene.joints if joint.second == body.name]

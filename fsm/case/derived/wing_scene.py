@@ -12,6 +12,7 @@ import numpy as np
 from fsm.case.derived.frame_bodies import matrix_quaternion, quaternion_matrix
 from fsm.case.models.coupling import SceneCoupling
 from fsm.case.models.event import Event
+from fsm.case.models.flexible import SceneBeam, SceneFilm, SceneFrame
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Body, Plate, Scene
 from fsm.case.models.wing import Wing
@@ -66,9 +67,61 @@ def with_wing(wing: Wing, scene: Scene | None) -> Scene:
             body, joint = _side_panel(wing, beside[part.name], bodies[-1], forward @ axes, axis, face)
             bodies.append(body)
             sides.append(joint)
-    all_joints = [*joints, *sides, *_clamps(wing, bodies)]
-    parts: dict[str, Any] = {"bodies": bodies, "joints": all_joints, "couplings": _cables(wing, joints)}
+    bending = [body for body in bodies if body.name in wing.flexible_parts]
+    hinges = [_on_edges(joint, wing, bending) for joint in (*joints, *sides)]
+    clamps = [_on_middles(joint, bending) for joint in _clamps(wing, bodies)]
+    parts: dict[str, Any] = {
+        "bodies": [body for body in bodies if body not in bending], "joints": [*hinges, *clamps],
+        "couplings": _cables(wing, joints),
+    } | _flexible_panels(wing, bending)  # fmt: skip
     return scene.model_copy(update={name: (*getattr(scene, name), *more) for name, more in parts.items()})
+
+
+def _flexible_panels(wing: Wing, panels: Sequence[Body]) -> dict[str, Any]:
+    """Films or beams in place of rigid panels, and frames in the middle of them for hold-downs."""
+    bends = wing.flexible
+    if bends is None:
+        return {}
+    films, beams, frames = list[SceneFilm](), list[SceneBeam](), list[SceneFrame]()
+    for body in panels:
+        assert body.plate is not None
+        length, width, thickness = body.plate.length, body.plate.width, body.plate.thickness
+        shared: dict[str, Any] = {
+            "name": body.name, "young": bends.young, "density": body.mass / (length * width * thickness),
+            "width": width, "thickness": thickness, "viscosity": bends.viscosity,
+        }  # fmt: skip
+        if bends.kind == "film":
+            turned = {"position": body.position, "orientation": body.orientation, "mesh": bends.mesh}
+            films.append(SceneFilm(**shared, **turned, length=length, poisson=bends.poisson))
+        else:
+            half = 0.5 * length * quaternion_matrix(body.orientation)[:, 0]
+            start, end = (tuple((np.array(body.position) + way * half).tolist()) for way in (-1.0, 1.0))
+            beams.append(SceneBeam(**shared, start=start, end=end, elements=bends.mesh[0]))
+        if wing.hold_downs:
+            at = (0.0, 0.0) if bends.kind == "film" else (0.5 * length,)
+            frames.append(SceneFrame(name=f"{body.name}.middle", on=body.name, at=at))
+    return {"films": films, "beams": beams, "frames": frames}
+
+
+def _on_edges(joint: SceneJoint, wing: Wing, panels: Sequence[Body]) -> SceneJoint:
+    """Hinge on the nearest edges or ends of the flexible panels that it joins."""
+    update, beam = {}, wing.flexible is not None and wing.flexible.kind == "beam"
+    for end in ("first", "second"):
+        body = next((body for body in panels if body.name == getattr(joint, end)), None)
+        if body is None or body.plate is None:
+            continue
+        x, y, _ = (np.array(joint.at) - np.array(body.position)) @ quaternion_matrix(body.orientation)
+        along = beam or abs(x) / body.plate.length > abs(y) / body.plate.width
+        names = (("start", "end") if beam else ("left", "right")) if along else ("bottom", "top")
+        update[end] = f"{body.name}.{names[int((x if along else y) > 0.0)]}"
+    return joint.model_copy(update=update)
+
+
+def _on_middles(joint: SceneJoint, panels: Sequence[Body]) -> SceneJoint:
+    """Hold-down on the middles of the flexible panels that it joins."""
+    names = {body.name for body in panels}
+    ends = {end: getattr(joint, end) for end in ("first", "second")}
+    return joint.model_copy(update={end: f"{name}.middle" for end, name in ends.items() if name in names})
 
 
 def wing_events(wing: Wing) -> list[Event]:

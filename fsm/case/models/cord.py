@@ -18,7 +18,7 @@ Place = tuple[Length, Length, Length]
 class CordPoint(Model):
     """Pulley without size, on a body or the ground."""
 
-    body: str = Field(description="body that carries the pulley", json_schema_extra={"range": 'a body or "ground"'})
+    body: str = Field(description="body that carries the pulley", json_schema_extra={"range": "as of a joint"})
     at: Place = Field(description="place of the pulley at the start, inertial axes")
     friction: Number = Field(
         default=0.0, ge=0,
@@ -31,8 +31,8 @@ class SceneCord(Model):
     """Cord without mass, which pulls and never pushes."""
 
     name: Name = Field(description="name of the cord", json_schema_extra={"range": "different from all other cords"})
-    first: str = Field(description="body at its first end", json_schema_extra={"range": 'a body or "ground"'})
-    second: str = Field(description="body at its second end", json_schema_extra={"range": 'a body or "ground"'})
+    first: str = Field(description="body at its first end", json_schema_extra={"range": "as of a joint"})
+    second: str = Field(description="body at its second end", json_schema_extra={"range": "as of a joint"})
     at: Place = Field(description="first end at the start, inertial axes")
     to: Place = Field(description="second end at the start, inertial axes")
     over: tuple[CordPoint, ...] = Field(default=(), description="pulleys in their order from the first end")

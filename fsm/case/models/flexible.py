@@ -120,6 +120,12 @@ class SceneFrame(Model):
         "beam",
         json_schema_extra={"default": "needed for films, cables and beams", "range": "on the film or cable"},
     )
+    edge: Literal["left", "right", "bottom", "top"] | None = Field(
+        default=None,
+        description="edge of a film in place of `at`. The frame has the mean position and the mean direction of the edge; "
+        "its force and moment are spread evenly over the edge, which still bends",
+        json_schema_extra={"default": "a point, `at`"},
+    )
     point: Annotated[Count, Field(ge=0)] | None = Field(
         default=None,
         description="number of the point of a truss, from 0. Such a frame has no axes and carries no moment",

@@ -36,10 +36,14 @@ class SceneJoint(Model):
 
     name: Name = Field(description="name of the joint", json_schema_extra={"range": "different from all other joints"})
     kind: JointKind = Field(description="what the joint leaves free, see below")
-    first: str = Field(description="first body, which carries the axis", json_schema_extra={"range": 'a body or "ground"'})
+    first: str = Field(
+        description="first body, which carries the axis; on flexible parts a frame, or an end or edge by its name, as "
+        '`"beam 1.end"` and `"film 1.left"`',
+        json_schema_extra={"range": 'a body, "ground", a frame, or an end or edge of a flexible part'},
+    )
     second: str = Field(
         description="second body, whose motion relative to the first is the motion of the joint",
-        json_schema_extra={"range": 'a body or "ground"'},
+        json_schema_extra={"range": "as `first`"},
     )
     at: tuple[Length, Length, Length] = Field(description="place of the joint at the start, inertial axes")
     axis: Axis | None = Field(

@@ -31,8 +31,8 @@ class SceneSpring(Model):
     """Spring and damper between two points of bodies or the ground; it has no mass."""
 
     name: Name = Field(description="name of the spring", json_schema_extra={"range": "different from all other springs"})
-    first: str = Field(description="first body", json_schema_extra={"range": 'a body or "ground"'})
-    second: str = Field(description="second body", json_schema_extra={"range": 'a body or "ground"'})
+    first: str = Field(description="first body", json_schema_extra={"range": "as of a joint"})
+    second: str = Field(description="second body", json_schema_extra={"range": "as of a joint"})
     at: tuple[Length, Length, Length] = Field(description="point of the first body at the start, inertial axes")
     to: tuple[Length, Length, Length] = Field(description="point of the second body at the start, inertial axes")
     free_length: Length | None = Field(

@@ -1,4 +1,4 @@
-"""Section [wing] of a case: rigid panels in a row, folded along hinge lines."""
+"""Section [wing] of a case: panels in a row, folded along hinge lines."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.models.coupling import Elasticity
+from fsm.case.models.flexible import Elements
 from fsm.case.models.joint_action import HingeSpring, TurnDamper, TurnFriction, TurnHarness, TurnLatch, TurnStop
 from fsm.case.models.joint_motor import TurnMotor
 from fsm.case.schema.model import Model
-from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number, Time
+from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number, Stress, Time
 
 _SQUARE = 1e-6
 """Cosine of the angle of two axes below which the angle is a right one."""
@@ -80,8 +81,35 @@ class SideRow(Model):
     hinge: WingHinge = Field(default=WingHinge(), description="what acts in its hinges, as in `hinge`")
 
 
+class FlexiblePanels(Model):
+    """Panels that bend. Hinges act on the edges of films ([frames](#scene-frames)), or on the ends of beams.
+
+    The panels keep their mass, without the inertia of their thickness against rotation.
+    """
+
+    kind: Literal["beam", "film"] = Field(
+        default="beam",
+        description='"beam": panels bend about their hinge lines only, which must be along y; "film": they bend and twist, '
+        "and steps take much longer",
+    )
+    young: Stress = Field(
+        gt=0, description="Young's modulus of a homogeneous panel of `thickness` with the bending stiffness of the real one"
+    )
+    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="films: Poisson's ratio")
+    mesh: tuple[Elements, Elements] = Field(
+        default=(4, 4),
+        description="number of elements of each panel along its length, and with films along its width; elements of films "
+        "are best about square",
+    )
+    viscosity: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time, as of films and beams")
+    parts: tuple[str, ...] | None = Field(
+        default=None, min_length=1, description='panels that bend: "panel 2", "side 3"',
+        json_schema_extra={"default": "all panels; the yoke is rigid"},
+    )  # fmt: skip
+
+
 class Wing(Model):
-    """Rigid panels in a row, hinged to each other and to a base, and folded as an accordion at the start.
+    """Rigid or flexible panels in a row, hinged to each other and to a base, and folded as an accordion at the start.
 
     Bodies are "yoke", if there is one, and "panel 1", "panel 2", ... from the base. "hinge k" is the hinge of panel k
     towards the base; "root" is that of the yoke.
@@ -139,6 +167,9 @@ class Wing(Model):
         default=(), description="clamps of the stowed wing, each with the time of its release"
     )
     side: SideRow | None = Field(default=None, description="second row of panels, folded sideways")
+    flexible: FlexiblePanels | None = Field(
+        default=None, description="panels that bend", json_schema_extra={"default": "all panels are rigid"}
+    )
     failed: tuple[str, ...] = Field(
         default=(),
         description='parts that do not act: `"spring 3"` is the spring of hinge 3; also `damper`, `latch` and `motor`; '
@@ -207,6 +238,29 @@ class Wing(Model):
                     raise ValueError(f"failed part {name!r}: no cable ends at this hinge")
             elif getattr(self.hinge_of(match[2]), match[1]) is None:
                 raise ValueError(f"failed part {name!r}: this hinge has no {match[1]}")
+        return self
+
+    @property
+    def flexible_parts(self) -> tuple[str, ...]:
+        """Names of the panels that bend."""
+        if self.flexible is None:
+            return ()
+        return self.flexible.parts or tuple(name for name in self.parts if name not in ("base", "yoke"))
+
+    @model_validator(mode="after")
+    def _bending(self) -> Self:
+        if self.flexible is None:
+            return self
+        panels = [name for name in self.parts if name not in ("base", "yoke")]
+        wrong = [name for name in self.flexible_parts if name not in panels]
+        if wrong:
+            raise ValueError(f"`flexible.parts`: no panel is called {wrong[0]!r}; the panels are {', '.join(panels)}")
+        if self.flexible.kind == "beam":
+            off = max(abs(self.along[1]) / math.hypot(*self.along), math.hypot(self.hinge_axis[0], self.hinge_axis[2]))
+            if off > _SQUARE * math.hypot(*self.hinge_axis):
+                raise ValueError('beams bend in the x-z plane; give hinge_axis = [0, 1, 0], or flexible.kind = "film"')
+            if self.side is not None:
+                raise ValueError('beams have no long edges for the hinges of `side`; give flexible.kind = "film"')
         return self
 
     @model_validator(mode="after")

@@ -74,9 +74,10 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False, unheld: int = 0)
 
 def dynamic_method(scene: Scene) -> str:
     """Method for motions: generalized-alpha is not used for undamped films and cables, because its numerical damping would
-    remove their vibration energy. `fsm.model.plan.motion_method` takes explicit steps in its place where they cost less.
+    remove their vibration energy, unless ideal joints need it. `fsm.model.plan.motion_method` takes explicit steps in its
+    place where they cost less.
     """
-    return "mean-force" if scene.flexible else "generalized-alpha"
+    return "mean-force" if scene.flexible and not scene.joints else "generalized-alpha"
 
 
 def beyond_explicit(scene: Scene) -> str:
@@ -113,7 +114,9 @@ def solve_of(solve: Solve, scene: Scene | None) -> Solve:
 
     Settings with a method of statics remain.
     """
-    if scene is None or not (scene.joints or scene.springs or scene.cords) or "rtol" in solve.model_fields_set:
+    if scene is None or scene.flexible or "rtol" in solve.model_fields_set:
+        return solve
+    if not (scene.joints or scene.springs or scene.cords):
         return solve
     if solve.method in STATICS:
         return solve

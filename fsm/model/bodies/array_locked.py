@@ -81,17 +81,23 @@ def do_locked(model: Segments, table: np.ndarray, change: np.ndarray, task: floa
     """Do a task of the kernels `advance` of all elements with an increment (nu,) of the last evaluated state, which becomes
     the rates of the table.
     """
-    total = 0.0
     rates = floats_2d(table, RATES)
     rates[:] = 0.0
     scatter_free(integers_1d(table, FREE), change, change.shape[0] < 0, rates)
+    return float(do_along_rates(model, table, task, part))
+
+
+@kernel
+def do_along_rates(model: Segments, table: np.ndarray, task: float, part: float) -> float:
+    """Do a task of the kernels `advance` of all elements; the rates of the table contain the increments of all bodies."""
+    total = 0.0
     for k in range(model.elements.shape[0]):
         total += call_at(model.elements[k, ADVANCE_BY], table, model.element_tables[k], task, part)
     return total
 
 
 @kernel
-def _project(model: Segments, t: float, task: int) -> float:
+def project(model: Segments, t: float, task: int) -> float:
     """Do a task of a projection with the arrays `at_rest`; returns the error."""
     error = 0.0
     for k in range(model.elements.shape[0]):
@@ -102,7 +108,7 @@ def _project(model: Segments, t: float, task: int) -> float:
 @kernel
 def swap_multipliers(model: Segments) -> None:
     """Exchange the present multipliers and those of the last accepted state."""
-    _project(model, 0.0, SWAP)
+    project(model, 0.0, SWAP)
 
 
 @kernel
@@ -140,7 +146,7 @@ def _measure_and_factorise(model: Segments, t: float) -> None:
     other, p = model.at_rest, pattern_of(model.table)
     matrix, stiffness = floats_3d(other, MATRIX), floats_3d(other, STIFFNESS)
     stiffness[:] = 0.0
-    _project(model, t, MEASURE)
+    project(model, t, MEASURE)
     copy_into(stiffness, matrix)
     add_inertia(other, 1.0)
     model.equations.factorise(
@@ -158,19 +164,19 @@ def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> b
     copy_into(floats_2d(table, RATES), rates)
     _measure_and_factorise(model, t)
     force[:] = 0.0
-    if _project(model, t, CLOSE) > 0.0:
+    if project(model, t, CLOSE) > 0.0:
         copy_into(retract(model, q, _correction(model, gather_free(free, force))), q)
         place(table, t, q, u)
         _measure_and_factorise(model, t)  # with the old factors, r times the square of the rotation limits convergence
     before = np.inf
     for _ in range(MOST):
         force[:] = 0.0
-        error = _project(model, t, AT_RATES)
+        error = project(model, t, AT_RATES)
         if not 0.0 < error < STALLED * before:
             break
         before = error
         _move(model, u, _correction(model, gather_free(free, force)))
-    _project(model, t, BEND)
+    project(model, t, BEND)
     place(table, t, q, u)
     return True
 
@@ -188,7 +194,7 @@ def find_multipliers(model: Segments, t: float, rate: np.ndarray) -> bool:
     before, largest = np.inf, 0.0
     for number in range(MOST):
         copy_into(floats_2d(table, FORCE), force)
-        error = _project(model, t, AT_ACCELERATIONS)
+        error = project(model, t, AT_ACCELERATIONS)
         if number > 1 and error <= EXACT * largest:
             break
         right = gather_free(free, force)
@@ -198,7 +204,7 @@ def find_multipliers(model: Segments, t: float, rate: np.ndarray) -> bool:
         if number > 1 and not 0.0 < error < STALLED * before:  # the first two errors follow from the given acceleration
             break
         before, largest = error, max(largest, error)
-    _project(model, t, KEEP)
+    project(model, t, KEEP)
     rates[:] = 0.0
     return True
 

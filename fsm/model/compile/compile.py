@@ -6,6 +6,7 @@ All faults of the scene are found first and raised together.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -79,8 +80,9 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
 class SceneCompiler:
     """Arrays of the bodies, force elements, contacts and loads of a scene without faults."""
 
-    def __init__(self, scene: Scene, spatial: bool) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, spatial: bool, mobility: Mapping[str, np.ndarray] | None = None) -> None:
+        """`mobility` are the inverses of the inertia (6,) of frames, by name."""
+        self.scene, self.mobility = scene, mobility or {}
         self.spatial = spatial
         self.all_bodies = (Body(name=GROUND, mass=0.0, inertia=(0.0, 0.0, 0.0), held=True), *scene.bodies)
         self.index = {body.name: i for i, body in enumerate(self.all_bodies)}
@@ -282,6 +284,8 @@ class SceneCompiler:
         )
         locked, inverse = None, np.zeros(bodies.inertia.shape)
         inverse[bodies.free] = 1.0 / bodies.inertia[bodies.free]
+        for name, own in self.mobility.items():
+            inverse[self.index[name]] = own
         if joints:
             locked = joint_group(joints, ends, self.pose, {a.name for of in actions for a in of if a.verb == "lock"})
             set_inertia(locked, [group for group in couplings if isinstance(group, LockedCouplings)], self.pose, inverse)

@@ -72,7 +72,8 @@ def compile_planned(
         system = compile_whole(case, scene, plan)
     except CaseError as error:
         raise CaseError(with_paths_of_steps(case, error.faults), source) from None
-    if scene.joints and system.nu and not case.step and plan_of(case, scene).begins_in_motion:
+    rigid = scene.joints and not scene.flexible
+    if rigid and system.nu and not case.step and plan_of(case, scene).begins_in_motion:
         joints = JointsAtStart(scene)
         opened = list(joints.velocity_faults())
         if opened:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from fsm.case.derived.contact_points import contact_points, points_inside
-from fsm.case.derived.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
+from fsm.case.derived.frame_bodies import cable_axes, edge_middle, frame_faults, quaternion_matrix, with_frames
 from fsm.case.models.chambers import PanelSurface
 from fsm.case.models.facet_mesh import MeshPoint, facet_vectors
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
@@ -23,7 +24,7 @@ from fsm.model.compile.fold_laws_of import fold_laws_of
 from fsm.model.faults.check_scene import check_scene
 from fsm.model.joined.chambers import Chambers, OrificeArea, Surface
 from fsm.model.joined.drawn_lines import DrawnLines
-from fsm.model.joined.frames import FramePoint, Frames
+from fsm.model.joined.frames import FramePoint, Frames, frame_maps
 from fsm.model.joined.panel_gas import PanelGas, PanelGasSystem
 from fsm.model.joined.system import JoinedSystem
 from fsm.model.nodes.facets.folds import BETWEEN_POINTS, FoldGroup
@@ -31,12 +32,14 @@ from fsm.model.nodes.facets.pressure import PressedFaces
 from fsm.model.nodes.films.film import FilmMaterial, LaminateMaterial
 from fsm.model.nodes.loading import Loading
 from fsm.model.nodes.mesh import Mesh
-from fsm.model.nodes.shape import cable_shape, membrane_shape
+from fsm.model.nodes.shape import cable_shape, gauss, membrane_shape
 from fsm.model.nodes.system.build import BeamMaterial, CableMaterial, FilmGrid, MeshBuilder
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.nodes.truss import BarGroup
 from fsm.model.system.system import SegmentSystem
 
+_ON_EDGE = 3
+"""Number of Gauss points on the edge of an element; the products of a line and a cubic function are exact."""
 _PIECES = 3
 """Number of straight lines with which an element of a cable is drawn."""
 
@@ -78,12 +81,31 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
         tuple(_unoriented(p) if frame.name in touching else p for frame, p in zip(scene.frames, points, strict=True)),
     )
     elements = AncfSystem(parts.mesh, Loading(gravity=scene.gravity))
-    compiler = SceneCompiler(scene, True)
+    compiler = SceneCompiler(scene, True, _mobility(scene, elements, frames))
     pressures = tuple(load for load in scene.loads if load.pressure is not None)
     faces = parts.pressed(scene)
     chambers = parts.chambers(scene, faces)
     joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), faces, pressures, chambers)
     return compiler.switched(joined)
+
+
+def _mobility(scene: Scene, elements: AncfSystem, frames: Frames) -> dict[str, np.ndarray]:
+    """Inverse of the inertia (6,) of the frames that joints act on at the start, by name; zero along held coordinates."""
+    used = {name for joint in scene.joints for name in (joint.first, joint.second)}
+    maps = np.zeros((len(frames.vectors), 6, 3))
+    shapes = maps.shape, (len(frames.bodies), 6, 6), (len(frames.bodies), 6)
+    own = frames.first, frames.vectors, frames.weights, frames.along, frames.across, frames.fixed, frames.oriented
+    still = np.zeros(elements.nu), np.zeros((len(frames.bodies), 3))
+    frame_maps(*own, elements.start, *still, maps, *(np.zeros(shape) for shape in shapes))
+    found = {}
+    for i, frame in enumerate(scene.frames):
+        if frame.name in used:
+            rows = np.zeros((6, elements.nu))
+            for j in range(frames.first[i], frames.first[i + 1]):
+                rows[:, frames.vectors[j] : frames.vectors[j] + 3] += maps[j]
+            rows[:, elements.fixed] = 0.0
+            found[frame.name] = np.array([row @ elements.mass_solve(row) for row in rows])
+    return found
 
 
 def _frame_point(parts: _Parts, scene: Scene, frame: SceneFrame, inside: dict[str, SheetPoint]) -> FramePoint:
@@ -324,7 +346,32 @@ def _cell(lines: np.ndarray, at: float) -> tuple[int, float, float]:
     return i, (at - float(lines[i])) / size, size
 
 
+def _edge_point(film: SceneFilm, grid: FilmGrid, edge: str) -> FramePoint:
+    """Frame on an edge: means of position and of the slope across the edge, and the slope of the linear fit along it."""
+    across = edge in ("left", "right")  # the edge runs along y
+    lines, size = (grid.y, film.width) if across else (grid.x, film.length)
+    fixed = edge_middle(film, edge)[0 if across else 1]
+    places, shares = gauss(_ON_EDGE)
+    found: dict[int, np.ndarray] = {}
+    for first, last in pairwise(lines.tolist()):
+        for place, share in zip(places.tolist(), shares.tolist(), strict=True):
+            along = first + place * (last - first)
+            at = (fixed, along) if across else (along, fixed)
+            (i, x, b), (j, y, c) = (_cell(cells, one) for cells, one in zip((grid.x, grid.y), at, strict=True))
+            weight = share * (last - first) / size
+            mean = weight * membrane_shape(x, y, b, c)
+            slope = weight * membrane_shape(x, y, b, c, derivative=(1, 0) if across else (0, 1))
+            fit = 12.0 * along / size**2 * mean
+            rows = np.array([mean, slope, fit] if across else [mean, fit, slope]).T
+            for vector, row in zip(grid.vectors(i, j).tolist(), rows, strict=True):
+                found[vector] = found.get(vector, 0.0) + row
+    weights, first_way, second_way = np.array(list(found.values())).T
+    return _point(np.array(list(found), dtype=np.int64), weights, first_way, second_way, np.zeros(3))
+
+
 def _film_point(film: SceneFilm, grid: FilmGrid, frame: SceneFrame) -> FramePoint:
+    if frame.edge is not None:
+        return _edge_point(film, grid, frame.edge)
     (i, x, b), (j, y, c) = (_cell(lines, at) for lines, at in zip((grid.x, grid.y), frame.at, strict=True))
     weights, along, across = (membrane_shape(x, y, b, c, derivative=d) for d in ((0, 0), (1, 0), (0, 1)))
     return _point(grid.vectors(i, j), weights, along, across, np.zeros(3))

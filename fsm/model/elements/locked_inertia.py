@@ -15,6 +15,10 @@ _REPEATED = 1e-10
 """Smallest ratio of eigenvalues of openings, scaled to unit size, that do not follow from others."""
 
 
+_STANDS = 1e-13
+"""Motion of an opening by unit efforts, relative to that between the lightest bodies, that counts as none."""
+
+
 def set_inertia(group: JointGroup, couplings: Sequence[LockedCouplings], poses: np.ndarray, inverse: np.ndarray) -> None:
     """Set the inertia of all locked openings; that of released ones is zero, so that they have no effort.
 
@@ -25,7 +29,8 @@ def set_inertia(group: JointGroup, couplings: Sequence[LockedCouplings], poses: 
     poses : (n_bodies, 7) array
         Present poses.
     inverse : (n_bodies, 6) array
-        Inverse of the inertia; zero for bodies that cannot move.
+        Inverse of the inertia; zero for bodies that cannot move. That of frames is their own, without others on the same
+        part.
     """
     rows = np.zeros((len(group.kinds), *inverse.shape))
     for row, gradient, ends in zip(rows, group.openings(poses)[1].reshape(-1, 2, 6), group.bodies.tolist(), strict=True):
@@ -48,9 +53,10 @@ def _inertia(rows: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     whatever the ratios of masses. Of openings that follow from others the pseudo-inverse has a share. `rows` are the
     gradients (n, n_bodies, 6).
     """
+    largest = np.linalg.norm((rows * np.sqrt(inverse.max(axis=0))).reshape(len(rows), -1), axis=1)
     rows = (rows * np.sqrt(inverse)).reshape(len(rows), -1)
     sizes = np.linalg.norm(rows, axis=1)
-    sizes[sizes == 0.0] = math.inf
+    sizes[sizes <= _STANDS * largest] = math.inf
     scaled = rows / sizes[:, None]
     return np.asarray(np.diag(np.linalg.pinv(scaled @ scaled.T, _REPEATED, hermitian=True)) / sizes**2)
 

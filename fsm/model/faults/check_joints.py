@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from fsm.case.derived.frame_bodies import part_places
 from fsm.case.models.cord import SceneCord
 from fsm.case.models.joint import WITH_TO, SceneJoint
 from fsm.case.models.scene import GROUND, Scene
@@ -20,21 +21,29 @@ _CLOSED = 1e-9
 """Opening at the start that counts as closed, relative to the distances of `to` from `at` and from the body."""
 
 
+_OF_POINTS = "spherical", "distance", "in-line", "in-plane"
+"""Kinds that carry no moment on their second body; the first two carry none on their first body either."""
+
+
 def joint_faults(scene: Scene) -> Iterator[Fault]:
-    """Faults of `[[scene.joints]]`."""
-    if scene.joints and (scene.flexible or scene.chambers):
-        text = "ideal joints act between rigid bodies in a scene without films, cables, beams, trusses and flexible facets; "
-        yield Fault("scene.joints", text + "use [[scene.elements]] in this scene")
+    """Faults of `[[scene.joints]]`, `[[scene.springs]]` and `[[scene.cords]]`."""
+    for key in ("joints", "springs", "cords"):
+        if getattr(scene, key) and scene.panels_of_gas is not None:
+            text = f'{key} are not available beside gas in rigid panels; give sheet.facets = "bars" or "flexible"'
+            yield Fault(f"scene.{key}", text)
     yield from _springs(scene)
     yield from _cords(scene)
     yield from _names("joints", scene.joints)
-    names = [GROUND, *(body.name for body in scene.bodies)]
+    names = _places(scene)
     driven = {name for drive in scene.drives for name in drive.moved}
     places = {body.name: body.position for body in scene.bodies}
-    fixed = {GROUND, *driven, *(body.name for body in scene.bodies if body.held)}
+    frames = {frame.name for frame in scene.frames}
+    fixed = {GROUND, *driven, *(body.name for body in scene.bodies if body.held)} - frames
     for i, joint in enumerate(scene.joints):
         path = f"scene.joints.{i}"
         yield from _bodies(path, joint, names)
+        yield from _on_points(path, joint, scene)
+        yield from _off_points(path, joint, scene)
         if {joint.first, joint.second} <= fixed:
             text = f"joint {joint.name!r} is between {joint.first!r} and {joint.second!r}, which are both held or driven; "
             yield Fault(path, text + "remove it, or free a body")
@@ -47,27 +56,23 @@ def joint_faults(scene: Scene) -> Iterator[Fault]:
 
 def _springs(scene: Scene) -> Iterator[Fault]:
     """Faults of `[[scene.springs]]`."""
-    if scene.springs and (scene.flexible or scene.chambers):
-        text = "springs act between rigid bodies in a scene without films, cables, beams, trusses and flexible facets; "
-        yield Fault("scene.springs", text + "use [[scene.elements]] in this scene")
     yield from _names("springs", scene.springs)
-    names = [GROUND, *(body.name for body in scene.bodies)]
+    names = _places(scene)
     for i, spring in enumerate(scene.springs):
         path = f"scene.springs.{i}"
         yield from _bodies(path, spring, names)
+        yield from _off_points(path, spring, scene)
         if spring.first == spring.second:
             yield Fault(path, f"spring {spring.name!r} joins {spring.first!r} to itself; `first` and `second` must differ")
 
 
 def _cords(scene: Scene) -> Iterator[Fault]:
     """Faults of `[[scene.cords]]`."""
-    if scene.cords and (scene.flexible or scene.chambers):
-        text = "cords act between rigid bodies in a scene without films, cables, beams, trusses and flexible facets; "
-        yield Fault("scene.cords", text + "use [[scene.cables]] in this scene")
     yield from _names("cords", scene.cords)
-    names = [GROUND, *(body.name for body in scene.bodies)]
+    names = _places(scene)
     for i, cord in enumerate(scene.cords):
         yield from _bodies(f"scene.cords.{i}", cord, names)
+        yield from _off_points(f"scene.cords.{i}", cord, scene)
         for k, pulley in enumerate(cord.over):
             if pulley.body not in names:
                 text = f"no body is called {pulley.body!r}{nearest_name(pulley.body, names)}"
@@ -85,6 +90,31 @@ def _bodies(path: str, item: SceneJoint | SceneSpring | SceneCord, names: list[s
         name = getattr(item, end)
         if name not in names:
             yield Fault(f"{path}.{end}", f"no body is called {name!r}{nearest_name(name, names)}")
+
+
+def _places(scene: Scene) -> list[str]:
+    """Names of the ground, of all bodies and frames, and of all ends and edges of flexible parts."""
+    return [GROUND, *(body.name for body in scene.bodies), *part_places(scene)]
+
+
+def _on_points(path: str, joint: SceneJoint, scene: Scene) -> Iterator[Fault]:
+    """Faults of joints at points of trusses and of sheets of bars, which have no axes and carry no moment."""
+    points = {frame.name for frame in scene.frames if frame.point is not None}
+    for end, kinds in (("first", _OF_POINTS[:2]), ("second", _OF_POINTS)):
+        if getattr(joint, end) in points and joint.kind not in kinds:
+            text = f"{getattr(joint, end)!r} is a point without axes, which carries no moment"
+            yield Fault(f"{path}.kind", f"{text}; use kind {' or '.join(kinds)}")
+
+
+def _off_points(path: str, item: SceneJoint | SceneSpring | SceneCord, scene: Scene) -> Iterator[Fault]:
+    """Faults of places that are off the point of a truss or of a sheet of bars on which they are."""
+    places = {body.name: body.position for body in scene.bodies}
+    points = {frame.name for frame in scene.frames if frame.point is not None}
+    for end, key in (("first", "at"), ("second", "at" if item.to is None else "to")):
+        name, at = getattr(item, end), getattr(item, key)
+        if name in points and (off := math.dist(at, places[name])) > _CLOSED * math.hypot(*places[name], 1e-3):
+            text = f"{name!r} is a point without axes, and `{key}` is {shown(off, 'm')} off it; give the point itself"
+            yield Fault(f"{path}.{key}", text)
 
 
 def _opening(joint: SceneJoint, place: tuple[float, ...]) -> float:

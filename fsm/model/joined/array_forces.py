@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.body_poses import scatter_free
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_forces import place as place_bodies
 from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
@@ -35,7 +36,7 @@ from fsm.model.joined.arrays import (
 )
 from fsm.model.joined.condense import add_condensed, add_curvatures, fold_forces
 from fsm.model.joined.frames import frame_maps, place_frames
-from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import DAMPING, FIXED, FORCE, STIFFNESS, Q, U
 from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
 from fsm.model.nodes.system.array_forces import forces_of_coordinates, hold
 from fsm.model.nodes.system.array_forces import place as place_nodes
@@ -86,6 +87,22 @@ def copy_rates(model: Joined, rates: np.ndarray) -> None:
     for i in range(bodies.shape[0]):
         for k in range(6):
             rates[bodies[i], k] = own[i, k]
+
+
+@kernel
+def spread(model: Joined, change: np.ndarray, rates: np.ndarray) -> None:
+    """Write an increment or a rate (nu,) as those of all bodies and frames, (n_bodies, 6), with the present maps."""
+    free, table, fixed = integers_1d(model.bodies.table, FREE), model.table, integers_2d(model.nodes.table, FIXED)
+    f, rows, held, first = frames_of(table), integers_1d(table, NODE_ROWS), fixed.reshape(-1), 6 * free.shape[0]
+    maps = floats_3d(table, MEMBERS)[2 * free.shape[0] :]
+    rates[:] = 0.0
+    scatter_free(free, change[:first], change.shape[0] < 0, rates)
+    for i in range(f.bodies.shape[0]):
+        for j in range(f.first[i], f.first[i + 1]):
+            for c in range(3):
+                if held[3 * rows[j] + c] == 0:
+                    for k in range(6):
+                        rates[f.bodies[i], k] += maps[j, k, c] * change[first + 3 * rows[j] + c]
 
 
 @kernel

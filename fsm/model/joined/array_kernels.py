@@ -12,11 +12,12 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
-from fsm.model.bodies.array_energies import accept_elements, present_energies, present_powers
+from fsm.model.bodies.array_energies import accept_elements, part_before_event, present_energies, present_powers
 from fsm.model.bodies.arrays import MASS as BODY_MASS
 from fsm.model.bodies.arrays import POSES
 from fsm.model.bodies.contact_arrays import have_opened, lack_pairs
 from fsm.model.joined.array_forces import force, free_bodies, place, renewed_force
+from fsm.model.joined.array_locked import advance, consistent, lock
 from fsm.model.joined.array_statics import retract
 from fsm.model.joined.arrays import NEAR, TURNED, Joined, frames_of
 from fsm.model.nodes.arrays import DAMPING, MASS, MATRIX, STIFFNESS, mass_of
@@ -25,7 +26,7 @@ from fsm.model.nodes.system.array_forces import factorise_matrix, rows_times, se
 from fsm.model.nodes.system.array_kernels import accept_present, keep_tangent
 from fsm.model.nodes.system.array_kernels import energies as energies_of_nodes
 from fsm.model.nodes.system.array_kernels import present_powers as powers_of_nodes
-from fsm.solve.stepping.model import CREASES, KINETIC, PANELS, STEADY, UNLOCKED, Calls
+from fsm.solve.stepping.model import CREASES, KINETIC, PANELS, STEADY, Calls
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -111,11 +112,13 @@ def _contacts_opened(model: Joined) -> bool:
 @kernel
 def _part_of_step(model: Joined, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
     bodies = model.bodies
-    if bodies.groups.shape[0] == 0:
+    if bodies.groups.shape[0] == 0 and bodies.elements.shape[0] == 0:
         return 1.0
     place(model, t, q, u)
-    part = bodies.by_contacts.part_of_step(bodies.table, bodies.groups, bodies.contact_laws, t, step)
-    return float(part)
+    part = 1.0
+    if bodies.groups.shape[0] > 0:
+        part = bodies.by_contacts.part_of_step(bodies.table, bodies.groups, bodies.contact_laws, t, step)
+    return min(float(part), part_before_event(bodies, t, step))
 
 
 @kernel
@@ -182,6 +185,6 @@ def _powers(
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, _energies,
-    _keep_tangent, _powers, *UNLOCKED,
+    _keep_tangent, _powers, lock, advance, consistent,
 )  # fmt: skip
 """Kernels of `Joined` that time steps call."""

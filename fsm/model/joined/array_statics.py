@@ -12,9 +12,10 @@ from fsm.kernels.body_poses import retract_poses, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_forces import add_tangents_by_deformations, sum_tangents_by_rates
 from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
+from fsm.model.bodies.array_locked import do_along_rates
 from fsm.model.bodies.array_statics import add_damping, advance_by, largest_force_along, per_second_of
 from fsm.model.bodies.array_statics import place_mean as place_mean_bodies
-from fsm.model.bodies.arrays import FREE, INTERVAL, POSES, RATES, springs_of
+from fsm.model.bodies.arrays import AGAIN, FREE, INTERVAL, POSES, RATES, STEP, WORK, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
 from fsm.model.joined.array_forces import (
     add_turning,
@@ -25,6 +26,7 @@ from fsm.model.joined.array_forces import (
     free_bodies,
     set_frames,
     set_moments,
+    spread,
 )
 from fsm.model.joined.arrays import Joined
 from fsm.model.nodes.arrays import DAMPING, FIXED, LAST, MATRIX, STIFFNESS, Q, U
@@ -155,12 +157,24 @@ def _advance(model: Joined, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
 
 @kernel
 def _multiply(model: Joined, dx: np.ndarray, part: float, again: bool) -> None:
-    """Ideal joints act in scenes without nodes only, so nothing is locked."""
+    _do_at_rest(model, dx, AGAIN if again else STEP, part)
 
 
 @kernel
 def _work_of_locks(model: Joined, dx: np.ndarray) -> float:
-    return 0.0
+    return _do_at_rest(model, dx, WORK, 1.0)
+
+
+@kernel
+def _do_at_rest(model: Joined, dx: np.ndarray, task: float, part: float) -> float:
+    bodies = model.bodies
+    if bodies.elements.shape[0] == 0:
+        return 0.0
+    rates = floats_2d(bodies.at_rest, RATES)
+    spread(model, dx, rates)
+    found = do_along_rates(bodies, bodies.at_rest, task, part)
+    rates[:] = 0.0
+    return found
 
 
 STATICS = StaticCalls(

@@ -54,6 +54,8 @@ class JoinedArrays(NamedTuple):
         Derivatives of the increment of the last factors.
     places : int array
         First coordinate of each nodal vector that is a position.
+    waves : (1,) array, 1/s^2
+        Least factor on the inertia of locked directions in their penalties; see `JoinedConfiguration.wave_factor`.
     """
 
     frames: FrameArrays
@@ -70,22 +72,26 @@ class JoinedArrays(NamedTuple):
     slots: np.ndarray
     turned: np.ndarray
     places: np.ndarray
+    waves: np.ndarray
 
 
 @record
 class Joined(NamedTuple):
-    """Model of bodies and of coordinates, with the table of `JoinedArrays`; the coordinates give `flags`."""
+    """Model of bodies and of coordinates, with the table of `JoinedArrays`; the coordinates give `flags`.
+
+    `projection` are the coordinates with a matrix of their own, for projections to locked directions.
+    """
 
     bodies: Segments
     nodes: Coordinates
     table: np.ndarray
     flags: np.ndarray
+    projection: Coordinates
 
 
 AT, _FRAMES = 0, len(FrameArrays._fields)
-NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS, ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED, PLACES = range(
-    _FRAMES, _FRAMES + 13
-)
+NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS = range(_FRAMES, _FRAMES + 7)
+ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED, PLACES, WAVES = range(_FRAMES + 7, _FRAMES + 14)
 """Rows of `Joined.table`; the bodies of the frames are in row `AT`."""
 
 

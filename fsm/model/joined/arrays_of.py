@@ -16,6 +16,7 @@ from fsm.model.elements.element_group import ElementArrays
 from fsm.model.joined.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.joined.condense import JoinedPattern
 from fsm.model.joined.configuration import JoinedConfiguration
+from fsm.model.nodes.arrays import FACTORS, MATRIX
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
 from fsm.model.system.arrays_of import segments_of
 from fsm.model.system.contact_arrays_of import ContactModel
@@ -77,7 +78,11 @@ def joined_of(
         ),
         near, np.zeros((count, 6)), np.zeros((count, 3)), np.zeros((count, 6, 6)), maps, np.zeros(maps.shape),
         frames.vectors // 3, rows[2 * free :].copy(), first, joined.starts, joined.slots, turned,
-        3 * np.flatnonzero(elements.mesh.is_position[::3]),
+        3 * np.flatnonzero(elements.mesh.is_position[::3]), np.array([system.wave_factor]),
     )  # fmt: skip
     flat = list(flat_arrays(arrays))
-    return JoinedModel(Joined(bodies, nodes, address_table(flat), nodes.flags), of_bodies, of_elements, [*held, *flat])
+    own = [joined.pattern.zeros(), np.zeros(factors.shape)]
+    projection = nodes._replace(table=nodes.table.copy(), flags=np.zeros(3, dtype=np.int64))
+    projection.table[[MATRIX, FACTORS]] = address_table(own)
+    model = Joined(bodies, nodes, address_table(flat), nodes.flags, projection)
+    return JoinedModel(model, of_bodies, of_elements, [*held, *flat, *own])

@@ -33,6 +33,8 @@ from fsm.solve.interface.scales import Scales
 if TYPE_CHECKING:
     pass
 
+_WAVES = 1e-2
+"""Part of the square of the rate of axial waves in an element that counts in penalties; 100 times its stiffness."""
 _FOLLOWED = 0.5
 """Shortest step times omega of the shortest axial wave that the mesh resolves."""
 
@@ -241,6 +243,15 @@ class JoinedConfiguration(SegmentSystem):
         elements = self.elements
         known = max((getattr(group, "wave_speed", 0.0) for group in elements.mesh.groups), default=0.0)
         return known or elements.scales().length * math.sqrt(elements.held_stiffness / elements.held_mass)
+
+    @property
+    def wave_factor(self) -> float:
+        """Least factor on the inertia of a locked direction in its penalty over `STIFF`, 1/s^2.
+
+        A vector of the mesh is as stiff as its inertia times (c/l)^2, with the speed c of axial waves and the length l of
+        an element. In steps longer than l/c, inertia alone gives a penalty below the stiffness of the mesh.
+        """
+        return _WAVES * (self._wave_speed / self.elements.scales().length) ** 2
 
     def shortest_step(self) -> float:
         """See `System`; the result is a fraction of 1/omega of the shortest axial wave that the mesh resolves, which is four

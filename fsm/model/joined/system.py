@@ -16,8 +16,10 @@ import numpy as np
 from scipy import sparse
 
 from fsm.case.models.loads import Load
-from fsm.kernels.blocks import BlockMatrix, BlockPattern, LowRank
+from fsm.kernels.block_lu import fill_in
+from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination, LowRank
 from fsm.kernels.body_poses import increment_blocks, pose_difference
+from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import Group
@@ -46,6 +48,13 @@ if TYPE_CHECKING:
 
 _OF_GAS = 0.01
 """Shortest step times omega of a motion against a gas."""
+
+
+def _alone(pattern: BlockPattern) -> tuple[Elimination, np.ndarray]:
+    """Elimination and data for factors of a pattern (`Ready`)."""
+    order = few_by_minimum_degree(pattern.indptr, pattern.indices)
+    known = Elimination(order, *fill_in(pattern.indptr, pattern.indices, order))
+    return known, np.zeros(known.factors(pattern.size))
 
 
 class JoinedSystem(JoinedConfiguration):
@@ -125,6 +134,38 @@ class JoinedSystem(JoinedConfiguration):
         force = self.force(t, q, u)
         nodes = self.elements.mass_solve(force[self._nu :])
         return np.concatenate([force[: self._nu] / self._mass, nodes])
+
+    # locked directions ------------------------------------------------------------------------------------------------
+
+    def lock(self, by_acceleration: float) -> bool:
+        """See `System`."""
+        return super().lock(by_acceleration + self.wave_factor if by_acceleration > 0.0 else 0.0)
+
+    @cached_property
+    def arm(self) -> float:
+        """See `SegmentForces`; frames are at their joints, at no distance from them."""
+        return float(self.scales().length)
+
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+        """See `System`."""
+        if not self.locking:
+            return False
+        from fsm.model.joined.array_locked import close_openings, find_multipliers
+
+        found = self._locked_model
+        close_openings(found.model, t, q, u)
+        found.bodies[0].force[:] = self._all_forces(t, *self.place(t, q, u))
+        on_nodes = self._generalised(t, q, u, None, np.zeros(self.at_rest.shape))[self._nu :]
+        return bool(find_multipliers(found.model, t, rate, on_nodes))
+
+    @cached_property
+    def _locked_model(self) -> JoinedModel:
+        """Model with the locked directions alone, of the types of the whole model; the groups share their multipliers."""
+        from fsm.model.system.contact_arrays_of import ContactModel  # imports the kernels of all steps
+
+        alone = self.variant(self.bodies, self.motions, self.locking)
+        pattern = alone._first_pattern()
+        return alone._model_of(pattern, alone._near.copy(), _alone, ContactModel(alone.contacts, pattern, True, 0), False)
 
     # forces ---------------------------------------------------------------------------------------------------------
 
@@ -434,11 +475,9 @@ class JoinedSystem(JoinedConfiguration):
         return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics)
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
-        """See `SegmentSystem`; membrane efforts of flexible facets, locked directions, pressures and gas have no
-        arrays in statics.
-        """
+        """See `SegmentSystem`; membrane efforts of flexible facets, pressures and gas have no arrays in statics."""
         facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
-        if facets or self.locking or self.pressures or self.chambers is not None:
+        if facets or self.pressures or self.chambers is not None:
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 

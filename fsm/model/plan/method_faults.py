@@ -21,7 +21,7 @@ def method_faults(plan: Plan, scene: Scene) -> Iterator[Fault]:
         text = f"events happen in motions only, with {', '.join(_WITH_EVENTS)}; the steps of this case are {methods}"
         yield Fault("event", f"{text}; remove [[event]], or add a dynamic step")
     if scene.joints:
-        yield from _unjointed(plan)
+        yield from _unjointed(plan, tuple(name for name in WITH_JOINTS if name != "explicit" or not scene.flexible))
 
 
 def _beyond_explicit(plan: Plan, scene: Scene) -> Iterator[Fault]:
@@ -33,9 +33,9 @@ def _beyond_explicit(plan: Plan, scene: Scene) -> Iterator[Fault]:
             yield Fault(f"step.{number}.solve.method" if plan.written else "solve.method", text)
 
 
-def _unjointed(plan: Plan) -> Iterator[Fault]:
-    """Faults of steps whose method has no ideal joints."""
+def _unjointed(plan: Plan, methods: tuple[str, ...]) -> Iterator[Fault]:
+    """Faults of steps whose method has no ideal joints; `methods` have them."""
     for number, step in enumerate(step for step in plan.steps if step.name != "start" or step.kind != "relax"):
         if step.kind in ("static", "dynamic") and step.method not in WITH_JOINTS and not step.still:
             text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; other methods have them: '
-            yield Fault(f"step.{number}" if plan.written else "solve.method", text + ", ".join(WITH_JOINTS))
+            yield Fault(f"step.{number}" if plan.written else "solve.method", text + ", ".join(methods))

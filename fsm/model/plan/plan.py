@@ -100,7 +100,7 @@ def _short(case: Case, scene: Scene) -> Plan:
 
 def _automatic(case: Case, scene: Scene, end: float, rtol: float) -> tuple[str, str]:
     """Method and reason of a case without steps that ends at this time (s)."""
-    if not scene.joints:
+    if not scene.joints or scene.flexible:
         return automatic_method(scene, bool(case.stages))
     motion = MotionMethod(JointsAtStart(scene))
     method, reason = automatic_method(scene, bool(case.stages), motion.unheld)
@@ -254,7 +254,7 @@ class _Planner:
         if not self._has_free():
             return "generalized-alpha", "no body is free"
         if solve.method == "auto" or solve.method in paths:
-            if self.scene.joints:
+            if self.scene.joints and not self.scene.flexible:
                 return MotionMethod(JointsAtStart(self.scene)).choice(duration, solve.rtol, "the step is dynamic")
             return dynamic_method(self.scene), "the step is dynamic"
         return solve.method, "requested"

@@ -37,11 +37,12 @@ def _stretched_sheets(case: Case) -> Iterator[str]:
 
 def _loads_on_held(case: Case, scene: Scene, plan: Plan | None) -> Iterator[str]:
     """Warning for each load on a body that is held whenever the load acts."""
+    frames = {frame.name for frame in scene.frames}  # their parts carry them
     if plan is None:
-        held = frozenset(body.name for body in scene.bodies if body.held) - {frame.name for frame in scene.frames}
+        held = frozenset(body.name for body in scene.bodies if body.held) - frames
         acting = [(load, held) for _, load in loads_of(case)]
     else:
-        acting = [(load, step.held) for step in plan.steps for load in step.loads]
+        acting = [(load, step.held - frames) for step in plan.steps for load in step.loads]
     moving = {load.called for load, held in acting if load.body not in held}
     for name, body in {load.called: load.body for load, _ in acting if load.called not in moving}.items():
         hint = "; strip.held lists the held panels" if case.strip is not None else ""

@@ -333,7 +333,8 @@ class SegmentForces(Configuration):
             for row, gradient, ends in zip(rows[first:], found, group.bodies.tolist(), strict=False):
                 row[ends if found.shape[1] == 2 else slice(None)] += gradient
             first += len(found)
-        return rows[:, self.bodies.free].reshape(len(rows), self.nu)
+        folded = [self._folded(q, np.ravel(row)) for row in rows[:, self._ordered]]
+        return np.array(folded).reshape(len(rows), self.nu)
 
     # mixed Newton method ----------------------------------------------------------------------------------------------
 

@@ -131,7 +131,7 @@ def force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> np.ndar
 
 
 @kernel
-def _hold(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
+def hold_rows(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
     """Set the rows and columns of held coordinates in block data, as `fsm.model.nodes.matrices.set_held`."""
     flat, cleared, places = data.reshape(-1), integers_1d(table, CLEARED), integers_1d(table, DIAGONAL)
     for i in range(cleared.shape[0]):
@@ -143,8 +143,8 @@ def _hold(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
 @kernel
 def hold(table: np.ndarray) -> None:
     """Set the rows and columns of held coordinates in K and D."""
-    _hold(table, floats_1d(table, NUMBERS)[HELD_STIFFNESS], floats_3d(table, STIFFNESS))
-    _hold(table, 0.0, floats_3d(table, DAMPING))
+    hold_rows(table, floats_1d(table, NUMBERS)[HELD_STIFFNESS], floats_3d(table, STIFFNESS))
+    hold_rows(table, 0.0, floats_3d(table, DAMPING))
 
 
 @kernel
