@@ -18,12 +18,16 @@ forces are nonlinear over a micrometre, but they are not differences of large nu
 change, and are central too where bodies move or contacts depend on rates. A number that does not change a kind of forces
 needs no compilation for it. No further equilibrium has to be solved. The rates of one-sided differences are those of the
 constant previous state; the effect of its change is a central difference too.
+
+Systems with flexible facets, films, cables or beams have central differences for every number, with d = 1e-6 and the whole
+system compiled twice. There dr/dx dx/dp is a central difference along dx/dp.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -37,6 +41,7 @@ from fsm.case.models.scene import Scene
 from fsm.errors import CaseError, Fault
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.compile.compile import SceneCompiler
+from fsm.model.compile.compile_case import compile_whole
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 
@@ -58,6 +63,7 @@ _PLACES = ("position", "orientation", "held")
 """Places of bodies."""
 _POINTS = ("point_inner", "point_outer", "axes_inner", "axes_outer")
 """Places of elements."""
+_OTHER_SIZE = "changes the number of degrees of freedom; it cannot be varied continuously"
 _EQUILIBRIUM = 1e-4
 """Largest ratio of the residual of an equilibrium to the largest drive force; a state with a larger ratio is in motion."""
 _ROUND_OFF = 1e-13
@@ -87,11 +93,20 @@ class VariedParameter:
     others, contacts : tuple of SystemPair
         Systems for all forces except contact forces, and for contact forces, whose differences add up. Empty if neither the
         parameter nor the previous state changes these forces.
+    whole : tuple of SystemPair
+        Systems for all forces together.
     """
 
     path: str
-    others: tuple[SystemPair, ...]
-    contacts: tuple[SystemPair, ...]
+    others: tuple[SystemPair, ...] = ()
+    contacts: tuple[SystemPair, ...] = ()
+    whole: tuple[SystemPair, ...] = ()
+
+    def pairs(self) -> Iterator[tuple[SystemPair, bool | None]]:
+        """Pairs of systems, and whether contacts alone count (None: all forces)."""
+        yield from ((pair, False) for pair in self.others)
+        yield from ((pair, True) for pair in self.contacts)
+        yield from ((pair, None) for pair in self.whole)
 
 
 def vary_parameters(case: Case, scene: Scene, system: SegmentSystem, paths: Sequence[str]) -> list[VariedParameter]:
@@ -115,14 +130,22 @@ def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str) -> VariedP
     value = value_at(case, path)
     size = abs(value) or 1.0
 
+    @cache
     def changed(step: float) -> Scene:
         return build_scene(with_values(case, {path: value + step}))
+
+    if not _is_rigid(system):
+        step = _MOVING_STEP * size
+        ends = [compile_whole(case, changed(sign * step), None) for sign in (1.0, -1.0)]
+        if any(end.nq != system.nq for end in ends):
+            raise CaseError(Fault(path, _OTHER_SIZE))
+        return VariedParameter(path, whole=(SystemPair(ends[0], ends[1], step, step),))
 
     def compiled(one: Scene, left_out: dict[str, Any]) -> SegmentSystem:
         spatial = case.solve.spatial or bool(out_of_plane(one))
         found = SceneCompiler(one.model_copy(update=left_out), spatial).system()  # `scene` has no faults
         if found.nq != system.nq:
-            raise CaseError(Fault(path, "changes the number of degrees of freedom; it cannot be varied continuously"))
+            raise CaseError(Fault(path, _OTHER_SIZE))
         return found
 
     def pair(left_out: dict[str, Any], step: float) -> tuple[SystemPair, ...]:
@@ -157,6 +180,23 @@ def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str) -> VariedP
         else:
             contacts = pair(only_contacts, step)
     return VariedParameter(path, others, contacts)
+
+
+def _is_rigid(system: SegmentSystem) -> bool:
+    """Whether a system consists of rigid bodies and their springs alone."""
+    return type(system) is SegmentSystem
+
+
+def _balance(
+    system: SegmentSystem,
+    t: float,
+    q: np.ndarray,
+    u: np.ndarray | None,
+    before: PreviousState | None,
+    contacts: bool | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Force and reactions; systems of nodes alone have no contacts."""
+    return system.balance(t, q, u, before) if contacts is None else system.balance(t, q, u, before, contacts)
 
 
 def _same(one: Scene, other: Scene, parts: Sequence[str]) -> bool:
@@ -238,7 +278,27 @@ class PathSensitivity:
         else:
             self.start_error = np.abs(derivative).max(axis=1)
         self._last = ((t, q.copy()), derivative)
-        return np.asarray(explicit + system.drive_tangent(t, q, u, before) @ derivative) if needed else None
+        return np.asarray(explicit + self._by_motion(t, q, u, before, derivative)) if needed else None
+
+    def _by_motion(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, derivative: np.ndarray
+    ) -> np.ndarray:
+        """(dr/dx) dx/dp (n_drives, p) with a constant previous state."""
+        system, memory = self.system, self.system.memory()
+        if _is_rigid(system):
+            return np.asarray(system.drive_tangent(t, q, u, before) @ derivative)
+        columns = []
+        for way in derivative.T:
+            step = _MOVING_STEP / (float(np.abs(way / self._scales.span).max(initial=0.0)) or 1.0)
+            ends = []
+            for sign in (1.0, -1.0):
+                there = system.retract(q, sign * step * way)
+                rate = u if before is None or u is None else system.difference(before[1], there) / (t - before[0])
+                if len(memory):
+                    system.restore(memory)
+                ends.append(system.balance(t, there, rate, before)[1])
+            columns.append((ends[0] - ends[1]) / (2.0 * step))
+        return np.array(columns).T
 
     def adjoint(self, t: float, q: np.ndarray) -> np.ndarray:
         """d(force)/d(parameter) (n_drives, p) of one equilibrium, by one linear solve per drive.
@@ -274,25 +334,25 @@ class PathSensitivity:
         """dh/dp (nu, p) and dr/dp (n_drives, p) at a fixed configuration; the last state changes by `last_derivative`."""
         system, memory = self.system, self.system.memory()
         by_parameter = np.zeros((system.nu, len(self.varied)))
-        drive_force = np.zeros((len(system.motions), len(self.varied)))
-        unvaried: dict[bool, tuple[np.ndarray, np.ndarray]] = {}
+        drive_force = np.zeros((len(system.balance(t, q, u, before)[1]), len(self.varied)))
+        unvaried: dict[bool | None, tuple[np.ndarray, np.ndarray]] = {}
 
-        def efforts(varied: SegmentSystem, step: float, k: int, contacts: bool) -> tuple[np.ndarray, np.ndarray]:
+        def efforts(varied: SegmentSystem, step: float, k: int, contacts: bool | None) -> tuple[np.ndarray, np.ndarray]:
             """Force and reaction after a change of the parameter; the previous state of parameter `k` changes by `step`."""
             if varied is system and step == 0.0:
                 if contacts not in unvaried:
-                    unvaried[contacts] = varied.balance(t, q, u, before, contacts)
+                    unvaried[contacts] = _balance(varied, t, q, u, before, contacts)
                 return unvaried[contacts]
-            if contacts and len(memory):
+            if contacts is not False and len(memory):
                 varied.restore(memory)
             previous, rate = before, u
             if step and before is not None and last_derivative is not None:
                 previous = (before[0], system.retract(before[1], step * last_derivative[:, k]))
                 rate = system.difference(previous[1], q) / (t - before[0])
-            return varied.balance(t, q, rate, previous, contacts)
+            return _balance(varied, t, q, rate, previous, contacts)
 
         for k, one in enumerate(self.varied):
-            for pair, contacts in [*((pair, False) for pair in one.others), *((pair, True) for pair in one.contacts)]:
+            for pair, contacts in one.pairs():
                 carried = pair.up if pair.down else 0.0
                 more, less = efforts(pair.more, carried, k, contacts), efforts(pair.less, -pair.down, k, contacts)
                 by_parameter[:, k] += (more[0] - less[0]) / (pair.up + pair.down)

@@ -227,9 +227,7 @@ def _has_derivatives(problem: Problem, point: dict[str, float]) -> bool:
 
 
 def _peak_slopes(problem: Problem, point: dict[str, float]) -> np.ndarray:
-    gradient = differentiated_peak(problem.case(point).case, list(point)).gradient
-    assert gradient is not None
-    return np.asarray(gradient)
+    return differentiated_peak(problem, point, list(point))[1]
 
 
 def _slopes(task: _Task, key: str, x: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from fsm.calibrate.sensitivity import vary_parameters
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.model.compile.compile import SceneCompiler, compile_scene
-from fsm.studies.problem import numbers_of
+from fsm.studies.problem import case_problem, numbers_of
 from fsm.studies.sensitivity import differentiated_peak
 
 CASES = Path(__file__).parents[2] / "folding_cases"
@@ -110,9 +110,11 @@ def test_responses_of_joints() -> None:
     assert found["peak_force"] == (2.0, "N")
 
 
-def test_a_case_without_a_travel_has_no_exact_derivatives() -> None:
-    with pytest.raises(CaseError, match=r"for a .*drive.* with a travel only"):
-        differentiated_peak(fsm.load(CASES / "dropped_plates" / "case.toml").model, ["contact.stiffness"])
+def test_a_motion_has_no_exact_derivatives() -> None:
+    file = CASES / "dropped_plates" / "case.toml"
+    problem, _ = case_problem(fsm.load(file)._tables, file, ["solve.end_time=2 ms"], ["contact.stiffness"], (), str(file))
+    with pytest.raises(CaseError, match=r"exact derivatives need one equilibrium path: no motion"):
+        differentiated_peak(problem, {}, ["contact.stiffness"])
 
 
 def test_scatter_is_propagated_with_correlations(tmp_path: Path) -> None:
