@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -50,11 +50,12 @@ class Response(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class PeakResponse(ShortRepr):
-    """Largest force (N), its travel (m), and its gradient (p,)."""
+    """Largest force (N), its travel (m), its gradient (p,), and faults of parameters without derivatives (NaN)."""
 
     force: float
     travel: float
     gradient: np.ndarray | None = None
+    without: tuple[Fault, ...] = ()
 
 
 def force_response(
@@ -136,8 +137,15 @@ def peak_of_run(case: Case, path: PathStates, parameters: Sequence[str]) -> Peak
     if not np.isfinite(f).all():
         raise CaseError(Fault("drive", "the peak has exact derivatives for a [[drive]] only"))
     rows = sorted(set(peak_rows(s, f)))
-    near = path.derivatives_near(vary_parameters(case, scene, path.system, parameters), rows)
-    return peak_of(Response(s[rows], f[rows], near))
+    varied, without = list[VariedParameter](), list[Fault]()
+    for name in parameters:
+        try:
+            varied += vary_parameters(case, scene, path.system, [name])
+        except CaseError as error:
+            without += error.faults
+    near = np.full((len(rows), len(parameters)), np.nan)
+    near[:, [parameters.index(one.path) for one in varied]] = path.derivatives_near(varied, rows)
+    return replace(peak_of(Response(s[rows], f[rows], near)), without=tuple(without))
 
 
 def peak_of(response: Response) -> PeakResponse:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from fsm.calibrate.response import PathStates, peak_of_run
+from fsm.calibrate.response import PathStates, PeakResponse, peak_of_run
 from fsm.case.models.case import Case
 from fsm.case.models.study import StudyFile, StudyResponse
 from fsm.errors import CaseError, Fault, FsmError
@@ -185,16 +185,15 @@ def differentiated_peak(problem: Problem, values: Mapping[str, float], paths: Se
     states = PathStates()
     loaded = problem.case(values)
     run = evaluate(problem, values, loaded, states.add)
-    return run, _gradient(loaded.case, states, paths, run)
+    return run, np.asarray(_peak(loaded.case, states, paths, run).gradient)
 
 
-def _gradient(case: Case, states: PathStates, paths: Sequence[str], run: Run) -> np.ndarray:
+def _peak(case: Case, states: PathStates, paths: Sequence[str], run: Run) -> PeakResponse:
     peak = peak_of_run(case, states, list(paths))
-    assert peak.gradient is not None
     value = run.responses.get(PEAK, peak.force)
     if abs(peak.force - value) > _SAME * abs(value):
         raise CaseError(Fault("drive", f"the equilibrium path has a peak of {peak.force:.5g} N, the run of {value:.5g} N"))
-    return np.asarray(peak.gradient)
+    return peak
 
 
 def _exact(
@@ -204,15 +203,16 @@ def _exact(
     if of != PEAK:
         return {}, "only the peak force has exact derivatives"
     try:
-        gradient = _gradient(case, states, paths, run)
+        peak = _peak(case, states, paths, run)
     except CaseError as error:
         return {}, "; ".join(str(fault) for fault in error.faults)
     except FsmError as error:
         return {}, str(error)
-    slopes = {path: float(slope) for path, slope in zip(paths, gradient, strict=True) if np.isfinite(slope)}
-    if len(slopes) < len(paths):
+    slopes = dict(zip(paths, np.asarray(peak.gradient).tolist(), strict=True))
+    slopes = {path: slope for path, slope in slopes.items() if np.isfinite(slope)}
+    if not slopes and not peak.without:
         warnings.append("the peak is at a snap, where the force has no derivative")
-    return slopes, "the peak is at a snap"
+    return slopes, "; ".join(map(str, peak.without)) or "the peak is at a snap"
 
 
 def _differences(

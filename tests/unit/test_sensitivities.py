@@ -60,6 +60,20 @@ def test_one_sided_differences_are_as_exact_as_central_ones(monkeypatch: pytest.
     assert part[still] == pytest.approx(parts()[still], abs=1e-6)
 
 
+def test_derivatives_of_the_peak_of_flexible_facets() -> None:
+    """Both stiffnesses together scale the force; a number that changes the mesh has differences, the others do not."""
+    text = (Path(fsm.__file__).parent / "cli" / "templates" / "flexible.toml").read_text()
+    changes = {"drive.0.travel": "0.4 mm", "sheet.mesh_size": "10 mm", "solve.error_estimates": "off", "solve.rtol": 1e-6}
+    case = fsm.load(text).set(changes)
+    stiffnesses = ["material.young", "crease.stiffness_per_length"]
+    found = case.sensitivity(by=[*stiffnesses, "sheet.fold_angle", "sheet.a"])
+    assert [one.exact for one in found.derivatives] == [True, True, True, False]
+    assert sum(found.elasticity(found[path]) for path in stiffnesses) == pytest.approx(1.0, abs=1e-5)
+    angle = found["sheet.fold_angle"]
+    ends = [case.set("sheet.fold_angle", angle.value * (1.0 + k)).run().summary["peak_force"] for k in (-2e-3, 2e-3)]
+    assert angle.slope == pytest.approx((ends[1] - ends[0]) / (4e-3 * angle.value), rel=1e-4)
+
+
 COMPILATIONS = {
     "material.young": 1, "crease.stiffness": 1, "contact.stiffness": 1, "strip.thickness": 2, "strip.fold_angle": 4,
 }  # fmt: skip
