@@ -16,11 +16,11 @@ import numpy as np
 from scipy import stats
 
 from fsm.calibrate.response import PathStates, PeakResponse, peak_of_run
+from fsm.case.loading.model_file import read_file
 from fsm.case.models.case import Case
 from fsm.case.models.study import StudyFile, StudyResponse
 from fsm.errors import CaseError, Fault, FsmError
 from fsm.studies.problem import Problem, Run, case_problem, evaluate, nominal_value
-from fsm.studies.read import read_file
 from fsm.studies.rows import run_all
 from fsm.studies.scatter import correlation_matrix, scatter_of
 
