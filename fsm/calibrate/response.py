@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from fsm.builders.scene import build_scene
-from fsm.calibrate.sensitivity import PathSensitivity, vary_parameters
+from fsm.calibrate.sensitivity import PathSensitivity, VariedParameter, vary_parameters
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
 from fsm.case.plan.method_selection import automatic_method
@@ -18,14 +19,15 @@ from fsm.model.compile.compile import compile_scene
 from fsm.model.compile.compile_case import path_settings
 from fsm.model.elements.hysteresis import HysteresisGroup
 from fsm.model.system.system import SegmentSystem
+from fsm.results.quantities import peak_rows
 from fsm.solve.equations.newton import equilibrium
-from fsm.solve.outcome.run_io import CurvePoint
+from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint
 from fsm.solve.statics.static import follow
 from fsm.text.short_repr import ShortRepr
 
-_FIRST_LOOK_BACK = 10
+_FIRST_LOOK_BACK = 5
 """Number of states before the peak at which rate-dependent derivatives begin; doubled until the start error is small."""
-_START_ERROR = 1e-10
+_START_ERROR = 1e-7
 """Bound of the relative error at the peak that is due to the derivatives of the first state."""
 
 
@@ -48,11 +50,12 @@ class Response(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class PeakResponse(ShortRepr):
-    """Largest force (N), its travel (m), and its gradient (p,)."""
+    """Largest force (N), its travel (m), its gradient (p,), and faults of parameters without derivatives (NaN)."""
 
     force: float
     travel: float
     gradient: np.ndarray | None = None
+    without: tuple[Fault, ...] = ()
 
 
 def force_response(
@@ -81,42 +84,68 @@ def force_response(
     """
     scene, system = _system(case, parameters)
     travel = np.asarray(travel, dtype=float)
-    path = _follow(case, system, travel)
-    force = np.array([path.force[row] for row in path.rows])
+    path, rows = _follow(case, system, travel)
+    force = np.array([path.force[row] for row in rows])
     if not parameters:
         return Response(travel, force)
     sensitivity = PathSensitivity(system, vary_parameters(case, scene, system, parameters))
     if derivative == "adjoint":
-        jacobian = np.array([sensitivity.adjoint(*path.restore(row))[0] for row in path.rows])
+        jacobian = np.array([sensitivity.adjoint(*path.restore(row))[0] for row in rows])
     else:
-        jacobian = path.derivatives(sensitivity, 0, path.rows, len(parameters))[0]
+        jacobian = path.derivatives(sensitivity, 0, rows, len(parameters))[0]
     return Response(travel, force, jacobian)
 
 
 def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> PeakResponse:
     """Largest force of a case along given travels and its gradient; arguments and errors as in `force_response`.
 
-    Derivatives are computed only for the states around the peak. In a rate-dependent case, derivatives are computed from
-    some states earlier, so that the first state changes the result by less than 1e-10.
+    Derivatives are computed only for the states around the peak.
     """
     scene, system = _system(case, parameters)
     travel = np.asarray(travel, dtype=float)
-    path = _follow(case, system, travel)
-    force = np.array([path.force[row] for row in path.rows])
+    path, all_rows = _follow(case, system, travel)
+    force = np.array([path.force[row] for row in all_rows])
     peak = peak_of(Response(travel, force))
     at = int(np.argmax(force))
-    rows = path.rows[max(at - 1, 0) : at + 2]
-    varied = vary_parameters(case, scene, system, parameters)
-    look_back = _FIRST_LOOK_BACK if system.rate_dependent else 0
-    while True:
-        first = max(rows[0] - look_back, 0)
-        near, start_error = path.derivatives(PathSensitivity(system, varied), first, rows, len(parameters))
-        if first == 0 or look_back == 0 or start_error < _START_ERROR:
-            break
-        look_back *= 2
+    rows = all_rows[max(at - 1, 0) : at + 2]
     jacobian = np.full((len(travel), len(parameters)), np.nan)
-    jacobian[max(at - 1, 0) : at + 2] = near
+    jacobian[max(at - 1, 0) : at + 2] = path.derivatives_near(vary_parameters(case, scene, system, parameters), rows)
     return PeakResponse(peak.force, peak.travel, peak_of(Response(travel, force, jacobian)).gradient)
+
+
+def peak_of_run(case: Case, path: PathStates, parameters: Sequence[str]) -> PeakResponse:
+    """Peak of a run whose states were kept, as its summary gives it, and its gradient.
+
+    Parameters
+    ----------
+    case : case of the run
+    path : states of the run
+    parameters : dotted paths of numbers of the case
+
+    Raises
+    ------
+    CaseError
+        The run has no exact derivatives.
+    """
+    if not path.state or path.systems > 1:
+        raise CaseError(Fault("solve.method", "exact derivatives need one equilibrium path: no motion, no [[step]]"))
+    if case.contact is not None and case.contact.resolve_overlap:
+        raise CaseError(Fault("contact.resolve_overlap", "the start is not differentiable; derivatives are not available"))
+    scene = build_scene(case)
+    _check_derivatives(scene, path.system)
+    s, f = np.array(path.travel), np.array(path.force)
+    if not np.isfinite(f).all():
+        raise CaseError(Fault("drive", "the peak has exact derivatives for a [[drive]] only"))
+    rows = sorted(set(peak_rows(s, f)))
+    varied, without = list[VariedParameter](), list[Fault]()
+    for name in parameters:
+        try:
+            varied += vary_parameters(case, scene, path.system, [name])
+        except CaseError as error:
+            without += error.faults
+    near = np.full((len(rows), len(parameters)), np.nan)
+    near[:, [parameters.index(one.path) for one in varied]] = path.derivatives_near(varied, rows)
+    return replace(peak_of(Response(s[rows], f[rows], near)), without=tuple(without))
 
 
 def peak_of(response: Response) -> PeakResponse:
@@ -144,37 +173,37 @@ def peak_of(response: Response) -> PeakResponse:
 
 
 @dataclass
-class _Path:
+class PathStates:
     """States of an equilibrium path.
 
     Attributes
     ----------
-    system : SegmentSystem
-    times : (n,) array, s
-        Requested times.
+    system : system of the path; that of the last state, if there were several
+    systems : number of systems
     state : list of (time, configuration, memory of friction and hysteresis)
-    force : list of float, N
-        Force of the first drive in every state.
-    rows : list of int
-        Index of the state at every requested time.
-    points : list of CurvePoint
-        Points that the solver adds before it reports a state.
+    travel, force : lists of float, m and N
+        Travel and force of the first drive in every state; NaN without a drive.
     """
 
-    system: SegmentSystem
-    times: np.ndarray
+    system: Any = None
+    systems: int = 0
     state: list[tuple[float, np.ndarray, np.ndarray]] = field(default_factory=list)
+    travel: list[float] = field(default_factory=list)
     force: list[float] = field(default_factory=list)
-    rows: list[int] = field(default_factory=list)
-    points: list[CurvePoint] = field(default_factory=list)
 
-    def add_state(self, t: float, q: np.ndarray) -> None:
-        """Add the state that the solver reached at time t."""
-        if len(self.rows) < len(self.times) and self.times[len(self.rows)] <= t + 1e-9 * self.times[-1]:
-            self.rows.append(len(self.state))
-        observed = self.points and self.points[-1].time == t  # but not the start
-        self.force.append(float(self.points[-1].drive.force[0] if observed else self.system.balance(t, q, None)[1][0]))
-        self.state.append((t, q.copy(), self.system.memory()))
+    def add(self, system: Any, t: float, q: np.ndarray, point: CurvePoint | None) -> None:
+        """Add a state at time t (s); `point` is that of the force curve, if there is one at this time."""
+        if system is not self.system:
+            self.system, self.systems = system, self.systems + 1
+        drive = system.observe(t, q, None).drive if point is None else point.drive
+        self.travel.append(float(drive.travel[0]) if len(drive.travel) else math.nan)
+        self.force.append(float(drive.force[0]) if len(drive.force) else math.nan)
+        self.state.append((t, q.copy(), system.memory()))
+
+    def rows_at(self, times: np.ndarray) -> list[int]:
+        """Number of the state at each time (n,), s."""
+        reached = np.array([t for t, _, _ in self.state]) + 1e-9 * times[-1]
+        return [int(row) for row in np.searchsorted(reached, times)]
 
     def restore(self, row: int) -> tuple[float, np.ndarray]:
         """Time and configuration of a state; restores its memory in the system."""
@@ -195,8 +224,23 @@ class _Path:
         scale = float(np.abs(sensitivity.derivative).max(initial=0.0))
         return jacobian, float(np.abs(sensitivity.start_error).max(initial=0.0)) / scale if scale > 0.0 else 0.0
 
+    def derivatives_near(self, varied: Sequence[VariedParameter], rows: Sequence[int]) -> np.ndarray:
+        """Derivatives (rows, count) of neighbouring states alone.
 
-def _follow(case: Case, system: SegmentSystem, travel: np.ndarray) -> _Path:
+        In a rate-dependent system they are computed from some states earlier on, so that the first state changes the result
+        by less than `_START_ERROR`.
+        """
+        look_back = _FIRST_LOOK_BACK if self.system.rate_dependent else 0
+        while True:
+            first = max(rows[0] - look_back, 0)
+            near, start_error = self.derivatives(PathSensitivity(self.system, varied), first, rows, len(varied))
+            if first == 0 or look_back == 0 or start_error < _START_ERROR:
+                return near
+            look_back *= 2
+
+
+def _follow(case: Case, system: SegmentSystem, travel: np.ndarray) -> tuple[PathStates, list[int]]:
+    """Path along given travels, and the number of the state at each."""
     motion = system.motions[0]
     tolerance = 1e-9 * motion.travel
     if (
@@ -209,13 +253,16 @@ def _follow(case: Case, system: SegmentSystem, travel: np.ndarray) -> _Path:
         raise CaseError(Fault("drive.0.travel", f"{text}; increase the travel if the test has larger displacements"))
     times = np.array([motion.time_of(float(s)) if s > tolerance else 0.0 for s in travel])
     start = _start(case, system)
-    path = _Path(system, times)
-    path.add_state(0.0, start[1])
+    path, points = PathStates(), list[CurvePoint]()
+    path.add(system, 0.0, start[1], None)
     if times[-1] > 0.0:
         settings = path_settings(case, system, float(times[-1]))
-        add = lambda end: path.add_state(end.time, end.q)  # noqa: E731
-        follow(system, settings, times.tolist(), lambda saved: None, add, start, points=path.points, each_step=True)
-    return path
+
+        def add(end: AcceptedStep) -> None:
+            path.add(system, end.time, end.q, points[-1] if points[-1].time == end.time else None)
+
+        follow(system, settings, times.tolist(), lambda saved: None, add, start, points=points, each_step=True)
+    return path, path.rows_at(times)
 
 
 def _start(case: Case, system: SegmentSystem) -> tuple[float, np.ndarray, np.ndarray]:
@@ -234,12 +281,20 @@ def _system(case: Case, parameters: Sequence[str]) -> tuple[Scene, SegmentSystem
     system = compile_scene(scene, case.solve.spatial)
     if not system.motions:
         raise CaseError(Fault("drive", "the case has no drive, so there is no force to compare; give a [[drive]]"))
-    if parameters and scene.friction is not None and scene.friction.law == "lugre":
-        raise CaseError(Fault("friction.law", 'derivatives are not available with "lugre"; use "step" or "tanh"'))
-    if parameters and any(isinstance(group, HysteresisGroup) for group in system.groups):
-        text = "derivatives are not available for creases with hysteresis, because of their memory; use elastic creases"
-        raise CaseError(Fault("crease", text))
+    if parameters:
+        _check_derivatives(scene, system)
     method = automatic_method(scene)[0] if case.solve.method == "auto" else case.solve.method
     if method != "static":
         raise CaseError(Fault("solve.method", f'is "{method}"; a calibration needs the quasi-static method, use "static"'))
     return scene, system
+
+
+def _check_derivatives(scene: Scene, system: Any) -> None:
+    """Refuse a case whose memory or gas has no derivatives."""
+    if scene.friction is not None and scene.friction.law == "lugre":
+        raise CaseError(Fault("friction.law", 'derivatives are not available with "lugre"; use "step" or "tanh"'))
+    if any(isinstance(group, HysteresisGroup) for group in system.groups):
+        text = "derivatives are not available for creases with hysteresis, because of their memory; use elastic creases"
+        raise CaseError(Fault("crease", text))
+    if scene.chambers:
+        raise CaseError(Fault("gas", "derivatives are not available for the gas of chambers"))

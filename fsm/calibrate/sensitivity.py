@@ -18,12 +18,18 @@ forces are nonlinear over a micrometre, but they are not differences of large nu
 change, and are central too where bodies move or contacts depend on rates. A number that does not change a kind of forces
 needs no compilation for it. No further equilibrium has to be solved. The rates of one-sided differences are those of the
 constant previous state; the effect of its change is a central difference too.
+
+The forces of flexible facets, films, cables and beams are differences of large numbers for every parameter: with d = 1e-6
+the round-off is 1e-3 of the result. Their differences have the steps d and 2d with d = 5e-4, (4 D(d) - D(2d))/3, with an
+error of d^4 times the fifth derivative and a round-off of 1e-6. The whole system is compiled four times for each parameter,
+and dr/dx dx/dp is a difference of the same kind along dx/dp.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -37,6 +43,7 @@ from fsm.case.models.scene import Scene
 from fsm.errors import CaseError, Fault
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.compile.compile import SceneCompiler
+from fsm.model.compile.compile_case import compile_whole
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 
@@ -44,6 +51,10 @@ _STEP = 1e-7
 """Relative step of a parameter that moves nothing, in one-sided differences."""
 _MOVING_STEP = 1e-6
 """Relative step of a parameter that moves bodies or points, in central differences."""
+_FLEXIBLE_STEP = 5e-4
+"""Smaller relative step of a parameter, and step of a motion relative to the span, with flexible parts."""
+_TWO_STEPS = (1.0, 4.0 / 3.0), (2.0, -1.0 / 3.0)
+"""Two steps of differences in units of the smaller one, and the weights of the differences."""
 _CONTACT_STEP = 1e-8
 """Relative step of a parameter in the differences of contact forces whose sides change."""
 _CONTACT_PARTS = ("surfaces", "groups", "obstacles", "pairs", "contact", "friction")
@@ -58,6 +69,7 @@ _PLACES = ("position", "orientation", "held")
 """Places of bodies."""
 _POINTS = ("point_inner", "point_outer", "axes_inner", "axes_outer")
 """Places of elements."""
+_OTHER_SIZE = "changes the number of degrees of freedom; it cannot be varied continuously"
 _EQUILIBRIUM = 1e-4
 """Largest ratio of the residual of an equilibrium to the largest drive force; a state with a larger ratio is in motion."""
 _ROUND_OFF = 1e-13
@@ -68,13 +80,15 @@ _ROUND_OFF = 1e-13
 class SystemPair:
     """Two systems, compiled with the parameter increased by `up` and decreased by `down` (SI).
 
-    If `down` is 0, the previous state is kept constant; else it changes with the parameter too.
+    If `down` is 0, the previous state is kept constant; else it changes with the parameter too. The difference counts with a
+    `weight`.
     """
 
     more: SegmentSystem
     less: SegmentSystem
     up: float
     down: float
+    weight: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -87,11 +101,20 @@ class VariedParameter:
     others, contacts : tuple of SystemPair
         Systems for all forces except contact forces, and for contact forces, whose differences add up. Empty if neither the
         parameter nor the previous state changes these forces.
+    whole : tuple of SystemPair
+        Systems for all forces together.
     """
 
     path: str
-    others: tuple[SystemPair, ...]
-    contacts: tuple[SystemPair, ...]
+    others: tuple[SystemPair, ...] = ()
+    contacts: tuple[SystemPair, ...] = ()
+    whole: tuple[SystemPair, ...] = ()
+
+    def pairs(self) -> Iterator[tuple[SystemPair, bool | None]]:
+        """Pairs of systems, and whether contacts alone count (None: all forces)."""
+        yield from ((pair, False) for pair in self.others)
+        yield from ((pair, True) for pair in self.contacts)
+        yield from ((pair, None) for pair in self.whole)
 
 
 def vary_parameters(case: Case, scene: Scene, system: SegmentSystem, paths: Sequence[str]) -> list[VariedParameter]:
@@ -115,14 +138,25 @@ def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str) -> VariedP
     value = value_at(case, path)
     size = abs(value) or 1.0
 
+    @cache
     def changed(step: float) -> Scene:
         return build_scene(with_values(case, {path: value + step}))
+
+    if not _is_rigid(system):
+        whole = []
+        for times, weight in _TWO_STEPS:
+            step = times * _FLEXIBLE_STEP * size
+            more, less = (compile_whole(case, changed(sign * step), None) for sign in (1.0, -1.0))
+            if not more.nq == less.nq == system.nq:
+                raise CaseError(Fault(path, _OTHER_SIZE))
+            whole.append(SystemPair(more, less, step, step, weight))
+        return VariedParameter(path, whole=tuple(whole))
 
     def compiled(one: Scene, left_out: dict[str, Any]) -> SegmentSystem:
         spatial = case.solve.spatial or bool(out_of_plane(one))
         found = SceneCompiler(one.model_copy(update=left_out), spatial).system()  # `scene` has no faults
         if found.nq != system.nq:
-            raise CaseError(Fault(path, "changes the number of degrees of freedom; it cannot be varied continuously"))
+            raise CaseError(Fault(path, _OTHER_SIZE))
         return found
 
     def pair(left_out: dict[str, Any], step: float) -> tuple[SystemPair, ...]:
@@ -132,31 +166,48 @@ def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str) -> VariedP
         """Differences due to the previous state alone."""
         return (SystemPair(system, system, step, step),) if rates else ()
 
-    more = changed(_STEP * size)
-    places_are_same = _same_items(scene.bodies, more.bodies, _PLACES)
+    other = changed(_STEP * size)
+    places_are_same = _same_items(scene.bodies, other.bodies, _PLACES)
     alone: dict[str, Any] = {"contact": None, "friction": None}
     rates = system.rate_dependent
-    if _same(scene, more, _OTHER_PARTS):
+    if _same(scene, other, _OTHER_PARTS):
         others = carried(rates, _MOVING_STEP * size)
-    elif places_are_same and _only_factors(scene, more):
-        others = SystemPair(compiled(more, alone), system, _STEP * size, 0.0), *carried(rates, _MOVING_STEP * size)
+    elif places_are_same and _only_factors(scene, other):
+        others = SystemPair(compiled(other, alone), system, _STEP * size, 0.0), *carried(rates, _MOVING_STEP * size)
     else:
         others = pair(alone, _MOVING_STEP * size)
     contacts: tuple[SystemPair, ...] = ()
     if system.contacts:
         rates = any(group.rate_dependent for group in system.contacts)
         step, only_contacts = _CONTACT_STEP * size, {"elements": (), "loads": ()}
-        still = places_are_same and _same(scene, more, _SIDES)
-        same_plates = _same_items(scene.bodies, more.bodies, ("plate",))
-        if still and same_plates and _same(scene, more, _CONTACT_PARTS):
+        still = places_are_same and _same(scene, other, _SIDES)
+        same_plates = _same_items(scene.bodies, other.bodies, ("plate",))
+        if still and same_plates and _same(scene, other, _CONTACT_PARTS):
             contacts = carried(rates, step)
         elif still and same_plates and not rates:
-            contacts = (SystemPair(compiled(more, only_contacts), system, _STEP * size, 0.0),)
+            contacts = (SystemPair(compiled(other, only_contacts), system, _STEP * size, 0.0),)
         elif still and not rates:
             contacts = (SystemPair(compiled(changed(step), only_contacts), system, step, 0.0),)
         else:
             contacts = pair(only_contacts, step)
     return VariedParameter(path, others, contacts)
+
+
+def _is_rigid(system: SegmentSystem) -> bool:
+    """Whether a system consists of rigid bodies and their springs alone."""
+    return type(system) is SegmentSystem
+
+
+def _balance(
+    system: SegmentSystem,
+    t: float,
+    q: np.ndarray,
+    u: np.ndarray | None,
+    before: PreviousState | None,
+    contacts: bool | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Force and reactions; systems of nodes alone have no contacts."""
+    return system.balance(t, q, u, before) if contacts is None else system.balance(t, q, u, before, contacts)
 
 
 def _same(one: Scene, other: Scene, parts: Sequence[str]) -> bool:
@@ -238,7 +289,29 @@ class PathSensitivity:
         else:
             self.start_error = np.abs(derivative).max(axis=1)
         self._last = ((t, q.copy()), derivative)
-        return np.asarray(explicit + system.drive_tangent(t, q, u, before) @ derivative) if needed else None
+        return np.asarray(explicit + self._by_motion(t, q, u, before, derivative)) if needed else None
+
+    def _by_motion(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, derivative: np.ndarray
+    ) -> np.ndarray:
+        """(dr/dx) dx/dp (n_drives, p) with a constant previous state."""
+        system, memory = self.system, self.system.memory()
+        if _is_rigid(system):
+            return np.asarray(system.drive_tangent(t, q, u, before) @ derivative)
+
+        def reaction(way: np.ndarray) -> np.ndarray:
+            there = system.retract(q, way)
+            rate = u if before is None or u is None else system.difference(before[1], there) / (t - before[0])
+            if len(memory):
+                system.restore(memory)
+            return system.balance(t, there, rate, before)[1]
+
+        columns = []
+        for way in derivative.T:
+            smallest = _FLEXIBLE_STEP / (float(np.abs(way / self._scales.span).max(initial=0.0)) or 1.0)
+            steps = [(times * smallest, weight) for times, weight in _TWO_STEPS]
+            columns.append(sum(w * (reaction(h * way) - reaction(-h * way)) / (2.0 * h) for h, w in steps))
+        return np.array(columns).T
 
     def adjoint(self, t: float, q: np.ndarray) -> np.ndarray:
         """d(force)/d(parameter) (n_drives, p) of one equilibrium, by one linear solve per drive.
@@ -274,29 +347,29 @@ class PathSensitivity:
         """dh/dp (nu, p) and dr/dp (n_drives, p) at a fixed configuration; the last state changes by `last_derivative`."""
         system, memory = self.system, self.system.memory()
         by_parameter = np.zeros((system.nu, len(self.varied)))
-        drive_force = np.zeros((len(system.motions), len(self.varied)))
-        unvaried: dict[bool, tuple[np.ndarray, np.ndarray]] = {}
+        drive_force = np.zeros((len(system.balance(t, q, u, before)[1]), len(self.varied)))
+        unvaried: dict[bool | None, tuple[np.ndarray, np.ndarray]] = {}
 
-        def efforts(varied: SegmentSystem, step: float, k: int, contacts: bool) -> tuple[np.ndarray, np.ndarray]:
+        def efforts(varied: SegmentSystem, step: float, k: int, contacts: bool | None) -> tuple[np.ndarray, np.ndarray]:
             """Force and reaction after a change of the parameter; the previous state of parameter `k` changes by `step`."""
             if varied is system and step == 0.0:
                 if contacts not in unvaried:
-                    unvaried[contacts] = varied.balance(t, q, u, before, contacts)
+                    unvaried[contacts] = _balance(varied, t, q, u, before, contacts)
                 return unvaried[contacts]
-            if contacts and len(memory):
+            if contacts is not False and len(memory):
                 varied.restore(memory)
             previous, rate = before, u
             if step and before is not None and last_derivative is not None:
                 previous = (before[0], system.retract(before[1], step * last_derivative[:, k]))
                 rate = system.difference(previous[1], q) / (t - before[0])
-            return varied.balance(t, q, rate, previous, contacts)
+            return _balance(varied, t, q, rate, previous, contacts)
 
         for k, one in enumerate(self.varied):
-            for pair, contacts in [*((pair, False) for pair in one.others), *((pair, True) for pair in one.contacts)]:
+            for pair, contacts in one.pairs():
                 carried = pair.up if pair.down else 0.0
                 more, less = efforts(pair.more, carried, k, contacts), efforts(pair.less, -pair.down, k, contacts)
-                by_parameter[:, k] += (more[0] - less[0]) / (pair.up + pair.down)
-                drive_force[:, k] += (more[1] - less[1]) / (pair.up + pair.down)
+                by_parameter[:, k] += pair.weight * (more[0] - less[0]) / (pair.up + pair.down)
+                drive_force[:, k] += pair.weight * (more[1] - less[1]) / (pair.up + pair.down)
         return by_parameter, drive_force
 
     def _matrix(

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from fsm.case.loading.toml_file import read_toml
-from fsm.case.schema.faults import dotted, unknown_key
+from fsm.case.loading.model_file import read_file
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import Count, Force, Length, Number
-from fsm.errors import CaseError, Fault
 
 Value = float | str
 """Number in the case's units, or text with a unit."""
@@ -157,28 +155,4 @@ def read_study(path: Path) -> Study:
     CaseError
         The file has faults; all are listed.
     """
-    data = read_toml(path)
-    try:
-        return Study.model_validate(data)
-    except ValidationError as error:
-        raise CaseError([_fault(detail) for detail in error.errors()], str(path)) from None
-
-
-_SECTIONS: dict[str, type[Model]] = {
-    "curve": MeasuredCurve, "parameter": StudyParameter, "prior": StudyPrior, "predict": Predict,
-}  # fmt: skip
-
-
-def _fault(detail: Any) -> Fault:
-    where = list(detail["loc"])
-    if detail["type"] == "extra_forbidden":
-        model = _SECTIONS.get(str(where[0]), Study) if len(where) > 1 else Study
-        return Fault(dotted(where), unknown_key(str(where[-1]), list(model.model_fields)))
-    if detail["type"] == "missing":
-        return Fault(dotted(where), "is missing; add it")
-    if detail["type"] == "tuple_type" and where[-1] == "set":
-        return Fault(dotted(where), 'must be a list of texts as --set takes them, e.g. ["strip.fold_angle=75 deg"]')
-    if detail["type"] == "tuple_type":
-        return Fault(dotted(where), f"must be a list of sections; write its name in double brackets, [[{where[-1]}]]")
-    message = str(detail["msg"]).removeprefix("Value error, ")
-    return Fault(dotted(where), message[:1].lower() + message[1:])
+    return read_file(path, Study)

@@ -66,9 +66,7 @@ def _version(ctx: click.Context, parameter: click.Parameter, value: bool) -> Non
 
 
 @click.group(cls=Group, epilog=EXIT_CODES, context_settings={"help_option_names": ["-h", "--help"]})
-@click.option(
-    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Show the version."
-)
+@click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Show the version.")
 @debug_option
 def cli() -> None:
     """Deployment of folded strips, sheets, wings and scissor arrays; vibration of films; mechanisms and scenes of bodies."""
@@ -179,7 +177,7 @@ def table(
 
     The columns of the table are dotted paths into a base case, case.toml beside it.
     """
-    from fsm.run.table import failures, merge_tables, part_of, run_table
+    from fsm.run.table import MOST_FOLDERS, failures, merge_tables, part_of, run_table
     from fsm.run.table_text import format_comparison, format_table
 
     folder = out_folder(out)
@@ -194,14 +192,16 @@ def table(
         parts, missing = part_of(part), 0
         rows = run_table(tables[0], folder, overrides, workers, resume, method, shown, figures, keep, on, parts)
     if not quiet:
-        click.echo(format_table(rows))
+        click.echo(format_table(list(rows[:MOST_FOLDERS])))
+        if len(rows) > MOST_FOLDERS:
+            click.echo(f"and {len(rows) - MOST_FOLDERS:,} more rows in summary.csv")
         if not merge:
             say(format_comparison(tables[0], rows).splitlines())
         click.echo(f"results: {folder}")
     failed = [row for row in rows if row.get("error")]
     if failed:
         lines = [f"{row['case']}: {line}" for row in failed for line in row["error"].splitlines()]
-        end_with([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(rows))
+        end_with([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(failed))
     if missing:
         end_with([f"{missing} rows of the table are in no part; run them, and merge again"], 3)
 
@@ -285,9 +285,7 @@ def _draw_pattern_fault(error: CaseError, out: Path) -> None:
     help="Folder for the plots, or a file (.png, .svg, .pdf) for one of them: the figure of this name, as motion.png, "
     "else the first one; default: the folder of the result.",
 )
-@click.option(
-    "--channel", "channels", multiple=True, metavar="PATTERN", help="Draw only these channels, into channels.png."
-)
+@click.option("--channel", "channels", multiple=True, metavar="PATTERN", help="Draw only these channels, into channels.png.")
 @click.option("--over-time", is_flag=True, help="Draw channels over time, even if there is a drive.")
 @drawing_options
 @debug_option
@@ -379,9 +377,7 @@ def view(results: tuple[str, ...]) -> None:
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random numbers.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @debug_option
-def calibrate(
-    kind: str, data: str, out: str, fit: str, without_flagged: bool, level: float, seed: int, quiet: bool
-) -> None:
+def calibrate(kind: str, data: str, out: str, fit: str, without_flagged: bool, level: float, seed: int, quiet: bool) -> None:
     """Identify parameters and their intervals from measured data; KIND is one of {kinds}.
 
     DATA is a CSV file with units in its headings (docs/calibration.md). The command writes calibration.json, plots, and

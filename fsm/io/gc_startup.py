@@ -75,20 +75,22 @@ def plain_matplotlib() -> Iterator[None]:
         setattr(artist, name, signature)
 
 
-def collect_rarely() -> None:
-    """Collect garbage rarely from now on, as `rare_gc`."""
-    gc.set_threshold(*_THRESHOLDS)
-
-
-def collect_after_chunk() -> None:
-    """Collect the garbage of a chunk of jobs, which keeps the memory of a worker constant.
+@contextmanager
+def chunk_of_jobs() -> Iterator[None]:
+    """Collect garbage rarely within the block, and all of it at its end, which keeps the memory of a worker constant.
 
     Modules and other objects that live after the first chunk are excluded from later collections, so these take 2 ms.
     """
-    gc.collect()
-    if not _settled:
-        _settled.append(True)
-        gc.freeze()
+    before = gc.get_threshold()
+    gc.set_threshold(*_THRESHOLDS)
+    try:
+        yield
+    finally:
+        gc.collect()
+        if not _settled:
+            _settled.append(True)
+            gc.freeze()
+        gc.set_threshold(*before)
 
 
 @contextmanager
@@ -98,7 +100,7 @@ def rare_gc() -> Iterator[None]:
     Figures and compilations create many objects without cycles. The operating system frees the memory at the end.
     """
     before = gc.get_threshold()
-    collect_rarely()
+    gc.set_threshold(*_THRESHOLDS)
     try:
         yield
     finally:

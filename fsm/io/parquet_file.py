@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from fsm.io.atomic_write import atomic_write
 
+_BATCH = 10_000
+"""Number of rows that are in memory at once."""
 
-def write_parquet(path: Path, heading: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
+
+def write_parquet(path: Path, heading: Sequence[str], rows: Callable[[], Iterable[Sequence[Any]]]) -> None:
     """Write a heading and rows atomically, if pyarrow is installed; else an earlier file is deleted.
 
     Columns are numbers, truth values or texts; a column with texts among its numbers is text. None is an empty cell, and so
-    is an empty text among numbers.
+    is an empty text among numbers. `rows` is called twice: a long table is not in memory.
     """
     try:
         import pyarrow
@@ -21,23 +25,33 @@ def write_parquet(path: Path, heading: Sequence[str], rows: Iterable[Iterable[An
     except ImportError:
         path.unlink(missing_ok=True)
         return
-    columns: list[list[Any]] = [[] for _ in heading]
-    for row in rows:
-        for values, value in zip(columns, row, strict=True):
-            values.append(value)
-    arrays = [_column(values, pyarrow) for values in columns]
-    with atomic_write(path) as part:
-        parquet.write_table(pyarrow.Table.from_arrays(arrays, names=list(heading)), part, compression="zstd")
+    known = [set[type | None]() for _ in heading]
+    for row in rows():
+        for kinds, value in zip(known, row, strict=True):
+            if value is not None:
+                kinds.add(None if value == "" else type(value))
+    types = {float: pyarrow.float64(), int: pyarrow.int64(), bool: pyarrow.bool_(), str: pyarrow.string()}
+    of = [_kind(kinds) for kinds in known]
+    schema = pyarrow.schema([pyarrow.field(name, types[kind]) for name, kind in zip(heading, of, strict=True)])
+    with atomic_write(path) as part, parquet.ParquetWriter(part, schema, compression="zstd") as writer:
+        left = iter(rows())
+        while batch := list(itertools.islice(left, _BATCH)):
+            cells = [_cells(values, kind) for values, kind in zip(zip(*batch, strict=True), of, strict=True)]
+            columns = [pyarrow.array(values, types[kind]) for values, kind in zip(cells, of, strict=True)]
+            writer.write_table(pyarrow.Table.from_arrays(columns, schema=schema))
 
 
-def _column(values: list[Any], pyarrow: Any) -> Any:
-    """Array of a column."""
-    kinds = {type(value) for value in values if value is not None and value != ""}
-    numbers = [None if value == "" else value for value in values]
-    if not kinds and "" in values:
-        return pyarrow.array(values, pyarrow.string())
+def _kind(known: set[type | None]) -> type:
+    """Type of a column from those of its values; None stands for an empty text."""
+    kinds = known - {None}
+    if not kinds:
+        return str if known else float
     if kinds <= {int, float}:
-        return pyarrow.array(numbers, pyarrow.int64() if kinds == {int} else pyarrow.float64())
-    if kinds == {bool}:
-        return pyarrow.array(numbers)
-    return pyarrow.array([None if value is None else str(value) for value in values])
+        return int if kinds == {int} else float
+    return bool if kinds == {bool} else str
+
+
+def _cells(values: Sequence[Any], kind: type) -> list[Any]:
+    if kind is str:
+        return [None if value is None else str(value) for value in values]
+    return [None if value == "" else value for value in values]

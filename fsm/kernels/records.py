@@ -142,6 +142,8 @@ else:
         whole = c.unbox(kind.whole, value)
         memory = cgutils.alloca_once(c.builder, _WORD, size=max(kind.words, 1))
         _write(c.context, c.builder, kind.whole, whole.value, memory, 0)
+        with c.builder.if_then(c.builder.not_(whole.is_error)):  # the arrays in the record have no owners
+            c.context.nrt.decref(c.builder, kind.whole, whole.value)
         address = c.builder.bitcast(memory, cgutils.voidptr_t)
         return numba.extending.NativeValue(address, is_error=whole.is_error, cleanup=whole.cleanup)
 

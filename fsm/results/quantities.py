@@ -130,13 +130,8 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     s, f = s[finite], f[finite]
     if len(f) == 0:
         raise ValueError("no record with a finite force")
-    top = int(np.argmax(f))
-    before, after = np.flatnonzero(s[:top] < s[top]), top + np.flatnonzero(s[top:] > s[top])
-    if len(before) == 0 or len(after) == 0:
-        return float(f[top]), float(s[top])
-    i, j = int(before[-1]), int(after[0])
-    # a parabola through points this close would amplify noise of the force
-    if min(s[top] - s[i], s[j] - s[top]) <= 1e-4 * (s.max() - s.min()):
+    i, top, j = peak_rows(s, f)
+    if i == j:
         return float(f[top]), float(s[top])
     left, right = s[i] - s[top], s[j] - s[top]  # the parabola f = f_top + b x + c x^2 passes through both neighbours
     slope_left, slope_right = (f[i] - f[top]) / left, (f[j] - f[top]) / right
@@ -146,6 +141,19 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
         return float(f[top]), float(s[top])
     x = float(np.clip(-b / (2 * c), left, right))
     return float(f[top] + b * x + c * x * x), float(s[top] + x)
+
+
+def peak_rows(s: Floats, f: Floats) -> tuple[int, int, int]:
+    """Largest of finite records, between those whose parabola gives the peak; without a parabola it is all three."""
+    top = int(np.argmax(f))
+    before, after = np.flatnonzero(s[:top] < s[top]), top + np.flatnonzero(s[top:] > s[top])
+    if len(before) == 0 or len(after) == 0:
+        return top, top, top
+    i, j = int(before[-1]), int(after[0])
+    # a parabola through points this close would amplify noise of the force
+    if min(s[top] - s[i], s[j] - s[top]) <= 1e-4 * (s.max() - s.min()):
+        return top, top, top
+    return i, top, j
 
 
 def in_motion(energy: Mapping[str, Floats]) -> np.ndarray:

@@ -17,7 +17,6 @@ from multiprocessing import resource_tracker
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from fsm.io.gc_startup import collect_rarely
 from fsm.io.threads import one_thread
 
 _LOOK = 0.2
@@ -126,7 +125,6 @@ def _begin() -> None:
     # own process group: Ctrl-C then comes from the parent only, not also from the terminal
     if hasattr(os, "setpgrp"):
         os.setpgrp()
-    collect_rarely()
     _own["at work"] = False
     signal.signal(signal.SIGINT, _interrupted)  # also below a shell that ignores interrupts in the background
     if hasattr(signal, "pthread_sigmask"):

@@ -47,6 +47,7 @@ from fsm.run.due_times import SAME, due, merged
 from fsm.run.progress import Progress, report_restart
 from fsm.run.round_off import position_round_off_energy, round_off_of
 from fsm.run.summary import counters_of, state_errors, summary_of
+from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
@@ -58,6 +59,8 @@ if TYPE_CHECKING:
     from fsm.channels.conditions import EventWatch
     from fsm.channels.sample import ChannelSampler
 
+OnState = Callable[[System, float, np.ndarray, CurvePoint | None], None]
+"""Function of the system, the time (s), the configuration, and the point of the force curve there, if there is one."""
 CHECKPOINT_EVERY = 1.0
 """Wall time between checkpoints, s; one checkpoint takes about 10 ms."""
 
@@ -74,12 +77,20 @@ class RecordedSolve:
         Restart from a checkpoint in `out` if there is one of the same case.
     warnings : list of str
         Warnings before the solve.
+    on_state : callable, optional
+        Receives every state of equilibrium paths; see `OnState`.
     """
 
     def __init__(
-        self, loaded: LoadedCase, analysis: Analysis, out: Path | None, resume: bool, warnings: list[str]
+        self,
+        loaded: LoadedCase,
+        analysis: Analysis,
+        out: Path | None,
+        resume: bool,
+        warnings: list[str],
+        on_state: OnState | None = None,
     ) -> None:
-        self.loaded, self.analysis = loaded, analysis
+        self.loaded, self.analysis, self.on_state = loaded, analysis, on_state
         self.system = analysis.system
         self.warnings = list(warnings)
         self.channels: ChannelSampler | None = None
@@ -329,14 +340,25 @@ class RecordedSolve:
 
         def on_step(end: AcceptedStep) -> None:
             self._step(writer, bar, energy_balance, end)
+            if each_step:
+                self._pass_on(end.time, end.q)
 
         assert isinstance(step.settings, Settings | PathSettings)
+        each_step = self.on_state is not None and isinstance(step.settings, PathSettings)
+        if each_step and after is None:
+            self._pass_on(start[0], start[1])
         own = self.analysis.own_solver()
         if own is not None:
             return own(step.settings.end_time, times, on_save, on_step, energy_balance)
         begins = None if after is not None else start
         state = begins, energy_balance, self.points, after
-        return simulate(self.current, step.settings, times, on_save, on_step, *state, self.watch)[0]
+        return simulate(self.current, step.settings, times, on_save, on_step, *state, self.watch, each_step)[0]
+
+    def _pass_on(self, t: float, q: np.ndarray) -> None:
+        """Give a state of a path to `on_state`."""
+        assert self.on_state is not None
+        last = self.points[-1] if self.points and self.points[-1].time == t else None
+        self.on_state(self.current, t, q, last)
 
     def _open_energy_balance(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
         """Open the energy balance at the first step after the search for the start, and update it in later steps."""

@@ -29,7 +29,7 @@ from fsm.results.step_data import write_load_path_csv
 from fsm.results.store import part_path, read_solution
 from fsm.results.summary_file import SUMMARY, write_summary
 from fsm.run.progress import report_compilation, report_restart
-from fsm.run.recorder import RecordedSolve
+from fsm.run.recorder import OnState, RecordedSolve
 from fsm.run.summary import joined, missed_expectations
 from fsm.views.plots.figures import draw, remove_figures
 
@@ -113,8 +113,12 @@ def run_in_locked_folder(
     progress: bool | Callable[[float], None] = True,
     resume: bool = False,
     figures: bool = True,
+    on_state: OnState | None = None,
 ) -> Finished:
-    """Run a case as `run_case` does, for a caller that already holds the lock on `out`, or without files (None)."""
+    """Run a case as `run_case` does, for a caller that already holds the lock on `out`, or without files (None).
+
+    `on_state` receives every state of the equilibrium paths of a case without stages.
+    """
     # another process may have read the case
     _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)
     if faults:
@@ -134,7 +138,7 @@ def run_in_locked_folder(
     if loaded.case.stages:
         summary, solution = _run_stages(loaded, analysis, out, progress, resume, figures, warnings, begun)
     else:
-        solution = _run_analysis(loaded, analysis, out, progress, resume, figures, warnings, begun)
+        solution = _run_analysis(loaded, analysis, out, progress, resume, figures, warnings, begun, on_state)
         summary = solution.summary
     return Finished(summary, solution, missed_expectations(loaded.case, summary))
 
@@ -154,6 +158,7 @@ def _run_analysis(
     figures: bool,
     warnings: list[str],
     begun: tuple[float, float],
+    on_state: OnState | None = None,
 ) -> Solution:
     """Solve one analysis and write its files, if there is a folder; with `resume`, read an existing solution instead."""
     solution = _solved(loaded, out, progress) if resume and out is not None else None
@@ -166,7 +171,7 @@ def _run_analysis(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         remove_partial_files(out)
-    solve = RecordedSolve(loaded, analysis, out, resume, warnings)
+    solve = RecordedSolve(loaded, analysis, out, resume, warnings, on_state)
     try:
         solution = solve.run(progress, *begun)
     except (NotConverged, EnergyAbort) as error:  # a warning about the case may state the cause

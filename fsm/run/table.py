@@ -10,12 +10,12 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 
-from fsm.case.loading.table import OVERLAY, PEAKS, STUDY, Table, TableCase, load_reference, read_table
+from fsm.case.loading.table import OVERLAY, PEAKS, STUDY, Table, TableCase, inputs_of, load_reference, read_table
 from fsm.errors import CaseError, Fault, OutOfMemory
 from fsm.io.atomic_write import atomic_write, remove_partial_files
 from fsm.io.folder_lock import ENDING, locked_folder
 from fsm.results.summary_file import SUMMARY, read_summary
-from fsm.run.row_store import Entry, RowStore, hash_of
+from fsm.run.row_store import Entry, RowStore, StoredRows, hash_of
 from fsm.run.rows import FAILURE, RESOLVED, Job, Row, ready, run_rows
 from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
 from fsm.run.table_text import progress_line
@@ -49,7 +49,7 @@ def run_table(
     keep: Keep | None = None,
     on: str | None = None,
     part: tuple[int, int] = (1, 1),
-) -> list[dict[str, Any]]:
+) -> StoredRows:
     """Run every row of a table.
 
     Write ``summary.csv``, ``extremes.csv`` of recorded channels, ``study.parquet`` (with pyarrow), ``rows.db``, and, for
@@ -83,9 +83,10 @@ def run_table(
 
     Returns
     -------
-    list of dict
+    sequence of dict
         One item for each row, in the order of the table: `case` (its name), the cells in SI, and the summary as
-        `fsm.run.table_files.flat_numbers` gives it. A row that failed also has `error` (text) and `exit_code`.
+        `fsm.run.table_files.flat_numbers` gives it. A row that failed also has `error` (text) and `exit_code`. Items are
+        read from ``rows.db`` when they are asked for; `list` keeps them for a time after another run into this folder.
 
     Raises
     ------
@@ -108,6 +109,7 @@ class _TableRun:
 
     def __init__(self, table: Table, folder: Path, folders: bool, resume: bool, figures: Figures) -> None:
         self.table, self.folder, self.folders, self.resume, self.figures = table, folder, folders, resume, figures
+        self._inputs: dict[int, dict[str, Any]] = {}  # of the rows under way
 
     def run(
         self,
@@ -117,10 +119,10 @@ class _TableRun:
         on: str | None,
         progress: bool,
         reference: Mapping[str, Mapping[str, float]],
-    ) -> list[dict[str, Any]]:
+    ) -> StoredRows:
         """Run the rows that are not solved yet, and write the files of the whole table."""
         cases = self.table.cases
-        entries = [Entry(case.number, case.name, hash_of(case.loaded.text)) for case in cases]
+        entries = [Entry(case.number, case.name, hash_of(case.hash)) for case in cases]
         done = store.begin(entries, {"rows": self.table.rows, "units": self.table.units}, self.resume)
         if self.folders:
             lost = [case.number for case in cases if case.number in done and not _is_solved(self.folder / case.name)]
@@ -165,16 +167,17 @@ class _TableRun:
 
     def job(self, case: TableCase) -> Job:
         """Job of a row."""
-        where = self.folder / case.name
+        where, loaded = self.folder / case.name, case.loaded
+        self._inputs[case.number] = inputs_of(loaded.case, case.overrides, self.table.units)
         drawn = self.figures == "all" or (self.figures == "first" and case is self.table.cases[0])
         if not self.folders:
-            return Job(case.loaded)
-        same = self.resume and _same_case(where, case.loaded.text) and not (where / FAILURE).exists()
-        return Job(case.loaded, where, same, drawn)
+            return Job(loaded)
+        same = self.resume and _same_case(where, loaded.text) and not (where / FAILURE).exists()
+        return Job(loaded, where, same, drawn)
 
     def _row(self, case: TableCase, found: Row) -> dict[str, Any]:
         """Row of the summary: name, cells, numbers, and the error if there is one."""
-        row: dict[str, Any] = {"case": case.name, **case.inputs(self.table.units), **flat_numbers(found.summary)}
+        row: dict[str, Any] = {"case": case.name, **self._inputs.pop(case.number), **flat_numbers(found.summary)}
         where, error = self.folder / case.name, found.error
         if self.folders and not error and not (where / SUMMARY).is_file():
             error = f"its worker wrote {where} on another machine; give a folder that all machines share, or --keep none"
@@ -215,21 +218,20 @@ class _Jobs:
         return map(self.run.job, self.cases)
 
 
-def write_files(folder: Path, store: RowStore) -> list[dict[str, Any]]:
+def write_files(folder: Path, store: RowStore) -> StoredRows:
     """Write the files of a table from its finished rows, and return these rows."""
-    units = store.about().get("units", {})
-    rows = [row for _, row in store.results()]
-    write_summaries(folder, rows, units)
+    rows = store.rows()
+    write_summaries(folder, rows, store.about().get("units", {}))
     write_extremes(folder, rows)
     return rows
 
 
-def merge_tables(parts: Sequence[Path], out: Path) -> tuple[list[dict[str, Any]], int]:
+def merge_tables(parts: Sequence[Path], out: Path) -> tuple[StoredRows, int]:
     """Join the results of parts of a table in one folder; folders of rows stay in those of the parts.
 
     Returns
     -------
-    list of dict
+    sequence of dict
         Rows as `run_table` returns them.
     int
         Number of rows of the table that no part has finished.
@@ -239,7 +241,9 @@ def merge_tables(parts: Sequence[Path], out: Path) -> tuple[list[dict[str, Any]]
     CaseError
         A folder is no part of a table, or two parts have rows of different cases under one number.
     """
-    found: dict[int, tuple[Entry, dict[str, Any]]] = {}
+    if out.resolve() in [folder.resolve() for folder in parts]:
+        raise CaseError("is a part itself; give another folder", f"--out {out}")
+    found: dict[int, tuple[Entry, Path, bool]] = {}
     about: dict[str, Any] = {}
     for folder in parts:
         with locked_folder(folder), RowStore(folder, make=False) as store:
@@ -249,13 +253,16 @@ def merge_tables(parts: Sequence[Path], out: Path) -> tuple[list[dict[str, Any]]
                 if other is not None and other[0] != entry:
                     text = f"row {entry.number + 1} is {entry.name!r}, in another part another case; run both from one table"
                     raise CaseError(text, str(folder))
-                if other is None or other[1].get("error"):  # a row that was repeated elsewhere
-                    found[entry.number] = entry, row
-    with locked_folder(out), RowStore(out) as store:
-        store.begin([found[number][0] for number in sorted(found)], about, keep=False)
-        for number, (_, row) in found.items():
-            store.put(number, row)
-        return write_files(out, store), about.get("rows", 0) - len(found)
+                if other is None or other[2]:  # a row that was repeated elsewhere
+                    found[entry.number] = entry, folder, bool(row.get("error"))
+    with locked_folder(out), RowStore(out) as joined:
+        joined.begin([found[number][0] for number in sorted(found)], about, keep=False)
+        for folder in dict.fromkeys(parts):
+            with locked_folder(folder), RowStore(folder, make=False) as store:
+                for entry, row in store.results():
+                    if found[entry.number][1] == folder:
+                        joined.put(entry.number, row)
+        return write_files(out, joined), about.get("rows", 0) - len(found)
 
 
 def part_of(text: str | None) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +61,7 @@ def write_summaries(folder: Path, rows: Sequence[Mapping[str, Any]], units: Mapp
     rows : rows as `fsm.run.table.run_table` returns them
     units : SI units of the inputs by their paths
     """
-    if not rows:
+    if not len(rows):
         return
     first, loads, rest = dict[str, None](), dict[str, None](), dict[str, None]()
     for row in rows:
@@ -77,8 +77,11 @@ def write_summaries(folder: Path, rows: Sequence[Mapping[str, Any]], units: Mapp
             "error": _SEPARATOR.join(str(row.get("error", "")).splitlines()),
         }  # fmt: skip
 
-    _write(folder / COLLECTED, {name: name for name in columns}, map(line, rows))
-    write_parquet(folder / PARQUET, columns, ([cells.get(name) for name in columns] for cells in map(line, rows)))
+    def lines() -> Iterator[list[Any]]:
+        return ([cells.get(name) for name in columns] for cells in map(line, rows))
+
+    _write(folder / COLLECTED, columns, lines())
+    write_parquet(folder / PARQUET, columns, lines)
 
 
 def _columns(row: Mapping[str, Any], paths: set[str]) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
@@ -106,24 +109,25 @@ def write_extremes(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
 
     Without channels the file of an earlier table is deleted.
     """
-    lines = [
-        {"case": row["case"], "channel": name, **entry} for row in rows for name, entry in row.get("channels", {}).items()
-    ]
-    if not lines:
+    known, turning = set[str](), set[bool]()
+    for row in rows:
+        if row.get("channels"):
+            turning.add(turns(row))
+            known.update(*row["channels"].values())
+    if not known:
         (folder / EXTREMES).unlink(missing_ok=True)
         return
-    known = {key for line in lines for key in line}
-    turning = {turns(row) for row in rows if row.get("channels")}
     travel = " or ".join("rad" if one else "m" for one in sorted(turning))
     units = {"time": "s", "travel": travel}
     headings = {f"{end}_{name}": f"{end}_{name} ({unit})" for end in ("min", "max") for name, unit in units.items()}
-    columns = {key: headings.get(key, key) for key in ("case", "channel", *_EXTREMES) if key in known}
-    _write(folder / EXTREMES, columns, lines)
+    keys = [key for key in _EXTREMES if key in known]
+    lines = ([row["case"], name, *map(entry.get, keys)] for row in rows for name, entry in row.get("channels", {}).items())
+    _write(folder / EXTREMES, ["case", "channel", *(headings.get(key, key) for key in keys)], lines)
 
 
-def _write(path: Path, columns: Mapping[str, str], lines: Iterable[Mapping[str, Any]]) -> None:
-    """Write lines as CSV; `columns` are the keys of the lines with their headings."""
+def _write(path: Path, heading: Sequence[str], lines: Iterable[Sequence[Any]]) -> None:
+    """Write lines as CSV; None is an empty cell."""
     with atomic_write(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(columns.values())
-        writer.writerows(["" if line.get(name) is None else line[name] for name in columns] for line in lines)
+        writer.writerow(heading)
+        writer.writerows(lines)

@@ -149,8 +149,9 @@ def format_comparison(path: str | Path, rows: Sequence[Row]) -> str:
     """Comparison with the reference of a table, one line for each row and number; empty without a reference."""
     from fsm.views.plots.study import STUDY_RESULTS, relative_changes
 
-    reference = load_reference(path)
-    lines = []
+    reference, lines = load_reference(path), []
+    if not reference:
+        return ""
     for name in STUDY_RESULTS:
         for row, found in zip(rows, relative_changes(rows, reference, name), strict=True):
             if found is not None:

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from fsm.errors import CaseError, FsmError, OutOfMemory, is_interrupt
-from fsm.io.gc_startup import collect_after_chunk
+from fsm.io.gc_startup import chunk_of_jobs
 from fsm.io.provenance import made_by
 from fsm.run.local_workers import LocalTeam, at_work
 
@@ -207,10 +207,9 @@ def run_chunk(message: bytes, count: int, versions: dict[str, str]) -> tuple[str
         differing = [f"{key} {own.get(key)}, here {value}" for key, value in versions.items() if own.get(key) != value]
         return f"{platform.node()} has {'; '.join(differing)}", [], 0.0
     begun = time.perf_counter()
-    with at_work():
+    with at_work(), chunk_of_jobs():
         loaded = _run(pickle.loads, message)  # this imports the module of the function if necessary
         outcomes = [loaded] * count if loaded.error else [_run(loaded.value[0], job) for job in loaded.value[1]]
-        collect_after_chunk()
     return "", outcomes, time.perf_counter() - begun
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
+from fsm.case.loading.model_file import read_file
 from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.models.optimise import Constraint, OptimiseFile
 from fsm.case.models.study import StudyResponse
@@ -25,7 +26,6 @@ from fsm.io.json_values import finite_values
 from fsm.io.provenance import provenance
 from fsm.studies.journal import Journal
 from fsm.studies.problem import MASS, Problem, case_problem, function_problem, mass_of, nominal_value, si_value
-from fsm.studies.read import read_file
 from fsm.studies.search import EnoughRuns, Search
 from fsm.studies.sensitivity import differentiated_peak
 
@@ -227,9 +227,7 @@ def _has_derivatives(problem: Problem, point: dict[str, float]) -> bool:
 
 
 def _peak_slopes(problem: Problem, point: dict[str, float]) -> np.ndarray:
-    gradient = differentiated_peak(problem.case(point).case, list(point)).gradient
-    assert gradient is not None
-    return np.asarray(gradient)
+    return differentiated_peak(problem, point, list(point))[1]
 
 
 def _slopes(task: _Task, key: str, x: np.ndarray) -> np.ndarray:

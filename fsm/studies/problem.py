@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from fsm.results.summary_units import heading
 from fsm.run.rows import FORCE, curves_of, ready
 from fsm.run.table_files import flat_numbers
 from fsm.text.shown_units import turns
+
+if TYPE_CHECKING:
+    from fsm.run.recorder import OnState
 
 CURVE = 101
 """Number of points of the force curve that is kept of a run, equally spaced over the travel."""
@@ -222,8 +225,11 @@ def si_value(value: Value, path: str, problem: Problem, where: str) -> float:
         raise CaseError(Fault(where, str(error))) from None
 
 
-def evaluate(problem: Problem, values: Mapping[str, float], loaded: LoadedCase | None = None) -> Run:
+def evaluate(
+    problem: Problem, values: Mapping[str, float], loaded: LoadedCase | None = None, on_state: OnState | None = None
+) -> Run:
     """Run the case, or call the function, at values (SI) of the varied paths; `loaded` is the case with these values.
+    `on_state` receives the states of its equilibrium path.
 
     Raises
     ------
@@ -235,7 +241,7 @@ def evaluate(problem: Problem, values: Mapping[str, float], loaded: LoadedCase |
     if problem.tables is None:
         return _call(problem, values)
     loaded = loaded or problem.case(values)
-    done = ready(False)(loaded, None, progress=False, figures=False)
+    done = ready(False)(loaded, None, progress=False, figures=False, on_state=on_state)
     return _run_of(problem, loaded, done.summary, curves_of(done.solution, (FORCE,)).get(FORCE))
 
 

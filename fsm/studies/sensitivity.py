@@ -15,21 +15,21 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from fsm.calibrate.response import PeakResponse, peak_response
+from fsm.calibrate.response import PathStates, PeakResponse, peak_of_run
+from fsm.case.loading.model_file import read_file
 from fsm.case.models.case import Case
 from fsm.case.models.study import StudyFile, StudyResponse
 from fsm.errors import CaseError, Fault, FsmError
 from fsm.studies.problem import Problem, Run, case_problem, evaluate, nominal_value
-from fsm.studies.read import read_file
 from fsm.studies.rows import run_all
 from fsm.studies.scatter import correlation_matrix, scatter_of
 
 STEP = 0.01
 """Smaller step h of differences, relative to the value of the parameter."""
-_POINTS = 101
-"""Number of travels of the path whose peak is differentiated."""
-_SAME = 0.01
-"""Largest relative difference between the peak of the path and that of the run without a warning."""
+PEAK = "peak_force"
+"""Response with exact derivatives."""
+_SAME = 1e-6
+"""Largest relative difference between the peak of the states and that of the summary, which may be on another path."""
 _QUANTILES = np.linspace(0.0005, 0.9995, 1000)
 
 
@@ -140,14 +140,15 @@ def sensitivity(
                 Fault(path, f"is {value:g}, a whole number; only continuous numbers have derivatives"), str(file)
             )
     values = {path: float(value) for path, value in nominal.items() if value is not None}
-    run = evaluate(problem, {})
+    states = PathStates()
+    run = evaluate(problem, {}, base, states.add if of == PEAK else None)
     key = problem.responses[0].key
     warnings = []
     if run.snaps:
         warnings.append(
             f"the structure snaps {run.snaps} times; near a snap the response may jump, and its derivative says nothing"
         )
-    slopes, why = _exact(base.case, of, paths, run, warnings)
+    slopes, why = _exact(base.case, of, paths, states, run, warnings)
     left = [path for path in paths if path not in slopes]
     if left:
         warnings.append(f"differences of runs in place of exact derivatives{': ' + why if why else ''}")
@@ -171,39 +172,47 @@ def response_named(name: str) -> StudyResponse:
     return StudyResponse(name=name)
 
 
-def differentiated_peak(case: Case, paths: Sequence[str]) -> PeakResponse:
-    """Peak of the force of the first drive with its exact derivatives.
+def differentiated_peak(problem: Problem, values: Mapping[str, float], paths: Sequence[str]) -> tuple[Run, np.ndarray]:
+    """Run at values (SI) of the varied paths, and exact derivatives (p,) of its peak force; NaN if the peak is at a snap.
 
     Raises
     ------
     CaseError
         The case has no such derivatives.
     NotConverged
-        The equilibrium path could not be followed.
+        The run failed.
     """
-    travel = case.drive[0].travel if case.drive else None
-    if travel is None:
-        raise CaseError(Fault("drive", "the peak has exact derivatives for a [[drive]] with a travel only"))
-    return peak_response(case, np.linspace(0.0, travel, _POINTS), list(paths))
+    states = PathStates()
+    loaded = problem.case(values)
+    run = evaluate(problem, values, loaded, states.add)
+    return run, np.asarray(_peak(loaded.case, states, paths, run).gradient)
 
 
-def _exact(case: Case, of: str, paths: Sequence[str], run: Run, warnings: list[str]) -> tuple[dict[str, float], str]:
+def _peak(case: Case, states: PathStates, paths: Sequence[str], run: Run) -> PeakResponse:
+    peak = peak_of_run(case, states, list(paths))
+    value = run.responses.get(PEAK, peak.force)
+    if abs(peak.force - value) > _SAME * abs(value):
+        raise CaseError(Fault("drive", f"the equilibrium path has a peak of {peak.force:.5g} N, the run of {value:.5g} N"))
+    return peak
+
+
+def _exact(
+    case: Case, of: str, paths: Sequence[str], states: PathStates, run: Run, warnings: list[str]
+) -> tuple[dict[str, float], str]:
     """Exact derivatives by path, as far as there are any, and the reason for those that are missing."""
-    if of != "peak_force":
+    if of != PEAK:
         return {}, "only the peak force has exact derivatives"
     try:
-        peak = differentiated_peak(case, paths)
+        peak = _peak(case, states, paths, run)
     except CaseError as error:
         return {}, "; ".join(str(fault) for fault in error.faults)
     except FsmError as error:
         return {}, str(error)
-    assert peak.gradient is not None
-    if abs(peak.force - run.responses[of]) > _SAME * abs(run.responses[of]):
-        return {}, f"the equilibrium path has a peak of {peak.force:.5g} N, the run of {run.responses[of]:.5g} N"
-    slopes = {path: float(slope) for path, slope in zip(paths, peak.gradient, strict=True) if np.isfinite(slope)}
-    if len(slopes) < len(paths):
+    slopes = dict(zip(paths, np.asarray(peak.gradient).tolist(), strict=True))
+    slopes = {path: slope for path, slope in slopes.items() if np.isfinite(slope)}
+    if not slopes and not peak.without:
         warnings.append("the peak is at a snap, where the force has no derivative")
-    return slopes, "the peak is at a snap"
+    return slopes, "; ".join(map(str, peak.without)) or "the peak is at a snap"
 
 
 def _differences(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from fsm.case.loading.model_file import read_file
 from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.models.study import StudyFile
 from fsm.errors import CaseError
@@ -14,7 +15,6 @@ from fsm.io.folder_lock import ENDING, locked_folder
 from fsm.studies.design import Design, design_of
 from fsm.studies.journal import Journal
 from fsm.studies.problem import Problem, Run, case_problem, evaluate, function_problem, nominal_value
-from fsm.studies.read import read_file
 from fsm.studies.result import StudyResult
 from fsm.studies.rows import run_all
 from fsm.studies.scatter import Scatter, correlation_matrix, scatter_of

@@ -55,7 +55,7 @@ def _write_table(result: StudyResult, folder: Path) -> None:
             zip(result.design.values.tolist(), result.runs, result.errors, strict=True)
         )
     ]  # fmt: skip
-    write_parquet(folder / PARQUET, head, rows)
+    write_parquet(folder / PARQUET, head, lambda: rows)
     last = 1 + len(result.scatters)
     write_csv(folder / TABLE, head, ([row[0], *map(repr, row[1:last]), *row[last:]] for row in rows))
 

@@ -98,10 +98,11 @@ def test_the_end_of_the_scheduler_is_one_line(cluster: distributed.LocalCluster)
 
 @pytest.mark.nightly
 def test_jobs_of_slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A stand-in for sbatch runs the job on this machine."""
+    """A stand-in for sbatch runs the job on this machine; as sbatch it keeps the script, whose file is deleted at once."""
     dask = pytest.importorskip("dask")
     pytest.importorskip("dask_jobqueue")
-    for name, text in (("sbatch", 'echo "Submitted batch job 7"\nsh "$1" >/dev/null 2>&1 </dev/null &\n'), ("scancel", "")):
+    starts = 'echo "Submitted batch job 7"\ncp "$1" "$0.job"\nsh "$0.job" >/dev/null 2>&1 </dev/null &\n'
+    for name, text in (("sbatch", starts), ("scancel", "")):
         (tmp_path / name).write_text(f"#!/bin/sh\n{text}")
         (tmp_path / name).chmod(stat.S_IRWXU)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")

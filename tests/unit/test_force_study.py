@@ -181,7 +181,7 @@ def test_what_the_data_know_nothing_of_is_told(study: Path) -> None:
     [
         ("starts = 1", "start = 1", "start: unknown key; did you mean `starts`?"),
         ("zero =", "zeros =", "curve.0.zeros: unknown key; did you mean `zero`?"),
-        ('name = "pull"', "", "curve.0.name: is missing"),
+        ('name = "pull"', "", "curve.0.name: missing; this key is required"),
         ("lower = 10\n", 'lower = "10 N"\n', 'parameter.0.lower: "10 N" has the wrong unit'),
         ("lower = 10\n", "lower = 500\n", "parameter.0: lower = 500.0 is not below"),
         ('"lattice.axial"', '"lattice.axil"', "no number there"),
@@ -192,8 +192,8 @@ def test_what_the_data_know_nothing_of_is_told(study: Path) -> None:
         ("points = 5\n", "leave_out = true\n", "predicts every test from the others; add a [[curve]]"),
         ('data = "pull.csv"', 'data = "push.csv"', "push.csv"),
         ('case = "case.toml"', 'case = "cast.toml"', "cast.toml"),
-        ("points = 5\n", 'set = { "lattice.axial" = 20 }\n', "predict.set: must be a list of texts as --set takes them"),
-        ("[[prior]]", "[prior]", "prior: must be a list of sections; write its name in double brackets, [[prior]]"),
+        ("points = 5\n", 'set = { "lattice.axial" = 20 }\n', "predict.set: must be a list, [a, b, ...]"),
+        ("[[prior]]", "[prior]", "prior: must be a list of sections; write its name in two brackets"),
     ],
 )
 def test_faults_name_the_place_and_write_nothing(study: Path, old: str, new: str, said: str) -> None:

@@ -1,5 +1,6 @@
 """Records and elements of arrays in kernels, against NumPy and Python."""
 
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,6 +61,17 @@ def test_kernels_read_and_write_the_fields_of_records() -> None:
     assert changed(model, values, rows) == (whole - 6.0 + 20.0 - 5.0 + 20.0, whole)
     write(model)
     assert model.values[2] == 7.0 and model.inner.rows[0, 1] == 8.0
+
+
+def test_a_call_with_a_record_keeps_no_array() -> None:
+    """A worker that solves thousands of cases would keep all their arrays."""
+    pair, inner = Pair(np.ones(2), 0.5), Inner(np.ones((2, 3)), True)
+    model = Model(np.ones(4), np.arange(3), 3, pair, inner, None, 1.5)
+    arrays = [model.values, model.table, pair.first, inner.rows]
+    before = [sys.getrefcount(array) for array in arrays]
+    for _ in range(5):
+        total(model)
+    assert [sys.getrefcount(array) for array in arrays] == before
 
 
 @kernel

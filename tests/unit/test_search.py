@@ -10,11 +10,11 @@ import pytest
 from click.testing import CliRunner
 
 import fsm
+from fsm.case.loading.model_file import read_file
 from fsm.case.models.optimise import OptimiseFile
 from fsm.cli.command_line import cli
 from fsm.errors import NotConverged
 from fsm.studies.optimise import optimise
-from fsm.studies.read import read_file
 
 STRIP = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SMALL = ["strip.segments_per_panel=2", "drive.0.travel=12 mm", "save.every=1 mm", "expect=none"]
@@ -62,6 +62,7 @@ def test_a_value_for_a_wanted_peak(tmp_path: Path) -> None:
     assert code == 0, text
     rows = list(csv.DictReader((out / "history.csv").open()))
     assert 3 <= len(rows) < 15
+    assert (rows[0]["within the tolerance"], rows[-1]["within the tolerance"]) == ("0", "1")
     assert (out / "history.png").is_file()
     solved = fsm.load(out / "solved.toml")
     assert solved["strip.thickness"] == float(rows[-1]["strip.thickness (m)"])

@@ -16,7 +16,7 @@ from fsm.calibrate.sensitivity import vary_parameters
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.model.compile.compile import SceneCompiler, compile_scene
-from fsm.studies.problem import numbers_of
+from fsm.studies.problem import case_problem, numbers_of
 from fsm.studies.sensitivity import differentiated_peak
 
 CASES = Path(__file__).parents[2] / "folding_cases"
@@ -58,6 +58,20 @@ def test_one_sided_differences_are_as_exact_as_central_ones(monkeypatch: pytest.
     assert part[still, :3].sum(axis=1) == pytest.approx(1.0, abs=1e-6)
     monkeypatch.setattr("fsm.calibrate.sensitivity._only_factors", lambda one, other: False)
     assert part[still] == pytest.approx(parts()[still], abs=1e-6)
+
+
+def test_derivatives_of_the_peak_of_flexible_facets() -> None:
+    """Both stiffnesses together scale the force; a number that changes the mesh has differences, the others do not."""
+    text = (Path(fsm.__file__).parent / "cli" / "templates" / "flexible.toml").read_text()
+    changes = {"drive.0.travel": "0.4 mm", "sheet.mesh_size": "10 mm", "solve.error_estimates": "off", "solve.rtol": 1e-6}
+    case = fsm.load(text).set(changes)
+    stiffnesses = ["material.young", "crease.stiffness_per_length"]
+    found = case.sensitivity(by=[*stiffnesses, "sheet.fold_angle", "sheet.a"])
+    assert [one.exact for one in found.derivatives] == [True, True, True, False]
+    assert sum(found.elasticity(found[path]) for path in stiffnesses) == pytest.approx(1.0, abs=1e-5)
+    angle = found["sheet.fold_angle"]
+    ends = [case.set("sheet.fold_angle", angle.value * (1.0 + k)).run().summary["peak_force"] for k in (-2e-3, 2e-3)]
+    assert angle.slope == pytest.approx((ends[1] - ends[0]) / (4e-3 * angle.value), rel=1e-4)
 
 
 COMPILATIONS = {
@@ -110,9 +124,11 @@ def test_responses_of_joints() -> None:
     assert found["peak_force"] == (2.0, "N")
 
 
-def test_a_case_without_a_travel_has_no_exact_derivatives() -> None:
-    with pytest.raises(CaseError, match=r"for a .*drive.* with a travel only"):
-        differentiated_peak(fsm.load(CASES / "dropped_plates" / "case.toml").model, ["contact.stiffness"])
+def test_a_motion_has_no_exact_derivatives() -> None:
+    file = CASES / "dropped_plates" / "case.toml"
+    problem, _ = case_problem(fsm.load(file)._tables, file, ["solve.end_time=2 ms"], ["contact.stiffness"], (), str(file))
+    with pytest.raises(CaseError, match=r"exact derivatives need one equilibrium path: no motion"):
+        differentiated_peak(problem, {}, ["contact.stiffness"])
 
 
 def test_scatter_is_propagated_with_correlations(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ the names of the rows; without it, names consist of the values.
 from __future__ import annotations
 
 import csv
+import hashlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -63,25 +64,63 @@ class TableCase(ShortRepr):
         Unique name, which is also the name of the row's folder.
     overrides : dict
         Text of each non-empty cell by its path.
-    case : Case
-    path : Path
-        File of the base case.
+    hash : str
+        Hash of the complete case.
+    base : BaseCase
     """
 
     number: int
     name: str
     overrides: dict[str, str]
-    case: Case
-    path: Path
+    hash: str
+    base: BaseCase
+
+    @property
+    def case(self) -> Case:
+        """Case of the row, see `loaded`."""
+        return self.loaded.case
 
     @property
     def loaded(self) -> LoadedCase:
-        """Case with its text, which is made here: a large table does not keep the texts of its cases."""
-        return LoadedCase(self.case, case_text(self.case), self.path)
+        """Case with its text and the file of the base case, read here: a long table does not keep its cases.
 
-    def inputs(self, paths: Iterable[str]) -> dict[str, Any]:
-        """Values of some paths: numbers in SI, also those of the base case; texts as in the table."""
-        return {path: _value_at(self.case, path, self.overrides.get(path, "")) for path in paths}
+        Raises
+        ------
+        CaseError
+            A data file of the case has changed since the table was read.
+        """
+        case, _, _ = self.base.read(self.overrides)
+        text = "" if case is None else case_text(case)
+        if case is None or _digest(text) != self.hash:
+            raise CaseError(f"a file of {self.name} has changed since the table was read; run it again", str(self.base.path))
+        return LoadedCase(case, text, self.base.path)
+
+
+class BaseCase:
+    """Base case of a table.
+
+    Parameters
+    ----------
+    path : Path
+    data : tables of the base case
+    pairs : sequence of (path, value)
+        Changes of every row, after its own values.
+    """
+
+    def __init__(self, path: Path, data: Mapping[str, Any], pairs: Sequence[tuple[str, str]]) -> None:
+        self.path, self._data, self._pairs, self._shared = path, data, pairs, SharedSections(data)
+
+    def read(self, values: Mapping[str, str]) -> tuple[Case | None, list[Fault], list[Fault]]:
+        """Case of a row with these cells, faults of their paths, and faults of the case."""
+        data, wrong = apply_overrides(self._data, [*values.items(), *self._pairs], label="")
+        case, found = read_case(data, self.path.parent, self._shared)
+        own = {path for path, _ in self._pairs} - set(values)  # their faults are those of the base case
+        return case, [fault for fault in wrong if fault.path not in own], found
+
+
+def inputs_of(case: Case, cells: Mapping[str, str], paths: Iterable[str]) -> dict[str, Any]:
+    """Values of some paths of a row: numbers in SI, also those of the base case; texts as in the cells."""
+    return {path: _value_at(case, path, cells.get(path, "")) for path in paths}
 
 
 class Table(NamedTuple):
@@ -327,9 +366,7 @@ def _units(header: Sequence[str], cells: Sequence[str]) -> dict[str, str]:
 def _header_faults(header: Sequence[str]) -> list[Fault]:
     faults = []
     for index, column in enumerate(header):
-        problem = (
-            "" if column == NAME else check_path(column) if column else "has no name; give its path in the header"
-        )
+        problem = "" if column == NAME else check_path(column) if column else "has no name; give its path in the header"
         if column and column in header[:index]:
             problem = "appears twice in the header; remove one of them"
         if problem:
@@ -341,9 +378,7 @@ def _name(values: Mapping[str, str]) -> str:
     """Name of the folder of a row: as given, or composed of the last key of each path and the value of its cell."""
     name = values.get(NAME, "")
     if not name:
-        name = "_".join(
-            f"{path.split('.')[-1]}-{value}" for path, value in values.items() if value and path != NAME
-        )
+        name = "_".join(f"{path.split('.')[-1]}-{value}" for path, value in values.items() if value and path != NAME)
     safe = re.sub(r"[^\w.+ -]+", "_", " ".join(name.split())).strip("._ ")
     return safe.encode()[:_LONGEST].decode(errors="ignore").rstrip("._ ") or "base"
 
@@ -359,11 +394,7 @@ def _name_faults(rows: Sequence[_Row], named: bool) -> list[Fault]:
             faults.append(Fault(f"row {row.number}", text))
         if key in first:
             what = f'the name "{row.name}" is' if named else "the same values are"
-            hint = (
-                "give each row its own name"
-                if named
-                else f"give the rows names in a column `{NAME}`, or remove one"
-            )
+            hint = "give each row its own name" if named else f"give the rows names in a column `{NAME}`, or remove one"
             faults.append(Fault(f"row {row.number}", f"{what} already in row {first[key]}; {hint}"))
         first.setdefault(key, row.number)
     return faults
@@ -379,33 +410,31 @@ def _base(file: Path, pairs: Sequence[tuple[str, str]], source: str) -> tuple[di
 
 
 def _read_rows(
-    rows: Sequence[_Row], taken: Iterable[int], base: Mapping[str, Any], pairs: Sequence[tuple[str, str]], file: Path
+    rows: Sequence[_Row], taken: range, base: Mapping[str, Any], pairs: Sequence[tuple[str, str]], file: Path
 ) -> tuple[list[TableCase], list[Fault]]:
-    cases, faults, shared = [], [], SharedSections(base)
+    cases: list[TableCase] = []
+    faults: list[tuple[int, list[Fault]]] = []
+    of = BaseCase(file, base, pairs)
     for number in taken:
         row = rows[number]
-        data, wrong = apply_overrides(base, [*row.values.items(), *pairs], label="")
-        case, found = read_case(data, file.parent, shared)
-        own = {path for path, _ in pairs} - set(row.values)
-        wrong = [fault for fault in wrong if fault.path not in own]
-        faults.append((row.number, [*wrong, *found]))
-        if case is not None:
-            cases.append(TableCase(number, row.name, row.values, case, file))
-    return cases, _merge(faults, file)
+        case, wrong, found = of.read(row.values)
+        if wrong or found:
+            faults.append((row.number, [*wrong, *found]))
+        elif case is not None:
+            cases.append(TableCase(number, row.name, row.values, _digest(case_text(case)), of))
+    return cases, _merge(faults, file, len(taken))
 
 
-def _merge(faults: Iterable[tuple[int, list[Fault]]], file: Path) -> list[Fault]:
-    """Faults with their row numbers; a fault that all rows share appears once, for the base case."""
-    by_row = list(faults)
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _merge(by_row: Sequence[tuple[int, list[Fault]]], file: Path, rows: int) -> list[Fault]:
+    """Faults of faulty rows with their numbers; a fault that all `rows` share appears once, for the base case."""
     shared = (
-        [fault for fault in by_row[0][1] if all(fault in found for _, found in by_row)]
-        if len(by_row) > 1
-        else []
+        [fault for fault in by_row[0][1] if all(fault in found for _, found in by_row)] if rows == len(by_row) > 1 else []
     )
-    merged = [
-        Fault(f"base {file}: {fault.path}" if fault.path else f"base {file}", fault.message)
-        for fault in shared
-    ]
+    merged = [Fault(f"base {file}: {fault.path}" if fault.path else f"base {file}", fault.message) for fault in shared]
     for number, found in by_row:
         merged += [
             Fault(f"row {number}: {fault.path}" if fault.path else f"row {number}", fault.message)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fsm.case.models.case import Case
@@ -19,17 +18,17 @@ def case_text(case: Case) -> str:
     return tables_text(data)
 
 
-def tables_text(tables: Mapping[str, Any]) -> str:
-    """Nested tables as TOML text; numbers have all their digits."""
+def tables_text(tables: dict[str, Any]) -> str:
+    """Nested dicts and lists as TOML text; numbers have all their digits."""
     return "\n".join(_table(tables, "")).lstrip("\n") + "\n"
 
 
-def _table(table: Mapping[str, Any], path: str) -> list[str]:
+def _table(table: dict[str, Any], path: str) -> list[str]:
     """Lines of a table: first its own keys, then its inner tables."""
     lines = [f"{_key(key)} = {_value(item)}" for key, item in table.items() if not _is_section(item)]
     for key, item in table.items():
         below = f"{path}.{_key(key)}" if path else _key(key)
-        if isinstance(item, Mapping):
+        if isinstance(item, dict):
             lines += ["", f"[{below}]", *_table(item, below)]
         elif _is_section(item):
             lines += [line for entry in item for line in ("", f"[[{below}]]", *_table(entry, below))]
@@ -37,11 +36,7 @@ def _table(table: Mapping[str, Any], path: str) -> list[str]:
 
 
 def _is_section(item: Any) -> bool:
-    return isinstance(item, Mapping) or (_is_list(item) and bool(item) and isinstance(item[0], Mapping))
-
-
-def _is_list(item: Any) -> bool:
-    return isinstance(item, Sequence) and not isinstance(item, str)
+    return isinstance(item, dict) or (isinstance(item, list | tuple) and bool(item) and isinstance(item[0], dict))
 
 
 def _key(key: str) -> str:
@@ -53,7 +48,7 @@ def _value(item: Any) -> str:
         return "true" if item else "false"
     if isinstance(item, int | float):
         return repr(item)
-    if _is_list(item):
+    if isinstance(item, list | tuple):
         return f"[{', '.join(_value(entry) for entry in item)}]"
     return _text(str(item))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -116,7 +116,7 @@ class ContactSet(tuple[ContactGroup, ...]):
         }
 
 
-@cache
+@lru_cache(maxsize=64)
 def _no_contact(pairs: int) -> PairState:
     """State of pairs without contact; its arrays are shared and read-only."""
     none, far = np.zeros(pairs), np.full(pairs, np.inf)

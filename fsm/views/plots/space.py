@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache, partial
+from functools import lru_cache, partial
 from typing import Any
 
 import matplotlib
@@ -51,7 +51,7 @@ def _reach(extent: Floats) -> Floats:
     return np.asarray(np.maximum(sides, 0.05 * float(np.max(sides)) or 1.0))
 
 
-@cache
+@lru_cache(maxsize=64)
 def _zoomed(x: float, y: float, z: float) -> tuple[float, float, Floats]:
     """Zoom at which a box of these sides fills its picture, height of the box, and a distance for each axis.
 

@@ -1,4 +1,4 @@
-"""Reading of the files of `fsm study` and `fsm optimise`."""
+"""Reading of files with a model of their own, such as those of `fsm study`, `fsm optimise` and `fsm calibrate force`."""
 
 from __future__ import annotations
 
