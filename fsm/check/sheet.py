@@ -66,7 +66,11 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
     if sheet.facets == "bars":
         yield from _bar_lines(case, pattern)
     else:
-        yield f"rigid joints are springs, {rigid_factor(case, pattern):.0e} times as stiff as the stiffest crease"
+        times = f"{rigid_factor(case, pattern):.0e} times as stiff as the stiffest crease"
+        yield (
+            f"rigid joints do not deform in statics, except near a flat state, where motions across the joints meet hardly "
+            f"any resistance; there, in motions and in natural modes they are springs, {times}"
+        )
 
 
 def _foldability_lines(pattern: Pattern, bends: bool) -> Iterator[str]:

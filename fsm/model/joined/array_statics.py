@@ -12,7 +12,7 @@ from fsm.kernels.body_poses import retract_poses, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_forces import add_tangents_by_deformations, sum_tangents_by_rates
 from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
-from fsm.model.bodies.array_statics import add_damping, advance_by, largest_force_along, per_second_of
+from fsm.model.bodies.array_statics import add_damping, advance_by, largest_force_along, per_second_of, take_up
 from fsm.model.bodies.array_statics import place_mean as place_mean_bodies
 from fsm.model.bodies.arrays import FREE, INTERVAL, POSES, RATES, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
@@ -163,7 +163,12 @@ def _work_of_locks(model: Joined, dx: np.ndarray) -> float:
     return 0.0
 
 
+@kernel
+def _take_up(model: Joined, task: int) -> float:
+    return float(take_up(model.bodies, task))
+
+
 STATICS = StaticCalls(
-    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks
+    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks, _take_up
 )
 """Kernels of `Joined` that quasi-static steps call."""
