@@ -50,9 +50,15 @@ def rigid_factor(case: Case, pattern: Pattern) -> float:
     """Stiffness of rigid joints relative to the stiffest crease."""
     if is_motion(case):
         return RIGID_OF_MOTION
-    joints = int((pattern.edge_faces >= 0).all(axis=1).sum())
     folds = case.sheet is not None and case.sheet.fold_to is not None
-    return RIGID_OF_FOLDING if folds or joints < len(pattern.faces) else RIGID
+    return RIGID if has_loops(pattern) and not folds else RIGID_OF_FOLDING
+
+
+def has_loops(pattern: Pattern) -> bool:
+    """Whether facets form loops. The joints of a chain of facets are springs also in statics: a free chain that becomes
+    straight stops suddenly, which only a spring resists gradually.
+    """
+    return int((pattern.edge_faces >= 0).all(axis=1).sum()) >= len(pattern.faces)
 
 
 def build_sheet(case: Case) -> Scene:
@@ -119,6 +125,9 @@ class _SheetBuilder:
             drives=tuple(drives),
             gravity=case.gravity,
         )
+        if not has_loops(self.pattern):
+            elements_of_chain = tuple(element.model_copy(update={"locked": ()}) for element in scene.elements)
+            scene = scene.model_copy(update={"elements": elements_of_chain})
         scene = scene.with_across_cuts(facets_across_cuts(self.pattern))
         return with_gas_of_panels(case, scene, self.pattern, frames, self._held_vertices(held))
 
